@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace steadyhand {
+
+/// What went wrong: names the file, key, line or column, the value, and what would be right.
+struct Error {
+  std::string message;
+};
+
+/// A value or the reason why there is none.
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : content_(std::move(value)) {}  // NOLINT(google-explicit-constructor): `return value;` reads best
+  Result(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  explicit operator bool() const { return std::holds_alternative<T>(content_); }
+  /// @pre bool(*this)
+  const T& operator*() const& { return std::get<T>(content_); }
+  T& operator*() & { return std::get<T>(content_); }
+  T&& operator*() && { return std::get<T>(std::move(content_)); }
+  const T* operator->() const { return &std::get<T>(content_); }
+  T* operator->() { return &std::get<T>(content_); }
+  /// @pre !bool(*this)
+  const Error& error() const { return std::get<Error>(content_); }
+
+ private:
+  std::variant<T, Error> content_;
+};
+
+/// Success without a value.
+struct Done {};
+using Status = Result<Done>;
+
+}  // namespace steadyhand

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+
+namespace steadyhand {
+
+/// Time since the epoch of whoever made it (the recording's start in a replay, the monotonic clock in a live session).
+using Time = std::chrono::nanoseconds;
+
+inline double to_seconds(Time t) { return static_cast<double>(t.count()) * 1e-9; }
+/// Nearest nanosecond. @pre |s| < 9e9
+inline Time from_seconds(double s) { return Time(static_cast<std::int64_t>(std::llround(s * 1e9))); }
+
+/// Goes with every message: hand-to-command latency is `made - hand` of the JointCommand.
+struct Stamp {
+  Time hand{0};  ///< when the hand was where the message says
+  Time made{0};  ///< when this message was made
+};
+
+}  // namespace steadyhand
