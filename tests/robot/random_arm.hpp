@@ -1,0 +1,51 @@
+#pragma once
+
+#include <random>
+
+#include "robot/model.hpp"
+
+namespace steadyhand {
+
+/// A random serial arm with joints of both types, two spheres on every link and all pairs of links that are not
+/// neighbours.
+inline RobotModel random_arm(int dof, std::mt19937& random, bool prismatic = true) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  const auto frame = [&] {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = Eigen::AngleAxisd(M_PI * unit(random), vector().normalized()).toRotationMatrix();
+    T.translation() = 0.4 * vector();
+    return T;
+  };
+  RobotModel model;
+  model.name = "random";
+  for (int k = 0; k < dof; ++k) {
+    const JointType type = prismatic && unit(random) < -0.5 ? JointType::kPrismatic : JointType::kRevolute;
+    model.joints.push_back({"joint_" + std::to_string(k), type, frame(), vector().normalized()});
+  }
+  model.link_names.resize(dof + 1);
+  model.tool = {"tool", frame()};
+  model.home = JointVector::Zero(dof);
+  model.position_min = JointVector::Constant(dof, -M_PI);
+  model.position_max = JointVector::Constant(dof, M_PI);
+  model.velocity_max = JointVector::Constant(dof, M_PI);
+  model.acceleration_max = JointVector::Constant(dof, 15.0);
+  for (int link = 0; link <= dof; ++link) {
+    for (int i = 0; i < 2; ++i)
+      model.spheres.push_back({"s" + std::to_string(2 * link + i), link, 0.2 * vector(), 0.05});
+  }
+  const int count = static_cast<int>(model.spheres.size());
+  for (int i = 0; i < count; ++i) {
+    for (int j = i + 1; j < count; ++j) {
+      if (model.spheres[j].link - model.spheres[i].link > 1) model.pairs.emplace_back(i, j);
+    }
+  }
+  return model;
+}
+
+inline JointVector random_joints(int dof, double bound, std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-bound, bound);
+  return JointVector::NullaryExpr(dof, [&](Eigen::Index) { return uniform(random); });
+}
+
+}  // namespace steadyhand
