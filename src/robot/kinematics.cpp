@@ -31,6 +31,7 @@ Kinematics::Kinematics(const RobotModel& model)
 }
 
 void Kinematics::set_position(const JointVector& q) {
+  q_ = q;
   links_[0].setIdentity();
   for (int k = 0; k < dof_; ++k) {
     const Joint& joint = model_->joints[k];
@@ -67,7 +68,6 @@ double Kinematics::clearance() const {
 // Turning joint m moves only what stands before it, so dV_[k]/dq_m = [V_[m], X_m] = B_m for every k > m.
 
 void Kinematics::set_motion(const JointVector& dq, const JointVector& ddq) {
-  dq_ = dq;
   const Matrix3 to_tool = R_.transpose();
   V_[0] = {};
   A_[0] = {Vector3::Zero(), to_tool * kGravity};

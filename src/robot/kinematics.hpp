@@ -45,6 +45,7 @@ class Kinematics {
 
   // ---- after set_position
   // --------------------------------------------------------------------------------------------------
+  const JointVector& q() const { return q_; }
   /// Pose of link k in the base, k = 0..n.
   const Eigen::Isometry3d& link(int k) const { return links_[k]; }
   const Vector3& p() const { return p_; }  ///< m, tool in the base
@@ -82,13 +83,13 @@ class Kinematics {
  private:
   const RobotModel* model_;
   int dof_;
+  JointVector q_;
   std::array<Eigen::Isometry3d, kMaxJoints + 1> links_;
   Vector3 p_;
   Matrix3 R_;
   std::array<Vector3, kMaxJoints> axes_, origins_, slides_, dp_;
   std::vector<Vector3> spheres_;
 
-  JointVector dq_;
   std::array<Twist, kMaxJoints> X_;      ///< unit twists of the joints, tool frame
   std::array<Twist, kMaxJoints + 1> V_;  ///< V_[k]: twist from the first k joints
   std::array<Twist, kMaxJoints + 1> A_;  ///< A_[k]: its rate, from the first k joints, plus gravity

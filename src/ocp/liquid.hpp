@@ -1,0 +1,32 @@
+#pragma once
+
+#include "ocp/term.hpp"
+
+namespace steadyhand {
+
+/// Gradient of r' diag(weight) r by z, r = a_local - g: 2 J' force with force = diag(weight) r.
+inline void add_local_acceleration_gradient(const Kinematics& arm, const Vector3& force, NodeGradient& gradient) {
+  const int n = arm.dof();
+  for (int i = 0; i < n; ++i) {
+    gradient[i] += 2.0 * force.dot(arm.dy_dq(i));
+    gradient[n + i] += 2.0 * force.dot(arm.dy_dv(i));
+    gradient[2 * n + i] += 2.0 * force.dot(arm.dy_ddq(i));
+  }
+}
+
+/// Hessian of r' diag(weight) r by z: 2 J' diag(weight) J + 2 sum_m weight_m r_m d2 a_m.
+inline void add_local_acceleration_hessian(const Kinematics& arm, const Vector3& weight, const Vector3& residual,
+                                           NodeHessian& hessian) {
+  const int n = arm.dof();
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3 * kMaxJoints> J(3, 3 * n);
+  for (int i = 0; i < n; ++i) {
+    J.col(i) = arm.dy_dq(i);
+    J.col(n + i) = arm.dy_dv(i);
+    J.col(2 * n + i) = arm.dy_ddq(i);
+  }
+  const Vector3 twice = 2.0 * weight;
+  hessian.noalias() += J.transpose().lazyProduct(twice.asDiagonal() * J);
+  arm.add_local_acceleration_hessian(twice.cwiseProduct(residual), hessian);
+}
+
+}  // namespace steadyhand

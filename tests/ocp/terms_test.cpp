@@ -1,0 +1,153 @@
+#include <gtest/gtest.h>
+
+#include "ocp/evaluation.hpp"
+#include "robot/random_arm.hpp"
+
+namespace steadyhand {
+namespace {
+
+constexpr double kStep = 1e-5;
+
+/// An Evaluation of two intervals whose middle node can be moved along z = [q; dq; u].
+struct Fixture {
+  Fixture(int dof, unsigned seed)
+      : random_(seed), model_(random_arm(dof, random_)), ocp_(model_, two_intervals()), evaluation_(ocp_) {
+    instance_.x0 = StateVector::Zero(2 * dof);
+    instance_.reference.nodes = 2;
+    for (int k = 0; k < 2; ++k) {
+      instance_.reference.p[k] = 0.5 * Vector3::Random();
+      instance_.reference.R[k] = Quaternion::UnitRandom().toRotationMatrix();
+    }
+    for (const auto& objective : ocp_.objectives()) {
+      instance_.weights.push_back(JointVector::Zero(objective->weight_count(dof)));
+    }
+    evaluation_.set_instance(instance_);
+  }
+
+  /// Only objective i counts.
+  void weigh(std::size_t i) {
+    for (auto& weight : instance_.weights) weight.setZero();
+    instance_.weights[i] = random_joints(static_cast<int>(instance_.weights[i].size()), 1.0, random_).cwiseAbs();
+  }
+  Eigen::VectorXd random_z() {
+    const int n = model_.dof();
+    Eigen::VectorXd z(3 * n);
+    z << random_joints(n, 3.0, random_), random_joints(n, 2.0, random_), random_joints(n, 5.0, random_);
+    return z;
+  }
+  void move(const Eigen::VectorXd& z) {
+    const int n = model_.dof();
+    evaluation_.set_node(kNode, z.head(2 * n), z.tail(n));
+  }
+
+  /// Gradient and Hessian of `value` (a function of nothing, at the node's point) against central differences.
+  template <typename Value, typename Gradient, typename Hessian>
+  void expect_derivatives(const Value& value, const Gradient& add_gradient, const Hessian& add_hessian) {
+    const Eigen::VectorXd z = random_z();
+    const auto gradient = [&] {
+      NodeGradient g = NodeGradient::Zero(z.size());
+      add_gradient(g);
+      return g;
+    };
+    move(z);
+    const NodeGradient g = gradient();
+    NodeHessian H = NodeHessian::Zero(z.size(), z.size());
+    add_hessian(H);
+    const double scale = 1.0 + std::abs(value()) + H.norm();
+    EXPECT_LT((H - H.transpose()).norm(), 1e-12 * scale);
+    for (int i = 0; i < z.size(); ++i) {
+      Eigen::VectorXd at = z;
+      at[i] = z[i] + kStep;
+      move(at);
+      const double value_plus = value();
+      const NodeGradient g_plus = gradient();
+      at[i] = z[i] - kStep;
+      move(at);
+      EXPECT_NEAR(g[i], (value_plus - value()) / (2.0 * kStep), 1e-6 * scale) << "entry " << i;
+      EXPECT_LT((H.col(i) - (g_plus - gradient()) / (2.0 * kStep)).norm(), 1e-6 * scale) << "column " << i;
+    }
+  }
+
+  static OcpSettings two_intervals() {
+    OcpSettings settings;
+    settings.horizon = 2;
+    return settings;
+  }
+
+  static constexpr int kNode = 1;  // states and intervals act here
+  std::mt19937 random_;
+  RobotModel model_;
+  Ocp ocp_;
+  OcpInstance instance_;
+  Evaluation evaluation_;
+};
+
+class EveryTerm : public testing::TestWithParam<int> {};  // of the arm's joints
+
+TEST_P(EveryTerm, ObjectiveDerivatives) {
+  Fixture f(GetParam(), GetParam());
+  for (std::size_t i = 0; i < f.ocp_.objectives().size(); ++i) {
+    SCOPED_TRACE(f.ocp_.objectives()[i]->name());
+    for (int trial = 0; trial < 40; ++trial) {
+      f.weigh(i);
+      f.expect_derivatives([&] { return f.evaluation_.objective(f.kNode); },
+                           [&](NodeGradient& g) { f.evaluation_.add_objective_gradient(f.kNode, 1.0, g); },
+                           [&](NodeHessian& H) { f.evaluation_.add_objective_hessian(f.kNode, 1.0, H); });
+    }
+  }
+}
+
+TEST_P(EveryTerm, ConstraintDerivatives) {
+  Fixture f(GetParam(), 100 + GetParam());
+  for (const ConstraintRow row : f.evaluation_.rows(f.kNode)) {
+    SCOPED_TRACE(f.ocp_.constraints()[row.constraint]->name());
+    f.expect_derivatives([&] { return f.evaluation_.constraint(f.kNode, row); },
+                         [&](NodeGradient& g) { f.evaluation_.add_constraint_gradient(f.kNode, row, 1.0, g); },
+                         [&](NodeHessian& H) { f.evaluation_.add_constraint_hessian(f.kNode, row, 1.0, H); });
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Joints, EveryTerm, testing::Values(1, 3, 6, 8));
+
+/// FORMULATION: the state terms use nodes 1..N, those with accelerations nodes 0..N-1; a state term must not depend on
+/// u.
+TEST(Terms, StateTermsIgnoreTheAcceleration) {
+  Fixture f(6, 5);
+  for (std::size_t i = 0; i < f.ocp_.objectives().size(); ++i) {
+    if (f.ocp_.objectives()[i]->nodes() != Nodes::kStates) continue;
+    f.weigh(i);
+    Eigen::VectorXd z = f.random_z();
+    f.move(z);
+    const double before = f.evaluation_.objective(f.kNode);
+    z.tail(6) += Eigen::VectorXd::Constant(6, 0.7);
+    f.move(z);
+    EXPECT_EQ(before, f.evaluation_.objective(f.kNode)) << f.ocp_.objectives()[i]->name();
+  }
+}
+
+TEST(Terms, OrientationIsTheFrobeniusNorm) {
+  Fixture f(6, 6);
+  f.weigh(1);
+  f.move(f.random_z());
+  const Matrix3 R = f.evaluation_.arm(f.kNode).R(), R_ref = f.instance_.reference.R[f.kNode - 1];
+  const double expected =
+      f.ocp_.dt() * f.instance_.weights[1][0] * (Matrix3::Identity() - R * R_ref.transpose()).squaredNorm();
+  EXPECT_NEAR(f.evaluation_.objective(f.kNode), expected, 1e-12);
+}
+
+TEST(Weights, BadOnesAreRefusedByName) {
+  Fixture f(6, 7);
+  for (const auto& [weights, expected] :
+       std::vector<std::pair<std::map<std::string, std::vector<double>>, std::string>>{
+           {{{"posture", {1.0}}}, "unknown term 'posture'"},
+           {{{"lateral", {-1.0}}}, "'lateral' is -1"},
+           {{{"velocity", {1.0, 2.0}}}, "'velocity' has 2 numbers"},
+           {{{"vertical", {std::nan("")}}}, "'vertical' is nan"}}) {
+    const auto result = f.ocp_.weights(weights);
+    ASSERT_FALSE(result);
+    EXPECT_NE(result.error().message.find(expected), std::string::npos) << result.error().message;
+  }
+}
+
+}  // namespace
+}  // namespace steadyhand
