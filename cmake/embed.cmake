@@ -1,0 +1,19 @@
+# steadyhand_embed(ROOM name=file...): compiles text files into the room's library as std::string_view
+# steadyhand::embedded::name, so that the program needs no files beside it.
+function(steadyhand_embed room)
+  foreach(pair ${ARGN})
+    string(REGEX MATCH "^([a-z_]+)=(.+)$" matched "${pair}")
+    set(name "${CMAKE_MATCH_1}")
+    get_filename_component(file "${CMAKE_MATCH_2}" ABSOLUTE)
+    if(NOT EXISTS "${file}")
+      message(FATAL_ERROR "${file} not found: if it belongs to a package, run ./steadyhand once, it installs the pinned packages")
+    endif()
+    set(output "${CMAKE_BINARY_DIR}/embedded/${room}_${name}.cpp")
+    add_custom_command(
+      OUTPUT "${output}"
+      COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DNAME=${name} -DFILE=${file} -P "${CMAKE_SOURCE_DIR}/cmake/embed_text.cmake"
+      DEPENDS "${file}" "${CMAKE_SOURCE_DIR}/cmake/embed_text.cmake"
+      COMMENT "Embedding ${name}" VERBATIM)
+    target_sources(steadyhand_${room} PRIVATE "${output}")
+  endforeach()
+endfunction()

@@ -1,0 +1,316 @@
+'use strict';
+
+const data = JSON.parse(document.getElementById('data').textContent);
+const profiles = data.profiles;
+const root = document.documentElement;
+
+// ---------------------------------------------------------------------------------------------- colours
+
+// Custom properties hold light-dark(); an element's computed colour is what a canvas understands.
+const probe = document.body.appendChild(document.createElement('i'));
+probe.hidden = true;
+function color(name) {
+  probe.style.color = `var(--${name})`;
+  return getComputedStyle(probe).color;
+}
+const profileColor = (i) => color(`profile-${(i % 8) + 1}`);
+
+// ---------------------------------------------------------------------------------------------- numbers
+
+function format(value, unit, digits = 3) {
+  if (value == null) return '–';
+  const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(Math.max(Math.abs(value), 10 ** (1 - digits)))));
+  return value.toFixed(Math.min(decimals, digits)) + (unit ? `\u00a0${unit}` : '');
+}
+const seconds = (value) => (value == null ? '–' : `${value.toFixed(2)}\u00a0s`);
+
+/** Joins curves [{t, values}] with times of their own into the columns of one plot. */
+function columns(curves) {
+  return uPlot.join(curves.map((curve) => [curve.t, curve.values]));
+}
+
+// ---------------------------------------------------------------------------------------------- charts
+
+/** Draws horizontal lines {at, text, color} with their names. */
+function marks(lines) {
+  return {
+    hooks: {
+      draw: (u) => {
+        const { ctx } = u;
+        const ratio = uPlot.pxRatio;
+        ctx.save();
+        ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+        ctx.textAlign = 'right';
+        for (const line of lines) {
+          const y = Math.round(u.valToPos(line.at, 'y', true));
+          if (y < u.bbox.top - 1 || y > u.bbox.top + u.bbox.height + 1) continue;
+          ctx.strokeStyle = ctx.fillStyle = color(line.color);
+          ctx.lineWidth = ratio;
+          ctx.setLineDash([5 * ratio, 4 * ratio]);
+          ctx.beginPath();
+          ctx.moveTo(u.bbox.left, y);
+          ctx.lineTo(u.bbox.left + u.bbox.width, y);
+          ctx.stroke();
+          const above = y - u.bbox.top > 16 * ratio;
+          ctx.fillText(line.text, u.bbox.left + u.bbox.width - 4 * ratio, y + (above ? -4 : 13) * ratio);
+        }
+        ctx.restore();
+      },
+    },
+  };
+}
+
+const charts = [];
+
+/**
+ * What a chart needs: `figure` to stand in, `columns` [x, y...], `series` [{label, color(), profile?, dash?, fill?,
+ * value?}], and optionally `unit`, `marks`, `range` (of y), `log` (y), `x` {label, value, log}: without `x` it shares
+ * time, cursor and zoom with the others.
+ */
+function addChart(spec) {
+  const chart = { spec, plot: null };
+  charts.push(chart);
+  build(chart);
+  spec.figure.setAttribute('role', 'group');
+  spec.figure.setAttribute('aria-label', `Plot: ${spec.figure.querySelector('h3').textContent}`);
+  new ResizeObserver(() => resize(chart)).observe(spec.figure);
+  return chart;
+}
+
+function inner(figure) {
+  const style = getComputedStyle(figure);
+  return Math.floor(figure.clientWidth - parseFloat(style.paddingLeft) - parseFloat(style.paddingRight));
+}
+const height = (width) => (width < 420 ? 190 : 230);
+
+function resize({ spec, plot }) {
+  const width = inner(spec.figure);
+  if (width > 0 && width !== plot.width) plot.setSize({ width, height: height(width) });
+}
+
+function build(chart) {
+  const { spec } = chart;
+  const range = chart.plot && [chart.plot.scales.x.min, chart.plot.scales.x.max];
+  const hidden = chart.plot ? chart.plot.series.map((series) => !series.show) : [];
+  chart.plot?.destroy();
+
+  const axis = {
+    stroke: color('muted'),
+    font: '11px system-ui, sans-serif',
+    labelFont: '11px system-ui, sans-serif',
+    grid: { stroke: color('grid'), width: 1 },
+    ticks: { stroke: color('grid'), width: 1, size: 4 },
+  };
+  const time = !spec.x;
+  const width = inner(spec.figure);
+  const scale = (log, scaleRange) => ({ ...(log && { distr: 3 }), ...(scaleRange && { range: scaleRange }) });
+  chart.plot = new uPlot(
+    {
+      width,
+      height: height(width),
+      padding: [8, 10, 0, 0],
+      drawOrder: spec.gridOnTop ? ['series', 'axes'] : ['axes', 'series'],
+      cursor: {
+        y: false,
+        points: { size: 7 },
+        drag: { x: true, y: false },
+        ...(time && { sync: { key: 'time' } }),
+      },
+      scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range) }, y: scale(spec.log, spec.range) },
+      axes: [
+        { ...axis, label: spec.x?.label ?? 'time, s', labelSize: 16, labelGap: 0, size: 26, space: 60 },
+        { ...axis, size: 46, space: 34, ...(spec.log && { values: (u, ticks) => ticks.map(plain) }) },
+      ],
+      series: [
+        { label: spec.x?.name ?? 'time', value: (u, value) => (spec.x?.value ?? seconds)(value) },
+        ...spec.series.map((series, i) => ({
+          label: series.label,
+          stroke: series.color(),
+          width: series.width ?? 1.6,
+          dash: series.dash,
+          fill: series.fill?.(),
+          show: !hidden[i + 1] && isShown(series.profile),
+          spanGaps: true,
+          points: { show: false },
+          value: series.value ?? ((u, value) => format(value, spec.unit)),
+        })),
+      ],
+      plugins: spec.marks ? [marks(spec.marks)] : [],
+      legend: { markers: { width: 0, fill: (u, i) => legendColor(spec.series[i - 1]) } },
+    },
+    chart.columns?.() ?? spec.columns,
+    spec.figure,
+  );
+  if (range && range[0] != null) chart.plot.setScale('x', { min: range[0], max: range[1] });
+}
+
+const legendColor = (series) => (series ? series.fill?.() ?? series.color() : 'transparent');
+const plain = (tick) => (tick == null ? '' : tick >= 1 ? String(tick) : String(Number(tick.toPrecision(2))));
+
+const shownProfiles = profiles.map(() => true);
+const isShown = (profile) => profile === undefined || shownProfiles[profile];
+
+/** One line per profile of its step curve `name`, after the lines of `before`. */
+function profileChart(name, options = {}) {
+  const before = options.before ?? [];
+  const figure = document.querySelector(`[data-chart="${name}"]`);
+  addChart({
+    figure,
+    columns: columns([...before, ...profiles.map((p) => ({ t: p.t, values: p[name] }))]),
+    series: [
+      ...before.map(({ label }) => ({ label, color: () => color('muted'), dash: [6, 4], width: 1.4 })),
+      ...profiles.map((p, i) => ({ label: p.label, color: () => profileColor(i), profile: i })),
+    ],
+    ...options,
+  });
+}
+
+/** Room above and below, and `values` inside. */
+const including = (...values) => (u, min, max) => {
+  const low = Math.min(min, ...values);
+  const high = Math.max(max, ...values);
+  const room = 0.06 * (high - low || 1);
+  return [low === 0 ? 0 : low - room, high + room];
+};
+const logRange = (...values) => (u, min, max) => [0.8 * Math.min(min, ...values), 1.3 * Math.max(max, ...values)];
+
+const targets = (name) => data.targets.map((target) => ({ label: target.label, t: target.t, values: target[name] }));
+profileChart('y', { before: targets('y'), unit: 'm' });
+profileChart('roll', { before: targets('roll'), unit: '°' });
+profileChart('lateral', { unit: 'm/s²', range: including(0) });
+profileChart('vertical', { unit: 'm/s²', marks: [{ at: 9.81, text: 'at rest', color: 'muted' }], range: including(9.81) });
+profileChart('position_error', { unit: 'mm', range: including(0) });
+profileChart('orientation_error', { unit: '°', range: including(0) });
+profileChart('solve_time', {
+  unit: 'ms',
+  log: true,
+  marks: [{ at: data.period_ms, text: 'next plan is due', color: 'limit' }],
+  range: logRange(data.period_ms),
+});
+profileChart('iterations', { range: including(0) });
+profileChart('distance', { unit: 'mm', marks: [{ at: 0, text: 'contact', color: 'limit' }], range: including(0) });
+
+addChart({
+  figure: document.querySelector('[data-chart="tail"]'),
+  columns: columns(profiles.map((p) => ({ t: p.tail.ms, values: p.tail.percent }))),
+  series: profiles.map((p, i) => ({ label: p.label, color: () => profileColor(i), profile: i })),
+  unit: '%',
+  log: true,
+  x: { label: 'solve time, ms (log)', name: 'solve time', log: true, range: logRange(), value: (value) => format(value, 'ms') },
+  range: (u, min) => [0.8 * min, 100],
+});
+
+// ---------------------------------------------------------------------------------------------- per profile
+
+function addFigure(parent, i) {
+  const figure = document.createElement('figure');
+  const caption = figure.appendChild(document.createElement('figcaption'));
+  const heading = caption.appendChild(document.createElement('h3'));
+  const swatch = heading.appendChild(document.createElement('span'));
+  swatch.className = 'swatch';
+  swatch.style.setProperty('--color', `var(--profile-${(i % 8) + 1})`);
+  heading.append(profiles[i].label);
+  figure.dataset.ofProfile = i;
+  document.querySelector(`[data-per-profile="${parent}"]`).append(figure);
+  return figure;
+}
+
+let relative = false;
+
+/** The terms stacked, the sum first: each area is drawn over the one before, so what stays seen of it is its share. */
+function stacked(profile) {
+  const { t, shares } = profile;
+  const total = t.map((_, k) => shares.reduce((sum, share) => sum + share[k], 0));
+  const sums = t.map(() => 0);
+  const layers = shares.map((share) =>
+    share.map((value, k) => (sums[k] += relative ? (total[k] > 0 ? (100 * value) / total[k] : 0) : value)),
+  );
+  return [t, ...layers.reverse()];
+}
+
+const objectiveCharts = profiles.map((profile, i) => {
+  const terms = profile.terms.length;
+  const chart = addChart({
+    figure: addFigure('objective', i),
+    columns: stacked(profile),
+    gridOnTop: true,
+    range: (u, min, max) => [0, relative ? 100 : 1.05 * max || 1],
+    series: profile.terms
+      .map((label, term) => ({
+        label,
+        color: () => color(`term-${(term % 8) + 1}`),
+        fill: () => color(`term-${(term % 8) + 1}`),
+        width: 0.5,
+        value: (u, value, series, k) => {
+          if (k == null) return '–';
+          const below = term === 0 ? 0 : u.data[terms - term + 1][k];
+          return format(u.data[terms - term][k] - below, relative ? '%' : '');
+        },
+      }))
+      .reverse(),
+  });
+  chart.columns = () => stacked(profile);
+  return chart;
+});
+
+profiles.forEach((profile, i) => {
+  addChart({
+    figure: addFigure('speeds', i),
+    columns: [profile.speeds.t, ...profile.speeds.percent],
+    unit: '%',
+    marks: [{ at: 100, text: 'limit', color: 'limit' }],
+    range: (u, min, max) => [0, Math.max(108, 1.05 * max)],
+    series: profile.joints.map((label, joint) => ({ label, color: () => color(`joint-${(joint % 8) + 1}`), width: 1.3 })),
+  });
+});
+
+// ---------------------------------------------------------------------------------------------- controls
+
+const themeButton = document.getElementById('theme');
+const prefersDark = matchMedia('(prefers-color-scheme: dark)');
+const isDark = () => (root.dataset.theme ? root.dataset.theme === 'dark' : prefersDark.matches);
+
+function repaint() {
+  themeButton.setAttribute('aria-pressed', String(isDark()));
+  charts.forEach(build);
+}
+themeButton.addEventListener('click', () => {
+  root.dataset.theme = isDark() ? 'light' : 'dark';
+  repaint();
+});
+prefersDark.addEventListener('change', repaint);
+themeButton.setAttribute('aria-pressed', String(isDark()));
+
+// Paper is white.
+let themeBeforePrint;
+addEventListener('beforeprint', () => {
+  themeBeforePrint = root.dataset.theme;
+  root.dataset.theme = 'light';
+  repaint();
+});
+addEventListener('afterprint', () => {
+  if (themeBeforePrint) root.dataset.theme = themeBeforePrint;
+  else delete root.dataset.theme;
+  repaint();
+});
+
+for (const box of document.querySelectorAll('[data-profile]')) {
+  box.addEventListener('change', () => {
+    const i = Number(box.dataset.profile);
+    shownProfiles[i] = box.checked;
+    for (const { plot, spec } of charts) {
+      spec.series.forEach((series, k) => series.profile === i && plot.setSeries(k + 1, { show: box.checked }));
+    }
+    for (const figure of document.querySelectorAll(`[data-of-profile="${i}"]`)) figure.hidden = !box.checked;
+  });
+}
+
+const relativeButton = document.getElementById('relative');
+relativeButton.addEventListener('click', () => {
+  relative = !relative;
+  relativeButton.setAttribute('aria-pressed', String(relative));
+  relativeButton.textContent = relative ? 'Show absolute values' : 'Show shares in %';
+  objectiveCharts.forEach(build);
+});
+
+root.dataset.charts = charts.length;

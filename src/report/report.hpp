@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "record/step.hpp"
+#include "report/metrics.hpp"
+
+namespace steadyhand {
+
+/// One profile's run over the recording.
+struct ProfileResult {
+  std::string name;     ///< as on the command line, e.g. "anti-slosh"
+  std::string label;    ///< what to call it in tables and plots, e.g. "P2 anti-slosh"
+  std::string weights;  ///< its weights in a line of text
+  RunNames names;
+  JointLimits limits;
+  std::vector<PlanStep> steps;
+  std::vector<JointCommand> commands;  ///< what the tracker sent; may be empty
+};
+
+struct ReportInput {
+  std::string recording;  ///< its name
+  double rate_hz = 0;     ///< re-planning
+  double scale = 1;       ///< of the hand's translation
+  std::string command;    ///< what to type to get this report again
+  std::vector<ProfileResult> profiles;
+};
+
+/// Writes one HTML file that needs nothing else: metrics, the paper's plots, planner and limits, for all profiles side
+/// by side. Equal input gives equal bytes. Fails if there is no profile, a profile has no steps, or the file cannot be
+/// written.
+Status write_report(const ReportInput& input, const std::filesystem::path& path);
+
+/// The metrics as text for a terminal: a row per metric, a column per profile, at most 100 columns wide for up to four
+/// profiles. Ends with a line end. @pre as evaluate(), for each profile
+std::string format_table(const std::vector<ProfileResult>& profiles);
+
+}  // namespace steadyhand
