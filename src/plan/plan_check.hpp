@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/arrows.hpp"
+#include "robot/kinematics.hpp"
+
+namespace steadyhand {
+
+struct PlanCheckSettings {
+  double command_rate_hz = 500.0;  ///< limits are checked at every command
+  double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit counts as inside
+  /// m: how deep spheres may overlap. The optimal control problem keeps them apart at its nodes only; between nodes
+  /// they may touch.
+  double overlap = 2e-3;
+};
+
+enum class PlanFault {
+  kNone,
+  kNotFinite,
+  kNotAtRest,
+  kDiscontinuous,
+  kPosition,
+  kVelocity,
+  kAcceleration,
+  kSelfCollision
+};
+std::string_view to_string(PlanFault fault);
+
+/// The last thing before a plan may be followed: finite numbers, states that obey the double integrator, position,
+/// velocity and acceleration limits of the model at every command, sphere distances at every node and half-way between,
+/// and rest at the end. Allocates nothing.
+/// @param before state at plan.start of what is being followed: the plan must continue it
+PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
+                     Kinematics& kinematics);
+
+}  // namespace steadyhand

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "plan/plan_check.hpp"
+#include "solve/solver.hpp"
+
+namespace steadyhand {
+
+struct PlannerSettings {
+  std::string solver = "fatrop";  ///< see solver_names()
+  double tolerance = 1e-6;        ///< of the KKT conditions
+  SolveBudget budget;
+  PlanCheckSettings check;
+};
+
+/// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
+/// and gives out the next plan, checked and ending at rest. If solving or the check fails the last good plan stands; it
+/// ends at rest too. Planner thread. Memory is taken by make(); update() allocates nothing (what a third-party solver
+/// does inside is its own).
+class Planner {
+ public:
+  /// The model must outlive the planner. Fails on unknown names of solver or terms and on bad numbers, with the reason.
+  static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
+                                               const PlannerSettings& settings);
+
+  /// Forgets all: the arm stands at q.
+  void reset(const JointVector& q, Time now);
+  /// Weights for the next plans, in the order of ocp().objectives().
+  void set_weights(const std::vector<JointVector>& weights) { instance_.weights = weights; }
+
+  /// The plan from reference.start on. Times must not go backwards. With origin kPrevious it is the last plan
+  /// unchanged.
+  const Plan& update(const Reference& reference);
+
+  const Plan& plan() const { return plan_; }
+  const Ocp& ocp() const { return ocp_; }
+  // ---- about the last update: what was solved, from where, and what came of it
+  const OcpInstance& instance() const { return instance_; }
+  const Trajectory& guess() const { return guess_; }
+  const Solution& solution() const { return solution_; }
+  PlanFault fault() const { return fault_; }
+
+ private:
+  Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings);
+  void make_guess(Time start);
+  void make_plan(const Reference& reference);
+
+  PlannerSettings settings_;
+  Ocp ocp_;
+  std::unique_ptr<Solver> solver_;
+  Kinematics kinematics_;
+  OcpInstance instance_;
+  Trajectory guess_;
+  Solution solution_;
+  std::vector<std::vector<double>> multipliers_;
+  Plan plan_, candidate_;
+  Time solved_until_{0};  ///< end of the optimised part of plan_; then comes the stop
+  PlanFault fault_ = PlanFault::kNone;
+};
+
+}  // namespace steadyhand

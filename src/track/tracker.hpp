@@ -1,0 +1,26 @@
+#pragma once
+
+#include "core/arrows.hpp"
+
+namespace steadyhand {
+
+/// Follows the newest plan at the arm's rate: interpolates position, velocity and acceleration exactly, and stands
+/// still after the plan's end when no newer one came. Control thread; never waits, never allocates.
+class Tracker {
+ public:
+  /// @param rest the arm stands here until the first plan
+  explicit Tracker(const JointVector& rest) {
+    plan_.joints = static_cast<int>(rest.size());
+    plan_.x[0] = StateVector::Zero(2 * rest.size());
+    plan_.x[0].head(rest.size()) = rest;
+  }
+
+  /// The next commands come from this plan.
+  void follow(const Plan& plan) { plan_ = plan; }
+  JointCommand update(Time now) const { return sample(plan_, now); }
+
+ private:
+  Plan plan_;
+};
+
+}  // namespace steadyhand
