@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+
+#include "core/arrows.hpp"
+
+namespace steadyhand {
+
+struct PredictorSettings {
+  int horizon = 8;        ///< N, nodes of the reference
+  double dt = 0.05;       ///< s between them
+  double window = 0.08;   ///< s, of targets from which velocities are estimated; longer is smoother and later
+  double max_gap = 0.25;  ///< s without targets after which the hand's motion is taken up anew, from rest
+  Vector3 reach_center = Vector3::Zero();  ///< m, base frame
+  double reach = 1e9;                      ///< m, about reach_center: positions beyond are clipped to it
+};
+
+/// What the hand will do: from the newest target on, constant velocity along a straight line and constant angular
+/// velocity, clipped to the arm's reach. The velocities are slopes of least-squares lines through the targets of the
+/// last `window` seconds, at their own time stamps, so that noise and uneven stamps do little. Allocates nothing.
+class Predictor {
+ public:
+  explicit Predictor(const PredictorSettings& settings) : settings_(settings) {}
+
+  /// The next target. One that is not newer than the last replaces nothing and is dropped; a disengaged one forgets the
+  /// motion.
+  void update(const Target& target);
+  /// Nodes 1..N at start + k * dt. Before any target: nodes = 0.
+  Reference predict(Time start) const;
+
+  const Target& newest() const { return newest_; }
+  Vector3 velocity() const { return velocity_; }                  ///< m/s, base frame
+  Vector3 angular_velocity() const { return angular_velocity_; }  ///< rad/s, base frame
+
+ private:
+  void estimate();
+
+  static constexpr int kCapacity = 64;
+  PredictorSettings settings_;
+  std::array<Target, kCapacity> history_;  ///< ring, newest at head_
+  int head_ = 0, count_ = 0;
+  Target newest_;
+  Vector3 velocity_ = Vector3::Zero(), angular_velocity_ = Vector3::Zero();
+};
+
+/// Rotation vector of a rotation by at most half a turn, rad.
+Vector3 rotation_vector(const Quaternion& q);
+/// Inverse of rotation_vector.
+Quaternion rotation(const Vector3& vector);
+
+}  // namespace steadyhand

@@ -1,0 +1,188 @@
+#include "plan/planner.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "ocp/evaluation.hpp"
+#include "robot/random_arm.hpp"
+#include "support/allocation_guard.hpp"
+#include "track/tracker.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// A planner for a random arm, and a target that wanders smoothly among poses that the arm can take.
+struct Loop {
+  explicit Loop(unsigned seed, double bound = 1.5) : random(seed), model(random_arm(6, random, false)), arm(model) {
+    while (arm.set_position(model.home), arm.clearance() < 0.02) model.home = random_joints(6, 2.0, random);
+    settings.weights = {{"position", {500}},      {"orientation", {5}}, {"velocity", {0.1}},
+                        {"acceleration", {0.02}}, {"lateral", {1}},     {"vertical", {1}}};
+    planner = std::move(*Planner::make(model, settings, {}));
+    direction = random_joints(6, bound, random);
+  }
+
+  Reference reference(Time start) {
+    Reference r;
+    r.start = start;
+    r.nodes = settings.horizon;
+    for (int k = 1; k <= r.nodes; ++k) {
+      arm.set_position(model.home + std::sin(2.0 * (to_seconds(start) + k * r.dt)) * direction);
+      r.p[k - 1] = arm.p();
+      r.R[k - 1] = arm.R();
+    }
+    return r;
+  }
+
+  std::mt19937 random;
+  RobotModel model;
+  Kinematics arm;
+  OcpSettings settings;
+  JointVector direction;
+  std::unique_ptr<Planner> planner;
+};
+
+/// Whatever the re-planning rate: what the arm is told at 500 Hz stays in all limits, clear of itself, and never steps.
+TEST(Planner, CommandsStayInsideAtAnyRate) {
+  for (const double rate_hz : {11.0, 20.0, 37.0, 125.0}) {
+    Loop loop(7);
+    Tracker tracker(loop.model.home);
+    JointCommand last = tracker.update(Time(0));
+    int solved = 0, steps = 0;
+    Time next_plan{0};
+    for (int i = 0; i < 1500; ++i) {
+      const Time now = Time(std::chrono::milliseconds(2 * i));
+      if (now >= next_plan) {
+        tracker.follow(loop.planner->update(loop.reference(now)));
+        solved += loop.planner->plan().origin == PlanOrigin::kSolved;
+        ++steps;
+        next_plan += from_seconds(1.0 / rate_hz);
+      }
+      const JointCommand command = tracker.update(now);
+      EXPECT_LE((command.ddq.cwiseAbs() - loop.model.acceleration_max).maxCoeff(), 1e-5);
+      EXPECT_LE((command.dq.cwiseAbs() - loop.model.velocity_max).maxCoeff(), 1e-5);
+      EXPECT_LE((command.q - loop.model.position_max).maxCoeff(), 1e-5);
+      EXPECT_GE((command.q - loop.model.position_min).minCoeff(), -1e-5);
+      EXPECT_LE((command.dq - last.dq).cwiseAbs().maxCoeff(), 0.002 * 15.0 + 1e-6);
+      EXPECT_LE((command.q - last.q).cwiseAbs().maxCoeff(), 0.002 * M_PI + 1e-6);
+      loop.arm.set_position(command.q);
+      EXPECT_GE(loop.arm.clearance(), -2e-3);
+      last = command;
+    }
+    EXPECT_GE(solved, steps * 9 / 10) << rate_hz << " Hz";
+  }
+}
+
+TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
+  Loop loop(8);
+  for (int i = 0; i < 10; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+  const Plan good = loop.planner->plan();
+  ASSERT_EQ(good.origin, PlanOrigin::kSolved);
+
+  Reference bad = loop.reference(from_seconds(0.5));
+  bad.p[3].x() = std::numeric_limits<double>::quiet_NaN();
+  const Plan& kept = loop.planner->update(bad);
+  EXPECT_EQ(kept.origin, PlanOrigin::kPrevious);
+  EXPECT_EQ(kept.start, good.start);
+  for (int k = 0; k <= good.intervals; ++k) EXPECT_EQ(kept.x[k], good.x[k]);
+  EXPECT_EQ(sample(kept, from_seconds(10.0)).dq.norm(), 0.0);
+
+  // It goes on from where the kept plan has led, at rest by then.
+  const Plan& next = loop.planner->update(loop.reference(from_seconds(5.0)));
+  EXPECT_EQ(next.origin, PlanOrigin::kSolved);
+  EXPECT_EQ(next.x[0].head(6), good.x[good.intervals].head(6));
+}
+
+TEST(Planner, RefusesBadSettings) {
+  Loop loop(9);
+  const auto message = [&](OcpSettings ocp, PlannerSettings planner) {
+    const auto result = Planner::make(loop.model, ocp, planner);
+    return result ? std::string() : result.error().message;
+  };
+  OcpSettings ocp = loop.settings;
+  ocp.horizon = 0;
+  EXPECT_NE(message(ocp, {}).find("horizon is 0"), std::string::npos);
+  ocp = loop.settings;
+  ocp.dt = -1.0;
+  EXPECT_NE(message(ocp, {}).find("dt is -1"), std::string::npos);
+  PlannerSettings planner;
+  planner.solver = "magic";
+  EXPECT_NE(message(loop.settings, planner).find("unknown solver 'magic'"), std::string::npos);
+}
+
+/// Every fault is found in a good plan that is spoilt in one place.
+TEST(PlanCheck, FindsEachFault) {
+  Loop loop(10);
+  for (int i = 0; i < 5; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+  const Plan good = loop.planner->plan();
+  const auto fault = [&](const auto& spoil) {
+    Plan plan = good;
+    spoil(plan);
+    return check_plan(plan, good.x[0], {}, loop.arm);
+  };
+  EXPECT_EQ(fault([](Plan&) {}), PlanFault::kNone);
+  EXPECT_EQ(fault([](Plan& p) { p.x[2][1] = std::nan(""); }), PlanFault::kNotFinite);
+  EXPECT_EQ(fault([](Plan& p) { p.u[1][0] = std::numeric_limits<double>::infinity(); }), PlanFault::kNotFinite);
+  EXPECT_EQ(fault([](Plan& p) { p.x[0][0] += 1e-3; }), PlanFault::kDiscontinuous);
+  EXPECT_EQ(fault([](Plan& p) { p.x[3][7] += 1e-3; }), PlanFault::kDiscontinuous);
+  EXPECT_EQ(fault([](Plan& p) { p.intervals = 8; }), PlanFault::kNotAtRest);
+  EXPECT_EQ(fault([](Plan& p) { p.u[0][0] = 16.0; }), PlanFault::kAcceleration);
+
+  const auto with_limit = [&](const auto& change) {
+    RobotModel model = loop.model;
+    change(model);
+    Kinematics arm(model);
+    return check_plan(good, good.x[0], {}, arm);
+  };
+  EXPECT_EQ(with_limit([](RobotModel& m) { m.velocity_max.setConstant(0.01); }), PlanFault::kVelocity);
+  EXPECT_EQ(with_limit([&](RobotModel& m) { m.position_max = good.x[0].head(6).array() - 1.0; }), PlanFault::kPosition);
+  EXPECT_EQ(with_limit([](RobotModel& m) { m.spheres[m.pairs[0].first].radius = 3.0; }), PlanFault::kSelfCollision);
+}
+
+TEST(Allocation, NoneInKinematicsEvaluationCheckAndTracking) {
+  Loop loop(11);
+  for (int i = 0; i < 5; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+  Evaluation evaluation(loop.planner->ocp());
+  evaluation.set_instance(loop.planner->instance());
+  Tracker tracker(loop.model.home);
+  NodeGradient gradient = NodeGradient::Zero(18);
+  NodeHessian hessian = NodeHessian::Zero(18, 18);
+
+  AllocationGuard guard;
+  evaluation.set_trajectory(loop.planner->solution().trajectory);
+  for (int k = 0; k <= 8; ++k) {
+    (void)evaluation.objective(k);
+    evaluation.add_objective_gradient(k, 1.0, gradient);
+    evaluation.add_objective_hessian(k, 1.0, hessian);
+    for (const ConstraintRow row : evaluation.rows(k)) {
+      evaluation.add_constraint_gradient(k, row, 1.0, gradient);
+      evaluation.add_constraint_hessian(k, row, 1.0, hessian);
+    }
+  }
+  (void)check_plan(loop.planner->plan(), loop.planner->instance().x0, {}, loop.arm);
+  tracker.follow(loop.planner->plan());
+  (void)tracker.update(from_seconds(0.1));
+  EXPECT_EQ(guard.count(), 0u);
+}
+
+TEST(Allocation, TheGuardSeesOne) {
+  AllocationGuard guard;
+  std::vector<double> memory(100);
+  EXPECT_GE(guard.count(), 1u);
+  EXPECT_EQ(memory.size(), 100u);
+}
+
+TEST(Allocation, NoneInTheWholePlanner) {
+  Loop loop(12);
+  std::vector<Reference> references;
+  for (int i = 0; i < 20; ++i) references.push_back(loop.reference(from_seconds(0.05 * i)));
+  for (int i = 0; i < 10; ++i) (void)loop.planner->update(references[i]);
+  for (int i = 10; i < 20; ++i) {
+    AllocationGuard guard;
+    (void)loop.planner->update(references[i]);
+    EXPECT_EQ(guard.count(), 0u) << i;
+  }
+}
+
+}  // namespace
+}  // namespace steadyhand

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+/// Counts heap allocations of this thread while a guard lives. Include in exactly one file of a test program: it
+/// replaces the global operator new. (malloc called by C code is not seen.)
+namespace steadyhand {
+
+inline thread_local bool counting_allocations = false;
+inline thread_local std::size_t allocation_count = 0;
+
+class AllocationGuard {
+ public:
+  AllocationGuard() {
+    allocation_count = 0;
+    counting_allocations = true;
+  }
+  ~AllocationGuard() { counting_allocations = false; }
+  AllocationGuard(const AllocationGuard&) = delete;
+  AllocationGuard& operator=(const AllocationGuard&) = delete;
+
+  std::size_t count() const { return allocation_count; }
+};
+
+inline void* counted_allocation(std::size_t size, std::size_t alignment) {
+  if (counting_allocations) ++allocation_count;
+  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
+  if (void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace steadyhand
+
+void* operator new(std::size_t size) { return steadyhand::counted_allocation(size, alignof(std::max_align_t)); }
+void* operator new[](std::size_t size) { return steadyhand::counted_allocation(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return steadyhand::counted_allocation(size, static_cast<std::size_t>(alignment));
+}
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return steadyhand::counted_allocation(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
