@@ -10,6 +10,12 @@ pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 add_library(urdf ALIAS PkgConfig::URDFDOM)
 add_library(zstd ALIAS PkgConfig::ZSTD)
+# Since 0.8 yaml-cpp's target has a namespace.
+if(TARGET yaml-cpp::yaml-cpp)
+  add_library(yaml ALIAS yaml-cpp::yaml-cpp)
+else()
+  add_library(yaml ALIAS yaml-cpp)
+endif()
 
 file(GLOB site_packages "${STEADYHAND_DEPS}/venv/lib/python3*/site-packages")
 if(NOT EXISTS "${site_packages}/casadi/include/fatrop/fatrop.hpp")
