@@ -9,9 +9,6 @@ Twist bracket(const Twist& a, const Twist& b) {
   return {a.angular.cross(b.angular), a.angular.cross(b.linear) + a.linear.cross(b.angular)};
 }
 
-namespace {
-
-/// Translation and rotation of a joint at q.
 Eigen::Isometry3d motion(const Joint& joint, double q) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   if (joint.type == JointType::kRevolute) {
@@ -21,8 +18,6 @@ Eigen::Isometry3d motion(const Joint& joint, double q) {
   }
   return T;
 }
-
-}  // namespace
 
 Kinematics::Kinematics(const RobotModel& model)
     : model_(&model), dof_(model.dof()), spheres_(model.spheres.size(), Vector3::Zero()) {

@@ -26,6 +26,9 @@ struct Twist {
 using MotionHessian =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxJoints, 3 * kMaxJoints>;
 
+/// Translation and rotation of a joint at q: joint frame at q in joint frame at 0.
+Eigen::Isometry3d motion(const Joint& joint, double q);
+
 /// Lie bracket of se(3). It differentiates the unit twists: dX_j / dq_k = bracket(X_j, X_k) for k > j, else 0.
 Twist bracket(const Twist& a, const Twist& b);
 

@@ -1,0 +1,273 @@
+#include "robot/loading.hpp"
+
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <cmath>
+#include <functional>
+
+#include "robot/kinematics.hpp"
+#include "robot/urdf_chain.hpp"
+#include "robot/urdf_text.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+Result<RobotModel> load_text(const std::string& text, const std::function<void(RobotSettings&)>& change = {}) {
+  const TemporaryFolder folder;
+  RobotSettings settings;
+  settings.urdf = folder.write("arm.urdf", text);
+  if (change) change(settings);
+  return load_robot(settings);
+}
+
+const std::string kRevolute = "<axis xyz='0 0 1'/><limit lower='-3' upper='3' velocity='2' effort='10'/>";
+
+TEST(LoadRobot, TakesDefaultsFromTheUrdf) {
+  const auto model = load_text(urdf_robot(urdf_serial_arm(3)));
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->name, "arm");
+  EXPECT_EQ(model->dof(), 3);
+  EXPECT_EQ(model->link_names, (std::vector<std::string>{"l0", "l1", "l2", "l3"}));
+  EXPECT_EQ(model->home, JointVector::Zero(3));
+  EXPECT_EQ(model->velocity_max, JointVector::Constant(3, 2.0));
+  EXPECT_EQ(model->acceleration_max, JointVector::Constant(3, kDefaultAcceleration));
+  EXPECT_TRUE(model->tool.origin.isApprox(Eigen::Isometry3d::Identity()));
+}
+
+TEST(LoadRobot, MergesFixedJointsAndAllowsFixedSideBranches) {
+  const auto fixed = [](const char* name, const char* parent, const char* child) {
+    return urdf_link(child) + urdf_joint(name, "fixed", parent, child, "");
+  };
+  const std::string text =
+      urdf_robot(urdf_link("world") + fixed("f0", "world", "l0") + urdf_serial_arm(2).substr(urdf_link("l0").size()) +
+                 fixed("f1", "l2", "flange") + fixed("f2", "l1", "camera"));
+  const auto model = load_text(text, [](RobotSettings& settings) {
+    settings.tool_link = "flange";
+    settings.spheres = {{"on_base", "l0", {0.1, 0.2, 0.3}, 0.05}, {"on_camera", "camera", {0.1, 0.2, 0.3}, 0.05}};
+  });
+  ASSERT_TRUE(model) << model.error().message;
+  Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
+  step.linear() = Eigen::AngleAxisd(1.2, Vector3::UnitX()).toRotationMatrix();
+  step.translation() = Vector3(0.3, 0.0, 0.0);
+  EXPECT_EQ(model->link_names[0], "world");
+  EXPECT_TRUE(model->joints[0].origin.isApprox(step * step, 1e-12));
+  EXPECT_TRUE(model->joints[1].origin.isApprox(step, 1e-12));
+  EXPECT_TRUE(model->tool.origin.isApprox(step, 1e-12));
+  EXPECT_EQ(model->spheres[0].link, 0);
+  EXPECT_EQ(model->spheres[1].link, 1);
+  for (const Sphere& sphere : model->spheres) {
+    EXPECT_LT((sphere.center - step * Vector3(0.1, 0.2, 0.3)).norm(), 1e-12);
+  }
+}
+
+TEST(LoadRobot, ReadsContinuousAndPrismaticJoints) {
+  const auto model = load_text(urdf_robot(
+      urdf_link("l0") + urdf_link("l1") + urdf_link("l2") +
+      urdf_joint("turn", "continuous", "l0", "l1", "<axis xyz='0 0.999 0'/><limit velocity='2' effort='1'/>") +
+      urdf_joint("slide", "prismatic", "l1", "l2",
+                 "<axis xyz='1 0 0'/><limit lower='0' upper='0.5' velocity='2' effort='1'/>")));
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->joints[0].type, JointType::kRevolute);
+  EXPECT_EQ(model->joints[0].axis, Vector3::UnitY());
+  EXPECT_EQ(model->position_max[0], kContinuousLimit);
+  EXPECT_EQ(model->joints[1].type, JointType::kPrismatic);
+  EXPECT_EQ(model->home[1], 0.25);
+}
+
+TEST(LoadRobot, FindsMeshes) {
+  const TemporaryFolder folder;
+  folder.write("my_arm/meshes/link.stl", "solid");
+  const std::string visual = "<visual><geometry><mesh filename='{}'/></geometry></visual>";
+  for (const std::string& name : {std::string("../meshes/link.stl"), std::string("package://my_arm/meshes/link.stl"),
+                                  "file://" + (folder.path() / "my_arm/meshes/link.stl").string()}) {
+    RobotSettings settings;
+    settings.urdf =
+        folder.write("my_arm/urdf/arm.urdf",
+                     urdf_robot(urdf_serial_arm(2) + urdf_link("cover", fmt::format(fmt::runtime(visual), name)) +
+                                urdf_joint("screws", "fixed", "l1", "cover", "")));
+    const auto model = load_robot(settings);
+    EXPECT_TRUE(model) << model.error().message;
+  }
+}
+
+TEST(LoadRobot, ReadsNumbersTheSameInEveryLocale) {
+  for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"}) {
+    std::setlocale(LC_ALL, name);  // stays "C" where the machine does not have it
+    const auto model = load_text(urdf_robot(urdf_serial_arm(2)));
+    std::setlocale(LC_ALL, "C");
+    ASSERT_TRUE(model) << model.error().message;
+    EXPECT_DOUBLE_EQ(model->joints[0].origin.translation().x(), 0.3);
+  }
+}
+
+struct Refusal {
+  const char* name;
+  std::string urdf;
+  std::string message;  ///< what it must say
+  std::function<void(RobotSettings&)> change = {};
+};
+
+void PrintTo(const Refusal& refusal, std::ostream* stream) { *stream << refusal.name; }
+std::string refusal_name(const testing::TestParamInfo<Refusal>& refusal) { return refusal.param.name; }
+
+class LoadRobotRefuses : public testing::TestWithParam<Refusal> {};
+
+TEST_P(LoadRobotRefuses, WithTheReason) {
+  const Refusal& refusal = GetParam();
+  const auto model = load_text(refusal.urdf, refusal.change);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().message.find(refusal.message), std::string::npos) << model.error().message;
+}
+
+std::string one_joint(const std::string& type, const std::string& content) {
+  return urdf_robot(urdf_link("l0") + urdf_link("l1") + urdf_joint("j1", type, "l0", "l1", content));
+}
+
+std::string mesh_on_link(const std::string& use, const std::string& name) {
+  return urdf_robot(
+      urdf_serial_arm(1) +
+      urdf_link("cover", fmt::format("<{0}><geometry><mesh filename='{1}'/></geometry></{0}>", use, name)) +
+      urdf_joint("screws", "fixed", "l1", "cover", ""));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Urdf, LoadRobotRefuses,
+    testing::Values(
+        Refusal{"missing_file", urdf_robot(""), "no such file", [](auto& s) { s.urdf = "there/is/no.urdf"; }},
+        Refusal{"folder", urdf_robot(""), "is not a file", [](auto& s) { s.urdf = s.urdf.parent_path(); }},
+        Refusal{"empty", "", "is empty"}, Refusal{"blank", " \n\t\n", "is empty"},
+        Refusal{"no_xml", "joints: 6", "not a usable URDF"},
+        Refusal{"other_xml", "<html><body/></html>", "not a usable URDF"},
+        Refusal{"truncated", urdf_robot(urdf_serial_arm(2)).substr(0, 300), "not a usable URDF"},
+        Refusal{"no_links", urdf_robot(""), "not a usable URDF"},
+        Refusal{"two_roots", urdf_robot(urdf_serial_arm(2) + urdf_link("stray")), "not a usable URDF"},
+        Refusal{"unknown_parent", urdf_robot(urdf_link("l1") + urdf_joint("j1", "revolute", "nowhere", "l1")),
+                "not a usable URDF"},
+        Refusal{"same_joint_twice",
+                urdf_robot(urdf_serial_arm(2) + urdf_link("l3") + urdf_joint("j2", "fixed", "l2", "l3")),
+                "not a usable URDF"},
+        Refusal{"loop_without_root",
+                urdf_robot(urdf_link("a") + urdf_link("b") + urdf_joint("ab", "revolute", "a", "b") +
+                           urdf_joint("ba", "revolute", "b", "a")),
+                "no loop"},
+        Refusal{"loop_with_two_parents", urdf_robot(urdf_serial_arm(3) + urdf_joint("extra", "revolute", "l0", "l3")),
+                "link 'l3' is the child of two joints, 'extra' and 'j3': the links form a loop"},
+        Refusal{"loop_back", urdf_robot(urdf_serial_arm(3) + urdf_joint("extra", "revolute", "l3", "l1")),
+                "link 'l1' is the child of two joints"},
+        Refusal{"loop_aside",
+                urdf_robot(urdf_serial_arm(2) + urdf_link("a") + urdf_link("b") + urdf_joint("ab", "fixed", "a", "b") +
+                           urdf_joint("ba", "fixed", "b", "a")),
+                "loop of joints"},
+        Refusal{"joint_on_itself",
+                urdf_robot(urdf_serial_arm(2) + urdf_link("a") + urdf_joint("aa", "fixed", "a", "a")),
+                "loop of joints"},
+        Refusal{"no_moving_joint", one_joint("fixed", ""), "has 0 moving joints; an arm has 1 to 8"},
+        Refusal{"nine_joints", urdf_robot(urdf_serial_arm(9)), "has 9 moving joints; an arm has 1 to 8"},
+        Refusal{"floating", one_joint("floating", ""), "joint 'j1' is floating"},
+        Refusal{"planar", one_joint("planar", "<axis xyz='0 0 1'/>"), "joint 'j1' is planar"},
+        Refusal{"mimic", one_joint("revolute", kRevolute + "<mimic joint='other'/>"), "mimics 'other'"},
+        Refusal{"branch",
+                urdf_robot(urdf_serial_arm(3) + urdf_link("finger") + urdf_joint("grip", "prismatic", "l1", "finger")),
+                "joint 'grip' (prismatic) moves link 'finger', which is not on the chain"},
+        Refusal{"tool_not_at_the_end", urdf_robot(urdf_serial_arm(3)), "joint 'j3' (revolute) moves link 'l3'",
+                [](auto& s) { s.tool_link = "l2"; }},
+        Refusal{"unknown_tool_link", urdf_robot(urdf_serial_arm(2)),
+                "no link 'hand' to carry the tool; its links: l0, l1, l2", [](auto& s) { s.tool_link = "hand"; }},
+        Refusal{"zero_axis",
+                one_joint("revolute", "<axis xyz='0 0 0'/><limit lower='-3' upper='3' velocity='2' effort='1'/>"),
+                "it must have length 1"},
+        Refusal{"long_axis",
+                one_joint("revolute", "<axis xyz='0 0 2'/><limit lower='-3' upper='3' velocity='2' effort='1'/>"),
+                "has axis [0, 0, 2] of length 2"},
+        Refusal{"nan_limit",
+                one_joint("revolute", "<axis xyz='0 0 1'/><limit lower='nan' upper='3' velocity='2' effort='1'/>"),
+                "not a usable URDF"},
+        Refusal{
+            "infinite_origin",
+            urdf_robot(
+                urdf_link("l0") + urdf_link("l1") +
+                "<joint name='j1' type='fixed'><parent link='l0'/><child link='l1'/><origin xyz='1e999 0 0'/></joint>"),
+            "not a usable URDF"},
+        Refusal{"no_limit", one_joint("revolute", "<axis xyz='0 0 1'/>"), "not a usable URDF"},
+        Refusal{"no_position_limit", one_joint("revolute", "<axis xyz='0 0 1'/><limit velocity='2' effort='1'/>"),
+                "joint 'j1' may move from 0 to 0 rad"},
+        Refusal{"continuous_without_velocity", one_joint("continuous", "<axis xyz='0 0 1'/>"),
+                "joint 'j1' has no limit velocity_max"},
+        Refusal{"limits_crossed",
+                one_joint("revolute", "<axis xyz='0 0 1'/><limit lower='2' upper='1' velocity='2' effort='1'/>"),
+                "joint 'j1' may move from 2 to 1 rad; the lower limit must be below"},
+        Refusal{"no_speed",
+                one_joint("revolute", "<axis xyz='0 0 1'/><limit lower='-1' upper='1' velocity='0' effort='1'/>"),
+                "velocity_max[0] of joint 'j1' is 0; it must be positive"},
+        Refusal{"missing_visual", mesh_on_link("visual", "meshes/no.stl"),
+                "the visual mesh 'meshes/no.stl' of link 'cover'"},
+        Refusal{"missing_collision", mesh_on_link("collision", "package://pkg/no.stl"), "the collision mesh"},
+        Refusal{"mesh_from_the_net", mesh_on_link("visual", "http://example.org/a.stl"), "does not exist"}),
+    refusal_name);
+
+INSTANTIATE_TEST_SUITE_P(
+    Settings, LoadRobotRefuses,
+    testing::Values(
+        Refusal{"home_size", urdf_robot(urdf_serial_arm(2)), "home has 3 numbers; the arm has 2 joints",
+                [](auto& s) {
+                  s.home = {{0, 0, 0}};
+                }},
+        Refusal{"home_outside", urdf_robot(urdf_serial_arm(2)), "home[1] = 3.5 rad is outside the limits -3 to 3",
+                [](auto& s) {
+                  s.home = {{0, 3.5}};
+                }},
+        Refusal{"home_nan", urdf_robot(urdf_serial_arm(2)), "home[0] of joint 'j1' is nan",
+                [](auto& s) {
+                  s.home = {{NAN, 0}};
+                }},
+        Refusal{"acceleration_negative", urdf_robot(urdf_serial_arm(2)), "acceleration_max[1] of joint 'j2' is -1",
+                [](auto& s) {
+                  s.acceleration_max = {{1, -1}};
+                }},
+        Refusal{"velocity_infinite", urdf_robot(urdf_serial_arm(2)), "velocity_max[0] of joint 'j1' is inf",
+                [](auto& s) {
+                  s.velocity_max = {{INFINITY, 1}};
+                }},
+        Refusal{"tool_nan", urdf_robot(urdf_serial_arm(2)), "the tool's origin",
+                [](auto& s) { s.tool_origin.translation().x() = NAN; }},
+        Refusal{"tool_skewed", urdf_robot(urdf_serial_arm(2)), "not a rotation",
+                [](auto& s) { s.tool_origin.linear()(0, 0) = 2.0; }},
+        Refusal{"sphere_link", urdf_robot(urdf_serial_arm(2)), "sphere 'a' is on link 'nowhere'",
+                [](auto& s) {
+                  s.spheres = {{"a", "nowhere", Vector3::Zero(), 0.1}};
+                }},
+        Refusal{"sphere_radius", urdf_robot(urdf_serial_arm(2)), "sphere 'a' has radius 0 m",
+                [](auto& s) {
+                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.0}};
+                }},
+        Refusal{"sphere_center", urdf_robot(urdf_serial_arm(2)), "the centre of sphere 'a'",
+                [](auto& s) {
+                  s.spheres = {{"a", "l0", Vector3(NAN, 0, 0), 0.1}};
+                }},
+        Refusal{"sphere_twice", urdf_robot(urdf_serial_arm(2)), "two spheres are called 'a'",
+                [](auto& s) {
+                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}, {"a", "l2", Vector3::Zero(), 0.1}};
+                }},
+        Refusal{"pair_unknown", urdf_robot(urdf_serial_arm(2)), "pair [a, b]: there is no sphere 'b'",
+                [](auto& s) {
+                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}};
+                  s.pairs = {{{"a", "b"}}};
+                }},
+        Refusal{"pair_on_one_link", urdf_robot(urdf_serial_arm(2)), "both spheres are on one link, 'l0'",
+                [](auto& s) {
+                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}, {"b", "l0", Vector3::UnitX(), 0.1}};
+                  s.pairs = {{{"a", "b"}}};
+                }},
+        Refusal{"home_in_collision", urdf_robot(urdf_serial_arm(3)), "spheres 'a' and 'b' overlap by 50.0 mm",
+                [](auto& s) {
+                  s.home = {{0.0, 0.0, 0.0}};
+                  // Both on the axis of the last joint, 0.15 m apart, so only the radii decide.
+                  s.spheres = {{"a", "l0", Vector3(0.3, 0.0, 0.0), 0.1}, {"b", "l1", Vector3(0.15, 0.0, 0.0), 0.1}};
+                  s.pairs = {{{"a", "b"}}};
+                }}),
+    refusal_name);
+
+}  // namespace
+}  // namespace steadyhand
