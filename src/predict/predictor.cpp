@@ -53,6 +53,11 @@ void Predictor::estimate() {
   angular_velocity_ = turn / spread;
 }
 
+Pose Predictor::at(Time t) const {
+  const double elapsed = to_seconds(t - newest_.stamp.hand);
+  return {newest_.X_base_tool.p + elapsed * velocity_, rotation(elapsed * angular_velocity_) * newest_.X_base_tool.q};
+}
+
 Reference Predictor::predict(Time start) const {
   Reference reference;
   reference.stamp = {newest_.stamp.hand, start};
@@ -60,13 +65,12 @@ Reference Predictor::predict(Time start) const {
   reference.dt = settings_.dt;
   reference.nodes = count_ == 0 ? 0 : settings_.horizon;
   for (int k = 0; k < reference.nodes; ++k) {
-    const double elapsed = to_seconds(start - newest_.stamp.hand) + (k + 1) * settings_.dt;
-    Vector3 p = newest_.X_base_tool.p + elapsed * velocity_;
-    const Vector3 from_center = p - settings_.reach_center;
+    const Pose target = at(start + from_seconds((k + 1) * settings_.dt));
+    const Vector3 from_center = target.p - settings_.reach_center;
     const double distance = from_center.norm();
-    if (distance > settings_.reach) p = settings_.reach_center + (settings_.reach / distance) * from_center;
-    reference.p[k] = p;
-    reference.R[k] = (rotation(elapsed * angular_velocity_) * newest_.X_base_tool.q).toRotationMatrix();
+    const bool beyond = distance > settings_.reach;
+    reference.p[k] = beyond ? Vector3(settings_.reach_center + (settings_.reach / distance) * from_center) : target.p;
+    reference.R[k] = target.q.toRotationMatrix();
   }
   return reference;
 }

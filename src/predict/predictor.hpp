@@ -25,6 +25,8 @@ class Predictor {
   /// The next target. One that is not newer than the last replaces nothing and is dropped; a disengaged one forgets the
   /// motion.
   void update(const Target& target);
+  /// Where the target is at time t, if it goes on as it does; not clipped. Before any target: the identity.
+  Pose at(Time t) const;
   /// Nodes 1..N at start + k * dt. Before any target: nodes = 0.
   Reference predict(Time start) const;
 
