@@ -57,10 +57,13 @@ std::string fill(std::string_view page, const std::map<std::string_view, std::st
 /// The colour of profile i, as page.css numbers them.
 std::string color(std::size_t i) { return fmt::format("--color: var(--profile-{})", i % 8 + 1); }
 
-/// "13 % of P1 tracking", or nothing for the first profile.
+/// "13 % of P1 tracking" or "2.6 × P1 tracking", or nothing for the first profile.
 std::string compared(double value, double first, const ReportInput& input, std::size_t i) {
   if (i == 0 || !(first > 0)) return "";
-  return fmt::format("<small>{:.0f} % of {}</small>", 100 * value / first, escape(input.profiles.front().label));
+  const double ratio = value / first;
+  return fmt::format("<small>{} {}</small>",
+                     ratio < 1 ? fmt::format("{:.0f} % of", 100 * ratio) : fmt::format("{:.1f} ×", ratio),
+                     escape(input.profiles.front().label));
 }
 
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {

@@ -2,6 +2,7 @@
 
 const data = JSON.parse(document.getElementById('data').textContent);
 const profiles = data.profiles;
+const shownProfiles = profiles.map(() => true);
 const root = document.documentElement;
 
 // ---------------------------------------------------------------------------------------------- colours
@@ -32,7 +33,7 @@ function columns(curves) {
 // ---------------------------------------------------------------------------------------------- charts
 
 /** Draws horizontal lines {at, text, color} with their names. */
-function marks(lines) {
+function lineMarks(lines) {
   return {
     hooks: {
       draw: (u) => {
@@ -52,7 +53,12 @@ function marks(lines) {
           ctx.lineTo(u.bbox.left + u.bbox.width, y);
           ctx.stroke();
           const above = y - u.bbox.top > 16 * ratio;
-          ctx.fillText(line.text, u.bbox.left + u.bbox.width - 4 * ratio, y + (above ? -4 : 13) * ratio);
+          const place = [line.text, u.bbox.left + u.bbox.width - 4 * ratio, y + (above ? -4 : 13) * ratio];
+          ctx.setLineDash([]);
+          ctx.strokeStyle = color('panel');
+          ctx.lineWidth = 4 * ratio;
+          ctx.strokeText(...place);
+          ctx.fillText(...place);
         }
         ctx.restore();
       },
@@ -60,11 +66,33 @@ function marks(lines) {
   };
 }
 
+/** Draws a tick at the bottom, in its profile's colour, for every step that failed. */
+const failureMarks = {
+  hooks: {
+    draw: ({ ctx, bbox, valToPos }) => {
+      ctx.save();
+      ctx.beginPath();
+      ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+      ctx.clip();
+      const size = 7 * uPlot.pxRatio;
+      profiles.forEach((profile, i) => {
+        if (!shownProfiles[i]) return;
+        ctx.fillStyle = profileColor(i);
+        const bottom = bbox.top + bbox.height - i * size;
+        for (const t of profile.failures) {
+          ctx.fillRect(Math.round(valToPos(t, 'x', true)) - uPlot.pxRatio, bottom - size + 1, 2 * uPlot.pxRatio, size - 1);
+        }
+      });
+      ctx.restore();
+    },
+  },
+};
+
 const charts = [];
 
 /**
  * What a chart needs: `figure` to stand in, `columns` [x, y...], `series` [{label, color(), profile?, dash?, fill?,
- * value?}], and optionally `unit`, `marks`, `range` (of y), `log` (y), `x` {label, value, log}: without `x` it shares
+ * value?}], and optionally `unit`, `plugins`, `range` (of y), `log` (y), `x` {label, value, log}: without `x` it shares
  * time, cursor and zoom with the others.
  */
 function addChart(spec) {
@@ -73,7 +101,7 @@ function addChart(spec) {
   build(chart);
   spec.figure.setAttribute('role', 'group');
   spec.figure.setAttribute('aria-label', `Plot: ${spec.figure.querySelector('h3').textContent}`);
-  new ResizeObserver(() => resize(chart)).observe(spec.figure);
+  new ResizeObserver(() => requestAnimationFrame(() => resize(chart))).observe(spec.figure);
   return chart;
 }
 
@@ -103,6 +131,7 @@ function build(chart) {
   };
   const time = !spec.x;
   const width = inner(spec.figure);
+  const logAxis = { values: (u, ticks) => ticks.map(plain), filter: (u, ticks) => ticks.map(oneTwoFive) };
   const scale = (log, scaleRange) => ({ ...(log && { distr: 3 }), ...(scaleRange && { range: scaleRange }) });
   chart.plot = new uPlot(
     {
@@ -118,8 +147,8 @@ function build(chart) {
       },
       scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range) }, y: scale(spec.log, spec.range) },
       axes: [
-        { ...axis, label: spec.x?.label ?? 'time, s', labelSize: 16, labelGap: 0, size: 26, space: 60 },
-        { ...axis, size: 46, space: 34, ...(spec.log && { values: (u, ticks) => ticks.map(plain) }) },
+        { ...axis, label: spec.x?.label ?? 'time, s', labelSize: 16, labelGap: 0, size: 26, space: 60, ...(spec.x?.log && logAxis) },
+        { ...axis, size: 46, space: 34, ...(spec.log && logAxis) },
       ],
       series: [
         { label: spec.x?.name ?? 'time', value: (u, value) => (spec.x?.value ?? seconds)(value) },
@@ -135,7 +164,7 @@ function build(chart) {
           value: series.value ?? ((u, value) => format(value, spec.unit)),
         })),
       ],
-      plugins: spec.marks ? [marks(spec.marks)] : [],
+      plugins: spec.plugins ?? [],
       legend: { markers: { width: 0, fill: (u, i) => legendColor(spec.series[i - 1]) } },
     },
     chart.columns?.() ?? spec.columns,
@@ -145,9 +174,9 @@ function build(chart) {
 }
 
 const legendColor = (series) => (series ? series.fill?.() ?? series.color() : 'transparent');
-const plain = (tick) => (tick == null ? '' : tick >= 1 ? String(tick) : String(Number(tick.toPrecision(2))));
+const plain = (tick) => (tick == null ? '' : String(Number(tick.toPrecision(2))));
+const oneTwoFive = (tick) => (/^[125]/.test(tick.toExponential()) ? tick : null);
 
-const shownProfiles = profiles.map(() => true);
 const isShown = (profile) => profile === undefined || shownProfiles[profile];
 
 /** One line per profile of its step curve `name`, after the lines of `before`. */
@@ -178,17 +207,17 @@ const targets = (name) => data.targets.map((target) => ({ label: target.label, t
 profileChart('y', { before: targets('y'), unit: 'm' });
 profileChart('roll', { before: targets('roll'), unit: '°' });
 profileChart('lateral', { unit: 'm/s²', range: including(0) });
-profileChart('vertical', { unit: 'm/s²', marks: [{ at: 9.81, text: 'at rest', color: 'muted' }], range: including(9.81) });
+profileChart('vertical', { unit: 'm/s²', plugins: [lineMarks([{ at: 9.81, text: 'at rest', color: 'muted' }])], range: including(9.81) });
 profileChart('position_error', { unit: 'mm', range: including(0) });
 profileChart('orientation_error', { unit: '°', range: including(0) });
 profileChart('solve_time', {
   unit: 'ms',
   log: true,
-  marks: [{ at: data.period_ms, text: 'next plan is due', color: 'limit' }],
+  plugins: [lineMarks([{ at: data.period_ms, text: 'next plan is due', color: 'limit' }]), failureMarks],
   range: logRange(data.period_ms),
 });
 profileChart('iterations', { range: including(0) });
-profileChart('distance', { unit: 'mm', marks: [{ at: 0, text: 'contact', color: 'limit' }], range: including(0) });
+profileChart('distance', { unit: 'mm', plugins: [lineMarks([{ at: 0, text: 'contact', color: 'limit' }])], range: including(0) });
 
 addChart({
   figure: document.querySelector('[data-chart="tail"]'),
@@ -258,7 +287,7 @@ profiles.forEach((profile, i) => {
     figure: addFigure('speeds', i),
     columns: [profile.speeds.t, ...profile.speeds.percent],
     unit: '%',
-    marks: [{ at: 100, text: 'limit', color: 'limit' }],
+    plugins: [lineMarks([{ at: 100, text: 'limit', color: 'limit' }])],
     range: (u, min, max) => [0, Math.max(108, 1.05 * max)],
     series: profile.joints.map((label, joint) => ({ label, color: () => color(`joint-${(joint % 8) + 1}`), width: 1.3 })),
   });
@@ -271,7 +300,7 @@ const prefersDark = matchMedia('(prefers-color-scheme: dark)');
 const isDark = () => (root.dataset.theme ? root.dataset.theme === 'dark' : prefersDark.matches);
 
 function repaint() {
-  themeButton.setAttribute('aria-pressed', String(isDark()));
+  themeButton.textContent = isDark() ? 'Light' : 'Dark';
   charts.forEach(build);
 }
 themeButton.addEventListener('click', () => {
@@ -279,7 +308,7 @@ themeButton.addEventListener('click', () => {
   repaint();
 });
 prefersDark.addEventListener('change', repaint);
-themeButton.setAttribute('aria-pressed', String(isDark()));
+themeButton.textContent = isDark() ? 'Light' : 'Dark';
 
 // Paper is white.
 let themeBeforePrint;
@@ -308,7 +337,6 @@ for (const box of document.querySelectorAll('[data-profile]')) {
 const relativeButton = document.getElementById('relative');
 relativeButton.addEventListener('click', () => {
   relative = !relative;
-  relativeButton.setAttribute('aria-pressed', String(relative));
   relativeButton.textContent = relative ? 'Show absolute values' : 'Show shares in %';
   objectiveCharts.forEach(build);
 });

@@ -118,6 +118,13 @@ void write_steps(JsonObject& profile_object, const ProfileResult& profile, std::
   curve("iterations", Keep::kLargest, [&](std::size_t i) { return steps[i].iterations; });
   curve("distance", Keep::kSmallest, [&](std::size_t i) { return 1e3 * steps[i].smallest_sphere_distance_m; });
 
+  std::vector<double> failures;
+  for (const PlanStep& step : steps) {
+    if (step.status != PlanOrigin::kSolved) failures.push_back(step.t_s);
+  }
+  write_curve(profile_object.key("failures"), failures.size(), 1, Keep::kFirst,
+              [&](std::size_t i) { return failures[i]; });
+
   write_texts(profile_object.key("terms"), profile.names.terms);
   JsonBuffer& shares = profile_object.key("shares");
   write_array(shares, profile.names.terms.size(), [&](std::size_t term) {

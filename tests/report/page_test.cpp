@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "report/page_data.hpp"
+#include "sample_run.hpp"
+
+/// What the page is made of; tests/python/test_report.py opens it in a browser.
+namespace steadyhand {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string write_and_read(const ReportInput& input) {
+  const auto path = std::filesystem::temp_directory_path() / "steadyhand_test_report.html";
+  const Status status = write_report(input, path);
+  EXPECT_TRUE(status) << status.error().message;
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(PageData, HoldsEveryCurveAtItsLength) {
+  const ReportInput input = test::sample_input();
+  const Thinning thinning = choose_thinning(input);
+  EXPECT_EQ(thinning.steps_per_point, 1);
+  const Json data = Json::parse(page_data(input, thinning));
+  EXPECT_EQ(data["targets"].size(), 1u);  // the same for all profiles
+  ASSERT_EQ(data["profiles"].size(), 3u);
+  for (const Json& profile : data["profiles"]) {
+    for (const char* name : {"t", "y", "roll", "lateral", "vertical", "position_error", "orientation_error",
+                             "solve_time", "iterations", "distance"}) {
+      EXPECT_EQ(profile[name].size(), 220u) << name;
+    }
+    ASSERT_EQ(profile["shares"].size(), 6u);
+    for (const Json& share : profile["shares"]) EXPECT_EQ(share.size(), 220u);
+    ASSERT_EQ(profile["speeds"]["percent"].size(), 6u);
+    for (const Json& joint : profile["speeds"]["percent"]) EXPECT_EQ(joint.size(), profile["speeds"]["t"].size());
+    EXPECT_LE(profile["speeds"]["t"].size(), 1000u);
+    EXPECT_EQ(profile["failures"].size(), 1u);
+  }
+}
+
+TEST(PageData, ThinningKeepsTheWorst) {
+  ReportInput input = test::sample_input();
+  input.profiles = {test::sample_profile("long", "Long", 0.1, 0.5, 3000, 4, 60, 200)};
+  const ProfileResult& profile = input.profiles[0];
+  const Thinning thinning = choose_thinning(input);
+  ASSERT_GT(thinning.steps_per_point, 1);
+  ASSERT_GT(thinning.commands_per_point, 1);
+  const Json data = Json::parse(page_data(input, thinning))["profiles"][0];
+  EXPECT_LE(data["t"].size(), 4000u);
+
+  const Metrics metrics = evaluate(profile.steps, profile.commands, profile.limits);
+  double speed = 0, speed_on_page = 0;
+  for (const JointCommand& c : profile.commands)
+    speed = std::max(speed, largest_ratio(c.dq, profile.limits.velocity_max));
+  const auto largest = [](const Json& curve) { return std::max_element(curve.begin(), curve.end())->get<double>(); };
+  for (const Json& joint : data["speeds"]["percent"]) speed_on_page = std::max(speed_on_page, largest(joint));
+  const double smallest_distance = *std::min_element(data["distance"].begin(), data["distance"].end());
+  constexpr double kRounding = 1e-5;  // the page has six figures
+  EXPECT_NEAR(largest(data["solve_time"]) / (1e-3 * metrics.solve_max), 1, kRounding);
+  EXPECT_NEAR(largest(data["position_error"]) / (1e3 * metrics.position_max), 1, kRounding);
+  EXPECT_NEAR(smallest_distance / (1e3 * metrics.smallest_distance), 1, kRounding);
+  EXPECT_NEAR(speed_on_page / (100 * speed), 1, kRounding);
+}
+
+TEST(PageData, TheTailEndsWithTheSlowestStep) {
+  for (const double duration : {0.05, 1.0, 20.0, 300.0}) {
+    ReportInput input = test::sample_input();
+    input.profiles = {test::sample_profile("p", "P", 0.1, 0.5, 3000, 5, duration)};
+    const Json tail = Json::parse(page_data(input, choose_thinning(input)))["profiles"][0]["tail"];
+    const double steps = static_cast<double>(input.profiles[0].steps.size());
+    ASSERT_EQ(tail["ms"].size(), tail["percent"].size());
+    EXPECT_EQ(tail["percent"].front(), 100);
+    EXPECT_NEAR(tail["percent"].back(), 100 / steps, 1e-3);
+    EXPECT_TRUE(std::is_sorted(tail["ms"].begin(), tail["ms"].end()));
+    EXPECT_TRUE(std::is_sorted(tail["percent"].rbegin(), tail["percent"].rend()));
+  }
+}
+
+TEST(PageData, RollDoesNotJumpByAFullTurn) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(1);
+  for (PlanStep& step : input.profiles[0].steps) {
+    step.X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());
+  }
+  const Json profile = Json::parse(page_data(input, {}))["profiles"][0];
+  for (std::size_t k = 0; k < 220; ++k) {
+    EXPECT_NEAR(profile["roll"][k], profile["t"][k].get<double>() * 180 / std::numbers::pi, 1e-2);
+  }
+}
+
+TEST(PageData, TargetsOfTheirOwnAreShown) {
+  ReportInput input = test::sample_input();
+  input.profiles[2].steps.back().X_base_target.p.y() += 0.01;
+  const Json targets = Json::parse(page_data(input, {}))["targets"];
+  ASSERT_EQ(targets.size(), 2u);
+  EXPECT_EQ(targets[1]["label"], "target of P3 waiter");
+}
+
+TEST(Page, NamesCannotBreakOut) {
+  ReportInput input = test::sample_input();
+  const std::string hostile = "</script><script>alert(\"1\")</script>{{data}}";
+  input.recording = input.command = input.profiles[1].label = input.profiles[1].weights = hostile;
+  input.profiles[1].names.terms[0] = hostile;
+  const std::string page = write_and_read(input);
+  EXPECT_EQ(page.find("<script>alert"), std::string::npos);
+  EXPECT_NE(page.find("{{data}}"), std::string::npos);  // as text, not filled in
+  EXPECT_NE(page.find("&lt;script&gt;alert"), std::string::npos);
+}
+
+TEST(Page, WorksForOneProfileWithoutCommands) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(1);
+  input.profiles[0].commands.clear();
+  input.profiles[0].steps.resize(1);
+  const std::string page = write_and_read(input);
+  EXPECT_EQ(page.find("class=\"best\""), std::string::npos);
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+}
+
+TEST(Page, RefusesWhatCannotBeReported) {
+  ReportInput input = test::sample_input();
+  const Status nowhere = write_report(input, "/nowhere/report.html");
+  ASSERT_FALSE(nowhere);
+  EXPECT_NE(nowhere.error().message.find("/nowhere/report.html"), std::string::npos);
+  if (std::filesystem::exists("/dev/full")) {
+    EXPECT_FALSE(write_report(input, "/dev/full"));
+  }
+
+  input.profiles[1].steps.clear();
+  const Status empty = write_report(input, std::filesystem::temp_directory_path() / "steadyhand_test_report.html");
+  ASSERT_FALSE(empty);
+  EXPECT_NE(empty.error().message.find("anti-slosh"), std::string::npos);
+  input.profiles.clear();
+  EXPECT_FALSE(write_report(input, std::filesystem::temp_directory_path() / "steadyhand_test_report.html"));
+}
+
+}  // namespace
+}  // namespace steadyhand
