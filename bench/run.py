@@ -1,0 +1,163 @@
+"""`./steadyhand bench`: the same sequence of problems through our solver, the paper's own stack and other peers. See README.md."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+warnings.filterwarnings("ignore", category=FutureWarning, module="casadi")
+
+from comparison import HEADER, LEGEND, as_json, compare, format_row
+from formulation import Arm, Formulation
+from kkt import Judge
+from peers import PeerError, say
+from workers import PAPER, SOLVERS, Worker
+
+ROOT = Path(__file__).resolve().parent.parent
+PROFILES = ("tracking", "anti-slosh", "waiter")
+BLOCK = 10  # problems that one solver solves before the next has its turn
+QUICK_BLOCKS = 2  # per profile
+
+
+class InputError(Exception):
+    """Something the user can put right; exit code 2."""
+
+
+def parse_arguments(argv):
+    parser = argparse.ArgumentParser(prog="steadyhand bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     epilog="examples:\n  ./steadyhand bench --quick\n  ./steadyhand bench --profiles waiter --solvers "
+                                            "steadyhand casadi --json out/bench.json\n  ./steadyhand bench --problems out\n\n" + LEGEND)
+    parser.add_argument("--solvers", nargs="+", metavar="NAME", default=None, help=f"of {', '.join(SOLVERS)} (default: all)")
+    parser.add_argument("--profiles", nargs="+", metavar="NAME", default=list(PROFILES), help=f"(default: {' '.join(PROFILES)})")
+    parser.add_argument("--problems", metavar="DIR", type=Path,
+                        help="what `replay --dump-problems --out DIR` left: DIR/PROFILE/problems.json (default: replay the bundled recording)")
+    parser.add_argument("--quick", action="store_true",
+                        help=f"{QUICK_BLOCKS * BLOCK} problems of each profile, and no casadi-c unless asked for: under two minutes")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write all figures, problem by problem")
+    options = parser.parse_args(argv)
+    if options.solvers is None:
+        options.solvers = [s for s in SOLVERS if not (options.quick and s == "casadi-c")]
+    for name in options.solvers:
+        if name not in SOLVERS:
+            raise InputError(f"--solvers: there is no {name!r}; there are {', '.join(SOLVERS)}")
+    if options.json and not options.json.absolute().parent.is_dir():
+        raise InputError(f"--json: the folder {options.json.parent} does not exist")
+    return options
+
+
+def run_program(program, *arguments):
+    try:
+        run = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True)
+    except OSError as error:
+        raise InputError(f"the program {program} cannot be started: {error.strerror}; STEADYHAND_PROGRAM names it") from None
+    if run.returncode != 0:
+        raise InputError(f"`{program} {' '.join(arguments)}` ended with exit code {run.returncode}, see above")
+    return run.stdout
+
+
+def load_problems(folder, profile):
+    path = folder / profile / "problems.json"
+    try:
+        problems = json.loads(path.read_text())
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; `steadyhand replay --dump-problems --out {folder}` writes it") from None
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}: no JSON at line {error.lineno}, column {error.colno}: {error.msg}") from None
+    if not isinstance(problems, list) or not problems:
+        raise InputError(f"{path}: an array of problems is wanted, not {type(problems).__name__} of length {len(problems)}")
+    keys = ("robot", "dt", "horizon", "x0", "weights", "reference", "tolerance")
+    for i, problem in enumerate(problems):
+        for key in keys:
+            if key not in problem:
+                raise InputError(f"{path}: problem {i} has no {key!r}")
+    return problems
+
+
+def check_alike(problems):
+    """The peers are built once: for one robot, step, horizon and tolerance."""
+    for key in ("robot", "dt", "horizon", "tolerance"):
+        values = {problem[key] for problem in problems}
+        if len(values) > 1:
+            raise InputError(f"all problems must have the same {key!r}, not {sorted(values)}")
+
+
+def select(problems, quick):
+    """Blocks of consecutive problems; the quick choice is spread evenly."""
+    blocks = [problems[i:i + BLOCK] for i in range(0, len(problems), BLOCK)]
+    if quick and len(blocks) > QUICK_BLOCKS:
+        step = len(blocks) / QUICK_BLOCKS
+        blocks = [blocks[int((i + 0.5) * step)] for i in range(QUICK_BLOCKS)]
+    return blocks
+
+
+def run_profile(workers, judge, blocks, profile):
+    """Block by block, each time another solver first, so that a drift of the machine hits all alike."""
+    answers = {worker.name: [] for worker in workers}
+    verdicts = {worker.name: [] for worker in workers}
+    for i, block in enumerate(blocks):
+        if sys.stderr.isatty():
+            print(f"\r{profile}: block {i + 1} of {len(blocks)} ", end="", file=sys.stderr, flush=True)
+        turn = i % len(workers)
+        for worker in workers[turn:] + workers[:turn]:
+            answers[worker.name] += worker.solve(block)
+        # Judged in between: while this goes on no solver runs.
+        for name, of_solver in answers.items():
+            verdicts[name] += [judge(problem, a.x, a.u) for problem, a in zip(block, of_solver[-len(block):])]
+    if sys.stderr.isatty():
+        print("\r" + " " * 60 + "\r", end="", file=sys.stderr)
+    return answers, verdicts
+
+
+def bench(options):
+    program = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+    with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as temporary:
+        folder = options.problems
+        if folder is None:
+            folder = Path(temporary)
+            say("replaying the bundled recording for its problems")
+            profiles = [argument for profile in options.profiles for argument in ("--profile", profile)]
+            run_program(program, "replay", "--dump-problems", "--out", str(folder), *profiles)
+        blocks = {profile: select(load_problems(folder, profile), options.quick) for profile in options.profiles}
+
+    problems = [problem for of_profile in blocks.values() for block in of_profile for problem in block]
+    check_alike(problems)
+    first = problems[0]
+    description = json.loads(run_program(program, "describe", first["robot"]))
+    paths = {"program": program, "cache": ROOT / "build" / "bench", "acados": ROOT / ".deps" / "acados" / "acados"}
+
+    workers = [Worker(name, description, problems, paths) for name in options.solvers]
+    for worker in workers:
+        worker.wait_until_ready()
+    judge = Judge(Formulation(Arm.from_description(description), first["dt"], first["horizon"]))
+
+    print(f"{description['name']}: {len(description['spheres'])} spheres, {len(description['pairs'])} pairs; horizon {first['horizon']} x "
+          f"{first['dt']} s; tolerance {first['tolerance']:g}")
+    results = {}
+    for profile, of_profile in blocks.items():
+        answers, verdicts = run_profile(workers, judge, of_profile, profile)
+        rows = compare(answers, verdicts, PAPER)
+        print(f"\n{profile}: {rows[0].problems} problems\n{HEADER}")
+        print("\n".join(format_row(row) for row in rows), flush=True)
+        results[profile] = as_json(rows, answers, verdicts)
+    print(f"\n{LEGEND}")
+    for worker in workers:
+        worker.close()
+    if options.json:
+        options.json.write_text(json.dumps(results, indent=1) + "\n")
+
+
+def main():
+    try:
+        bench(parse_arguments(sys.argv[1:]))
+    except (InputError, PeerError) as error:
+        print(f"steadyhand bench: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
