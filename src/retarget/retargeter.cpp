@@ -1,5 +1,7 @@
 #include "retarget/retargeter.hpp"
 
+#include <cmath>
+
 namespace steadyhand {
 
 Retargeter::Retargeter(const RetargetSettings& settings)
@@ -8,7 +10,7 @@ Retargeter::Retargeter(const RetargetSettings& settings)
 bool Retargeter::follows(const OperatorSample& sample) const {
   const Pose& X = sample.X_operator_hand;
   return sample.clutch && sample.tracked && (!sample.emulated || settings_.accept_emulated) && X.p.allFinite() &&
-         X.q.coeffs().allFinite();
+         std::abs(X.q.squaredNorm() - 1.0) < 1e-3;  // false for NaN
 }
 
 Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_now) {

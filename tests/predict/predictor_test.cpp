@@ -61,29 +61,110 @@ TEST(Predictor, ExactOnConstantMotion) {
   }
 }
 
-/// Noise of 1 mm and 0.5 degrees: no bias, and the spread that the least-squares slope of evenly spread samples has.
+/// No bias, and the variance sigma^2 sum(h_i^2) of the line's slope, where h_i is how much target i counts: its
+/// velocity after a pulse in that target alone.
 TEST(Predictor, NoiseIsAveraged) {
   Random random(3);
-  const double sigma = 1e-3;
-  const int samples = 8;  // in 0.08 s at 90 Hz
-  const double spacing = 1.0 / 90.0,
-               expected = sigma * std::sqrt(12.0 / (samples * (samples * samples - 1.0))) / spacing;
-  double sum = 0.0, squares = 0.0;
-  const int trials = 4000;
-  for (int trial = 0; trial < trials; ++trial) {
+  const double sigma = 1e-3;  // m
+  const int samples = 20, trials = 4000;
+  for (const double rate : {60.0, 90.0, 120.0}) {
+    double gain = 0.0;
+    for (int pulse = 0; pulse < samples; ++pulse) {
+      Predictor predictor({});
+      for (int i = 0; i < samples; ++i) {
+        Target target = Motion{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, Quaternion::Identity()}.at(i / rate);
+        target.X_base_tool.p.x() = i == pulse ? 1.0 : 0.0;
+        predictor.update(target);
+      }
+      gain += predictor.velocity().squaredNorm();
+    }
+    const double expected = sigma * std::sqrt(gain);
+    EXPECT_LT(expected, 0.05) << rate << " Hz";  // m/s, for a hand that is seen to 1 mm
+
+    double sum = 0.0, squares = 0.0;
+    for (int trial = 0; trial < trials; ++trial) {
+      const Motion motion = random.motion();
+      Predictor predictor({});
+      for (int i = 0; i < samples; ++i) {
+        Target target = motion.at(i / rate);
+        for (int c = 0; c < 3; ++c) target.X_base_tool.p[c] += random.normal(sigma);
+        predictor.update(target);
+      }
+      const double error = predictor.velocity().x() - motion.v.x();
+      sum += error;
+      squares += error * error;
+    }
+    EXPECT_LT(std::abs(sum / trials), 4.0 * expected / std::sqrt(trials)) << rate << " Hz";
+    EXPECT_NEAR(std::sqrt(squares / trials), expected, 0.1 * expected) << rate << " Hz";
+  }
+}
+
+TEST(Predictor, ExactAtAnyRate) {
+  Random random(9);
+  for (const double rate : {10.0, 20.0, 30.0, 60.0, 120.0, 500.0, 2000.0}) {
     const Motion motion = random.motion();
     Predictor predictor({});
-    for (int i = 0; i < 20; ++i) {
-      Target target = motion.at(i * spacing);
-      for (int c = 0; c < 3; ++c) target.X_base_tool.p[c] += random.normal(sigma);
-      predictor.update(target);
-    }
-    const double error = predictor.velocity().x() - motion.v.x();
-    sum += error;
-    squares += error * error;
+    for (int i = 0; i <= 100; ++i) predictor.update(motion.at(i / rate));
+    EXPECT_LT((predictor.velocity() - motion.v).norm(), 1e-5) << rate << " Hz";
+    EXPECT_LT((predictor.angular_velocity() - motion.w).norm(), 1e-5) << rate << " Hz";
   }
-  EXPECT_LT(std::abs(sum / trials), 4.0 * expected / std::sqrt(trials));
-  EXPECT_NEAR(std::sqrt(squares / trials), expected, 0.1 * expected);
+}
+
+/// Two targets a microsecond apart after engaging, 1 mm of noise between them: no 1000 m/s.
+TEST(Predictor, CloseStampsMakeNoVelocity) {
+  Random random(10);
+  const Motion motion = random.motion();
+  Predictor predictor({});
+  for (int i = 0; i < 10; ++i) {
+    Target target = motion.at(1e-6 * i);
+    target.X_base_tool.p += random.vector(1e-3);
+    predictor.update(target);
+    EXPECT_EQ(predictor.velocity().norm(), 0.0);
+  }
+}
+
+/// Whatever comes in, what goes out is finite, within reach, and made of rotations.
+TEST(Predictor, HoldsItsInvariants) {
+  Random random(11);
+  PredictorSettings settings;
+  settings.reach = 0.9;
+  Predictor predictor(settings);
+  double t = 0.0;
+  for (int i = 0; i < 100'000; ++i) {
+    t += random.uniform(0, 1) < 0.1 ? random.uniform(-0.5, 0.5) : random.uniform(0, 0.02);  // late, lost, set back
+    Target target = random.motion().at(0.0);
+    target.stamp.hand = from_seconds(t);
+    target.engaged = random.uniform(0, 1) < 0.95;
+    if (i % 100 == 0) target.X_base_tool.p.y() = std::nan("");
+    if (i % 100 == 1) target.X_base_tool.q.coeffs().setZero();
+    predictor.update(target);
+    const Reference reference = predictor.predict(from_seconds(t + random.uniform(-0.1, 0.4)));
+    for (int k = 0; k < reference.nodes; ++k) {
+      ASSERT_LT(reference.p[k].norm(), settings.reach + 1e-12);  // false for NaN
+      ASSERT_LT((reference.R[k] * reference.R[k].transpose() - Matrix3::Identity()).norm(), 1e-12);
+      ASSERT_GT(reference.R[k].determinant(), 0.0);
+    }
+  }
+}
+
+TEST(Predictor, ALostHandRestsWhereItWasSeenLast) {
+  Random random(12);
+  const Motion motion = random.motion();
+  Predictor predictor({});
+  for (int i = 0; i <= 20; ++i) predictor.update(motion.at(0.01 * i));
+  EXPECT_LT((predictor.predict(from_seconds(0.44)).p[7] - motion.at(0.84).X_base_tool.p).norm(), 1e-6);
+  const Reference lost = predictor.predict(from_seconds(0.46));
+  for (int k = 0; k < 8; ++k) EXPECT_EQ(lost.p[k], motion.at(0.2).X_base_tool.p);
+}
+
+TEST(Predictor, AClockThatWasSetBackStartsAnew) {
+  Random random(13);
+  const Motion motion = random.motion();
+  Predictor predictor({});
+  for (int i = 0; i < 20; ++i) predictor.update(motion.at(100 + 0.01 * i));
+  predictor.update(motion.at(0.0));
+  EXPECT_EQ(predictor.newest().stamp.hand, Time(0));
+  EXPECT_EQ(predictor.velocity().norm(), 0.0);
 }
 
 TEST(Predictor, ClipsToTheReach) {
