@@ -8,7 +8,11 @@
 namespace steadyhand {
 
 Planner::Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings)
-    : settings_(settings), ocp_(model, ocp), kinematics_(model), guess_(model.dof(), ocp.horizon) {
+    : settings_(settings),
+      ocp_(model, ocp),
+      kinematics_(model),
+      guess_(model.dof(), ocp.horizon),
+      last_solved_(model.dof(), ocp.horizon) {
   solution_.prepare(ocp_);
 }
 
@@ -31,11 +35,12 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
 
 void Planner::reset(const JointVector& q, Time now) {
   plan_ = Plan{};
-  plan_.start = solved_until_ = now;
+  plan_.start = last_solved_start_ = now;
   plan_.dt = ocp_.dt();
   plan_.joints = ocp_.dof();
   plan_.x[0] = StateVector::Zero(2 * ocp_.dof());
   plan_.x[0].head(ocp_.dof()) = q;
+  last_solved_ = Trajectory(ocp_.dof(), ocp_.horizon());
   for (auto& node : solution_.multipliers) std::fill(node.begin(), node.end(), 0.0);
 }
 
@@ -48,53 +53,66 @@ const Plan& Planner::update(const Reference& reference) {
   multipliers_ = solution_.multipliers;
   solver_->solve(instance_, guess_, &multipliers_, settings_.budget, solution_);
 
+  // Between the solution's last node and rest lies a stop that the problem does not know: it may need to begin earlier.
   fault_ = PlanFault::kNotFinite;
   if (solution_.status == SolveStatus::kSolved || solution_.status == SolveStatus::kFeasible) {
-    make_plan(reference);
-    fault_ = check_plan(candidate_, instance_.x0, settings_.check, kinematics_);
+    for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
+      make_plan(reference, intervals);
+      fault_ = check_plan(candidate_, instance_.x0, settings_.check, kinematics_);
+    }
   }
   if (fault_ == PlanFault::kNone) {
     plan_ = candidate_;
-    solved_until_ = plan_.start + from_seconds(ocp_.horizon() * ocp_.dt());
+    last_solved_ = solution_.trajectory;
+    last_solved_start_ = reference.start;
   } else {
     plan_.origin = PlanOrigin::kPrevious;
   }
   return plan_;
 }
 
+namespace {
+
+/// Joint velocities of a trajectory at time t after its start; those of the last node after its end.
+JointVector velocity_at(const Trajectory& trajectory, double dt, double t) {
+  const int n = static_cast<int>(trajectory.u[0].size()), N = static_cast<int>(trajectory.u.size());
+  const int k = static_cast<int>(std::clamp(t / dt, 0.0, static_cast<double>(N)));
+  if (k == N) return trajectory.x[N].tail(n);
+  return trajectory.x[k].tail(n) + (t - k * dt) * trajectory.u[k];
+}
+
+}  // namespace
+
 /// The last solution shifted to `start`; what it does not cover goes on at constant velocity.
 void Planner::make_guess(Time start) {
+  const double dt = ocp_.dt(), shift = to_seconds(start - last_solved_start_);
   guess_.x[0] = instance_.x0;
   for (int k = 0; k < ocp_.horizon(); ++k) {
-    const Time begin = start + from_seconds(k * ocp_.dt()), end = start + from_seconds((k + 1) * ocp_.dt());
-    if (end <= solved_until_) {
-      guess_.u[k] = (sample(plan_, end).dq - sample(plan_, begin).dq) / ocp_.dt();
-    } else {
-      guess_.u[k].setZero(ocp_.dof());
-    }
+    guess_.u[k] =
+        (velocity_at(last_solved_, dt, shift + (k + 1) * dt) - velocity_at(last_solved_, dt, shift + k * dt)) / dt;
     guess_.x[k + 1] = ocp_.next(guess_.x[k], guess_.u[k]);
   }
 }
 
-/// The solution, then a stop in which all joints brake evenly, as hard as the limits allow.
-void Planner::make_plan(const Reference& reference) {
-  const int n = ocp_.dof(), N = ocp_.horizon();
+/// The solution's first intervals, then a stop in which all joints brake evenly, as hard as the limits allow.
+void Planner::make_plan(const Reference& reference, int intervals) {
+  const int n = ocp_.dof();
   candidate_.stamp = reference.stamp;
   candidate_.start = reference.start;
   candidate_.dt = ocp_.dt();
   candidate_.joints = n;
   candidate_.origin = solution_.status == SolveStatus::kSolved ? PlanOrigin::kSolved : PlanOrigin::kFeasible;
-  for (int k = 0; k < N; ++k) {
+  for (int k = 0; k < intervals; ++k) {
     candidate_.x[k] = solution_.trajectory.x[k];
     candidate_.u[k] = solution_.trajectory.u[k];
   }
-  candidate_.x[N] = solution_.trajectory.x[N];
+  candidate_.x[intervals] = solution_.trajectory.x[intervals];
 
-  const JointVector velocity = candidate_.x[N].tail(n);
+  const JointVector velocity = candidate_.x[intervals].tail(n);
   const double time = (velocity.cwiseAbs().array() / ocp_.model().acceleration_max.array()).maxCoeff();
-  const int stop = std::min(static_cast<int>(std::ceil(time / ocp_.dt() - 1e-9)), Plan::kMaxIntervals - N);
-  candidate_.intervals = N + stop;
-  for (int k = N; k < N + stop; ++k) {
+  const int stop = std::min(static_cast<int>(std::ceil(time / ocp_.dt() - 1e-9)), Plan::kMaxIntervals - intervals);
+  candidate_.intervals = intervals + stop;
+  for (int k = intervals; k < intervals + stop; ++k) {
     candidate_.u[k] = -velocity / (stop * ocp_.dt());
     candidate_.x[k + 1] = ocp_.next(candidate_.x[k], candidate_.u[k]);
   }

@@ -45,7 +45,7 @@ class Planner {
  private:
   Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings);
   void make_guess(Time start);
-  void make_plan(const Reference& reference);
+  void make_plan(const Reference& reference, int intervals);
 
   PlannerSettings settings_;
   Ocp ocp_;
@@ -56,7 +56,8 @@ class Planner {
   Solution solution_;
   std::vector<std::vector<double>> multipliers_;
   Plan plan_, candidate_;
-  Time solved_until_{0};  ///< end of the optimised part of plan_; then comes the stop
+  Trajectory last_solved_;  ///< what plan_ was made of
+  Time last_solved_start_{0};
   PlanFault fault_ = PlanFault::kNone;
 };
 
