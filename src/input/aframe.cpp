@@ -98,7 +98,8 @@ Result<std::string> read_aframe(std::string_view text, const std::string& name, 
   try {
     file = Json::parse(text);
   } catch (const Json::exception& error) {
-    return Error{fmt::format("{}: is no complete JSON: {}", name, error.what())};
+    // The parser quotes what it read last, which may be the whole file.
+    return Error{fmt::format("{}: is no complete JSON: {}", name, std::string_view(error.what()).substr(0, 200))};
   }
   if (!file.is_object()) {
     return Error{
