@@ -6,7 +6,7 @@
 #include <random>
 
 #include "input/recording.hpp"
-#include "input/temporary_file.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace steadyhand {
 namespace {
@@ -14,8 +14,8 @@ namespace {
 const std::filesystem::path kExamples = std::filesystem::path(STEADYHAND_DEPS) / "node_modules/super-hands/examples";
 
 Result<Recording> load_json(const std::string& content, const std::string& track = "") {
-  const TemporaryFile file("hand.json", content);
-  return load_recording(file.path(), {.track = track});
+  const TemporaryFolder folder;
+  return load_recording(folder.write("hand.json", content), {.track = track});
 }
 
 /// A pose without rotation at the origin, and with other text in the place of one of its values.

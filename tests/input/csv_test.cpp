@@ -4,7 +4,7 @@
 #include <random>
 
 #include "input/recording.hpp"
-#include "input/temporary_file.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace steadyhand {
 namespace {
@@ -12,8 +12,8 @@ namespace {
 const std::string kHeader = "t,px,py,pz,qx,qy,qz,qw\n";
 
 Result<Recording> load_csv(const std::string& content, const RecordingOptions& options = {}) {
-  const TemporaryFile file("hand.csv", content);
-  return load_recording(file.path(), options);
+  const TemporaryFolder folder;
+  return load_recording(folder.write("hand.csv", content), options);
 }
 
 TEST(Csv, ReturnsWhatWasWritten) {
@@ -137,7 +137,8 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& bad) { return bad.param.name; });
 
 TEST(RecordingRefusal, OfFilesAndOptions) {
-  const TemporaryFile file("hand.csv", kHeader + kRow + "1,0,0,0,0,0,0,1\n2,0,0,0,0,0,0,1\n");
+  const TemporaryFolder folder;
+  const auto file = folder.write("hand.csv", kHeader + kRow + "1,0,0,0,0,0,0,1\n2,0,0,0,0,0,0,1\n");
   const auto message = [](const Result<Recording>& result) { return result ? "loaded" : result.error().message; };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const auto says = [&](const std::filesystem::path& path, const RecordingOptions& options, const std::string& text) {
@@ -145,17 +146,16 @@ TEST(RecordingRefusal, OfFilesAndOptions) {
     EXPECT_NE(said.find(text), std::string::npos) << said;
   };
   says("no/such/file.csv", {}, "no/such/file.csv: no such file");
-  says(testing::TempDir(), {}, "is no regular file");
+  says(folder.path(), {}, "is no regular file");
   says("/dev/zero", {}, "is no regular file");
-  says(file.path(), {"rhand", 0.0, 1.0}, "is a CSV file and has no track \"rhand\"");
-  says(file.path(), {"", -1.0, 1.0}, "starts at -1 s; it must start at 0 s or later");
-  says(file.path(), {"", kNan, 1.0}, "starts at nan s");
-  says(file.path(), {"", 1.0, 1.0}, "ends at 1 s; it must end after its start, 1 s");
-  says(file.path(), {"", 0.0, kNan}, "ends at nan s");
-  says(file.path(), {"", 1.5, 2.5},
-       "1 of its samples lies from 1.5 s to 2.5 s; at least 2 must. The recording lasts 2 s");
-  says(file.path(), {"", 5.0, 6.0}, "0 of its samples lie from 5 s to 6 s");
-  says(file.path(), {}, "loaded");
+  says(file, {"rhand", 0.0, 1.0}, "is a CSV file and has no track \"rhand\"");
+  says(file, {"", -1.0, 1.0}, "starts at -1 s; it must start at 0 s or later");
+  says(file, {"", kNan, 1.0}, "starts at nan s");
+  says(file, {"", 1.0, 1.0}, "ends at 1 s; it must end after its start, 1 s");
+  says(file, {"", 0.0, kNan}, "ends at nan s");
+  says(file, {"", 1.5, 2.5}, "1 of its samples lies from 1.5 s to 2.5 s; at least 2 must. The recording lasts 2 s");
+  says(file, {"", 5.0, 6.0}, "0 of its samples lie from 5 s to 6 s");
+  says(file, {}, "loaded");
 }
 
 }  // namespace
