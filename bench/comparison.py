@@ -31,15 +31,18 @@ class Row:
     p50_ms: float
     p99_ms: float
     max_ms: float
-    ratio: float  # mean time of the paper's stack over this one's; nan without it
+    ratio: float | None  # mean time of the paper's stack over this one's; None without it
 
 
 def compare(answers, verdicts, paper):
-    """`answers` and `verdicts`: solver -> list over the same problems. Returns the rows in the same order of solvers."""
-    objective = {name: np.array([v.objective if v.violation <= FEASIBLE else np.inf for v in vs]) for name, vs in verdicts.items()}
+    """`answers` and `verdicts`: solver -> list over the same problems. One row for each solver, in that order."""
+    objective = {
+        name: np.array([v.objective if v.violation <= FEASIBLE else np.inf for v in vs])
+        for name, vs in verdicts.items()
+    }
     best = np.min(list(objective.values()), axis=0)
     band = SAME * np.maximum(best, FLOOR)
-    paper_time = np.mean([a.time_us for a in answers[paper]]) if paper in answers else np.nan
+    paper_time = np.mean([a.time_us for a in answers[paper]]) if paper in answers else None
     rows = []
     for name in answers:
         same = objective[name] <= best + band
@@ -48,33 +51,82 @@ def compare(answers, verdicts, paper):
         reference = objective.get(paper, np.full(len(best), np.nan))
         time_ms = np.array([a.time_us for a in answers[name]]) / 1e3
         iterations = [a.iterations for a in answers[name]]
-        rows.append(Row(
-            name, len(best), sum(a.solved for a in answers[name]), int(same.sum()), int(minimum.sum()), int((~same & ~minimum).sum()),
-            int((objective[name] < reference - SAME * np.maximum(reference, FLOOR)).sum()),
-            int((objective[name] > reference + SAME * np.maximum(reference, FLOOR)).sum()),
-            max(v.violation for v in verdicts[name]), float(np.median(error)), float(error.max()), float(np.mean(iterations)),
-            int(max(iterations)), float(time_ms.mean()), *(float(v) for v in np.percentile(time_ms, [50, 99])), float(time_ms.max()),
-            float(paper_time / 1e3 / time_ms.mean())))
+        rows.append(
+            Row(
+                name,
+                len(best),
+                sum(a.solved for a in answers[name]),
+                int(same.sum()),
+                int(minimum.sum()),
+                int((~same & ~minimum).sum()),
+                int((objective[name] < reference - SAME * np.maximum(reference, FLOOR)).sum()),
+                int((objective[name] > reference + SAME * np.maximum(reference, FLOOR)).sum()),
+                max(v.violation for v in verdicts[name]),
+                float(np.median(error)),
+                float(error.max()),
+                float(np.mean(iterations)),
+                int(max(iterations)),
+                float(time_ms.mean()),
+                *(float(v) for v in np.percentile(time_ms, [50, 99])),
+                float(time_ms.max()),
+                float(paper_time / 1e3 / time_ms.mean()) if paper_time else None,
+            )
+        )
     return rows
 
 
-HEADER = (f"{'solver':<12}{'solved':>7}{'best':>6}{'other':>6}{'short':>6}{'below':>7}{'above':>6}{'violation':>11}{'KKT p50':>9}{'KKT max':>9}"
-          f"{'iterations':>12}{'mean':>9}{'p50':>8}{'p99':>8}{'max':>8}{'ratio':>8}")
+COLUMNS = (  # heading, width, value of a Row as text
+    ("solved", 8, lambda r: r.solved),
+    ("best", 6, lambda r: r.same),
+    ("other", 7, lambda r: r.other_minimum),
+    ("short", 7, lambda r: r.short),
+    ("below", 7, lambda r: r.below_paper),
+    ("above", 7, lambda r: r.above_paper),
+    ("violation", 11, lambda r: f"{r.violation:.1e}"),
+    ("KKT p50", 9, lambda r: f"{r.kkt_median:.0e}"),
+    ("KKT max", 9, lambda r: f"{r.kkt:.0e}"),
+    ("iterations", 12, lambda r: f"{r.iterations:.1f} ({r.iterations_max})"),
+    ("mean", 9, lambda r: f"{r.mean_ms:.2f}"),
+    ("p50", 8, lambda r: f"{r.p50_ms:.2f}"),
+    ("p99", 8, lambda r: f"{r.p99_ms:.2f}"),
+    ("max", 8, lambda r: f"{r.max_ms:.2f}"),
+    ("ratio", 8, lambda r: "-" if r.ratio is None else f"{r.ratio:.2f}"),
+)
 
 LEGEND = f"""\
-best   objective equal to the best known of all solvers (relative {SAME:.0e})      other  a different local minimum, higher
-short  neither: not converged or infeasible      below, above  objective against the paper's stack (casadi) on the same problem
-KKT    one measure for all solvers, see bench/kkt.py      times in ms      ratio  mean time of the paper's stack / mean time"""
+best   objective equal to the best known of all solvers (relative {SAME:.0e})
+other  a different local minimum, higher           short  neither: not converged, or infeasible
+below, above  objective against the paper's stack (casadi) on the same problem
+KKT    one measure for all solvers, see bench/kkt.py
+iterations  mean (most)    times in ms    ratio  mean time of the paper's stack / mean time"""
 
 
-def format_row(r):
-    return (f"{r.solver:<12}{r.solved:>7}{r.same:>6}{r.other_minimum:>6}{r.short:>6}{r.below_paper:>7}{r.above_paper:>6}{r.violation:>11.1e}"
-            f"{r.kkt_median:>9.0e}{r.kkt:>9.0e}{f'{r.iterations:.1f} ({r.iterations_max})':>12}{r.mean_ms:>9.2f}{r.p50_ms:>8.2f}"
-            f"{r.p99_ms:>8.2f}{r.max_ms:>8.2f}{r.ratio:>8.2f}")
+def table(rows):
+    lines = [f"{'solver':<12}" + "".join(f"{heading:>{width}}" for heading, width, _ in COLUMNS)]
+    lines += [f"{row.solver:<12}" + "".join(f"{text(row):>{width}}" for _, width, text in COLUMNS) for row in rows]
+    return "\n".join(lines)
+
+
+def finite(value):
+    """JSON has no infinity: what could not be judged becomes null."""
+    return value if not isinstance(value, float) or np.isfinite(value) else None
 
 
 def as_json(rows, answers, verdicts):
-    return {"solvers": [asdict(row) for row in rows],
-            "problems": {name: [{"objective": v.objective, "violation": v.violation, "kkt_error": v.error, "iterations": a.iterations,
-                                 "time_us": a.time_us, "status": a.status} for a, v in zip(answers[name], verdicts[name])]
-                         for name in answers}}
+    return {
+        "solvers": [{key: finite(value) for key, value in asdict(row).items()} for row in rows],
+        "problems": {
+            name: [
+                {
+                    "objective": finite(v.objective),
+                    "violation": finite(v.violation),
+                    "kkt_error": finite(float(v.error)),
+                    "iterations": a.iterations,
+                    "time_us": a.time_us,
+                    "status": a.status,
+                }
+                for a, v in zip(answers[name], verdicts[name])
+            ]
+            for name in answers
+        },
+    }

@@ -1,7 +1,7 @@
-"""The optimal control problem of docs/formulation.md, written a second time: in CasADi, from `steadyhand describe` alone.
+"""The optimal control problem of docs/formulation.md written a second time: in CasADi, from `steadyhand describe`.
 
-It serves as the peers' model (peers.py) and as the independent oracle of the tests. Nothing here calls the C++ code. Every expression
-is written as the formulation states it, not as it would be fastest; where a faster form is needed the peers choose it.
+It serves as the peers' model (peers.py) and as the independent oracle of the tests. Nothing here calls the C++ code.
+Every expression is written as the formulation states it.
 """
 
 from dataclasses import dataclass, field
@@ -36,10 +36,14 @@ class Arm:
             axes=[np.array(joint["axis"], dtype=float) for joint in joints],
             prismatic=[joint.get("type", "revolute") == "prismatic" for joint in joints],
             tool=np.array(description["tool"]["origin"], dtype=float),
-            spheres=[(s["link"], np.array(s["center"], dtype=float), float(s["radius"])) for s in description["spheres"]],
+            spheres=[
+                (s["link"], np.array(s["center"], dtype=float), float(s["radius"])) for s in description["spheres"]
+            ],
             pairs=[tuple(pair) for pair in description["pairs"]],
-            **{key: np.array(description[key], dtype=float)
-               for key in ("home", "position_min", "position_max", "velocity_max", "acceleration_max")},
+            **{
+                key: np.array(description[key], dtype=float)
+                for key in ("home", "position_min", "position_max", "velocity_max", "acceleration_max")
+            },
         )
 
     @property
@@ -51,7 +55,7 @@ GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2
 
 
 def exact(matrix):
-    """A constant as a sparse SX: entries that are zero but for rounding (cos(pi/2)) would only clutter the expressions."""
+    """A constant as a sparse SX: entries that are zero but for rounding (cos(pi/2)) would clutter the expressions."""
     return ca.SX(ca.sparsify(ca.DM(np.where(np.abs(matrix) < 1e-14, 0.0, matrix))))
 
 
@@ -94,8 +98,9 @@ class Stage:
         self.w = ca.SX.sym("w", weights_size(self.n))
         # The order of pack_weights.
         sizes = np.cumsum([0, 3, 1, self.n, self.n, 1, 1])
-        (self.w_position, self.w_orientation, self.w_velocity, self.w_acceleration, self.w_lateral,
-         self.w_vertical) = (self.w[a:b] for a, b in zip(sizes[:-1], sizes[1:]))
+        self.w_position, self.w_orientation, self.w_velocity, self.w_acceleration, self.w_lateral, self.w_vertical = (
+            self.w[a:b] for a, b in zip(sizes[:-1], sizes[1:])
+        )
         self.reference = ca.vertcat(self.p_ref, ca.vec(self.R_ref))
 
 
@@ -104,9 +109,11 @@ def weights_size(n):
 
 
 def pack_weights(weights, n):
-    """In the order of Stage.w. One number stands for all entries, an absent term has weight 0: so `solve` reads them."""
+    """In the order of Stage.w. One number stands for all entries and an absent term has weight 0, as in `solve`."""
     sizes = {"position": 3, "orientation": 1, "velocity": n, "acceleration": n, "lateral": 1, "vertical": 1}
-    return np.concatenate([np.broadcast_to(np.array(weights.get(name, 0.0), dtype=float), size) for name, size in sizes.items()])
+    return np.concatenate(
+        [np.broadcast_to(np.array(weights.get(name, 0.0), dtype=float), size) for name, size in sizes.items()]
+    )
 
 
 def pack_references(reference):
@@ -155,10 +162,14 @@ class Formulation:
         self.u_max = arm.acceleration_max
 
     def _distances(self):
-        centers = [position + rotation @ exact(center)
-                   for (rotation, position), center in ((self.frames[link], center) for link, center, _ in self.arm.spheres)]
-        rows = [ca.sumsqr(centers[i] - centers[j]) - (self.arm.spheres[i][2] + self.arm.spheres[j][2])**2
-                for i, j in self.arm.pairs]
+        centers = [
+            position + rotation @ exact(center)
+            for (rotation, position), center in ((self.frames[link], center) for link, center, _ in self.arm.spheres)
+        ]
+        rows = [
+            ca.sumsqr(centers[i] - centers[j]) - (self.arm.spheres[i][2] + self.arm.spheres[j][2]) ** 2
+            for i, j in self.arm.pairs
+        ]
         return ca.vertcat(*rows) if rows else ca.SX(0, 1)
 
     def state_cost(self):
@@ -170,10 +181,12 @@ class Formulation:
     def functions(self, liquid=True):
         """CasADi functions of one stage: (x, reference, w) -> cost, (x, u, w) -> cost, x -> distances, (x, u) -> x+."""
         s = self.stage
-        return (ca.Function("state_cost", [s.x, s.reference, s.w], [self.state_cost()]),
-                ca.Function("input_cost", [s.x, s.u, s.w], [self.input_cost(liquid)]),
-                ca.Function("distances", [s.x], [self.distances]),
-                ca.Function("next_x", [s.x, s.u], [self.next_x]))
+        return (
+            ca.Function("state_cost", [s.x, s.reference, s.w], [self.state_cost()]),
+            ca.Function("input_cost", [s.x, s.u, s.w], [self.input_cost(liquid)]),
+            ca.Function("distances", [s.x], [self.distances]),
+            ca.Function("next_x", [s.x, s.u], [self.next_x]),
+        )
 
     def term_values(self, problem, x, u):
         """Share of each term in the objective, term by term."""
@@ -183,8 +196,14 @@ class Formulation:
         weights, references = pack_weights(problem["weights"], self.arm.dof), pack_references(problem["reference"])
         nothing = np.zeros(12)
         for k in range(self.horizon + 1):
-            row = np.array(function(x[k], u[k] if k < self.horizon else np.zeros(self.arm.dof),
-                                    references[:, k - 1] if k > 0 else nothing, weights)).ravel()
+            row = np.array(
+                function(
+                    x[k],
+                    u[k] if k < self.horizon else np.zeros(self.arm.dof),
+                    references[:, k - 1] if k > 0 else nothing,
+                    weights,
+                )
+            ).ravel()
             for name, value in zip(self.terms, row):
                 if (k > 0 and name in self.state_terms) or (k < self.horizon and name in self.input_terms):
                     values[name] += self.dt * value
@@ -192,7 +211,7 @@ class Formulation:
 
 
 class StackedProblem:
-    """Direct multiple shooting: z = [x_0, u_0, x_1, u_1, ..., x_N], stage-wise rows, as FATROP's structure detection wants them.
+    """Direct multiple shooting: z = [x_0, u_0, x_1, u_1, ..., x_N] and stage-wise rows, the order that FATROP wants.
 
     Rows of g, stage by stage: x_{k+1} - f(x_k, u_k) = 0 first, then x_0 - x0 = 0 (k = 0) or distances >= 0 (k > 0).
     Parameters: x0, references, weights.
@@ -235,7 +254,9 @@ class StackedProblem:
         free = np.full(2 * n, np.inf)
         f = formulation
         self.z_max = np.concatenate([free, f.u_max] + [np.concatenate([f.x_max, f.u_max])] * (horizon - 1) + [f.x_max])
-        self.z_min = np.concatenate([-free, -f.u_max] + [np.concatenate([f.x_min, -f.u_max])] * (horizon - 1) + [f.x_min])
+        self.z_min = np.concatenate(
+            [-free, -f.u_max] + [np.concatenate([f.x_min, -f.u_max])] * (horizon - 1) + [f.x_min]
+        )
 
     def nlp(self):
         return {"x": self.z, "p": self.parameters, "f": self.objective, "g": self.g}
@@ -246,11 +267,13 @@ class StackedProblem:
     def unpack(self, z):
         n = self.n
         z = np.asarray(z, dtype=float).ravel()
-        stages = z[:3 * n * self.horizon].reshape(self.horizon, 3 * n)
-        return np.vstack([stages[:, :2 * n], z[3 * n * self.horizon:]]), stages[:, 2 * n:].copy()
+        stages = z[: 3 * n * self.horizon].reshape(self.horizon, 3 * n)
+        return np.vstack([stages[:, : 2 * n], z[3 * n * self.horizon :]]), stages[:, 2 * n :].copy()
 
     def pack_parameters(self, problem):
-        return np.concatenate([problem["x0"], pack_references(problem["reference"]).T.ravel(), pack_weights(problem["weights"], self.n)])
+        return np.concatenate(
+            [problem["x0"], pack_references(problem["reference"]).T.ravel(), pack_weights(problem["weights"], self.n)]
+        )
 
 
 def initial_guess(problem, n):

@@ -1,16 +1,17 @@
 """One yardstick for all solvers: objective, constraint violation and KKT error of a point (x, u), from the point alone.
 
-With linear dynamics and x_0 given, the inputs determine everything: z = z_0 + T u. The multipliers of the dynamics are thereby
-eliminated exactly, and what is left is, over all constraints c(z) >= 0 (distances, limits),
+With linear dynamics and x_0 given, the inputs determine everything: z = z_0 + T u. The multipliers of the dynamics are
+thereby eliminated exactly, and what is left is, over all constraints c(z) >= 0 (distances, limits; C = dc/dz),
 
     stationarity      || T' (grad f - C' m) ||_inf      complementarity   max m_i |c_i|      with m >= 0.
 
-The multipliers are not the solver's own but the ones that suit the point best: nonnegative least squares on both lines at once. A point
-that is optimal with any multipliers is so found optimal, whatever the solver's convention of sign and scale. Both figures are divided by
-max(1, ||grad f||_inf). The error is the largest of the two and of the violation.
+The multipliers are not the solver's own but the ones that suit the point best: nonnegative least squares on both lines
+at once. So a point that is optimal is found to be so whatever the solver's convention of sign and scale, and the figure
+is an upper bound, as least squares do not minimise the largest entry. Both are divided by max(1, ||grad f||_inf). The
+error is the largest of the two and of the violation.
 
-Violation is the largest of the defects of the dynamics and of x_0 (rad, rad/s) and of the shortfalls of c (m^2 for squared distances,
-rad, rad/s, rad/s^2 for limits); nothing is scaled.
+Violation is the largest of the defects of the dynamics and of x_0 (rad, rad/s) and of the shortfalls of c (m^2 for
+squared distances; rad, rad/s, rad/s^2 for limits); nothing is scaled.
 """
 
 from dataclasses import dataclass
@@ -39,8 +40,9 @@ class Verdict:
 class Judge:
     def __init__(self, formulation):
         self.stacked = s = StackedProblem(formulation)
-        self.evaluate = ca.Function("evaluate", [s.z, s.parameters],
-                                    [s.objective, ca.gradient(s.objective, s.z), s.g, ca.jacobian(s.g, s.z)])
+        self.evaluate = ca.Function(
+            "evaluate", [s.z, s.parameters], [s.objective, ca.gradient(s.objective, s.z), s.g, ca.jacobian(s.g, s.z)]
+        )
         self.is_equality = np.array(s.equality)
         self.tangent = self._tangent(formulation)
         # x_0 is no variable of the reduced problem, and carries no bounds.
@@ -55,7 +57,7 @@ class Judge:
         rows, x = [], np.zeros((2 * n, n * horizon))
         for k in range(horizon):
             u = np.zeros((n, n * horizon))
-            u[:, k * n:(k + 1) * n] = identity
+            u[:, k * n : (k + 1) * n] = identity
             rows += [x, u]
             x = a @ x + b @ u
         return np.vstack(rows + [x])

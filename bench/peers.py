@@ -1,7 +1,8 @@
 """The solvers that are compared: ours through the command line, and the peers, built from `steadyhand describe` alone.
 
-Every peer solves the identical problem from the identical primal guess to the same tolerance, with the options its makers ship unless
-the class says otherwise and why. `time_us` is the wall time of the call that solves; packing and unpacking are outside of it.
+Every peer solves the identical problem from the identical primal guess to the same tolerance, with the options its
+makers ship unless the class says otherwise and why. `time_us` is the wall time of the call that solves; packing and
+unpacking are outside of it.
 """
 
 import contextlib
@@ -50,15 +51,25 @@ class Steadyhand:
         run = subprocess.run([*self.command, str(path), *self.options], capture_output=True, text=True)
         if run.returncode != 0:
             raise PeerError(f"`steadyhand solve` ended with {run.returncode}: {run.stderr.strip()}")
-        return [Answer(np.array(a["x"], dtype=float), np.array(a["u"], dtype=float), a["iterations"], a["time_us"], a["status"],
-                       a["status"] == "solved", a) for a in json.loads(run.stdout)]
+        return [
+            Answer(
+                np.array(a["x"], dtype=float),
+                np.array(a["u"], dtype=float),
+                a["iterations"],
+                a["time_us"],
+                a["status"],
+                a["status"] == "solved",
+                a,
+            )
+            for a in json.loads(run.stdout)
+        ]
 
 
 class Casadi:
     """The paper's stack: CasADi in Python with FATROP, one nlpsol for the whole horizon, exact Hessian.
 
-    SX throughout (expand), which was 1.3 to 1.8 times as fast here as MX with calls of stage functions. The liquid term is left out of
-    the problem altogether when both of its weights are zero, as one who writes P1 would do.
+    SX throughout (expand), which was 1.3 to 1.8 times as fast here as MX with calls of stage functions. The liquid's
+    terms are left out of the problem altogether when both of their weights are zero, as one who writes P1 would do.
     """
 
     name = "casadi"
@@ -71,16 +82,26 @@ class Casadi:
         return self.stacked.nlp()
 
     def options(self, tolerance):
-        return {"structure_detection": "auto", "equality": [bool(e) for e in self.stacked.equality], "print_time": False,
-                "fatrop": {"print_level": 0, "tol": tolerance}}
+        return {
+            "structure_detection": "auto",
+            "equality": [bool(e) for e in self.stacked.equality],
+            "print_time": False,
+            "fatrop": {"print_level": 0, "tol": tolerance},
+        }
 
     def solve(self, problems, folder=None):
         return [self._solve(problem) for problem in problems]
 
     def _solve(self, problem):
         s = self.stacked
-        arguments = {"x0": s.pack(*initial_guess(problem, s.n)), "p": s.pack_parameters(problem), "lbx": s.z_min, "ubx": s.z_max,
-                     "lbg": s.g_min, "ubg": s.g_max}
+        arguments = {
+            "x0": s.pack(*initial_guess(problem, s.n)),
+            "p": s.pack_parameters(problem),
+            "lbx": s.z_min,
+            "ubx": s.z_max,
+            "lbg": s.g_min,
+            "ubg": s.g_max,
+        }
         start = time.perf_counter()
         solution = self.solver(**arguments)
         elapsed = time.perf_counter() - start
@@ -111,7 +132,7 @@ def compiled(solver, cache, label):
         source = Path("planner.c").read_bytes()
         library = cache / f"planner-{label}-{hashlib.sha256(source).hexdigest()[:16]}.so"
         if not library.exists():
-            say(f"compiling the C code of CasADi ({label}, {len(source) / 1e6:.1f} MB; about a minute, kept for the next time)")
+            say(f"compiling CasADi's C code ({label}, {len(source) / 1e6:.1f} MB; about a minute, kept)")
             unfinished = library.with_suffix(".part")
             command = ["gcc", "-shared", "-fPIC", "-O3", "-march=native", "planner.c", "-o", str(unfinished)]
             run = subprocess.run(command, capture_output=True, text=True)
@@ -175,7 +196,7 @@ class Acados:
         constraints.idxbu, constraints.lbu, constraints.ubu = np.arange(n), -f.u_max, f.u_max
         pairs = f.distances.shape[0]
         if pairs:
-            # The first stage's state is given. This acados knows no "no upper bound" for h, so the bound is one that is never met.
+            # Not for the first stage, whose state is given. This acados has no h without an upper bound: one far away.
             far = np.full(pairs, 1e4)
             for suffix in ("", "_e"):
                 setattr(model, "con_h_expr" + suffix, f.distances)
@@ -197,7 +218,9 @@ class Acados:
             say(f"compiling the C code of {self.name} (some seconds, kept for the next time)")
         with working_folder(cache):
             try:
-                solver = module.AcadosOcpSolver(ocp, json_file=str(description), build=fresh, generate=fresh, verbose=False)
+                solver = module.AcadosOcpSolver(
+                    ocp, json_file=str(description), build=fresh, generate=fresh, verbose=False
+                )
             except Exception as error:
                 raise PeerError(f"acados could not be built: {error}") from error
             finished.touch()
@@ -225,14 +248,22 @@ class Acados:
         u = np.array([solver.get(k, "u") for k in range(horizon)])
         words = {0: "solved", 1: "not a number", 2: "iteration limit", 3: "step too small", 4: "QP failed"}
         # Status 2 after the single step of RTI is how it is meant.
-        return Answer(x, u, 1 if self.rti else int(np.ravel(solver.get_stats("sqp_iter"))[0]), elapsed * 1e6, words.get(status, str(status)),
-                      status == 0)
+        return Answer(
+            x,
+            u,
+            1 if self.rti else int(np.ravel(solver.get_stats("sqp_iter"))[0]),
+            elapsed * 1e6,
+            words.get(status, str(status)),
+            status == 0,
+        )
 
 
 def import_acados(folder):
-    """acados' Python template, without the old CasADi that its wheel carries. `folder` holds acados_template/ and install/."""
+    """acados' Python template, without the old CasADi of its wheel. `folder` holds acados_template/ and install/."""
     if not (folder / "acados_template" / "__init__.py").exists():
-        raise PeerError(f"acados is not at {folder}: `./steadyhand bench` installs it from setup/requirements-acados.txt")
+        raise PeerError(
+            f"acados is not at {folder}: `./steadyhand bench` installs it from setup/requirements-acados.txt"
+        )
     os.environ["ACADOS_SOURCE_DIR"] = str(folder / "install")
     os.environ["ACADOS_PYTHON_INTERFACE_PATH"] = str(folder / "acados_template")
     os.environ["TERA_PATH"] = str(folder / "install" / "bin" / "t_renderer")

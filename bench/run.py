@@ -1,4 +1,7 @@
-"""`./steadyhand bench`: the same sequence of problems through our solver, the paper's own stack and other peers. See README.md."""
+"""`./steadyhand bench`: the same sequence of problems through our solver, the paper's own stack and other peers.
+
+README.md says how they are compared.
+"""
 
 import argparse
 import json
@@ -11,7 +14,7 @@ from pathlib import Path
 
 warnings.filterwarnings("ignore", category=FutureWarning, module="casadi")
 
-from comparison import HEADER, LEGEND, as_json, compare, format_row
+from comparison import LEGEND, as_json, compare, table
 from formulation import Arm, Formulation
 from kkt import Judge
 from peers import PeerError, say
@@ -28,19 +31,35 @@ class InputError(Exception):
 
 
 def parse_arguments(argv):
-    parser = argparse.ArgumentParser(prog="steadyhand bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-                                     epilog="examples:\n  ./steadyhand bench --quick\n  ./steadyhand bench --profiles waiter --solvers "
-                                            "steadyhand casadi --json out/bench.json\n  ./steadyhand bench --problems out\n\n" + LEGEND)
-    parser.add_argument("--solvers", nargs="+", metavar="NAME", default=None, help=f"of {', '.join(SOLVERS)} (default: all)")
-    parser.add_argument("--profiles", nargs="+", metavar="NAME", default=list(PROFILES), help=f"(default: {' '.join(PROFILES)})")
-    parser.add_argument("--problems", metavar="DIR", type=Path,
-                        help="what `replay --dump-problems --out DIR` left: DIR/PROFILE/problems.json (default: replay the bundled recording)")
-    parser.add_argument("--quick", action="store_true",
-                        help=f"{QUICK_BLOCKS * BLOCK} problems of each profile, and no casadi-c unless asked for: under two minutes")
+    parser = argparse.ArgumentParser(
+        prog="steadyhand bench",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="examples:\n  ./steadyhand bench --quick\n  ./steadyhand bench --profiles waiter --solvers "
+        "steadyhand casadi --json out/bench.json\n  ./steadyhand bench --problems out\n\n" + LEGEND,
+    )
+    parser.add_argument(
+        "--solvers", nargs="+", metavar="NAME", default=None, help=f"of {', '.join(SOLVERS)} (default: all)"
+    )
+    parser.add_argument(
+        "--profiles", nargs="+", metavar="NAME", default=list(PROFILES), help=f"(default: {' '.join(PROFILES)})"
+    )
+    parser.add_argument(
+        "--problems",
+        metavar="DIR",
+        type=Path,
+        help="what `replay --dump-problems --out DIR` left (default: replay the bundled recording)",
+    )
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help=f"{QUICK_BLOCKS * BLOCK} problems of each profile, and no casadi-c unless asked for: under two minutes",
+    )
     parser.add_argument("--json", metavar="FILE", type=Path, help="write all figures, problem by problem")
     options = parser.parse_args(argv)
     if options.solvers is None:
         options.solvers = [s for s in SOLVERS if not (options.quick and s == "casadi-c")]
+    options.solvers = list(dict.fromkeys(options.solvers))
     for name in options.solvers:
         if name not in SOLVERS:
             raise InputError(f"--solvers: there is no {name!r}; there are {', '.join(SOLVERS)}")
@@ -53,7 +72,9 @@ def run_program(program, *arguments):
     try:
         run = subprocess.run([program, *arguments], stdout=subprocess.PIPE, text=True)
     except OSError as error:
-        raise InputError(f"the program {program} cannot be started: {error.strerror}; STEADYHAND_PROGRAM names it") from None
+        raise InputError(
+            f"the program {program} cannot be started: {error.strerror}; STEADYHAND_PROGRAM names it"
+        ) from None
     if run.returncode != 0:
         raise InputError(f"`{program} {' '.join(arguments)}` ended with exit code {run.returncode}, see above")
     return run.stdout
@@ -64,11 +85,15 @@ def load_problems(folder, profile):
     try:
         problems = json.loads(path.read_text())
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; `steadyhand replay --dump-problems --out {folder}` writes it") from None
+        raise InputError(
+            f"{path}: {error.strerror}; `steadyhand replay --dump-problems --out {folder}` writes it"
+        ) from None
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: no JSON at line {error.lineno}, column {error.colno}: {error.msg}") from None
     if not isinstance(problems, list) or not problems:
-        raise InputError(f"{path}: an array of problems is wanted, not {type(problems).__name__} of length {len(problems)}")
+        raise InputError(
+            f"{path}: an array of problems is wanted, not {type(problems).__name__} of length {len(problems)}"
+        )
     keys = ("robot", "dt", "horizon", "x0", "weights", "reference", "tolerance")
     for i, problem in enumerate(problems):
         for key in keys:
@@ -87,7 +112,7 @@ def check_alike(problems):
 
 def select(problems, quick):
     """Blocks of consecutive problems; the quick choice is spread evenly."""
-    blocks = [problems[i:i + BLOCK] for i in range(0, len(problems), BLOCK)]
+    blocks = [problems[i : i + BLOCK] for i in range(0, len(problems), BLOCK)]
     if quick and len(blocks) > QUICK_BLOCKS:
         step = len(blocks) / QUICK_BLOCKS
         blocks = [blocks[int((i + 0.5) * step)] for i in range(QUICK_BLOCKS)]
@@ -106,7 +131,7 @@ def run_profile(workers, judge, blocks, profile):
             answers[worker.name] += worker.solve(block)
         # Judged in between: while this goes on no solver runs.
         for name, of_solver in answers.items():
-            verdicts[name] += [judge(problem, a.x, a.u) for problem, a in zip(block, of_solver[-len(block):])]
+            verdicts[name] += [judge(problem, a.x, a.u) for problem, a in zip(block, of_solver[-len(block) :])]
     if sys.stderr.isatty():
         print("\r" + " " * 60 + "\r", end="", file=sys.stderr)
     return answers, verdicts
@@ -134,14 +159,16 @@ def bench(options):
         worker.wait_until_ready()
     judge = Judge(Formulation(Arm.from_description(description), first["dt"], first["horizon"]))
 
-    print(f"{description['name']}: {len(description['spheres'])} spheres, {len(description['pairs'])} pairs; horizon {first['horizon']} x "
-          f"{first['dt']} s; tolerance {first['tolerance']:g}")
+    spheres, pairs = len(description["spheres"]), len(description["pairs"])
+    print(
+        f"{description['name']}: {spheres} spheres, {pairs} pairs; horizon {first['horizon']} x {first['dt']} s; "
+        f"tolerance {first['tolerance']:g}"
+    )
     results = {}
     for profile, of_profile in blocks.items():
         answers, verdicts = run_profile(workers, judge, of_profile, profile)
         rows = compare(answers, verdicts, PAPER)
-        print(f"\n{profile}: {rows[0].problems} problems\n{HEADER}")
-        print("\n".join(format_row(row) for row in rows), flush=True)
+        print(f"\n{profile}: {rows[0].problems} problems\n{table(rows)}", flush=True)
         results[profile] = as_json(rows, answers, verdicts)
     print(f"\n{LEGEND}")
     for worker in workers:

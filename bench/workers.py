@@ -1,4 +1,4 @@
-"""Each solver in a process of its own, so that their libraries (three builds of BLASFEO among them) cannot get in each other's way.
+"""Each solver in a process of its own, so that their libraries (two builds of BLASFEO) cannot meet.
 
 A worker sets its solver up, then solves one block of problems whenever it is asked to and waits in between.
 """
@@ -33,8 +33,11 @@ class Worker:
         self.name = name
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_work, args=(other, name, description, problems[0], {has_liquid(p["weights"]) for p in problems},
-                                                           paths), daemon=True)
+        self.process = context.Process(
+            target=_work,
+            args=(other, name, description, problems[0], {has_liquid(p["weights"]) for p in problems}, paths),
+            daemon=True,
+        )
         self.process.start()
         other.close()
 
