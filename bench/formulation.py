@@ -277,10 +277,10 @@ class StackedProblem:
 
 
 def initial_guess(problem, n):
-    """The problem's own guess, or standing still at x0 with no acceleration."""
-    horizon = problem["horizon"]
+    """The problem's own guess; without one, on from x0 with constant velocity, as `solve` does."""
     guess = problem.get("guess")
     if guess:
         return np.array(guess["x"], dtype=float), np.array(guess["u"], dtype=float)
-    resting = np.concatenate([problem["x0"][:n], np.zeros(n)])
-    return np.vstack([problem["x0"]] + [resting] * horizon), np.zeros((horizon, n))
+    x0, times = np.array(problem["x0"], dtype=float), problem["dt"] * np.arange(problem["horizon"] + 1)
+    x = np.hstack([x0[:n] + np.outer(times, x0[n:]), np.tile(x0[n:], (len(times), 1))])
+    return x, np.zeros((problem["horizon"], n))

@@ -90,15 +90,21 @@ def load_problems(folder, profile):
         ) from None
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: no JSON at line {error.lineno}, column {error.colno}: {error.msg}") from None
-    if not isinstance(problems, list) or not problems:
-        raise InputError(
-            f"{path}: an array of problems is wanted, not {type(problems).__name__} of length {len(problems)}"
-        )
-    keys = ("robot", "dt", "horizon", "x0", "weights", "reference", "tolerance")
+    if not isinstance(problems, list):
+        raise InputError(f"{path}: must be an array of problems, not {type(problems).__name__}")
+    if not problems:
+        raise InputError(f"{path}: at least one problem is wanted")
     for i, problem in enumerate(problems):
-        for key in keys:
+        if not isinstance(problem, dict):
+            raise InputError(f"{path}: problem {i} is no object, but {problem!r}")
+        for key in ("robot", "dt", "horizon", "x0", "weights", "reference", "tolerance"):
             if key not in problem:
                 raise InputError(f"{path}: problem {i} has no {key!r}")
+        if not isinstance(problem["robot"], str):
+            raise InputError(f"{path}: problem {i}: 'robot' must be a name, not {problem['robot']!r}")
+        for key in ("dt", "horizon", "tolerance"):
+            if type(problem[key]) not in (int, float):
+                raise InputError(f"{path}: problem {i}: {key!r} must be a number, not {problem[key]!r}")
     return problems
 
 
