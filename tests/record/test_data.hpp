@@ -7,13 +7,13 @@
 #include <string>
 
 #include "record/step.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace steadyhand::test {
 
 inline std::filesystem::path temporary_file(const std::string& name) {
-  const auto folder = std::filesystem::temp_directory_path() / "steadyhand_test_record";
-  std::filesystem::create_directories(folder);
-  return folder / name;
+  static const TemporaryFolder folder;
+  return folder.path() / name;
 }
 
 inline std::string read_file(const std::filesystem::path& path) {

@@ -8,6 +8,7 @@
 
 #include "report/page_data.hpp"
 #include "sample_run.hpp"
+#include "support/temporary_folder.hpp"
 
 /// What the page is made of; tests/python/test_report.py opens it in a browser.
 namespace steadyhand {
@@ -16,7 +17,8 @@ namespace {
 using Json = nlohmann::json;
 
 std::string write_and_read(const ReportInput& input) {
-  const auto path = std::filesystem::temp_directory_path() / "steadyhand_test_report.html";
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "report.html";
   const Status status = write_report(input, path);
   EXPECT_TRUE(status) << status.error().message;
   std::ifstream file(path);
@@ -132,12 +134,13 @@ TEST(Page, RefusesWhatCannotBeReported) {
     EXPECT_FALSE(write_report(input, "/dev/full"));
   }
 
+  const TemporaryFolder folder;
   input.profiles[1].steps.clear();
-  const Status empty = write_report(input, std::filesystem::temp_directory_path() / "steadyhand_test_report.html");
+  const Status empty = write_report(input, folder.path() / "report.html");
   ASSERT_FALSE(empty);
   EXPECT_NE(empty.error().message.find("anti-slosh"), std::string::npos);
   input.profiles.clear();
-  EXPECT_FALSE(write_report(input, std::filesystem::temp_directory_path() / "steadyhand_test_report.html"));
+  EXPECT_FALSE(write_report(input, folder.path() / "report.html"));
 }
 
 }  // namespace
