@@ -10,8 +10,8 @@ How:
    thought of as a ball of radius BALL that touches at p_b; the spheres of link a take away room there in proportion to
    bulge = |p - p_a| - min_i(|c_i - p| - r_i), p = p_b + BALL (p_b - p_a) / |p_b - p_a|.
    Links that often come near others have many such probes: the sum over all links estimates the room given away.
-2. Per link and number of spheres: minimise the mean bulge subject to cover, by Adam on a penalty that rises, from several
-   starts; then the radii are repaired to cover exactly and shrunk to what they alone must hold.
+2. Per link and number of spheres: minimise the mean bulge subject to cover, by Adam on a penalty that rises, from
+   several starts; then the radii are repaired to cover exactly and shrunk to what they alone must hold.
 3. The split of 29 over the links is the one of least summed cost (dynamic programming).
 4. All spheres together: minimise the smoothed share of truly free configurations that the real sphere pairs refuse.
 5. Again and again: take away a sphere that is little missed, cut one in two that is to blame for refusals, repeat 4,
@@ -63,8 +63,8 @@ def convex_shape(mesh: Mesh) -> coal.Convex:
 def random_contacts(arm: Arm, count: int, rng: np.random.Generator):
     """Random configurations and what the true convex parts do there.
 
-    Returns the link poses (M, 7, 4, 4) of the truly free ones and, per link, the probes of step 1: rows of p in its frame and
-    |p - p_a|, (K, 4).
+    Returns the link poses (M, 7, 4, 4) of the truly free ones and, per link, the probes of step 1: rows of p in its
+    frame and |p - p_a|, (K, 4).
     """
     shapes = [[convex_shape(part) for part in parts] for parts in arm.convex]
     poses = arm.link_poses(rng.uniform(-np.pi, np.pi, (count, 6)))
@@ -186,17 +186,18 @@ def start_by_clusters(points: np.ndarray, count: int, rng: np.random.Generator):
         centers = np.vstack([centers, points[rng.choice(len(points), p=distance / distance.sum())]])
     for _ in range(15):
         label = cdist(points, centers).argmin(axis=1)
-        centers = np.array([points[label == i].mean(axis=0) if (label == i).any() else c for i, c in enumerate(centers)])
+        for i in np.unique(label):
+            centers[i] = points[label == i].mean(axis=0)
     label = cdist(points, centers).argmin(axis=1)
     radii = np.array([np.linalg.norm(points[label == i] - c, axis=1).max(initial=0.01) for i, c in enumerate(centers)])
     return centers, radii
 
 
 def split_in_two(centers: np.ndarray, radii: np.ndarray, rng: np.random.Generator):
-    """One more sphere: the largest becomes two, a third of its radius apart."""
+    """One more sphere: the largest becomes two, half its radius apart."""
     largest = radii.argmax()
     shift = rng.normal(size=3)
-    shift *= radii[largest] / 6 / np.linalg.norm(shift)
+    shift *= 0.25 * radii[largest] / np.linalg.norm(shift)
     more = np.vstack([centers, centers[largest] + shift])
     more[largest] -= shift
     return more, np.append(radii, radii[largest])
@@ -208,7 +209,7 @@ def fit_link(dense, coarse, probes, count, starts, previous, rng):
     best = None
     steps = 500
     for start in range(starts):
-        if start == 0 and previous is not None:
+        if start > 0 and start == starts - 1 and previous is not None:
             centers, radii = split_in_two(*previous[1:], rng)
         else:
             centers, radii = start_by_clusters(coarse, count, rng)
@@ -399,7 +400,7 @@ def read_spheres(file: Path):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--starts", type=int, default=2, help="starts per link and number of spheres")
+    parser.add_argument("--starts", type=int, default=3, help="starts per link and number of spheres")
     parser.add_argument("--configurations", type=int, default=20000)
     parser.add_argument("--rounds", type=int, default=40, help="of step 5")
     parser.add_argument("--resume", type=Path, help="a robot file: step 5 goes on from its spheres")

@@ -1,4 +1,4 @@
-"""The spheres of robots/ur5e.yaml: they cover the arm, gripper and glass, refuse every true collision, and waste little.
+"""The spheres of robots/ur5e.yaml: they cover arm, gripper and glass, refuse every true collision and waste little.
 
 Kinematics and the placement of meshes come from Pinocchio, collisions from coal; nothing of robots/*.py is used here.
 """
@@ -24,8 +24,8 @@ LINKS += ["wrist_1_link", "wrist_2_link", "wrist_3_link"]
 CONVEX_PARTS = [["base"], ["shoulder"], [f"upper_arm_link_part_{i}" for i in range(3)]]
 CONVEX_PARTS += [[f"forearm_link_part_{i}" for i in range(3)], ["wrist1"], ["wrist2"], ["wrist3"]]
 ARM_SPHERES = 29
-# Share of the truly free configurations that the arm's spheres refuse: 14.2 % measured. 8 spheres on the cable under the
-# base, which is part of the visual mesh but not of the truth, make up 10 of these 14 %. One sigma of the sample is 0.4 %.
+# Share of the truly free configurations that the arm's spheres refuse: 14.2 % measured. The 8 spheres on the cable
+# under the base, which is part of the visual mesh but not of the truth, make up 10 of these. One sigma is 0.4 %.
 SHARE_BOUND = 0.155
 
 
