@@ -1,0 +1,118 @@
+"""bench/run.py: what it says about bad input, how it classes answers, and a short run."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+sys.path.insert(0, str(ROOT / "bench"))
+
+from comparison import compare
+from kkt import Verdict
+
+
+def bench(*arguments, program=PROGRAM):
+    command = [sys.executable, str(ROOT / "bench" / "run.py"), *map(str, arguments)]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=300, env={**os.environ, "STEADYHAND_PROGRAM": program}
+    )
+
+
+def write_problems(folder, text):
+    (folder / "tracking").mkdir()
+    (folder / "tracking" / "problems.json").write_text(text)
+
+
+GOOD = {
+    "robot": "ur5e",
+    "dt": 0.05,
+    "horizon": 2,
+    "x0": [0] * 12,
+    "weights": {"position": 500},
+    "reference": [{"p": [0.5, 0, 0.4], "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}] * 2,
+    "tolerance": 1e-6,
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no JSON at line 1"),
+        ('[{"robot": "ur5e"', "no JSON at line 1"),
+        ("[]", "at least one problem"),
+        ('{"robot": "ur5e"}', "must be an array"),
+        ("[7]", "problem 0 is no object"),
+        (json.dumps([GOOD, {**GOOD, "dt": None}]), "problem 1: 'dt'"),
+        (json.dumps([{k: v for k, v in GOOD.items() if k != "weights"}]), "problem 0 has no 'weights'"),
+        (json.dumps([GOOD, {**GOOD, "horizon": 3}]), "same 'horizon'"),
+    ],
+)
+def test_refuses_problems(text, message, tmp_path):
+    write_problems(tmp_path, text)
+    result = bench("--problems", tmp_path, "--profiles", "tracking")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert message in result.stderr and "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--solvers", "ipopt"], "there is no 'ipopt'; there are steadyhand, casadi"),
+        (["--problems", "/nowhere"], "No such file or directory"),
+        (["--json", "/nowhere/bench.json"], "does not exist"),
+        (["--fast"], "unrecognized arguments"),
+    ],
+)
+def test_refuses_arguments(arguments, message):
+    result = bench(*arguments)
+    assert result.returncode == 2
+    assert message in result.stderr and "Traceback" not in result.stderr
+
+
+def test_names_a_program_that_is_not_there():
+    result = bench("--quick", program="/nowhere/steadyhand")
+    assert result.returncode == 2
+    assert "/nowhere/steadyhand cannot be started" in result.stderr
+
+
+def test_classes_answers():
+    """Four problems: equal, another minimum, not converged, and a low objective bought with a violation."""
+
+    def verdict(objective, violation=1e-9, error=1e-8):
+        return Verdict(objective, violation, error, 0.0)
+
+    verdicts = {
+        "casadi": [verdict(1.0)] * 4,
+        "other": [verdict(1 + 5e-7), verdict(1.5), verdict(1.5, error=1e-2), verdict(0.5, violation=1e-3)],
+        "lower": [verdict(1.0), verdict(1.0), verdict(1.0), verdict(0.9)],
+    }
+    answer = SimpleNamespace(solved=True, iterations=5, time_us=2000.0)
+    answers = {name: [answer] * 4 for name in verdicts}
+    answers["lower"] = [SimpleNamespace(solved=True, iterations=5, time_us=500.0)] * 4
+    rows = {row.solver: row for row in compare(answers, verdicts, "casadi")}
+    assert (rows["other"].same, rows["other"].other_minimum, rows["other"].short) == (1, 1, 2)
+    assert (rows["other"].below_paper, rows["other"].above_paper) == (0, 3)
+    assert (rows["casadi"].same, rows["casadi"].other_minimum) == (3, 1)
+    assert (rows["lower"].same, rows["lower"].below_paper) == (4, 1)
+    assert rows["lower"].ratio == pytest.approx(4.0)
+
+
+def test_short_run(tmp_path):
+    """Ours beside the paper's stack on the hand's first steps: no objective above, no constraint violated."""
+    replay = [PROGRAM, "replay", "--dump-problems", "--out", str(tmp_path), "--profile", "waiter"]
+    subprocess.run(replay, check=True, capture_output=True, timeout=300)
+    figures = tmp_path / "bench.json"
+    options = ["--quick", "--profiles", "waiter", "--solvers", "steadyhand", "casadi", "--problems", tmp_path]
+    result = bench(*options, "--json", figures)
+    assert result.returncode == 0, result.stderr
+    assert "waiter: 20 problems" in result.stdout
+    ours, paper = json.loads(figures.read_text())["waiter"]["solvers"]
+    assert (ours["solver"], paper["solver"]) == ("steadyhand", "casadi")
+    assert ours["same"] + ours["other_minimum"] == 20
+    assert ours["violation"] < 1e-6
