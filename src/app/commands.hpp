@@ -1,0 +1,17 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "core/result.hpp"
+
+namespace steadyhand {
+
+/// What the command line chose; main runs it. An Error is printed and ends the program with exit code 2.
+using Command = std::function<Status()>;
+
+// One file each, NAME_command.cpp: declares the subcommand and its options, and sets `chosen` when it is on the command
+// line.
+void add_describe_command(CLI::App& app, Command& chosen);
+
+}  // namespace steadyhand

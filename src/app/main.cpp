@@ -1,0 +1,69 @@
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.hpp"
+#include "config/nearest.hpp"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
+    "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
+    "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
+    "  ./steadyhand describe ur5e                 the robot as JSON\n"
+    "  ./steadyhand describe my_arm.urdf --pretty\n"
+    "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
+    "  ./steadyhand bench                         our solver beside its peers\n"
+    "  ./steadyhand test                          every test\n"
+    "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
+    "Exit codes: 0 done; 2 bad input, with the reason on stderr.";
+
+/// CLI11 would only say that a command is missing.
+std::optional<std::string> unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    known.push_back(command->get_name());
+  }
+  if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
+  return "unknown command '" + std::string(argv[1]) + "'; " + steadyhand::suggestion(argv[1], known);
+}
+
+int fail(const std::string& message) {
+  std::cerr << "steadyhand: " << message << "\n";
+  return kBadInput;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds."};
+  app.name("steadyhand");
+  app.set_version_flag("--version", "steadyhand " STEADYHAND_VERSION);
+  app.require_subcommand(1);
+  app.footer(kExamples);
+  steadyhand::Command command;
+  steadyhand::add_describe_command(app, command);
+  if (const auto unknown = unknown_command(app, argc, argv)) return fail(*unknown + " (see steadyhand --help)");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return fail(std::string(error.what()) + " (see steadyhand --help)");
+  }
+  try {
+    const steadyhand::Status status = command();
+    if (!status) return fail(status.error().message);
+    std::cout.flush();
+    return std::cout ? 0 : fail("cannot write to stdout");
+  } catch (const std::exception& error) {  // out of memory and the like
+    return fail(error.what());
+  }
+}

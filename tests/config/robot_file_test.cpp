@@ -1,0 +1,149 @@
+#include "config/robot_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <regex>
+#include <set>
+
+#include "robot/kinematics.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+namespace fs = std::filesystem;
+
+const Places kPlaces{STEADYHAND_ROOT, STEADYHAND_DEPS};
+
+RobotModel ur5e() {
+  auto model = open_robot("ur5e", kPlaces);
+  EXPECT_TRUE(model) << model.error().message;
+  return *std::move(model);
+}
+
+TEST(RobotFile, LoadsTheUr5e) {
+  const RobotModel model = ur5e();
+  EXPECT_EQ(model.name, "ur5e");
+  ASSERT_EQ(model.dof(), 6);
+  EXPECT_EQ(model.tool.name, "glass");
+  const auto on_arm = [](const Sphere& s) { return !s.name.starts_with("gripper") && !s.name.starts_with("glass"); };
+  EXPECT_EQ(std::count_if(model.spheres.begin(), model.spheres.end(), on_arm), 29);
+  std::set<int> links;
+  for (const Sphere& sphere : model.spheres) links.insert(sphere.link);
+  EXPECT_EQ(links.size(), 7u);
+
+  Kinematics kinematics(model);
+  kinematics.set_position(model.home);
+  EXPECT_GT(kinematics.R()(2, 2), 0.999);  // the glass stands upright
+  EXPECT_GT(kinematics.clearance(), 0.02);
+}
+
+TEST(RobotFile, TheGlassStandsAcrossTheFlange) {
+  const RobotModel model = ur5e();
+  EXPECT_NEAR(model.tool.origin.linear()(2, 2), 0.0, 1e-9);  // z of the glass in the flange's frame
+}
+
+/// On 100,000 random states: what holds for every rigid arm.
+TEST(RobotFile, TheUr5eMovesAsARigidArm) {
+  const RobotModel model = ur5e();
+  Kinematics at(model), ahead(model);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-2.0 * M_PI, 2.0 * M_PI);
+  const auto draw = [&]() -> JointVector {
+    return JointVector::NullaryExpr(6, [&](Eigen::Index) { return uniform(random); });
+  };
+  for (int s = 0; s < 100000; ++s) {
+    const JointVector q = draw(), direction = draw().normalized();
+    at.set_position(q);
+    ASSERT_LT((at.R() * at.R().transpose() - Matrix3::Identity()).norm(), 1e-12);
+    ASSERT_GT(at.R().determinant(), 0.0);
+
+    constexpr double h = 1e-6;
+    ahead.set_position(q + h * direction);
+    Vector3 dp = Vector3::Zero(), axis = Vector3::Zero();
+    for (int k = 0; k < 6; ++k) {
+      dp += at.dp(k) * direction[k];
+      axis += at.axis(k) * direction[k];
+    }
+    ASSERT_LT(((ahead.p() - at.p()) / h - dp).norm(), 1e-5);
+    const Eigen::AngleAxisd turn(ahead.R() * at.R().transpose());
+    ASSERT_LT((turn.angle() * turn.axis() / h - axis).norm(), 1e-5);
+
+    at.set_motion(JointVector::Zero(6), JointVector::Zero(6));  // at rest only gravity is felt
+    ASSERT_LT((at.local_acceleration() - at.R().transpose() * kGravity).norm(), 1e-12);
+
+    for (std::size_t i = 1; i < model.spheres.size(); ++i) {
+      const Sphere &a = model.spheres[i - 1], &b = model.spheres[i];
+      if (a.link != b.link) continue;
+      const double distance = (at.sphere(static_cast<int>(i)) - at.sphere(static_cast<int>(i) - 1)).norm();
+      ASSERT_NEAR(distance, (a.center - b.center).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(RobotFile, ABareUrdfLoads) {
+  const auto settings = load_robot_settings(kPlaces.root / "robots/ur5e.yaml", kPlaces);
+  ASSERT_TRUE(settings) << settings.error().message;
+  const auto model = open_robot(settings->urdf.string(), kPlaces);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->dof(), 6);
+  EXPECT_TRUE(model->spheres.empty());
+  EXPECT_TRUE(model->acceleration_max.isApproxToConstant(15.0));
+}
+
+TEST(RobotFile, AnUnknownNameListsTheKnownOnes) {
+  const auto model = open_robot("ur55", kPlaces);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().message.find("'ur55'"), std::string::npos);
+  EXPECT_NE(model.error().message.find("ur5e"), std::string::npos);
+}
+
+TEST(RobotFile, AHomePoseInSelfCollisionNamesTheSpheres) {
+  const TemporaryFolder folder;
+  std::ifstream stream(kPlaces.root / "robots/ur5e.yaml");
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  text = std::regex_replace(text, std::regex("\nhome: \\[.*\\]"), "\nhome: [0, -1.57, 3.0, 0, 0, 0]");
+  const auto model = open_robot(folder.write("folded.yaml", text).string(), kPlaces);
+  ASSERT_FALSE(model);
+  EXPECT_TRUE(std::regex_search(
+      model.error().message, std::regex("folded.yaml: .*self-collision: spheres '\\w+' and '\\w+' overlap by .* mm")))
+      << model.error().message;
+}
+
+struct Refusal {
+  const char* name;
+  const char* text;
+  const char* message;
+};
+void PrintTo(const Refusal& refusal, std::ostream* stream) { *stream << refusal.name; }
+std::string refusal_name(const testing::TestParamInfo<Refusal>& refusal) { return refusal.param.name; }
+
+class RobotFileRefuses : public testing::TestWithParam<Refusal> {};
+
+TEST_P(RobotFileRefuses, WithTheReason) {
+  const TemporaryFolder folder;
+  const auto model = open_robot(folder.write("arm.yaml", GetParam().text).string(), kPlaces);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().message.find(GetParam().message), std::string::npos) << model.error().message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RobotFileRefuses,
+    testing::Values(
+        Refusal{"no_urdf", "name: arm\n", "arm.yaml:1: key 'urdf' is missing"},
+        Refusal{"urdf_not_there", "urdf: arm.urdf\n", "arm.urdf: no such file"},
+        Refusal{"package", "urdf: {package: nothing, path: a.urdf}\n", "Python package 'nothing' has no file 'a.urdf'"},
+        Refusal{"urdf_key", "urdf: {package: airo_models, file: a.urdf}\n", "arm.yaml:1: unknown key 'file' in 'urdf'"},
+        Refusal{"key", "urdf: a\n\ntoool: {}\n", "arm.yaml:3: unknown key 'toool'; did you mean 'tool'?"},
+        Refusal{"tool_size", "urdf: a\ntool: {link: a, xyz: [0, 0], rpy: [0, 0, 0]}\n",
+                "arm.yaml:2: tool.xyz has 2 numbers; 3 are expected"},
+        Refusal{"radius", "urdf: a\nspheres:\n  - {name: s, link: l, center: [0, 0, 0], radius: -0.1}\n",
+                "arm.yaml:3: spheres[0].radius is -0.1; it must be positive"},
+        Refusal{"pairs", "urdf: a\npairs: all\n", "arm.yaml:2: pairs must be auto or a list of [name, name]"},
+        Refusal{"acceleration", "urdf: a\nacceleration_max: [1, 0]\n", "acceleration_max[1] is 0; it must be positive"},
+        Refusal{"home_nan", "urdf: a\nhome: [nan]\n", "arm.yaml:2: home[0] is 'nan'; it must be a finite number"}),
+    refusal_name);
+
+}  // namespace
+}  // namespace steadyhand
