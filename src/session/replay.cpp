@@ -1,0 +1,168 @@
+#include "session/replay.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "ocp/evaluation.hpp"
+#include "robot/reach.hpp"
+#include "track/tracker.hpp"
+
+namespace steadyhand {
+
+RunNames run_names(const RobotModel& model) {
+  RunNames names;
+  for (const Joint& joint : model.joints) {
+    names.joints.push_back(joint.name);
+    names.joint_units.push_back(joint.type == JointType::kPrismatic ? "m" : "rad");
+  }
+  for (const auto& objective : make_objectives()) names.terms.emplace_back(objective->name());
+  return names;
+}
+
+namespace {
+
+/// One run: the stages in the order of the arrows, and the clock of the recording.
+class Run {
+ public:
+  Run(const RobotModel& model, const ReplaySettings& settings, std::unique_ptr<Planner> planner, const ReplayTaps& taps)
+      : settings_(settings),
+        taps_(taps),
+        retargeter_(settings.retarget),
+        predictor_(settings.predictor),
+        planner_(std::move(planner)),
+        tracker_(model.home),
+        evaluation_(planner_->ocp()),
+        arm_(model) {}
+
+  /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
+  Status step(Time now, Time next, ReplayResult& result) {
+    const Reference reference = predictor_.predict(now);
+    if (Status s = tap(reference); !s) return s;
+    const Plan& plan = planner_->update(reference);
+    if (Status s = tap(plan); !s) return s;
+    tracker_.follow(plan);
+    result.steps.push_back(describe_step(now));
+    if (Status s = tap(result.steps.back()); !s) return s;
+    if (taps_.keep_problems) {
+      result.problems.push_back(
+          to_record(planner_->ocp(), planner_->instance(), planner_->guess(), settings_.planner.tolerance));
+    }
+    for (; command_time() < next; ++commands_) {
+      const JointCommand command = tracker_.update(command_time());
+      const JointState state{command.stamp, command.q, command.dq};  // the arm follows exactly
+      if (Status s = tap(command); !s) return s;
+      if (Status s = tap(state); !s) return s;
+      result.commands.push_back(command);
+    }
+    return Done{};
+  }
+
+  Status feed(const OperatorSample& sample) {
+    if (Status s = tap(sample); !s) return s;
+    arm_.set_position(tracker_.update(sample.stamp.hand).q);
+    const Target target = retargeter_.update(sample, {arm_.p(), Quaternion(arm_.R())});
+    predictor_.update(target);
+    return tap(target);
+  }
+
+ private:
+  Time command_time() const { return from_seconds(static_cast<double>(commands_) / settings_.command_rate_hz); }
+
+  template <typename Message>
+  Status tap(const Message& message) {
+    return taps_.recorder ? taps_.recorder->write(message) : Status(Done{});
+  }
+  Status tap(const Plan& plan) {
+    if (!taps_.recorder) return Done{};
+    path_.clear();
+    for (int k = 0; k <= plan.intervals; ++k) {
+      arm_.set_position(plan.x[k].head(plan.joints));
+      path_.push_back({arm_.p(), Quaternion(arm_.R())});
+    }
+    return taps_.recorder->write(plan, path_);
+  }
+
+  PlanStep describe_step(Time now) {
+    const Plan& plan = planner_->plan();
+    const Solution& solution = planner_->solution();
+    const JointCommand command = sample(plan, now);
+    PlanStep step;
+    step.t_s = to_seconds(now);
+    step.X_base_target = predictor_.at(now);
+    step.q = command.q;
+    step.dq = command.dq;
+    step.ddq = command.ddq;
+    step.status = plan.origin;
+    step.engaged = predictor_.newest().engaged;
+    step.iterations = solution.iterations;
+    step.solve_time_us = solution.time_us;
+    step.objective = solution.objective;
+    evaluation_.set_instance(planner_->instance());
+    evaluation_.set_trajectory(solution.trajectory);
+    for (std::size_t i = 0; i < planner_->ocp().objectives().size(); ++i) {
+      step.shares[i] = evaluation_.objective_share(static_cast<int>(i));
+    }
+    step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();
+    for (int k = 0; k <= plan.intervals; ++k) {
+      arm_.set_position(plan.x[k].head(plan.joints));
+      step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, arm_.clearance());
+    }
+    arm_.set_position(command.q);
+    arm_.set_motion(command.dq, command.ddq);
+    step.X_base_planned = {arm_.p(), Quaternion(arm_.R())};
+    step.local_acceleration = arm_.local_acceleration();
+    return step;
+  }
+
+  const ReplaySettings& settings_;
+  const ReplayTaps& taps_;
+  Retargeter retargeter_;
+  Predictor predictor_;
+  std::unique_ptr<Planner> planner_;
+  Tracker tracker_;
+  Evaluation evaluation_;
+  Kinematics arm_;
+  std::vector<Pose> path_;
+  std::int64_t commands_ = 0;
+};
+
+}  // namespace
+
+Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
+                            const ReplayTaps& taps) {
+  if (!(settings.rate_hz > 0.0) || settings.rate_hz > settings.command_rate_hz) {
+    return Error{fmt::format("rate is {} Hz; it must be positive and at most {} Hz, the arm's rate", settings.rate_hz,
+                             settings.command_rate_hz)};
+  }
+  auto planner = Planner::make(model, settings.ocp, settings.planner);
+  if (!planner) return planner.error();
+
+  ReplaySettings resolved = settings;
+  const Reach reach = compute_reach(model);
+  resolved.predictor.horizon = settings.ocp.horizon;
+  resolved.predictor.dt = settings.ocp.dt;
+  resolved.predictor.reach_center = reach.center;
+  resolved.predictor.reach = reach.radius;
+
+  ReplayResult result;
+  Run run(model, resolved, std::move(*planner), taps);
+  const Time first = recording.samples.front().stamp.hand, last = recording.samples.back().stamp.hand;
+  const auto steps = static_cast<std::int64_t>(std::floor(to_seconds(last - first) * settings.rate_hz)) + 1;
+  std::size_t fed = 0;
+  for (std::int64_t i = 0; i < steps; ++i) {
+    const Time now = from_seconds(static_cast<double>(i) / settings.rate_hz);
+    const Time next = from_seconds(static_cast<double>(i + 1) / settings.rate_hz);
+    for (; fed < recording.samples.size() && recording.samples[fed].stamp.hand - first <= now; ++fed) {
+      OperatorSample sample = recording.samples[fed];
+      sample.stamp.hand -= first;
+      sample.stamp.made = sample.stamp.hand;
+      if (Status s = run.feed(sample); !s) return s.error();
+    }
+    if (Status s = run.step(now, next, result); !s) return s.error();
+    if (taps.progress) taps.progress(static_cast<double>(i + 1) / static_cast<double>(steps));
+  }
+  return result;
+}
+
+}  // namespace steadyhand

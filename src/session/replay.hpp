@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/result.hpp"
+#include "input/recording.hpp"
+#include "plan/planner.hpp"
+#include "predict/predictor.hpp"
+#include "record/problem_json.hpp"
+#include "record/recorder.hpp"
+#include "record/step.hpp"
+#include "retarget/retargeter.hpp"
+
+namespace steadyhand {
+
+struct ReplaySettings {
+  double rate_hz = 20.0;           ///< of re-planning
+  double command_rate_hz = 500.0;  ///< of the arm
+  RetargetSettings retarget;
+  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
+  OcpSettings ocp;
+  PlannerSettings planner;
+};
+
+/// What one run leaves, beside what the recorder wrote.
+struct ReplayResult {
+  std::vector<PlanStep> steps;
+  std::vector<JointCommand> commands;
+  std::vector<ProblemRecord> problems;  ///< of every step, if they were asked for
+};
+
+struct ReplayTaps {
+  Recorder* recorder = nullptr;  ///< gets what goes through every arrow; may be null
+  bool keep_problems = false;
+  std::function<void(double fraction)> progress;  ///< called now and then; may be empty
+};
+
+/// The names that a recorder and a report need for runs of this robot.
+RunNames run_names(const RobotModel& model);
+
+/// Sends a recording through retargeting, prediction, planning and tracking, in the recording's own time, as it would
+/// go live with a planner that needs no time and an arm that follows exactly. Equal input gives equal results, but for
+/// solve times.
+Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
+                            const ReplayTaps& taps);
+
+}  // namespace steadyhand
