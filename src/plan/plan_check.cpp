@@ -47,9 +47,9 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   if ((plan.x[0] - before).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kDiscontinuous;
   if (plan.x[plan.intervals].tail(n).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kNotAtRest;
 
-  const auto in_collision = [&](Time t) {
+  const auto in_collision = [&](Time t, double overlap) {
     kinematics.set_position(sample(plan, t).q);
-    return kinematics.clearance() < -settings.overlap;
+    return kinematics.clearance() < -overlap;
   };
   const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
   for (int k = 0; k < plan.intervals; ++k) {
@@ -68,7 +68,8 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
         if (jump > tolerance) return PlanFault::kDiscontinuous;
       }
     }
-    if (in_collision(begin + from_seconds(0.5 * dt)) || in_collision(begin + from_seconds(dt))) {
+    if (in_collision(begin + from_seconds(0.5 * dt), settings.overlap_between_nodes) ||
+        in_collision(begin + from_seconds(dt), tolerance)) {
       return PlanFault::kSelfCollision;
     }
   }

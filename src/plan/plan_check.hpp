@@ -10,9 +10,8 @@ namespace steadyhand {
 struct PlanCheckSettings {
   double command_rate_hz = 500.0;  ///< limits are checked at every command
   double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit counts as inside
-  /// m: how deep spheres may overlap. The optimal control problem keeps them apart at its nodes only; between nodes
-  /// they may touch.
-  double overlap = 2e-3;
+  /// m: how deep spheres may overlap half-way between nodes, where the optimal control problem does not look.
+  double overlap_between_nodes = 2e-3;
 };
 
 enum class PlanFault {
