@@ -50,7 +50,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kExamples);
   steadyhand::Command command;
+  steadyhand::add_replay_command(app, command);
   steadyhand::add_describe_command(app, command);
+  steadyhand::add_solve_command(app, command);
   if (const auto unknown = unknown_command(app, argc, argv)) return fail(*unknown + " (see steadyhand --help)");
   try {
     app.parse(argc, argv);
