@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import casadi as ca
@@ -34,21 +34,20 @@ class Answer:
     time_us: float
     status: str  # "solved" or the peer's own word
     solved: bool
-    reported: dict = field(default_factory=dict)  # ours: objective and KKT error as printed
 
 
 class Steadyhand:
     """Ours: one process per block, each problem from its own guess; the program's own time_us."""
 
-    def __init__(self, program, solver=None):
-        self.command = [str(program), "solve"]
-        self.options = ["--solver", solver] if solver else []
-        self.name = f"steadyhand {solver}" if solver else "steadyhand"
+    name = "steadyhand"
+
+    def __init__(self, program):
+        self.program = str(program)
 
     def solve(self, problems, folder):
         path = Path(folder) / "block.json"
         path.write_text(json.dumps(problems))
-        run = subprocess.run([*self.command, str(path), *self.options], capture_output=True, text=True)
+        run = subprocess.run([self.program, "solve", str(path)], capture_output=True, text=True)
         if run.returncode != 0:
             raise PeerError(f"`steadyhand solve` ended with {run.returncode}: {run.stderr.strip()}")
         return [
@@ -59,7 +58,6 @@ class Steadyhand:
                 a["time_us"],
                 a["status"],
                 a["status"] == "solved",
-                a,
             )
             for a in json.loads(run.stdout)
         ]

@@ -189,6 +189,8 @@ def main():
     except (InputError, PeerError) as error:
         print(f"steadyhand bench: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        return 130
     return 0
 
 

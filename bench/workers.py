@@ -5,6 +5,7 @@ A worker sets its solver up, then solves one block of problems whenever it is as
 
 import multiprocessing
 import os
+import signal
 import sys
 import tempfile
 import traceback
@@ -64,7 +65,8 @@ class Worker:
 
 
 def _work(pipe, name, description, example, liquids, paths):
-    # acados prints from Python and from C; stdout is for the table.
+    # Interrupted, the parent ends us; acados prints from Python and from C, but stdout is for the table.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     try:
         formulation = Formulation(Arm.from_description(description), example["dt"], example["horizon"])
