@@ -175,7 +175,7 @@ function build(chart) {
 
 const legendColor = (series) => (series ? series.fill?.() ?? series.color() : 'transparent');
 const plain = (tick) => (tick == null ? '' : String(Number(tick.toPrecision(2))));
-const oneTwoFive = (tick) => (/^[125]/.test(tick.toExponential()) ? tick : null);
+const oneTwoFive = (tick) => (/^[125]e/.test(Number(tick.toPrecision(6)).toExponential()) ? tick : null);
 
 const isShown = (profile) => profile === undefined || shownProfiles[profile];
 

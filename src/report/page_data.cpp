@@ -69,13 +69,25 @@ void write_curve(JsonBuffer& out, std::size_t count, std::size_t per_point, Keep
   });
 }
 
-/// Roll in degrees without jumps by a full turn. `pose` is a member of PlanStep.
-std::vector<double> unwrapped_roll(const std::vector<PlanStep>& steps, Pose PlanStep::*pose) {
+/// The same angle, in degrees, within half a turn of `reference`.
+double nearest_turn(double angle, double reference) { return angle + 360 * std::round((reference - angle) / 360); }
+
+/// The targets' roll in degrees, without jumps by a full turn.
+std::vector<double> target_roll(const std::vector<PlanStep>& steps) {
   std::vector<double> roll;
   for (const PlanStep& step : steps) {
-    double angle = kDegrees * roll_angle((step.*pose).q);
-    if (!roll.empty()) angle += 360 * std::round((roll.back() - angle) / 360);
-    roll.push_back(angle);
+    const double angle = kDegrees * roll_angle(step.X_base_target.q);
+    roll.push_back(roll.empty() ? angle : nearest_turn(angle, roll.back()));
+  }
+  return roll;
+}
+
+/// The plan's roll in degrees, each within half a turn of its target: where the pitch is near 90 degrees roll turns
+/// quickly, and a plan that passes on the other side would otherwise stay a turn away for good.
+std::vector<double> planned_roll(const std::vector<PlanStep>& steps) {
+  std::vector<double> roll = target_roll(steps);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    roll[i] = nearest_turn(kDegrees * roll_angle(steps[i].X_base_planned.q), roll[i]);
   }
   return roll;
 }
@@ -90,7 +102,7 @@ bool same_targets(const ProfileResult& a, const ProfileResult& b) {
 
 void write_target(JsonBuffer& out, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
-  const std::vector<double> roll = unwrapped_roll(steps, &PlanStep::X_base_target);
+  const std::vector<double> roll = target_roll(steps);
   JsonObject target(out);
   append_text(target.key("label"), label);
   const auto curve = [&](std::string_view name, auto&& value) {
@@ -103,7 +115,7 @@ void write_target(JsonBuffer& out, const ProfileResult& profile, const std::stri
 
 void write_steps(JsonObject& profile_object, const ProfileResult& profile, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
-  const std::vector<double> roll = unwrapped_roll(steps, &PlanStep::X_base_planned);
+  const std::vector<double> roll = planned_roll(steps);
   const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
     write_curve(profile_object.key(name), steps.size(), per_point, keep, value);
   };

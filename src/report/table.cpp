@@ -75,7 +75,8 @@ std::string pad(const std::string& text, int columns) {
 std::span<const MetricRow> metric_rows() { return kRows; }
 
 std::string format_value(const MetricRow& row, const Metrics& metrics) {
-  return fmt::format("{:.{}f}", row.value(metrics), row.decimals);
+  const std::string text = fmt::format("{:.{}f}", row.value(metrics), row.decimals);
+  return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1) : text;
 }
 
 std::string format_table(const std::vector<ProfileResult>& profiles) {

@@ -21,7 +21,7 @@ struct MetricRow {
 
 std::span<const MetricRow> metric_rows();
 
-/// value(metrics) with the row's decimals.
+/// value(metrics) with the row's decimals; zero has no sign.
 std::string format_value(const MetricRow& row, const Metrics& metrics);
 
 }  // namespace steadyhand

@@ -149,6 +149,19 @@ TEST(RollAngle, IsTheTurnAboutX) {
   }
 }
 
+TEST(FormatValue, ZeroHasNoSign) {
+  Metrics m;
+  for (const MetricRow& row : metric_rows()) {
+    if (std::string_view(row.label) != "Sphere distance, smallest") continue;
+    m.smallest_distance = -1e-9;
+    EXPECT_EQ(format_value(row, m), "0.0");
+    m.smallest_distance = -1e-3;
+    EXPECT_EQ(format_value(row, m), "-1.0");
+    return;
+  }
+  FAIL() << "no such row";
+}
+
 TEST(FormatTable, FitsATerminalAndIsAligned) {
   const ReportInput input = test::sample_input();
   std::istringstream lines(format_table(input.profiles));

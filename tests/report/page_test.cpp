@@ -84,15 +84,19 @@ TEST(PageData, TheTailEndsWithTheSlowestStep) {
   }
 }
 
-TEST(PageData, RollDoesNotJumpByAFullTurn) {
+TEST(PageData, RollDoesNotJumpByAFullTurnAndStaysWithItsTarget) {
   ReportInput input = test::sample_input();
   input.profiles.resize(1);
   for (PlanStep& step : input.profiles[0].steps) {
-    step.X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());
+    step.X_base_target.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());
+    step.X_base_planned.q = Eigen::AngleAxisd(step.t_s - 3 * std::sin(step.t_s), Vector3::UnitX());
   }
-  const Json profile = Json::parse(page_data(input, {}))["profiles"][0];
+  const Json data = Json::parse(page_data(input, {}));
   for (std::size_t k = 0; k < 220; ++k) {
-    EXPECT_NEAR(profile["roll"][k], profile["t"][k].get<double>() * 180 / std::numbers::pi, 1e-2);
+    const double t = data["profiles"][0]["t"][k];
+    constexpr double kDegrees = 180 / std::numbers::pi;
+    EXPECT_NEAR(data["targets"][0]["roll"][k], kDegrees * t, 1e-2);
+    EXPECT_NEAR(data["profiles"][0]["roll"][k], kDegrees * (t - 3 * std::sin(t)), 1e-2);
   }
 }
 
