@@ -202,11 +202,16 @@ class Acados:
                 setattr(constraints, "uh" + suffix, far)
 
     def _build(self, module, ocp, cache):
-        o = ocp.solver_options
-        settings = {key: str(value) for key, value in sorted(vars(o).items())}
-        arm = {key: str(value) for key, value in vars(self.formulation.arm).items()}
-        text = json.dumps([settings, arm, str(ocp.model.cost_y_expr_0.shape), Path(__file__).read_text()])
-        ocp.model.name = f"{self.name.replace('-', '_')}_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+        # Built again when the model, an option or a bound is another one, or the checkout has moved.
+        m, parts = ocp.model, (ocp.solver_options, ocp.constraints)
+        settings = [sorted((key, str(value)) for key, value in vars(part).items()) for part in parts]
+        model = ca.Function(
+            "model",
+            [m.x, m.u, m.p],
+            [m.disc_dyn_expr, m.cost_y_expr_0, m.cost_y_expr, m.cost_y_expr_e, self.formulation.distances],
+        )
+        identity = json.dumps([str(cache), settings, model.serialize()])
+        ocp.model.name = f"{self.name.replace('-', '_')}_{hashlib.sha256(identity.encode()).hexdigest()[:12]}"
         folder = cache / ocp.model.name
         description = folder.with_suffix(".json")
         ocp.code_export_directory = str(folder)
