@@ -1,0 +1,157 @@
+"""`steadyhand describe` and what the program says to a bad command line."""
+
+import json
+import os
+import subprocess
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+
+
+def run(*arguments, **options):
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=60, **options)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    done = run("describe", "ur5e")
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def settings():
+    return yaml.safe_load((ROOT / "robots/ur5e.yaml").read_text())
+
+
+def urdf_of(settings) -> Path:
+    [package] = ROOT.glob(f".deps/venv/lib/python3*/site-packages/{settings['urdf']['package']}")
+    return package / settings["urdf"]["path"]
+
+
+def test_has_the_keys_of_the_formulation_in_order(robot):
+    assert list(robot) == [
+        "name", "joints", "tool", "home", "position_min", "position_max", "velocity_max", "acceleration_max",
+        "spheres", "pairs",
+    ]  # fmt: skip
+    n = len(robot["joints"])
+    assert n == 6
+    for joint in robot["joints"]:
+        assert {"name", "origin", "axis"} <= joint.keys()
+    for key in ("home", "position_min", "position_max", "velocity_max", "acceleration_max"):
+        assert np.isfinite(robot[key]).all() and len(robot[key]) == n
+    assert robot["tool"].keys() == {"name", "origin"}
+    for sphere in robot["spheres"]:
+        assert sphere.keys() == {"name", "link", "center", "radius"}
+        assert 0 <= sphere["link"] <= n and sphere["radius"] > 0 and len(sphere["center"]) == 3
+
+
+def test_frames_are_rigid(robot):
+    for T in [joint["origin"] for joint in robot["joints"]] + [robot["tool"]["origin"]]:
+        T = np.array(T)
+        assert T.shape == (4, 4) and (T[3] == [0, 0, 0, 1]).all()
+        assert np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < 1e-12
+
+
+def test_agrees_with_the_urdf(robot, settings):
+    joints = {j.get("name"): j for j in ET.parse(urdf_of(settings)).iter("joint") if j.get("type") == "revolute"}
+    assert [joint["name"] for joint in robot["joints"]] == list(joints)
+    for k, joint in enumerate(robot["joints"]):
+        urdf = joints[joint["name"]]
+        limit = urdf.find("limit")
+        assert robot["position_min"][k] == float(limit.get("lower"))
+        assert robot["position_max"][k] == float(limit.get("upper"))
+        assert robot["velocity_max"][k] == float(limit.get("velocity"))
+        assert joint["axis"] == [float(x) for x in urdf.find("axis").get("xyz").split()]
+        if k > 0:  # before joint 0 stands base_link_inertia, half a turn about z
+            xyz = [float(x) for x in urdf.find("origin").get("xyz").split()]
+            assert np.abs(np.array(joint["origin"])[:3, 3] - xyz).max() < 1e-12
+
+
+def test_agrees_with_the_robot_file(robot, settings):
+    assert robot["home"] == settings["home"]
+    assert robot["acceleration_max"] == settings["acceleration_max"]
+    for sphere, written in zip(robot["spheres"], settings["spheres"], strict=True):
+        assert sphere["name"] == written["name"]
+        assert sphere["radius"] == written["radius"]
+        if sphere["link"] > 0:  # the URDF's own frame of that link
+            assert sphere["center"] == written["center"]
+
+
+def test_pairs_are_on_links_that_are_no_neighbours(robot):
+    links = [sphere["link"] for sphere in robot["spheres"]]
+    pairs = [tuple(pair) for pair in robot["pairs"]]
+    assert len(set(pairs)) == len(pairs) > 0
+    assert all(links[j] - links[i] > 1 for i, j in pairs)
+
+
+def test_pretty_says_the_same(robot):
+    done = run("describe", "ur5e", "--pretty")
+    assert done.stdout.count("\n") > 100
+    assert json.loads(done.stdout) == robot
+
+
+def test_a_bare_urdf(settings):
+    done = run("describe", str(urdf_of(settings)))
+    robot = json.loads(done.stdout)
+    assert len(robot["joints"]) == 6 and robot["spheres"] == [] and robot["pairs"] == []
+
+
+def test_runs_from_any_folder(tmp_path, robot):
+    assert json.loads(run("describe", "ur5e", cwd=tmp_path).stdout) == robot
+
+
+def test_does_not_depend_on_the_locale(robot):
+    done = run("describe", "ur5e", env={**os.environ, "LC_ALL": "de_DE.UTF-8"})
+    assert json.loads(done.stdout) == robot
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ([], "subcommand is required"),
+        (["descrbe"], "unknown command 'descrbe'; did you mean 'describe'?"),
+        (["describe"], "robot is required"),
+        (["describe", "ur55"], "'ur55' is neither a file nor one of the names in robots/: ur5e"),
+        (["describe", "no/such/arm.urdf"], "'no/such/arm.urdf'"),
+        (["describe", "ur5e", "more"], "more"),
+        (["describe", "ur5e", "--fast"], "--fast"),
+        (["--fast"], "--fast"),
+    ],
+)
+def test_bad_command_lines(arguments, said):
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("steadyhand: ") and said in done.stderr
+
+
+def test_a_bad_urdf(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text('<robot name="arm"><link name="a"/></robot>')
+    done = run("describe", str(file))
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr == (
+        f"steadyhand: {file}: the chain from 'a' to 'a' has 0 moving joints; an arm has 1 to 8\n"
+    )
+
+
+def test_a_full_disk_is_told():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([PROGRAM, "describe", "ur5e"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 2 and "cannot write" in done.stderr
+
+
+def test_help_shows_every_command_with_examples():
+    done = run("--help")
+    assert done.returncode == 0
+    for command in ("replay", "describe", "solve", "bench", "test"):
+        assert f"./steadyhand {command}" in done.stdout
+    assert run("--version").stdout.startswith("steadyhand ")
