@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   CLI::App app{"A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds."};
   app.name("steadyhand");
   app.set_version_flag("--version", "steadyhand " STEADYHAND_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.footer(kExamples);
   steadyhand::Command command;
   steadyhand::add_replay_command(app, command);
@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return fail(std::string(error.what()) + " (see steadyhand --help)");
   }
+  if (!command) return fail("a command is expected (see steadyhand --help)");
   try {
     const steadyhand::Status status = command();
     if (!status) return fail(status.error().message);

@@ -60,7 +60,8 @@ def test_frames_are_rigid(robot):
 
 
 def test_agrees_with_the_urdf(robot, settings):
-    joints = {j.get("name"): j for j in ET.parse(urdf_of(settings)).iter("joint") if j.get("type") == "revolute"}
+    text = urdf_of(settings).read_text().replace("drake:", "")  # a prefix that the file does not declare
+    joints = {j.get("name"): j for j in ET.fromstring(text).iter("joint") if j.get("type") == "revolute"}
     assert [joint["name"] for joint in robot["joints"]] == list(joints)
     for k, joint in enumerate(robot["joints"]):
         urdf = joints[joint["name"]]
@@ -115,7 +116,7 @@ def test_does_not_depend_on_the_locale(robot):
 @pytest.mark.parametrize(
     "arguments, said",
     [
-        ([], "subcommand is required"),
+        ([], "a command is expected"),
         (["descrbe"], "unknown command 'descrbe'; did you mean 'describe'?"),
         (["describe"], "robot is required"),
         (["describe", "ur55"], "'ur55' is neither a file nor one of the names in robots/: ur5e"),
