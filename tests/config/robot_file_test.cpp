@@ -36,7 +36,6 @@ TEST(RobotFile, LoadsTheUr5e) {
   Kinematics kinematics(model);
   kinematics.set_position(model.home);
   EXPECT_GT(kinematics.R()(2, 2), 0.999);  // the glass stands upright
-  EXPECT_GT(kinematics.clearance(), 0.02);
 }
 
 TEST(RobotFile, TheGlassStandsAcrossTheFlange) {
