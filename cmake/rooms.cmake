@@ -3,7 +3,7 @@
 function(steadyhand_room name)
   cmake_parse_arguments(room "" "" "USES;LINK;TEST_LINK" ${ARGN})
   list(TRANSFORM room_USES PREPEND steadyhand_)
-  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/src/${name}/*.cpp")
+  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/src/${name}/*.cpp" "${CMAKE_SOURCE_DIR}/src/${name}/*/*.cpp")
   if(sources)
     add_library(steadyhand_${name} STATIC ${sources})
     target_include_directories(steadyhand_${name} PUBLIC "${CMAKE_SOURCE_DIR}/src")

@@ -16,6 +16,8 @@ class Limits final : public Constraint {
   int rows() const override { return static_cast<int>(lower_.size()); }
   Bounds bounds(int row) const override { return {lower_[row], upper_[row]}; }
 
+  int entry(int row) const override { return part_ * rows() + row; }
+
   double value(const Node& node, int row) const override {
     return part_ == kPosition ? node.arm.q()[row] : part_ == kVelocity ? node.dq[row] : node.u[row];
   }

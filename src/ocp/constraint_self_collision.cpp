@@ -46,7 +46,16 @@ class SelfCollision final : public Constraint {
     }
   }
 
+  /// (radii + clearance)^2 - radii^2
+  double watch_margin(int row) const override {
+    const auto [i, j] = model_->pairs[row];
+    return (2.0 * (model_->spheres[i].radius + model_->spheres[j].radius) + kWatchedClearance) * kWatchedClearance;
+  }
+
  private:
+  static constexpr double kWatchedClearance =
+      0.03;  // m; few pairs come nearer, and those that do are found at the check
+
   const RobotModel* model_;
 };
 

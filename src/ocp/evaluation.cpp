@@ -88,6 +88,16 @@ void Evaluation::add_objective_hessian(int k, double scale, NodeHessian& hessian
   }
 }
 
+void Evaluation::add_objective_convex_hessian(int k, double scale, NodeHessian& hessian) const {
+  for (std::size_t i = 0; i < ocp_->objectives().size(); ++i) {
+    const Objective& term = *ocp_->objectives()[i];
+    const JointVector& weight = instance_->weights[i];
+    if (ocp_->acts(term.nodes(), k) && !weight.isZero(0.0)) {
+      term.add_convex_hessian(node(k), scale * ocp_->dt() * weight, hessian);
+    }
+  }
+}
+
 double Evaluation::constraint(int k, ConstraintRow row) const {
   return ocp_->constraints()[row.constraint]->value(node(k), row.row);
 }

@@ -31,6 +31,8 @@ class Evaluation {
   double objective_share(int i) const;
   void add_objective_gradient(int k, double scale, NodeGradient& gradient) const;
   void add_objective_hessian(int k, double scale, NodeHessian& hessian) const;
+  /// With Objective::add_convex_hessian of each.
+  void add_objective_convex_hessian(int k, double scale, NodeHessian& hessian) const;
 
   /// All rows that act at node k, in the order of Ocp::constraints().
   const std::vector<ConstraintRow>& rows(int k) const { return rows_[k]; }

@@ -14,9 +14,8 @@ inline void add_local_acceleration_gradient(const Kinematics& arm, const Vector3
   }
 }
 
-/// Hessian of r' diag(weight) r by z: 2 J' diag(weight) J + 2 sum_m weight_m r_m d2 a_m.
-inline void add_local_acceleration_hessian(const Kinematics& arm, const Vector3& weight, const Vector3& residual,
-                                           NodeHessian& hessian) {
+/// The part 2 J' diag(weight) J of the Hessian of r' diag(weight) r by z.
+inline void add_local_acceleration_gauss_newton(const Kinematics& arm, const Vector3& weight, NodeHessian& hessian) {
   const int n = arm.dof();
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3 * kMaxJoints> J(3, 3 * n);
   for (int i = 0; i < n; ++i) {
@@ -24,9 +23,14 @@ inline void add_local_acceleration_hessian(const Kinematics& arm, const Vector3&
     J.col(n + i) = arm.dy_dv(i);
     J.col(2 * n + i) = arm.dy_ddq(i);
   }
-  const Vector3 twice = 2.0 * weight;
-  hessian.noalias() += J.transpose().lazyProduct(twice.asDiagonal() * J);
-  arm.add_local_acceleration_hessian(twice.cwiseProduct(residual), hessian);
+  hessian.noalias() += J.transpose().lazyProduct((2.0 * weight).asDiagonal() * J);
+}
+
+/// All of it: 2 J' diag(weight) J + 2 sum_m weight_m r_m d2 a_m.
+inline void add_local_acceleration_hessian(const Kinematics& arm, const Vector3& weight, const Vector3& residual,
+                                           NodeHessian& hessian) {
+  add_local_acceleration_gauss_newton(arm, weight, hessian);
+  arm.add_local_acceleration_hessian(2.0 * weight.cwiseProduct(residual), hessian);
 }
 
 }  // namespace steadyhand

@@ -18,6 +18,10 @@ class Acceleration final : public Objective {
   void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
     hessian.diagonal().tail(node.arm.dof()) += 2.0 * weight;
   }
+
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+    add_hessian(node, weight, hessian);
+  }
 };
 
 }  // namespace

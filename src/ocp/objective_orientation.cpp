@@ -32,6 +32,14 @@ class Orientation final : public Objective {
       }
     }
   }
+
+  /// Gauss-Newton on the nine entries of R - R_ref: <[z_i]x R, [z_j]x R> = 2 z_i . z_j.
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+    const Kinematics& arm = node.arm;
+    for (int j = 0; j < arm.dof(); ++j) {
+      for (int i = 0; i < arm.dof(); ++i) hessian(i, j) += 4.0 * weight[0] * arm.axis(i).dot(arm.axis(j));
+    }
+  }
 };
 
 }  // namespace

@@ -27,6 +27,14 @@ class Position final : public Objective {
       for (int i = 0; i < arm.dof(); ++i) hessian(i, j) += weighted.dot(arm.dp(i)) + force.dot(arm.ddp(i, j));
     }
   }
+
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+    const Kinematics& arm = node.arm;
+    for (int j = 0; j < arm.dof(); ++j) {
+      const Vector3 weighted = 2.0 * arm.dp(j).cwiseProduct(weight);
+      for (int i = 0; i < arm.dof(); ++i) hessian(i, j) += weighted.dot(arm.dp(i));
+    }
+  }
 };
 
 }  // namespace

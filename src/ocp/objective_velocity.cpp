@@ -20,6 +20,10 @@ class Velocity final : public Objective {
     const int n = node.arm.dof();
     hessian.diagonal().segment(n, n) += 2.0 * weight;
   }
+
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+    add_hessian(node, weight, hessian);
+  }
 };
 
 }  // namespace

@@ -22,6 +22,10 @@ class Vertical final : public Objective {
     add_local_acceleration_hessian(node.arm, weight[0] * Vector3(0.0, 0.0, 1.0), residual(node), hessian);
   }
 
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+    add_local_acceleration_gauss_newton(node.arm, weight[0] * Vector3(0.0, 0.0, 1.0), hessian);
+  }
+
  private:
   static Vector3 residual(const Node& node) {
     const Vector3& a = node.arm.local_acceleration();

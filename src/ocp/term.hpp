@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string_view>
 
 #include "core/math.hpp"
@@ -40,6 +41,9 @@ class Objective {
   virtual void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const = 0;
   /// Exact, both triangles.
   virtual void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const = 0;
+  /// A positive semidefinite stand-in for the Hessian, for iterates where the exact one is of no use: Gauss-Newton
+  /// where the term is a sum of squares. The default takes the positive eigenvalues of the exact one.
+  virtual void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const;
 
  protected:
   Objective() = default;
@@ -63,6 +67,11 @@ class Constraint {
   virtual void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const = 0;
   /// Adds scale * d2c_row/dz2, both triangles. Linear rows add nothing.
   virtual void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const = 0;
+  /// Index in z when the row's value is that entry of z and nothing else, else -1: limits, which solvers treat apart.
+  virtual int entry(int /*row*/) const { return -1; }
+  /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all
+  /// rows at its solution. Infinite: never leave it out. In the row's unit.
+  virtual double watch_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
 
  protected:
   Constraint() = default;

@@ -5,6 +5,7 @@
 
 #include "ocp/evaluation.hpp"
 #include "solve/fatrop.hpp"
+#include "solve/realtime/realtime.hpp"
 
 namespace steadyhand {
 
@@ -30,12 +31,13 @@ void Solution::prepare(const Ocp& ocp) {
 }
 
 const std::vector<std::string>& solver_names() {
-  static const std::vector<std::string> names{"fatrop"};
+  static const std::vector<std::string> names{"fatrop", "realtime"};
   return names;
 }
 
 Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance) {
   if (name == "fatrop") return make_fatrop_solver(ocp, tolerance);
+  if (name == "realtime") return make_realtime_solver(ocp, tolerance);
   return Error{fmt::format("unknown solver '{}'; the solvers are {}", name, fmt::join(solver_names(), ", "))};
 }
 

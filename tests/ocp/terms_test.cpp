@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "ocp/evaluation.hpp"
 #include "robot/random_arm.hpp"
 
@@ -38,6 +40,12 @@ struct Fixture {
   void move(const Eigen::VectorXd& z) {
     const int n = model_.dof();
     evaluation_.set_node(kNode, z.head(2 * n), z.tail(n));
+    dq_ = z.segment(n, n);
+    u_ = z.tail(n);
+  }
+
+  Node node() const {
+    return {evaluation_.arm(kNode), dq_, u_, instance_.reference.p[kNode - 1], instance_.reference.R[kNode - 1]};
   }
 
   /// Gradient and Hessian of `value` (a function of nothing, at the node's point) against central differences.
@@ -80,6 +88,7 @@ struct Fixture {
   Ocp ocp_;
   OcpInstance instance_;
   Evaluation evaluation_;
+  JointVector dq_, u_;
 };
 
 class EveryTerm : public testing::TestWithParam<int> {};  // of the arm's joints
@@ -95,6 +104,39 @@ TEST_P(EveryTerm, ObjectiveDerivatives) {
                            [&](NodeHessian& H) { f.evaluation_.add_objective_hessian(f.kNode, 1.0, H); });
     }
   }
+}
+
+TEST_P(EveryTerm, ConvexHessianHasNoNegativeEigenvalue) {
+  Fixture f(GetParam(), 200 + GetParam());
+  for (std::size_t i = 0; i < f.ocp_.objectives().size(); ++i) {
+    SCOPED_TRACE(f.ocp_.objectives()[i]->name());
+    for (int trial = 0; trial < 40; ++trial) {
+      f.weigh(i);
+      f.move(f.random_z());
+      const int size = 3 * f.model_.dof();
+      NodeHessian convex = NodeHessian::Zero(size, size), by_eigenvalues = convex;
+      f.evaluation_.add_objective_convex_hessian(f.kNode, 1.0, convex);
+      f.ocp_.objectives()[i]->Objective::add_convex_hessian(f.node(), f.instance_.weights[i], by_eigenvalues);
+      for (const NodeHessian& H : {convex, by_eigenvalues}) {
+        EXPECT_LT((H - H.transpose()).norm(), 1e-12 * (1.0 + H.norm()));
+        EXPECT_GT(Eigen::SelfAdjointEigenSolver<NodeHessian>(H).eigenvalues().minCoeff(), -1e-10 * (1.0 + H.norm()));
+      }
+    }
+  }
+}
+
+TEST_P(EveryTerm, EntryIsTheRowsValue) {
+  Fixture f(GetParam(), 300 + GetParam());
+  int entries = 0;
+  for (const ConstraintRow row : f.evaluation_.rows(f.kNode)) {
+    const int entry = f.ocp_.constraints()[row.constraint]->entry(row.row);
+    if (entry < 0) continue;
+    const Eigen::VectorXd z = f.random_z();
+    f.move(z);
+    EXPECT_EQ(f.evaluation_.constraint(f.kNode, row), z[entry]);
+    ++entries;
+  }
+  EXPECT_EQ(entries, 3 * GetParam());
 }
 
 TEST_P(EveryTerm, ConstraintDerivatives) {

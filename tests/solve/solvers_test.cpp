@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "ocp/evaluation.hpp"
-#include "robot/random_arm.hpp"
-#include "solve/kkt.hpp"
+#include "solve/random_problem.hpp"
 #include "solve/solver.hpp"
 
 namespace steadyhand {
@@ -10,59 +8,12 @@ namespace {
 
 constexpr double kTolerance = 1e-6;
 
-/// Random arms with references around reachable poses, so that rows of every kind become active now and then.
-struct Problem {
-  Problem(int dof, unsigned seed, int horizon = 8)
-      : random(seed), model(random_arm(dof, random)), ocp(model, settings(horizon)) {
-    instance.weights = *ocp.weights({{"position", {500}},
-                                     {"orientation", {5}},
-                                     {"velocity", {0.1}},
-                                     {"acceleration", {0.02}},
-                                     {"lateral", {seed % 2 ? 10.0 : 0.0}},
-                                     {"vertical", {seed % 3 ? 1.0 : 0.0}}});
-    solution.prepare(ocp);
-  }
-
-  static OcpSettings settings(int horizon) {
-    OcpSettings result;
-    result.horizon = horizon;
-    return result;
-  }
-
-  /// A start at rest that is clear of itself and a reference that moves to a pose nearby.
-  void draw(double reach) {
-    Kinematics arm(model);
-    JointVector q;
-    do {
-      q = random_joints(model.dof(), 2.0, random);
-      arm.set_position(q);
-    } while (arm.clearance() < 0.02);
-    instance.x0 = StateVector::Zero(2 * model.dof());
-    instance.x0.head(model.dof()) = q;
-    arm.set_position(q + random_joints(model.dof(), reach, random));
-    instance.reference.nodes = ocp.horizon();
-    for (int k = 0; k < ocp.horizon(); ++k) {
-      instance.reference.p[k] = arm.p();
-      instance.reference.R[k] = arm.R();
-    }
-    guess = Trajectory(model.dof(), ocp.horizon());
-    for (StateVector& x : guess.x) x = instance.x0;
-  }
-
-  std::mt19937 random;
-  RobotModel model;
-  Ocp ocp;
-  OcpInstance instance;
-  Trajectory guess;
-  Solution solution;
-};
-
 class EverySolver : public testing::TestWithParam<std::string> {};
 
 TEST_P(EverySolver, ReachesKktPoints) {
   int solved = 0, problems = 0, active = 0;
   for (unsigned seed = 1; seed <= 24; ++seed) {
-    Problem problem(1 + static_cast<int>(seed % 8), seed);
+    RandomProblem problem(1 + static_cast<int>(seed % 8), seed);
     auto solver = *make_solver(GetParam(), problem.ocp, kTolerance);
     for (int trial = 0; trial < 10; ++trial, ++problems) {
       problem.draw(0.3);

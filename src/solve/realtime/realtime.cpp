@@ -1,0 +1,243 @@
+#include "solve/realtime/realtime.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "solve/kkt.hpp"
+#include "solve/realtime/elastic_barrier.hpp"
+
+namespace steadyhand {
+namespace realtime {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+/// What is left of a solve.
+struct Budget {
+  SteadyClock::time_point deadline;
+  int iterations;
+  int used = 0;
+
+  bool spent() const {
+    return used >= iterations || (deadline != SteadyClock::time_point::max() && SteadyClock::now() >= deadline);
+  }
+};
+
+class Realtime final : public Solver {
+ public:
+  Realtime(const Ocp& ocp, double tolerance)
+      : ocp_(ocp),
+        n_(ocp.dof()),
+        tolerance_(tolerance),
+        barrier_(ocp),
+        newton_(n_, ocp.horizon(), ocp.dt()),
+        start_(3 * n_, ocp.horizon() + 1),
+        point_(start_),
+        trial_(start_),
+        step_(start_),
+        fallback_(start_),
+        evaluation_(ocp) {}
+
+  std::string_view name() const override { return "realtime"; }
+
+  void solve(const OcpInstance& instance, const Trajectory& guess, const std::vector<std::vector<double>>* multipliers,
+             const SolveBudget& limits, Solution& solution) override {
+    const auto start = SteadyClock::now();
+    Budget budget{limits.time_us > 0.0 ? start + std::chrono::nanoseconds(std::llround(1e3 * limits.time_us))
+                                       : SteadyClock::time_point::max(),
+                  limits.iterations};
+    solution.status = SolveStatus::kInvalid;
+    if (ocp_.check(instance) && valid(guess, multipliers, solution)) {
+      roll_out(instance, guess);
+      fallback_violation_ = std::numeric_limits<double>::infinity();
+      bool solved = solve_from_point(instance, multipliers, budget);
+      if (!solved && !budget.spent()) {
+        brake(instance);
+        solved = solve_from_point(instance, nullptr, budget);
+      }
+      if (!solved) retreat();
+      write(instance, solved, solution);
+    }
+    solution.iterations = budget.used;
+    solution.time_us = std::chrono::duration<double, std::micro>(SteadyClock::now() - start).count();
+  }
+
+ private:
+  bool valid(const Trajectory& guess, const std::vector<std::vector<double>>* multipliers,
+             const Solution& solution) const {
+    if (std::ssize(guess.u) != ocp_.horizon()) return false;
+    for (const JointVector& u : guess.u) {
+      if (u.size() != n_ || !u.allFinite()) return false;
+    }
+    if (multipliers == nullptr) return true;
+    if (multipliers->size() != solution.multipliers.size()) return false;
+    for (std::size_t k = 0; k < multipliers->size(); ++k) {
+      const auto& node = (*multipliers)[k];
+      if (node.size() != solution.multipliers[k].size()) return false;
+      if (!std::all_of(node.begin(), node.end(), [](double m) { return std::isfinite(m); })) return false;
+    }
+    return true;
+  }
+
+  /// point_ <- the guess's accelerations from x_0.
+  void roll_out(const OcpInstance& instance, const Trajectory& guess) {
+    StateVector x = instance.x0;
+    for (int k = 0;; ++k) {
+      for (int i = 0; i < 2 * n_; ++i) point_[i][k] = x[i];
+      if (k == ocp_.horizon()) return;
+      for (int i = 0; i < n_; ++i) point_[2 * n_ + i][k] = guess.u[k][i];
+      x = ocp_.next(x, guess.u[k]);
+    }
+  }
+
+  /// point_ <- from x_0 to rest as fast as half the robot's acceleration limits allow, then standing still.
+  void brake(const OcpInstance& instance) {
+    StateVector x = instance.x0;
+    for (int k = 0;; ++k) {
+      for (int i = 0; i < 2 * n_; ++i) point_[i][k] = x[i];
+      if (k == ocp_.horizon()) return;
+      const JointVector limit = 0.5 * ocp_.model().acceleration_max,
+                        u = (-x.tail(n_) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);
+      for (int i = 0; i < n_; ++i) point_[2 * n_ + i][k] = u[i];
+      x = ocp_.next(x, u);
+    }
+  }
+
+  /// Solves from point_. True if point_ becomes a KKT point with all rows checked.
+  bool solve_from_point(const OcpInstance& instance, const std::vector<std::vector<double>>* multipliers,
+                        Budget& budget) {
+    start_ = point_;
+    barrier_.forget_rows();
+    while (true) {
+      const Outcome outcome = minimise(instance, multipliers, budget);
+      if (outcome != Outcome::kMissedRows) return outcome == Outcome::kSolved;
+      // A path that did not see a row may have gone right through it: walk again with the row watched.
+      point_ = start_;
+    }
+  }
+
+  enum class Outcome { kSolved, kMissedRows, kGaveUp };
+
+  /// Follows the minimisers of the barrier problem from point_ as mu goes to zero.
+  Outcome minimise(const OcpInstance& instance, const std::vector<std::vector<double>>* multipliers, Budget& budget) {
+    const double last_mu = 0.1 * tolerance_;
+    keep(barrier_.begin(instance, point_, multipliers, multipliers ? kWarmMu : kColdMu));
+    while (true) {
+      const Residuals now = barrier_.differentiate(point_);
+      if (now.kkt() <= tolerance_) {
+        bool added = false;
+        barrier_.check_all_rows(point_, tolerance_, added);
+        return added ? Outcome::kMissedRows : Outcome::kSolved;
+      }
+      if (std::max(now.dual, now.centrality) <= kCloseEnough * barrier_.mu()) {
+        if (barrier_.mu() <= last_mu) return Outcome::kGaveUp;  // a minimiser outside of bounds: locally infeasible
+        barrier_.set_mu(std::max(last_mu, std::min(0.2 * barrier_.mu(), std::pow(barrier_.mu(), 1.5))));
+        continue;
+      }
+      if (budget.spent()) return Outcome::kGaveUp;
+      ++budget.used;
+      if (!descend()) return Outcome::kGaveUp;
+    }
+  }
+
+  /// One Newton step with line search from point_, where barrier_ has been differentiated. False if there is no
+  /// descent.
+  bool descend() {
+    const double smallest_pivot = 1e-10 * barrier_.curvature_scale();
+    for (double damping = 0.0; damping <= 1e6 * barrier_.curvature_scale();
+         damping = std::max(1e-6 * barrier_.curvature_scale(), 100.0 * damping)) {
+      for (const Curvature curvature : {Curvature::kExact, Curvature::kConvex}) {
+        barrier_.model(curvature, damping, newton_);
+        if (!newton_.factorise(smallest_pivot)) continue;
+        newton_.solve(step_);
+        if (search()) return true;
+        break;
+      }
+    }
+    return false;
+  }
+
+  /// Moves point_ along step_ until phi has decreased enough (Armijo).
+  bool search() {
+    const double phi = barrier_.merit(), slope = barrier_.complete(step_);
+    if (!(slope < 0.0)) return false;
+    const double noise = 1e-13 * std::abs(phi);  // phi is a sum of numbers of this size
+    for (double scale = barrier_.largest_scale(); scale > 1e-8; scale *= 0.5) {
+      if (barrier_.try_step(point_, scale) <= phi + 1e-4 * scale * slope + noise) {
+        barrier_.accept(scale);
+        point_.set_sum(point_, scale, step_);
+        return true;
+      }
+    }
+    barrier_.differentiate(point_);
+    return false;
+  }
+
+  /// Remembers point_ if it is the first inside the constraints or violates them least so far.
+  void keep(double violation) {
+    if (fallback_violation_ <= tolerance_ || violation >= fallback_violation_) return;
+    fallback_ = point_;
+    fallback_violation_ = violation;
+  }
+
+  /// point_ <- the best that is known to be inside the constraints: the last iterate, else the furthest point from the
+  /// fallback towards it.
+  void retreat() {
+    step_.set_sum(point_, -1.0, fallback_);
+    const double fallback_objective = barrier_.objective_at(fallback_);
+    for (double scale = 1.0; scale > 1e-2; scale *= 0.5) {
+      trial_.set_sum(fallback_, scale, step_);
+      const double objective = barrier_.objective_at(trial_);
+      bool added = false;
+      const double violation = barrier_.check_all_rows(trial_, tolerance_, added);
+      const bool better = fallback_violation_ <= tolerance_ ? violation <= tolerance_ && objective < fallback_objective
+                                                            : violation < fallback_violation_;
+      if (!better) continue;
+      std::swap(point_, trial_);
+      return;
+    }
+    std::swap(point_, fallback_);
+  }
+
+  void write(const OcpInstance& instance, bool solved, Solution& solution) {
+    Trajectory& trajectory = solution.trajectory;
+    trajectory.x[0] = instance.x0;
+    for (int k = 0; k < ocp_.horizon(); ++k) {
+      for (int i = 0; i < n_; ++i) trajectory.u[k][i] = point_[2 * n_ + i][k];
+      trajectory.x[k + 1] = ocp_.next(trajectory.x[k], trajectory.u[k]);
+    }
+    barrier_.write_multipliers(solution.multipliers);
+    evaluation_.set_instance(instance);
+    evaluation_.set_trajectory(trajectory);
+    solution.violation = evaluation_.violation();
+    solution.objective = 0.0;
+    for (int k = 0; k <= ocp_.horizon(); ++k) solution.objective += evaluation_.objective(k);
+    solution.kkt_error = kkt_error(evaluation_, trajectory, solution.multipliers);
+    const bool feasible = solution.violation <= tolerance_;
+    solution.status = !feasible                                    ? SolveStatus::kInfeasible
+                      : solved && solution.kkt_error <= tolerance_ ? SolveStatus::kSolved
+                                                                   : SolveStatus::kFeasible;
+  }
+
+  static constexpr double kWarmMu = 1e-3, kColdMu = 0.1, kCloseEnough = 10.0;
+
+  const Ocp& ocp_;
+  int n_;
+  double tolerance_;
+  ElasticBarrier barrier_;
+  NewtonSystem newton_;
+  NodeTable start_, point_, trial_, step_;
+  NodeTable fallback_;  ///< feasible, or the least infeasible start
+  double fallback_violation_ = 0.0;
+  Evaluation evaluation_;
+};
+
+}  // namespace
+}  // namespace realtime
+
+std::unique_ptr<Solver> make_realtime_solver(const Ocp& ocp, double tolerance) {
+  return std::make_unique<realtime::Realtime>(ocp, tolerance);
+}
+
+}  // namespace steadyhand
