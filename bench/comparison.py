@@ -102,8 +102,8 @@ iterations  mean (most)    times in ms    ratio  mean time of the paper's stack 
 
 
 def table(rows):
-    lines = [f"{'solver':<12}" + "".join(f"{heading:>{width}}" for heading, width, _ in COLUMNS)]
-    lines += [f"{row.solver:<12}" + "".join(f"{text(row):>{width}}" for _, width, text in COLUMNS) for row in rows]
+    lines = [f"{'solver':<20}" + "".join(f"{heading:>{width}}" for heading, width, _ in COLUMNS)]
+    lines += [f"{row.solver:<20}" + "".join(f"{text(row):>{width}}" for _, width, text in COLUMNS) for row in rows]
     return "\n".join(lines)
 
 

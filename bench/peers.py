@@ -37,17 +37,17 @@ class Answer:
 
 
 class Steadyhand:
-    """Ours: one process per block, each problem from its own guess; the program's own time_us."""
+    """Ours: `steadyhand solve --solver NAME` for a whole block; the program's own time_us."""
 
-    name = "steadyhand"
-
-    def __init__(self, program):
-        self.program = str(program)
+    def __init__(self, program, solver):
+        self.program, self.solver, self.name = str(program), solver, f"steadyhand-{solver}"
 
     def solve(self, problems, folder):
         path = Path(folder) / "block.json"
         path.write_text(json.dumps(problems))
-        run = subprocess.run([self.program, "solve", str(path)], capture_output=True, text=True)
+        run = subprocess.run(
+            [self.program, "solve", str(path), "--solver", self.solver], capture_output=True, text=True
+        )
         if run.returncode != 0:
             raise PeerError(f"`steadyhand solve` ended with {run.returncode}: {run.stderr.strip()}")
         return [

@@ -36,7 +36,7 @@ def parse_arguments(argv):
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="examples:\n  ./steadyhand bench --quick\n  ./steadyhand bench --profiles waiter --solvers "
-        "steadyhand casadi --json out/bench.json\n  ./steadyhand bench --problems out\n\n" + LEGEND,
+        "steadyhand-fatrop casadi --json out/bench.json\n  ./steadyhand bench --problems out\n\n" + LEGEND,
     )
     parser.add_argument(
         "--solvers", nargs="+", metavar="NAME", default=None, help=f"of {', '.join(SOLVERS)} (default: all)"

@@ -13,7 +13,7 @@ import traceback
 from formulation import Arm, Formulation, has_liquid
 from peers import Acados, Casadi, CompiledCasadi, PeerError, Steadyhand
 
-SOLVERS = ("steadyhand", "casadi", "casadi-c", "acados-sqp", "acados-rti")
+SOLVERS = ("steadyhand-fatrop", "steadyhand-realtime", "casadi", "casadi-c", "acados-sqp", "acados-rti")
 PAPER = "casadi"  # the stack of the paper
 
 
@@ -24,7 +24,7 @@ def make_solver(name, formulation, liquid, tolerance, paths):
         return CompiledCasadi(formulation, liquid, tolerance, paths["cache"])
     if name.startswith("acados"):
         return Acados(formulation, liquid, tolerance, paths["cache"], paths["acados"], rti=name == "acados-rti")
-    return Steadyhand(paths["program"])
+    return Steadyhand(paths["program"], name.removeprefix("steadyhand-"))
 
 
 class Worker:

@@ -63,7 +63,7 @@ def test_refuses_problems(text, message, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--solvers", "ipopt"], "there is no 'ipopt'; there are steadyhand, casadi"),
+        (["--solvers", "ipopt"], "there is no 'ipopt'; there are steadyhand-fatrop, steadyhand-realtime, casadi"),
         (["--problems", "/nowhere"], "No such file or directory"),
         (["--json", "/nowhere/bench.json"], "does not exist"),
         (["--fast"], "unrecognized arguments"),
@@ -108,11 +108,11 @@ def test_short_run(tmp_path):
     replay = [PROGRAM, "replay", "--dump-problems", "--out", str(tmp_path), "--profile", "waiter"]
     subprocess.run(replay, check=True, capture_output=True, timeout=300)
     figures = tmp_path / "bench.json"
-    options = ["--quick", "--profiles", "waiter", "--solvers", "steadyhand", "casadi", "--problems", tmp_path]
+    options = ["--quick", "--profiles", "waiter", "--solvers", "steadyhand-fatrop", "casadi", "--problems", tmp_path]
     result = bench(*options, "--json", figures)
     assert result.returncode == 0, result.stderr
     assert "waiter: 20 problems" in result.stdout
     ours, paper = json.loads(figures.read_text())["waiter"]["solvers"]
-    assert (ours["solver"], paper["solver"]) == ("steadyhand", "casadi")
+    assert (ours["solver"], paper["solver"]) == ("steadyhand-fatrop", "casadi")
     assert ours["same"] + ours["other_minimum"] == 20
     assert ours["violation"] < 1e-6
