@@ -100,6 +100,27 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
                        std::move(result->commands)};
 }
 
+/// For a shell: in quotation marks if anything in it has a meaning there.
+std::string quoted(const std::string& word) {
+  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// What to type for the same run: the options that were given, but for --out, which changes nothing in the report.
+std::string as_typed(const CLI::App& command) {
+  std::string text = "./steadyhand replay";
+  for (const CLI::Option* option : command.get_options([](const CLI::Option* o) { return o->count() > 0; })) {
+    if (option->check_name("--out")) continue;
+    if (!option->get_positional()) text += " " + option->get_name();
+    if (option->get_items_expected_max() == 0) continue;  // a flag
+    for (const std::string& value : option->results()) text += " " + quoted(value);
+  }
+  return text;
+}
+
 Status run(Options options) {
   const Places places = Places::standard();
   if (options.recording.empty()) {
@@ -188,8 +209,8 @@ void add_replay_command(CLI::App& app, Command& chosen) {
       "  steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
       "  steadyhand replay mocap.json --track rhand --from 2 --until 20 --rate 50");
   command->callback([options, command, &chosen] {
+    options->command = as_typed(*command);
     chosen = [options] { return run(*options); };
-    (void)command;
   });
 }
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sample import ARTEFACTS, write_sample
+from sample import ARTEFACTS, PROGRAM, write_sample
 
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 PROFILES = ["P1 tracking", "P2 anti-slosh", "P3 waiter"]
@@ -195,3 +195,10 @@ def test_fits(report, width, theme):
     dom = chromium(size, f"--screenshot={screenshot}", "--dump-dom", frame.as_uri()).stdout
     assert screenshot.stat().st_size > 100_000
     assert int(re.search(r'data-width="(\d+)"', dom)[1]) <= width
+
+
+def test_a_replay_tells_how_to_make_it_again(tmp_path):
+    options = ["--until", "1", "--profile", "tracking", "--scale", "0.4"]
+    subprocess.run([PROGRAM, "replay", *options, "--out", tmp_path / "a b"], check=True, capture_output=True)
+    page = (tmp_path / "a b/report.html").read_text()
+    assert f"<code>./steadyhand replay {' '.join(options)}</code>" in page
