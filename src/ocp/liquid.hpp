@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "ocp/term.hpp"
 
 namespace steadyhand {
@@ -32,5 +34,39 @@ inline void add_local_acceleration_hessian(const Kinematics& arm, const Vector3&
   add_local_acceleration_gauss_newton(arm, weight, hessian);
   arm.add_local_acceleration_hessian(2.0 * weight.cwiseProduct(residual), hessian);
 }
+
+/// w r' diag(axes) r, r = a_local - g: how far what the liquid feels is from rest, along some axes of the glass.
+class LiquidObjective : public Objective {
+ public:
+  std::string_view name() const final { return name_; }
+  Nodes nodes() const final { return Nodes::kIntervals; }
+  int weight_count(int /*dof*/) const final { return 1; }
+
+  double value(const Node& node, const JointVector& weight) const final {
+    return weight[0] * residual(node).squaredNorm();
+  }
+
+  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const final {
+    add_local_acceleration_gradient(node.arm, weight[0] * residual(node), gradient);
+  }
+
+  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const final {
+    add_local_acceleration_hessian(node.arm, weight[0] * axes_, residual(node), hessian);
+  }
+
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const final {
+    add_local_acceleration_gauss_newton(node.arm, weight[0] * axes_, hessian);
+  }
+
+ protected:
+  /// @param axes 1 for those that count, 0 for the others
+  LiquidObjective(std::string_view name, const Vector3& axes) : name_(name), axes_(axes) {}
+
+ private:
+  Vector3 residual(const Node& node) const { return axes_.cwiseProduct(node.arm.local_acceleration() - kGravity); }
+
+  std::string_view name_;
+  Vector3 axes_;
+};
 
 }  // namespace steadyhand

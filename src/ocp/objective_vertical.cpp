@@ -4,33 +4,10 @@
 namespace steadyhand {
 namespace {
 
-class Vertical final : public Objective {
+/// w (a_z - g)^2
+class Vertical final : public LiquidObjective {
  public:
-  std::string_view name() const override { return "vertical"; }
-  Nodes nodes() const override { return Nodes::kIntervals; }
-  int weight_count(int /*dof*/) const override { return 1; }
-
-  double value(const Node& node, const JointVector& weight) const override {
-    return weight[0] * residual(node).squaredNorm();
-  }
-
-  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
-    add_local_acceleration_gradient(node.arm, weight[0] * residual(node), gradient);
-  }
-
-  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    add_local_acceleration_hessian(node.arm, weight[0] * Vector3(0.0, 0.0, 1.0), residual(node), hessian);
-  }
-
-  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    add_local_acceleration_gauss_newton(node.arm, weight[0] * Vector3(0.0, 0.0, 1.0), hessian);
-  }
-
- private:
-  static Vector3 residual(const Node& node) {
-    const Vector3& a = node.arm.local_acceleration();
-    return {0.0, 0.0, a.z() - kGravity.z()};
-  }
+  Vertical() : LiquidObjective("vertical", {0.0, 0.0, 1.0}) {}
 };
 
 }  // namespace
