@@ -6,6 +6,7 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
+#include <algorithm>
 #include <exception>
 #include <fstream>
 #include <iterator>
@@ -13,6 +14,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace steadyhand {
 
@@ -52,7 +54,29 @@ Result<std::string> read_text(const fs::path& file) {
   return text;
 }
 
+/// How deep elements stand inside each other, roughly: urdfdom's XML parser recurses, and would take minutes or
+/// overflow the stack where a URDF needs a handful.
+int nesting_depth(std::string_view text) {
+  int depth = 0, deepest = 0;
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    if (text.substr(i, 4) == "<!--") {
+      i = text.find("-->", i);
+      if (i == std::string_view::npos) break;
+    } else if (text.substr(i, 2) == "</" || text.substr(i, 2) == "/>") {
+      --depth;
+    } else if (text[i] == '<' && text[i + 1] != '?' && text[i + 1] != '!') {
+      deepest = std::max(deepest, ++depth);
+    }
+  }
+  return deepest;
+}
+
 Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::string& text) {
+  constexpr int kMaxDepth = 100;
+  if (const int depth = nesting_depth(text); depth > kMaxDepth) {
+    return Error{fmt::format("{} is not a usable URDF: its elements stand {} deep inside each other, {} is the most",
+                             file.string(), depth, kMaxDepth)};
+  }
   Messages messages;
   urdf::ModelInterfaceSharedPtr model;
   std::string reason;

@@ -130,6 +130,15 @@ std::string one_joint(const std::string& type, const std::string& content) {
   return urdf_robot(urdf_link("l0") + urdf_link("l1") + urdf_joint("j1", type, "l0", "l1", content));
 }
 
+std::string nested(int depth) {
+  std::string open, close;
+  for (int i = 0; i < depth; ++i) {
+    open += "<x>";
+    close += "</x>";
+  }
+  return urdf_robot(open + close);
+}
+
 std::string mesh_on_link(const std::string& use, const std::string& name) {
   return urdf_robot(
       urdf_serial_arm(1) +
@@ -146,6 +155,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"no_xml", "joints: 6", "not a usable URDF"},
         Refusal{"other_xml", "<html><body/></html>", "not a usable URDF"},
         Refusal{"truncated", urdf_robot(urdf_serial_arm(2)).substr(0, 300), "not a usable URDF"},
+        Refusal{"nested", nested(100000), "its elements stand 100001 deep"},
         Refusal{"no_links", urdf_robot(""), "not a usable URDF"},
         Refusal{"two_roots", urdf_robot(urdf_serial_arm(2) + urdf_link("stray")), "not a usable URDF"},
         Refusal{"unknown_parent", urdf_robot(urdf_link("l1") + urdf_joint("j1", "revolute", "nowhere", "l1")),
