@@ -183,9 +183,10 @@ def bench(options):
         options.json.write_text(json.dumps(results, indent=1) + "\n")
 
 
-def main():
+def main(argv):
+    """Exit code: 0 done; 2 bad input or a peer that cannot be had, with the reason on stderr; 130 interrupted."""
     try:
-        bench(parse_arguments(sys.argv[1:]))
+        bench(parse_arguments(argv))
     except (InputError, PeerError) as error:
         print(f"steadyhand bench: {error}", file=sys.stderr)
         return 2
@@ -195,4 +196,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

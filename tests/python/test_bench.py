@@ -15,13 +15,7 @@ sys.path.insert(0, str(ROOT / "bench"))
 
 from comparison import compare
 from kkt import Verdict
-
-
-def bench(*arguments, program=PROGRAM):
-    command = [sys.executable, str(ROOT / "bench" / "run.py"), *map(str, arguments)]
-    return subprocess.run(
-        command, capture_output=True, text=True, timeout=300, env={**os.environ, "STEADYHAND_PROGRAM": program}
-    )
+from run import main
 
 
 def write_problems(folder, text):
@@ -53,32 +47,30 @@ GOOD = {
         (json.dumps([GOOD, {**GOOD, "horizon": 3}]), "same 'horizon'"),
     ],
 )
-def test_refuses_problems(text, message, tmp_path):
+def test_refuses_problems(text, message, tmp_path, capsys):
     write_problems(tmp_path, text)
-    result = bench("--problems", tmp_path, "--profiles", "tracking")
-    assert (result.returncode, result.stdout) == (2, "")
-    assert message in result.stderr and "Traceback" not in result.stderr
+    assert main(["--problems", str(tmp_path), "--profiles", "tracking"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "" and message in printed.err
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--solvers", "ipopt"], "there is no 'ipopt'; there are steadyhand-fatrop, steadyhand-realtime, casadi"),
+        (["--solvers", "ipopt"], "there is no 'ipopt'; there are steadyhand-fatrop"),
         (["--problems", "/nowhere"], "No such file or directory"),
         (["--json", "/nowhere/bench.json"], "does not exist"),
-        (["--fast"], "unrecognized arguments"),
     ],
 )
-def test_refuses_arguments(arguments, message):
-    result = bench(*arguments)
-    assert result.returncode == 2
-    assert message in result.stderr and "Traceback" not in result.stderr
+def test_refuses_arguments(arguments, message, capsys):
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
 
 
-def test_names_a_program_that_is_not_there():
-    result = bench("--quick", program="/nowhere/steadyhand")
-    assert result.returncode == 2
-    assert "/nowhere/steadyhand cannot be started" in result.stderr
+def test_names_a_program_that_is_not_there(monkeypatch, capsys):
+    monkeypatch.setenv("STEADYHAND_PROGRAM", "/nowhere/steadyhand")
+    assert main(["--quick"]) == 2
+    assert "/nowhere/steadyhand cannot be started" in capsys.readouterr().err
 
 
 def test_classes_answers():
@@ -108,8 +100,9 @@ def test_short_run(tmp_path):
     replay = [PROGRAM, "replay", "--dump-problems", "--out", str(tmp_path), "--profile", "waiter"]
     subprocess.run(replay, check=True, capture_output=True, timeout=300)
     figures = tmp_path / "bench.json"
-    options = ["--quick", "--profiles", "waiter", "--solvers", "steadyhand-fatrop", "casadi", "--problems", tmp_path]
-    result = bench(*options, "--json", figures)
+    options = ["--quick", "--profiles", "waiter", "--problems", str(tmp_path), "--json", str(figures)]
+    command = [sys.executable, str(ROOT / "bench" / "run.py"), *options, "--solvers", "steadyhand-fatrop", "casadi"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     assert "waiter: 20 problems" in result.stdout
     ours, paper = json.loads(figures.read_text())["waiter"]["solvers"]
