@@ -130,7 +130,7 @@ def compiled(solver, cache, label):
         source = Path("planner.c").read_bytes()
         library = cache / f"planner-{label}-{hashlib.sha256(source).hexdigest()[:16]}.so"
         if not library.exists():
-            say(f"compiling CasADi's C code ({label}, {len(source) / 1e6:.1f} MB; about a minute, kept)")
+            say(f"compiling CasADi's C code ({label}, {len(source) / 1e6:.1f} MB; some minutes, kept)")
             unfinished = library.with_suffix(".part")
             command = ["gcc", "-shared", "-fPIC", "-O3", "-march=native", "planner.c", "-o", str(unfinished)]
             run = subprocess.run(command, capture_output=True, text=True)

@@ -22,6 +22,8 @@ from formulation import Arm, Formulation, StackedProblem, initial_guess
 from kkt import Judge
 
 PROFILES = {"tracking": (0.0, 0.0), "anti-slosh": (10.0, 10.0), "waiter": (3.0, 0.3)}
+# Solver and the share of problems on which it may end inside all constraints, but short of the optimum ("feasible").
+MAY_GIVE_UP = {"fatrop": 0.0, "realtime": 0.25}
 TERMS = ("position", "orientation", "velocity", "acceleration", "lateral", "vertical")
 TOLERANCE = 1e-6
 DT, HORIZON = 0.05, 8
@@ -50,7 +52,8 @@ def judge(formulation):
 
 @pytest.fixture(scope="module")
 def ipopt(formulation):
-    """A function of a problem that returns x, u of IPOPT's minimum, started from the same guess."""
+    """A function of a problem that returns x, u of IPOPT's minimum, started from the same guess; it remembers."""
+    known = {}
     stacked = StackedProblem(formulation)
     solver = ca.nlpsol(
         "reference",
@@ -60,6 +63,9 @@ def ipopt(formulation):
     )
 
     def solve(problem):
+        key = json.dumps(problem)
+        if key in known:
+            return known[key]
         solution = solver(
             x0=stacked.pack(*initial_guess(problem, stacked.n)),
             p=stacked.pack_parameters(problem),
@@ -69,15 +75,16 @@ def ipopt(formulation):
             ubg=stacked.g_max,
         )
         assert solver.stats()["success"], solver.stats()["return_status"]
-        return stacked.unpack(solution["x"])
+        known[key] = stacked.unpack(solution["x"])
+        return known[key]
 
     return solve
 
 
-def solve(problems, folder):
+def solve(problems, folder, solver="fatrop"):
     path = folder / "problems.json"
     path.write_text(json.dumps(problems))
-    return json.loads(run("solve", path))
+    return json.loads(run("solve", path, "--solver", solver))
 
 
 def profile_weights(n, lateral, vertical):
@@ -132,46 +139,49 @@ def replayed(tmp_path_factory):
 
 
 def check(problem, answer, formulation, judge, ipopt):
+    """True where the objective is IPOPT's or lower."""
     x, u = np.array(answer["x"]), np.array(answer["u"])
     assert x.shape == (HORIZON + 1, 2 * formulation.arm.dof) and u.shape == (HORIZON, formulation.arm.dof)
-    assert answer["status"] == "solved"
+    assert answer["status"] in ("solved", "feasible")
 
     ours = judge(problem, x, u)
     assert answer["objective"] == pytest.approx(ours.objective, rel=1e-9, abs=1e-12)
     assert ours.violation < 1e-6
-    # The judge's multipliers are least squares, not the best in this norm: its error is an upper bound.
-    assert ours.error < 10 * TOLERANCE
-
     reference = judge(problem, *ipopt(problem))
     assert reference.violation < 1e-6
-    equal_or_lower = ours.objective <= reference.objective + 1e-6 * max(reference.objective, 1e-3)
-    return equal_or_lower  # or another local minimum: that ours is one, its KKT error says
+    if answer["status"] == "solved":
+        # Holds for another local minimum as well. The judge's multipliers are least squares, not the best in this norm:
+        # its error is an upper bound.
+        assert ours.error < 10 * TOLERANCE
+    return ours.objective <= reference.objective + 1e-6 * max(reference.objective, 1e-3)
+
+
+def check_all(solver, problems, formulation, judge, ipopt, folder):
+    answers = solve(problems, folder, solver)
+    lower = [check(problem, a, formulation, judge, ipopt) for problem, a in zip(problems, answers, strict=True)]
+    given_up = [a["status"] for a in answers].count("feasible")
+    print(f"{sum(lower)} of {len(lower)} at or below IPOPT, {given_up} given up, the rest another local minimum")
+    assert given_up <= MAY_GIVE_UP[solver] * len(problems)
+    assert sum(lower) > len(lower) // 2
 
 
 @pytest.mark.parametrize("profile", PROFILES)
-def test_replayed_problems(profile, replayed, formulation, judge, ipopt, tmp_path):
+@pytest.mark.parametrize("solver", MAY_GIVE_UP)
+def test_replayed_problems(solver, profile, replayed, formulation, judge, ipopt, tmp_path):
     problems = replayed[profile]
     assert len(problems) > 100
     chosen = problems[len(problems) // 12 :: len(problems) // 6]
-    lower = [
-        check(problem, answer, formulation, judge, ipopt)
-        for problem, answer in zip(chosen, solve(chosen, tmp_path), strict=True)
-    ]
-    print(f"{profile}: {sum(lower)} of {len(lower)} at or below IPOPT, the rest another local minimum")
-    assert sum(lower) > len(lower) // 2
+    check_all(solver, chosen, formulation, judge, ipopt, tmp_path)
 
 
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("reach", [0.05, 1.0])
-def test_random_problems(profile, reach, formulation, judge, ipopt, tmp_path):
+@pytest.mark.parametrize("solver", MAY_GIVE_UP)
+def test_random_problems(solver, profile, reach, formulation, judge, ipopt, tmp_path):
     random = np.random.default_rng(7)
     weights = profile_weights(formulation.arm.dof, *PROFILES[profile])
     problems = [random_problem(formulation, random, weights, reach) for _ in range(4)]
-    lower = [
-        check(problem, answer, formulation, judge, ipopt)
-        for problem, answer in zip(problems, solve(problems, tmp_path), strict=True)
-    ]
-    assert sum(lower) > len(lower) // 2
+    check_all(solver, problems, formulation, judge, ipopt, tmp_path)
 
 
 @pytest.mark.parametrize("term", TERMS)
