@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <chrono>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -121,6 +123,24 @@ std::string as_typed(const CLI::App& command) {
   return text;
 }
 
+/// The numbers and names that the command line gives to settings.
+Status check(const Options& options) {
+  const double fastest = ReplaySettings().command_rate_hz;
+  if (!(options.rate_hz > 0.0) || options.rate_hz > fastest) {
+    return Error{
+        fmt::format("--rate is {}; it must be above 0 and at most {}, the arm's rate in Hz", options.rate_hz, fastest)};
+  }
+  if (!(options.retarget.scale > 0.0) || !std::isfinite(options.retarget.scale)) {
+    return Error{fmt::format("--scale is {}; it must be above 0 and finite", options.retarget.scale)};
+  }
+  if (!std::isfinite(options.yaw_deg)) return Error{fmt::format("--yaw is {}; it must be finite", options.yaw_deg)};
+  const auto& known = solver_names();
+  if (!options.solver.empty() && std::find(known.begin(), known.end(), options.solver) == known.end()) {
+    return Error{fmt::format("--solver is '{}'; the solvers are {}", options.solver, fmt::join(known, ", "))};
+  }
+  return Done{};
+}
+
 Status run(Options options) {
   const Places places = Places::standard();
   if (options.recording.empty()) {
@@ -133,6 +153,7 @@ Status run(Options options) {
   options.retarget.yaw = options.yaw_deg * M_PI / 180.0;
 
   // Everything that can be wrong is looked at before anything is written.
+  if (Status s = check(options); !s) return s;
   const Result<Recording> recording = load_recording(options.recording, options.range);
   if (!recording) return recording.error();
   const Result<RobotModel> model = open_robot(options.robot, places);

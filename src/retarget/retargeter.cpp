@@ -16,8 +16,13 @@ bool Retargeter::follows(const OperatorSample& sample) const {
 Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_now) {
   Target target;
   target.stamp = sample.stamp;
-  target.X_base_tool = X_base_tool_now;
   target.engaged = follows(sample);
+  if (target.engaged != engaged_ || !latched_) {
+    X_operator_hand0_ = sample.X_operator_hand;
+    X_base_tool0_ = X_base_tool_now;
+    latched_ = true;
+  }
+  target.X_base_tool = X_base_tool0_;
   if (target.engaged && engaged_) {
     const Pose& hand = sample.X_operator_hand;
     const Pose& hand0 = X_operator_hand0_;
@@ -33,9 +38,6 @@ Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_
                              ? q_base_operator_ * hand.q * hand0.q.conjugate() * q_base_operator_.conjugate() * tool0.q
                              : q_tool0_hand0 * hand.q;
     target.X_base_tool.q = q.normalized();
-  } else if (target.engaged) {
-    X_operator_hand0_ = sample.X_operator_hand;
-    X_base_tool0_ = X_base_tool_now;
   }
   engaged_ = target.engaged;
   return target;

@@ -33,8 +33,9 @@ class Retargeter {
   explicit Retargeter(const RetargetSettings& settings = {});
 
   /// Every sample in order of time. X_base_tool_now: where the tool is (or its plan has it), which becomes the target
-  /// at engagement and while not engaged. Not engaged are samples without clutch, without tracking, with an emulated
-  /// position unless accepted, and with numbers that are not finite; the first good sample after them engages anew.
+  /// at engagement and at release, and stays it until the next engagement. Not engaged are samples without clutch,
+  /// without tracking, with an emulated position unless accepted, and with numbers that are not finite; the first good
+  /// sample after them engages anew.
   Target update(const OperatorSample& sample, const Pose& X_base_tool_now);
 
  private:
@@ -42,8 +43,8 @@ class Retargeter {
 
   RetargetSettings settings_;
   Quaternion q_base_operator_;
-  bool engaged_ = false;
-  Pose X_operator_hand0_, X_base_tool0_;  ///< at engagement
+  bool engaged_ = false, latched_ = false;
+  Pose X_operator_hand0_, X_base_tool0_;  ///< at the last engagement or release
 };
 
 }  // namespace steadyhand

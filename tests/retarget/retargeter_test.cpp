@@ -142,6 +142,22 @@ TEST(Retargeter, ReturnsWithTheHand) {
   EXPECT_LT(distance(retargeter.update(sample_at(hand0), dice.pose()).X_base_tool, tool0), 1e-14);
 }
 
+// Let go of, the arm is to stand where it was then, although it coasts on for a moment.
+TEST(Retargeter, HoldsWhereItWasLetGo) {
+  Dice dice(10);
+  Retargeter retargeter;
+  const Pose first = dice.pose();
+  EXPECT_TRUE(same(retargeter.update(sample_at({}, false), first).X_base_tool, first));
+  EXPECT_TRUE(same(retargeter.update(sample_at({}, false), dice.pose()).X_base_tool, first));
+  retargeter.update(sample_at(dice.pose()), dice.pose());
+  const Pose left = dice.pose();
+  for (int i = 0; i < 100; ++i) {
+    const Target target = retargeter.update(sample_at(dice.pose(), false), i == 0 ? left : dice.pose());
+    EXPECT_FALSE(target.engaged);
+    EXPECT_TRUE(same(target.X_base_tool, left));
+  }
+}
+
 // Off the clutch the target is the arm; on again it starts from the arm, wherever hand and arm have gone.
 TEST(Retargeter, ReclutchesWithoutAStep) {
   Dice dice(8);
