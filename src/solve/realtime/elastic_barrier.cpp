@@ -69,6 +69,7 @@ double ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
   double violation = 0.0;
   for (int r = 0; r < rows_.size(); ++r) {
     const Row& row = rows_[r];
+    if (!rows_.is_watched(r)) set_value(r);
     for (int k = row.first; k <= row.last; ++k) {
       const double inside = std::min(value_[r][k] - row.bounds.lower, row.bounds.upper - value_[r][k]);
       const double multiplier = multipliers ? (*multipliers)[k][rows_.slot(r, k)] : 0.0;
@@ -105,9 +106,11 @@ void ElasticBarrier::set_point(const NodeTable& z) {
   }
   objective_ = 0.0;
   for (int k = 0; k <= horizon_; ++k) objective_ += evaluation_.objective(k);
-  for (int r = 0; r < rows_.size(); ++r) {
-    for (int k = rows_[r].first; k <= rows_[r].last; ++k) value_[r][k] = evaluation_.constraint(k, rows_[r].id);
-  }
+  for (const int r : rows_.watched()) set_value(r);
+}
+
+void ElasticBarrier::set_value(int r) {
+  for (int k = rows_[r].first; k <= rows_[r].last; ++k) value_[r][k] = evaluation_.constraint(k, rows_[r].id);
 }
 
 double ElasticBarrier::objective_at(const NodeTable& z) {
@@ -295,6 +298,7 @@ double ElasticBarrier::check_all_rows(const NodeTable& z, double tolerance, bool
   added = false;
   double violation = 0.0;
   for (int r = 0; r < rows_.size(); ++r) {
+    if (!rows_.is_watched(r)) set_value(r);
     for (int k = rows_[r].first; k <= rows_[r].last; ++k) {
       const double outside = std::max(rows_[r].bounds.lower - value_[r][k], value_[r][k] - rows_[r].bounds.upper);
       violation = std::max(violation, outside);

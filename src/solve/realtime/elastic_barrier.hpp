@@ -95,7 +95,8 @@ class ElasticBarrier {
     double bound(const Row& row) const { return sign > 0.0 ? row.bounds.lower : row.bounds.upper; }
   };
 
-  void set_point(const NodeTable& z);
+  void set_point(const NodeTable& z);  ///< with the values of the watched rows
+  void set_value(int r);               ///< of row r at the point
   void start_slacks(int r, int k, double multiplier);
   double sum_of_barriers(const NodeTable Side::*room, const NodeTable Side::*excess) const;
   /// Signed multiplier as Solution::multipliers has it.
