@@ -25,7 +25,10 @@ function format(value, unit, digits = 3) {
 }
 const seconds = (value) => (value == null ? '–' : `${value.toFixed(2)}\u00a0s`);
 
-/** Joins curves [{t, values}] with times of their own into the columns of one plot. */
+/**
+ * Joins curves [{t, values}] with times of their own into the columns of one plot: undefined where a curve has no value
+ * at another's time, which the line passes over; null stays and breaks it.
+ */
 function columns(curves) {
   return uPlot.join(curves.map((curve) => [curve.t, curve.values]));
 }
@@ -159,7 +162,6 @@ function build(chart) {
           dash: series.dash,
           fill: series.fill?.(),
           show: !hidden[i + 1] && isShown(series.profile),
-          spanGaps: true,
           points: { show: false },
           value: series.value ?? ((u, value) => format(value, spec.unit)),
         })),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numbers>
 
 #include "record/json_messages.hpp"
@@ -69,25 +70,17 @@ void write_curve(JsonBuffer& out, std::size_t count, std::size_t per_point, Keep
   });
 }
 
-/// The same angle, in degrees, within half a turn of `reference`.
-double nearest_turn(double angle, double reference) { return angle + 360 * std::round((reference - angle) / 360); }
-
-/// The targets' roll in degrees, without jumps by a full turn.
-std::vector<double> target_roll(const std::vector<PlanStep>& steps) {
+/// Roll in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that range.
+/// `pose` is a member of PlanStep. (Counting full turns instead would part plan and target for good wherever they pass
+/// a pitch of 90 degrees on different sides, since roll turns by half a turn there.)
+std::vector<double> broken_roll(const std::vector<PlanStep>& steps, Pose PlanStep::*pose) {
   std::vector<double> roll;
+  double last = 0;
   for (const PlanStep& step : steps) {
-    const double angle = kDegrees * roll_angle(step.X_base_target.q);
-    roll.push_back(roll.empty() ? angle : nearest_turn(angle, roll.back()));
-  }
-  return roll;
-}
-
-/// The plan's roll in degrees, each within half a turn of its target: where the pitch is near 90 degrees roll turns
-/// quickly, and a plan that passes on the other side would otherwise stay a turn away for good.
-std::vector<double> planned_roll(const std::vector<PlanStep>& steps) {
-  std::vector<double> roll = target_roll(steps);
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    roll[i] = nearest_turn(kDegrees * roll_angle(steps[i].X_base_planned.q), roll[i]);
+    const double angle = kDegrees * roll_angle((step.*pose).q);
+    const bool jumps = !roll.empty() && std::abs(angle - last) > 180;
+    roll.push_back(jumps ? std::numeric_limits<double>::quiet_NaN() : angle);
+    last = angle;
   }
   return roll;
 }
@@ -102,7 +95,7 @@ bool same_targets(const ProfileResult& a, const ProfileResult& b) {
 
 void write_target(JsonBuffer& out, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
-  const std::vector<double> roll = target_roll(steps);
+  const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_target);
   JsonObject target(out);
   append_text(target.key("label"), label);
   const auto curve = [&](std::string_view name, auto&& value) {
@@ -115,7 +108,7 @@ void write_target(JsonBuffer& out, const ProfileResult& profile, const std::stri
 
 void write_steps(JsonObject& profile_object, const ProfileResult& profile, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
-  const std::vector<double> roll = planned_roll(steps);
+  const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_planned);
   const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
     write_curve(profile_object.key(name), steps.size(), per_point, keep, value);
   };
