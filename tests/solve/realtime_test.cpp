@@ -89,7 +89,9 @@ TEST(NewtonSystem, AgreesWithTheDenseSystem) {
       for (int k = 0; k <= N; ++k) {
         const Eigen::VectorXd w = quadratic.map(k) * expected;
         for (int i = 0; i < n; ++i) {
-          if (k < N) EXPECT_NEAR(step[2 * n + i][k], w[i], 1e-8 * (1.0 + expected.norm())) << n << " " << N;
+          if (k < N) {
+            EXPECT_NEAR(step[2 * n + i][k], w[i], 1e-8 * (1.0 + expected.norm())) << n << " " << N;
+          }
           EXPECT_NEAR(step[i][k], w[n + i], 1e-8 * (1.0 + expected.norm()));
           EXPECT_NEAR(step[n + i][k], w[2 * n + i], 1e-8 * (1.0 + expected.norm()));
         }

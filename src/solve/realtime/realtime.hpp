@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// Our own solver, made for this problem: Newton's method on an augmented Lagrangian over the accelerations, each step
+/// Our own solver, made for this problem: an elastic interior point over the accelerations, each Newton step
 /// by a Riccati recursion that knows the double integrator (docs/solver.md). Every iterate obeys the dynamics. A warm
 /// start needs nothing but the last solution and its multipliers, both shifted; which rows are active follows from
 /// them.
