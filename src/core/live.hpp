@@ -59,6 +59,15 @@ struct OperatorRequest {
   double value = 0.0;
 };
 
+/// What the operator has chosen.
+struct SessionControls {
+  int profile = 0;                                     ///< index into the profiles that the server was started with
+  double lateral_weight = 0.0, vertical_weight = 0.0;  ///< of the liquid, (m/s^2)^-2
+  double scale = 0.5;                                  ///< metres of the tool for each metre of the hand
+  double yaw = 0.0;                                    ///< turn of the operator's axes about base z, rad
+  int playback = -1;  ///< index of the built-in recording that plays the hand; -1: none
+};
+
 /// One look at a live session; the web thread sends it to every client.
 struct SessionSnapshot {
   Time now{0};  ///< of the session's clock
@@ -80,6 +89,7 @@ struct SessionSnapshot {
   std::uint64_t plans = 0, cycles = 0, missed_deadlines = 0, rejected_plans = 0, samples = 0;
   double planner_rate_hz = 0.0;
   bool recording = false;
+  SessionControls controls;
 };
 
 }  // namespace steadyhand
