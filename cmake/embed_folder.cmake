@@ -1,0 +1,18 @@
+# steadyhand_embed_folder(ROOM FOLDER): compiles every file below FOLDER into the room's library; embedded_page() of
+# serve/embedded_page.hpp lists them. With a third argument, a file that is newer than FOLDER's files.
+function(steadyhand_embed_folder room folder)
+  get_filename_component(folder "${folder}" ABSOLUTE)
+  set(output "${CMAKE_BINARY_DIR}/embedded/${room}_folder.cpp")
+  if(ARGN)
+    set(inputs ${ARGN})
+  else()
+    file(GLOB_RECURSE inputs CONFIGURE_DEPENDS "${folder}/*")
+  endif()
+  set(script "${CMAKE_SOURCE_DIR}/cmake/embed_files.cmake")
+  add_custom_command(
+    OUTPUT "${output}"
+    COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DFOLDER=${folder} -P "${script}"
+    DEPENDS ${inputs} "${script}"
+    COMMENT "Embedding ${folder}" VERBATIM)
+  target_sources(steadyhand_${room} PRIVATE "${output}")
+endfunction()

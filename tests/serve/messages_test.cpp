@@ -1,0 +1,113 @@
+#include "serve/messages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace steadyhand {
+namespace {
+
+using Json = nlohmann::json;
+
+Json fixtures(const std::string& name) {
+  std::ifstream file(STEADYHAND_ROOT "/web/protocol/fixtures/" + name);
+  return Json::parse(file);
+}
+
+/// The snapshot that fixtures/server.json describes.
+SessionSnapshot fixture_snapshot() {
+  SessionSnapshot s;
+  s.now = from_seconds(81.5);
+  s.state = SupervisionState::kHolding;
+  s.reason = "hand not tracked";
+  s.constraint = {ConstraintKind::kSelfCollision, 4, 27};
+  s.measured.q.resize(6);
+  s.measured.q << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6;
+  s.measured.dq.setZero(6);
+  s.measured.dq[5] = -1.0;
+  s.command.q = s.measured.q;
+  s.command.q[5] = 0.5;
+  s.X_base_tool.p = {0.4, 0.0, 0.5};
+  s.target.X_base_tool = {{0.5, 0.0, 0.5}, Quaternion(0.8, 0.0, 0.0, 0.6)};
+  s.target.engaged = true;
+  s.local_acceleration = {0.25, 0.0, 9.81};
+  s.tracking_error = 0.1;
+  s.clearance = 0.0625;
+  s.nearest = {4, 27};
+  s.path_nodes = 2;
+  s.path[0].p = s.X_base_tool.p;
+  s.path[1].p = s.target.X_base_tool.p;
+  s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true};
+  s.solve_us = {2000, 4000, 5000, 6000};
+  s.latency_us = {12000, 21000, 22000, 23000};
+  s.plans = 10;
+  s.cycles = 100;
+  s.missed_deadlines = 1;
+  s.rejected_plans = 2;
+  s.samples = 90;
+  s.planner_rate_hz = 50;
+  s.recording = true;
+  s.controls = {1, 3.0, 0.3, 0.5, -1.5, -1};
+  return s;
+}
+
+TEST(Messages, ReadsEveryGoodFixture) {
+  const Json good = fixtures("client.json")["good"];
+  ASSERT_GT(good.size(), 10u);
+  for (const Json& message : good) {
+    const auto read = parse_client_message(message.dump());
+    EXPECT_TRUE(read) << message << ": " << read.error().message;
+  }
+}
+
+TEST(Messages, RefusesEveryBadFixtureAndSaysWhy) {
+  const Json bad = fixtures("client.json")["bad"];
+  ASSERT_GT(bad.size(), 10u);
+  for (const Json& fixture : bad) {
+    const auto read = parse_client_message(fixture["text"].get<std::string>());
+    ASSERT_FALSE(read) << fixture;
+    EXPECT_NE(read.error().message.find(fixture["says"].get<std::string>()), std::string::npos)
+        << fixture << " was answered: " << read.error().message;
+  }
+}
+
+TEST(Messages, KeepsWhatASampleSays) {
+  const auto read = parse_client_message(
+      R"({"type":"sample","sequence":7,"t_s":12.5,"p":[0.1,-0.2,1.3],"q":[0,0,0.6,0.8],"clutch":true,"tracked":false,"emulated":true})");
+  ASSERT_TRUE(read);
+  const auto& message = std::get<SampleMessage>(*read);
+  EXPECT_EQ(message.sequence, 7u);
+  EXPECT_EQ(message.t, 12.5);
+  EXPECT_EQ(message.sample.X_operator_hand.p, Vector3(0.1, -0.2, 1.3));
+  EXPECT_NEAR(message.sample.X_operator_hand.q.z(), 0.6, 1e-12);
+  EXPECT_NEAR(message.sample.X_operator_hand.q.w(), 0.8, 1e-12);
+  EXPECT_TRUE(message.sample.clutch);
+  EXPECT_FALSE(message.sample.tracked);
+  EXPECT_TRUE(message.sample.emulated);
+}
+
+TEST(Messages, RefusesWhatIsTooLongOrTooDeep) {
+  EXPECT_FALSE(parse_client_message(std::string(kMaxClientMessage + 1, ' ')));
+  EXPECT_FALSE(parse_client_message(std::string(kMaxClientMessage, '[')));
+  EXPECT_FALSE(parse_client_message(std::string(1'000'000, '{')));
+}
+
+TEST(Messages, WritesTheServersFixtures) {
+  const Json expected = fixtures("server.json");
+  ServerFacts facts;
+  facts.version = "0.1.0";
+  facts.robot = R"({"name":"ur5e"})";
+  facts.profiles = {{"tracking", "Tracking (P1)", 0.0, 0.0}, {"waiter", "Waiter (P3)", 3.0, 0.3}};
+  facts.recordings = {"reach"};
+  EXPECT_EQ(Json::parse(welcome_message(facts, 3)), expected["welcome"]);
+  EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);
+  EXPECT_EQ(Json::parse(lease_message(3, true)), expected["lease"]);
+  EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);
+  EXPECT_EQ(Json::parse(error_message(Refusal::kTaken, "client 3 commands the arm now")), expected["error"]);
+  EXPECT_EQ(Json::parse(state_message(fixture_snapshot())), expected["state"]);
+}
+
+}  // namespace
+}  // namespace steadyhand

@@ -1,0 +1,281 @@
+#include "serve/server.hpp"
+
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <fstream>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "serve/messages.hpp"
+#include "socket_client.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+using namespace std::chrono_literals;
+
+Time clock_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
+
+/// A server on a free port, and what it told the session.
+class ServerTest : public testing::Test {
+ protected:
+  void start(ServerSettings settings = {}) {
+    settings.port = 0;
+    settings.lan_port = 0;
+    ServerFacts facts;
+    facts.robot = R"({"name":"arm"})";
+    facts.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
+    ServerCallbacks callbacks;
+    callbacks.now = clock_now;
+    callbacks.on_sample = [this](const OperatorSample& s) { tell([&] { samples_.push_back(s); }); };
+    callbacks.on_request = [this](const OperatorRequest& r) { tell([&] { requests_.push_back(r); }); };
+    callbacks.on_lease = [this](std::uint64_t c) { tell([&] { leases_.push_back(c); }); };
+    auto started = Server::start(settings, facts, callbacks);
+    ASSERT_TRUE(started) << started.error().message;
+    server_ = std::move(*started);
+  }
+
+  template <typename Act>
+  void tell(Act&& act) {
+    const std::lock_guard lock(mutex_);
+    act();
+    told_.notify_all();
+  }
+  /// Waits until the condition holds; the limit is far above what it takes, and only there for the test to end.
+  template <typename Condition>
+  bool wait_for(Condition&& condition) {
+    std::unique_lock lock(mutex_);
+    return told_.wait_for(lock, 20s, condition);
+  }
+
+  std::string code() const {
+    const std::string url = server_->urls().front();
+    return url.substr(url.find("#code=") + 6);
+  }
+  /// Paired; the lease too if wanted.
+  void join(SocketClient& client, bool take) {
+    ASSERT_EQ(client.connect(), 101u);
+    client.greet();
+    ASSERT_FALSE(client.hear("welcome").is_null());
+    client.say({{"type", "pair"}, {"code", code()}});
+    ASSERT_FALSE(client.hear("paired").is_null());
+    if (!take) return;
+    client.say({{"type", "take"}});
+    while (true) {
+      const Json lease = client.hear("lease");
+      ASSERT_FALSE(lease.is_null());
+      if (lease["yours"]) break;
+    }
+  }
+  static Json sample(int sequence) {
+    return {{"type", "sample"}, {"sequence", sequence}, {"t_s", to_seconds(clock_now())},
+            {"p", {0, 0, 1}},   {"q", {0, 0, 0, 1}},    {"clutch", true},
+            {"tracked", true},  {"emulated", false}};
+  }
+
+  std::mutex mutex_;
+  std::condition_variable told_;
+  std::vector<OperatorSample> samples_;
+  std::vector<OperatorRequest> requests_;
+  std::vector<std::uint64_t> leases_;
+  std::unique_ptr<Server> server_;
+};
+
+TEST_F(ServerTest, ServesThePageWithItsPolicy) {
+  start();
+  const Page page = fetch(server_->port(), "/");
+  EXPECT_EQ(page.status, 200u);
+  EXPECT_EQ(page.type, "text/html; charset=utf-8");
+  EXPECT_GT(page.body.size(), 20u);
+  EXPECT_NE(page.policy.find("default-src 'self'"), std::string::npos);
+  EXPECT_EQ(fetch(server_->port(), "/index.html?x").body, page.body);
+  EXPECT_EQ(fetch(server_->port(), "/", "localhost", http::verb::head).status, 200u);
+  EXPECT_EQ(fetch(server_->port(), "/../server.cpp").status, 404u);
+  EXPECT_EQ(fetch(server_->port(), "/", "localhost", http::verb::post).status, 405u);
+}
+
+TEST_F(ServerTest, ServesAFolder) {
+  const TemporaryFolder folder;
+  ServerSettings settings;
+  settings.page_folder = folder.path();
+  auto empty = Server::start(settings, {}, {});
+  ASSERT_FALSE(empty);
+  EXPECT_NE(empty.error().message.find("index.html"), std::string::npos);
+  std::ofstream(folder.path() / "index.html") << "mine";
+  start(settings);
+  EXPECT_EQ(fetch(server_->port(), "/").body, "mine");
+}
+
+TEST_F(ServerTest, SaysWhenThePortIsTaken) {
+  start();
+  ServerSettings settings;
+  settings.port = server_->port();
+  const auto second = Server::start(settings, {}, {});
+  ASSERT_FALSE(second);
+  EXPECT_NE(second.error().message.find(std::to_string(settings.port)), std::string::npos) << second.error().message;
+}
+
+TEST_F(ServerTest, RefusesStrangersNamesAndOrigins) {
+  start();
+  const std::string own = "http://127.0.0.1:" + std::to_string(server_->port());
+  EXPECT_EQ(SocketClient(server_->port()).connect(own), 101u);
+  EXPECT_EQ(SocketClient(server_->port()).connect("http://evil.example"), 403u);
+  EXPECT_EQ(SocketClient(server_->port()).connect("null"), 403u);
+  EXPECT_EQ(SocketClient(server_->port()).connect("http://evil.example", "evil.example"), 421u);
+  EXPECT_EQ(SocketClient(server_->port()).connect("", "", "/other"), 404u);
+  EXPECT_EQ(fetch(server_->port(), "/", "evil.example").status, 421u);
+  ServerSettings strict;
+  strict.accept_non_browser_clients = false;
+  start(strict);
+  EXPECT_EQ(SocketClient(server_->port()).connect(), 403u);
+}
+
+TEST_F(ServerTest, HandsOverSamplesStampedByTheSessionsClock) {
+  start();
+  SocketClient client(server_->port());
+  join(client, true);
+  for (int i = 1; i <= 20; ++i) client.say(sample(i));
+  ASSERT_TRUE(wait_for([&] { return samples_.size() == 20; }));
+  for (const OperatorSample& s : samples_) {
+    EXPECT_LE(s.stamp.hand, s.stamp.made);
+    EXPECT_LE(s.stamp.made, clock_now());
+    EXPECT_TRUE(s.clutch);
+  }
+  EXPECT_EQ(leases_.size(), 1u);
+}
+
+TEST_F(ServerTest, TheLeaseEndsWithItsConnection) {
+  start();
+  {
+    SocketClient client(server_->port());
+    join(client, true);
+  }
+  ASSERT_TRUE(wait_for([&] { return leases_.size() == 2; }));
+  EXPECT_EQ(leases_.back(), 0u);
+}
+
+TEST_F(ServerTest, GarbageClosesItsConnectionOnly) {
+  start();
+  SocketClient good(server_->port()), bad(server_->port()), big(server_->port());
+  join(good, true);
+  ASSERT_EQ(bad.connect(), 101u);
+  std::mt19937 random(5);
+  for (int i = 0; i < 100; ++i) {
+    std::string noise(random() % 200, '\0');
+    for (char& c : noise) c = static_cast<char>(random() % 128);
+    if (!bad.say_text(noise)) break;
+  }
+  while (!bad.hear().is_null()) {
+  }
+  ASSERT_EQ(big.connect(), 101u);
+  big.say_text(std::string(kMaxClientMessage + 1, ' '));
+  EXPECT_TRUE(big.hear().is_null());
+  good.say(sample(1));
+  EXPECT_TRUE(wait_for([&] { return samples_.size() == 1; }));
+}
+
+TEST_F(ServerTest, SurvivesRandomBytesInsteadOfHttp) {
+  start();
+  std::mt19937 random(6);
+  for (int i = 0; i < 200; ++i) {
+    boost::asio::io_context io;
+    boost::asio::ip::tcp::socket socket(io);
+    error_code error;
+    socket.connect({boost::asio::ip::address_v4::loopback(), server_->port()}, error);
+    std::string noise(random() % 20'000, '\0');
+    for (char& c : noise) c = static_cast<char>(random());
+    boost::asio::write(socket, boost::asio::buffer(noise), error);
+  }
+  EXPECT_EQ(fetch(server_->port(), "/").status, 200u);
+}
+
+TEST_F(ServerTest, StatesReach64ClientsAndTheLeaseHoldersSamplesArrive) {
+  start();
+  std::vector<std::unique_ptr<SocketClient>> clients;
+  for (int i = 0; i < 64; ++i) {
+    clients.push_back(std::make_unique<SocketClient>(server_->port()));
+    ASSERT_EQ(clients.back()->connect(), 101u);
+    clients.back()->greet();
+    ASSERT_FALSE(clients.back()->hear("lease").is_null());
+  }
+  SocketClient driver(server_->port());
+  join(driver, true);
+  SessionSnapshot snapshot;
+  for (int i = 1; i <= 30; ++i) {
+    snapshot.now = from_seconds(i);
+    snapshot.samples = static_cast<std::uint64_t>(i);
+    server_->publish(snapshot);
+    driver.say(sample(i));
+    for (auto& client : clients) client->say(sample(i));  // without the lease: nothing may come of it
+    std::this_thread::sleep_for(5ms);
+  }
+  ASSERT_TRUE(wait_for([&] { return samples_.size() == 30; }));
+  for (auto& client : clients) {
+    std::uint64_t last = 0;
+    while (last < 30) {
+      const Json state = client->hear("state");
+      ASSERT_FALSE(state.is_null());
+      EXPECT_GT(state["samples"].get<std::uint64_t>(), last);
+      last = state["samples"].get<std::uint64_t>();
+    }
+  }
+  EXPECT_EQ(samples_.size(), 30u);
+}
+
+TEST_F(ServerTest, TurnsAwayClientsBeyondTheLimit) {
+  ServerSettings settings;
+  settings.max_clients = 3;
+  start(settings);
+  std::vector<std::unique_ptr<SocketClient>> clients;
+  std::vector<unsigned> answers;
+  for (int i = 0; i < 4; ++i) {
+    clients.push_back(std::make_unique<SocketClient>(server_->port()));
+    answers.push_back(clients.back()->connect());
+    clients.back()->greet();
+    if (answers.back() == 101u) clients.back()->hear("welcome");
+  }
+  EXPECT_EQ(answers, std::vector<unsigned>({101, 101, 101, 503}));
+}
+
+TEST_F(ServerTest, ASlowClientGetsTheNewestStateNotAQueue) {
+  start();
+  SocketClient slow(server_->port()), other(server_->port());
+  slow.socket().next_layer().open(boost::asio::ip::tcp::v4());
+  slow.socket().next_layer().set_option(boost::asio::socket_base::receive_buffer_size(4096));
+  join(slow, false);
+  ASSERT_EQ(other.connect(), 101u);
+  other.greet();
+  other.hear("lease");
+  SessionSnapshot snapshot;
+  snapshot.measured.q.setZero(6);
+  constexpr std::uint64_t kStates = 3000;
+  for (std::uint64_t i = 1; i <= kStates; ++i) {
+    snapshot.samples = i;
+    server_->publish(snapshot);
+    // The other client takes each before the next is made, so that all of them are sent.
+    while (other.hear("state")["samples"].get<std::uint64_t>() < i) {
+    }
+  }
+  std::uint64_t received = 0, last = 0;
+  while (last < kStates) {
+    last = slow.hear("state")["samples"].get<std::uint64_t>();
+    ++received;
+  }
+  EXPECT_LT(received, 300u) << "what lay in buffers; the rest was skipped";
+  EXPECT_GT(server_->counters().states_skipped, kStates / 2);
+}
+
+TEST_F(ServerTest, StopsWithClientsConnected) {
+  start();
+  SocketClient a(server_->port()), b(server_->port());
+  join(a, true);
+  ASSERT_EQ(b.connect(), 101u);
+  server_.reset();
+  EXPECT_TRUE(a.hear("state").is_null());
+}
+
+}  // namespace
+}  // namespace steadyhand
