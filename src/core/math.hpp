@@ -10,17 +10,23 @@ inline constexpr int kMaxJoints = 8;
 /// Longest horizon, in intervals.
 inline constexpr int kMaxHorizon = 128;
 
-using Vector3 = Eigen::Vector3d;
-using Matrix3 = Eigen::Matrix3d;
+/// What the terms are computed with comes as `double` or as `Lanes`, see core/lanes.hpp.
+template <typename Scalar>
+using Vector3Of = Eigen::Matrix<Scalar, 3, 1>;
+template <typename Scalar>
+using Matrix3Of = Eigen::Matrix<Scalar, 3, 3>;
+template <typename Scalar>
+using JointVectorOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+
+using Vector3 = Vector3Of<double>;
+using Matrix3 = Matrix3Of<double>;
 /// Orientation as a unit quaternion; files and messages store it in the order x, y, z, w.
 using Quaternion = Eigen::Quaterniond;
 
 /// One value per joint (n <= kMaxJoints); lives on the stack, never allocates.
-using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+using JointVector = JointVectorOf<double>;
 /// State x = [q; dq], size 2n.
 using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * kMaxJoints, 1>;
-/// One column per joint, 3 x n.
-using JointMatrix3 = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 
 /// Position and orientation of one frame in another; a variable's name says which: X_base_tool maps tool coordinates to
 /// base.

@@ -4,7 +4,7 @@ namespace steadyhand {
 namespace {
 
 /// lower <= z_i <= upper for one of the three parts of z: q, dq or u. Row i is joint i.
-class Limits final : public Constraint {
+class Limits final : public ConstraintFor<Limits> {
  public:
   enum Part { kPosition = 0, kVelocity = 1, kAcceleration = 2 };
 
@@ -18,13 +18,18 @@ class Limits final : public Constraint {
 
   int entry(int row) const override { return part_ * rows() + row; }
 
-  double value(const Node& node, int row) const override {
+  EntryRange support(int row, int /*dof*/) const override { return {entry(row), entry(row) + 1}; }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int row) const {
     return part_ == kPosition ? node.arm.q()[row] : part_ == kVelocity ? node.dq[row] : node.u[row];
   }
-  void add_gradient(const Node& /*node*/, int row, double scale, NodeGradient& gradient) const override {
-    gradient[part_ * rows() + row] += scale;
+  template <typename S>
+  void gradient_at(const NodeOf<S>& /*node*/, int row, S scale, NodeGradientOf<S>& gradient) const {
+    gradient[entry(row)] += scale;
   }
-  void add_hessian(const Node& /*node*/, int /*row*/, double /*scale*/, NodeHessian& /*hessian*/) const override {}
+  template <typename S>
+  void hessian_at(const NodeOf<S>& /*node*/, int /*row*/, S /*scale*/, NodeHessianOf<S>& /*hessian*/) const {}
 
  private:
   std::string_view name_;

@@ -1,3 +1,4 @@
+#include <array>
 #include <limits>
 
 #include "ocp/constraints.hpp"
@@ -7,7 +8,7 @@ namespace {
 
 /// Joints up to the first sphere's link carry both spheres, so only those between the two links change their distance
 /// d: with c_j behind joint m, d(|d|^2)/dq_m = 2 d . dc_j/dq_m where d = c_j - c_i.
-class SelfCollision final : public Constraint {
+class SelfCollision final : public ConstraintFor<SelfCollision> {
  public:
   explicit SelfCollision(const RobotModel& model) : model_(&model) {}
 
@@ -20,29 +21,38 @@ class SelfCollision final : public Constraint {
     return {radii * radii, std::numeric_limits<double>::infinity()};
   }
 
-  double value(const Node& node, int row) const override { return node.arm.squared_distance(model_->pairs[row]); }
-
-  void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const override {
+  EntryRange support(int row, int /*dof*/) const override {
     const auto [i, j] = model_->pairs[row];
-    const Kinematics& arm = node.arm;
-    const Vector3 twice = 2.0 * scale * (arm.sphere(j) - arm.sphere(i));
+    return {model_->spheres[i].link, model_->spheres[j].link};
+  }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int row) const {
+    return node.arm.squared_distance(model_->pairs[row]);
+  }
+
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
+    const auto [i, j] = model_->pairs[row];
+    const auto& arm = node.arm;
+    const Vector3Of<S> twice = (2.0 * scale) * (arm.sphere(j) - arm.sphere(i));
     for (int m = model_->spheres[i].link; m < model_->spheres[j].link; ++m) {
       gradient[m] += twice.dot(arm.dpoint(m, arm.sphere(j)));
     }
   }
 
-  void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const override {
+  /// With l before m: 2 dc_l . dc_m + 2 d . (z_l x dc_m) = 2 dc_m . (dc_l + d x z_l).
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
     const auto [i, j] = model_->pairs[row];
-    const Kinematics& arm = node.arm;
-    const Vector3 twice = 2.0 * scale * (arm.sphere(j) - arm.sphere(i));
+    const auto& arm = node.arm;
+    const Vector3Of<S> d = arm.sphere(j) - arm.sphere(i);
     const int first = model_->spheres[i].link, last = model_->spheres[j].link;
-    for (int m = first; m < last; ++m) {
-      const Vector3 dc_m = arm.dpoint(m, arm.sphere(j));
-      for (int l = first; l <= m; ++l) {  // joint l stands before joint m
-        const double value = 2.0 * scale * dc_m.dot(arm.dpoint(l, arm.sphere(j))) + twice.dot(arm.axis(l).cross(dc_m));
-        hessian(l, m) += value;
-        if (l != m) hessian(m, l) += value;
-      }
+    std::array<Vector3Of<S>, kMaxJoints> dc;
+    for (int m = first; m < last; ++m) dc[m] = arm.dpoint(m, arm.sphere(j));
+    for (int l = first; l < last; ++l) {
+      const Vector3Of<S> turned = (2.0 * scale) * (dc[l] + d.cross(arm.axis(l)));
+      for (int m = l; m < last; ++m) hessian(l, m) += turned.dot(dc[m]);
     }
   }
 

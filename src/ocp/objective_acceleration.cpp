@@ -3,24 +3,33 @@
 namespace steadyhand {
 namespace {
 
-class Acceleration final : public Objective {
+class Acceleration final : public ObjectiveFor<Acceleration> {
  public:
   std::string_view name() const override { return "acceleration"; }
   Nodes nodes() const override { return Nodes::kIntervals; }
   int weight_count(int dof) const override { return dof; }
+  bool needs_motion() const override { return false; }
 
-  double value(const Node& node, const JointVector& weight) const override { return node.u.cwiseAbs2().dot(weight); }
-
-  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
-    gradient.tail(node.arm.dof()) += 2.0 * weight.cwiseProduct(node.u);
+  template <typename S>
+  S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {
+    return node.u.cwiseProduct(node.u).dot(weight);
   }
 
-  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    hessian.diagonal().tail(node.arm.dof()) += 2.0 * weight;
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeGradientOf<S>& gradient) const {
+    const int n = node.arm.dof();
+    for (int i = 0; i < n; ++i) gradient[2 * n + i] += 2.0 * weight[i] * node.u[i];
   }
 
-  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    add_hessian(node, weight, hessian);
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
+    const int n = node.arm.dof();
+    for (int i = 0; i < n; ++i) hessian(2 * n + i, 2 * n + i) += 2.0 * weight[i];
+  }
+
+  template <typename S>
+  void convex_hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
+    hessian_at(node, weight, hessian);
   }
 };
 

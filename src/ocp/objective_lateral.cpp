@@ -5,9 +5,9 @@ namespace steadyhand {
 namespace {
 
 /// w (a_x^2 + a_y^2): g has no x and y.
-class Lateral final : public LiquidObjective {
+class Lateral final : public LiquidObjective<0, 1> {
  public:
-  Lateral() : LiquidObjective("lateral", {1.0, 1.0, 0.0}) {}
+  Lateral() : LiquidObjective("lateral") {}
 };
 
 }  // namespace

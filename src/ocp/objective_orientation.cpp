@@ -5,39 +5,43 @@ namespace {
 
 /// With M = R R_ref' the cost is w (6 - 2 tr M), and turning joint i changes M by [z_i]x M:
 ///   tr([a]x M) = -a . axial(M),   tr([a]x [b]x M) = a' M b - (a . b) tr M.
-class Orientation final : public Objective {
+class Orientation final : public ObjectiveFor<Orientation> {
  public:
   std::string_view name() const override { return "orientation"; }
   Nodes nodes() const override { return Nodes::kStates; }
   int weight_count(int /*dof*/) const override { return 1; }
 
-  double value(const Node& node, const JointVector& weight) const override {
-    return weight[0] * (node.arm.R() - node.R_ref).squaredNorm();  // = ||I - M||_F^2, without its cancellation
+  template <typename S>
+  S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {
+    const Matrix3Of<S> error = node.arm.R() - node.R_ref;  // ||error||_F = ||I - M||_F, without its cancellation
+    return weight[0] * error.cwiseProduct(error).sum();
   }
 
-  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
-    const Matrix3 M = node.arm.R() * node.R_ref.transpose();
-    const Vector3 axial(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
-    for (int i = 0; i < node.arm.dof(); ++i) gradient[i] += 2.0 * weight[0] * axial.dot(node.arm.axis(i));
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeGradientOf<S>& gradient) const {
+    const Matrix3Of<S> M = node.arm.R() * node.R_ref.transpose();
+    const Vector3Of<S> axial(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
+    const Vector3Of<S> torque = (2.0 * weight[0]) * axial;
+    for (int i = 0; i < node.arm.dof(); ++i) gradient[i] += torque.dot(node.arm.axis(i));
   }
 
-  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    const Kinematics& arm = node.arm;
-    const Matrix3 M = arm.R() * node.R_ref.transpose();
-    for (int j = 0; j < arm.dof(); ++j) {
-      for (int i = 0; i <= j; ++i) {  // joint i stands before joint j: d2M = [z_i]x [z_j]x M
-        const double trace = arm.axis(i).dot(M * arm.axis(j)) - arm.axis(i).dot(arm.axis(j)) * M.trace();
-        hessian(i, j) -= 2.0 * weight[0] * trace;
-        if (i != j) hessian(j, i) -= 2.0 * weight[0] * trace;
-      }
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
+    const Matrix3Of<S> M = node.arm.R() * node.R_ref.transpose();
+    Matrix3Of<S> second = M;
+    second.diagonal() -= Vector3Of<S>::Constant(M.trace());
+    for (int j = 0; j < node.arm.dof(); ++j) {
+      const Vector3Of<S> turned = (-2.0 * weight[0]) * (second * node.arm.axis(j));
+      // Joint i stands before joint j: d2M = [z_i]x [z_j]x M.
+      for (int i = 0; i <= j; ++i) hessian(i, j) += node.arm.axis(i).dot(turned);
     }
   }
 
   /// Gauss-Newton on the nine entries of R - R_ref: <[z_i]x R, [z_j]x R> = 2 z_i . z_j.
-  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    const Kinematics& arm = node.arm;
-    for (int j = 0; j < arm.dof(); ++j) {
-      for (int i = 0; i < arm.dof(); ++i) hessian(i, j) += 4.0 * weight[0] * arm.axis(i).dot(arm.axis(j));
+  template <typename S>
+  void convex_hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
+    for (int j = 0; j < node.arm.dof(); ++j) {
+      for (int i = 0; i <= j; ++i) hessian(i, j) += 4.0 * weight[0] * node.arm.axis(i).dot(node.arm.axis(j));
     }
   }
 };

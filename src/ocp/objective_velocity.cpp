@@ -3,26 +3,33 @@
 namespace steadyhand {
 namespace {
 
-class Velocity final : public Objective {
+class Velocity final : public ObjectiveFor<Velocity> {
  public:
   std::string_view name() const override { return "velocity"; }
   Nodes nodes() const override { return Nodes::kStates; }
   int weight_count(int dof) const override { return dof; }
+  bool needs_motion() const override { return false; }
 
-  double value(const Node& node, const JointVector& weight) const override { return node.dq.cwiseAbs2().dot(weight); }
-
-  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
-    const int n = node.arm.dof();
-    gradient.segment(n, n) += 2.0 * weight.cwiseProduct(node.dq);
+  template <typename S>
+  S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {
+    return node.dq.cwiseProduct(node.dq).dot(weight);
   }
 
-  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeGradientOf<S>& gradient) const {
     const int n = node.arm.dof();
-    hessian.diagonal().segment(n, n) += 2.0 * weight;
+    for (int i = 0; i < n; ++i) gradient[n + i] += 2.0 * weight[i] * node.dq[i];
   }
 
-  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const override {
-    add_hessian(node, weight, hessian);
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
+    const int n = node.arm.dof();
+    for (int i = 0; i < n; ++i) hessian(n + i, n + i) += 2.0 * weight[i];
+  }
+
+  template <typename S>
+  void convex_hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
+    hessian_at(node, weight, hessian);
   }
 };
 

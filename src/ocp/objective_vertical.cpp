@@ -5,9 +5,9 @@ namespace steadyhand {
 namespace {
 
 /// w (a_z - g)^2
-class Vertical final : public LiquidObjective {
+class Vertical final : public LiquidObjective<2> {
  public:
-  Vertical() : LiquidObjective("vertical", {0.0, 0.0, 1.0}) {}
+  Vertical() : LiquidObjective("vertical") {}
 };
 
 }  // namespace

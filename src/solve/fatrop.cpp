@@ -91,7 +91,10 @@ class FatropOcp final : public fatrop::OcpAbstract {
     }
     const Index size = get_nu(k) + get_nx(k);
     for (int j = 0; j < size; ++j) {
-      for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, j) = hessian(z_index(i, k), z_index(j, k));
+      for (int i = 0; i < size; ++i) {
+        const auto [row, column] = std::minmax({z_index(i, k), z_index(j, k)});
+        BLASFEO_DMATEL(res, i, j) = hessian(row, column);
+      }
     }
     return 0;
   }

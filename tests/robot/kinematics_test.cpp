@@ -108,6 +108,7 @@ TEST_P(RandomArms, LocalAccelerationDerivatives) {
     const Vector3 weight = Vector3::Random();
     MotionHessian H = MotionHessian::Zero(3 * n, 3 * n);
     kinematics.add_local_acceleration_hessian(weight, H);
+    H = MotionHessian(H.selfadjointView<Eigen::Upper>());
     const Eigen::MatrixXd J = jacobian(kinematics);
     const double scale = 1.0 + z.squaredNorm();
     for (int i = 0; i < 3 * n; ++i) {

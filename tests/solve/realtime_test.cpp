@@ -83,17 +83,17 @@ TEST(NewtonSystem, AgreesWithTheDenseSystem) {
       NewtonSystem system(n, N, quadratic.dt);
       quadratic.fill(system);
       ASSERT_TRUE(system.factorise(0.0));
-      NodeTable step(3 * n, N + 1);
+      NodeTable step(3 * n, {N});
       system.solve(step);
       const Eigen::VectorXd expected = quadratic.dense.llt().solve(-quadratic.gradient);
       for (int k = 0; k <= N; ++k) {
         const Eigen::VectorXd w = quadratic.map(k) * expected;
         for (int i = 0; i < n; ++i) {
           if (k < N) {
-            EXPECT_NEAR(step[2 * n + i][k], w[i], 1e-8 * (1.0 + expected.norm())) << n << " " << N;
+            EXPECT_NEAR(step.at(2 * n + i, k), w[i], 1e-8 * (1.0 + expected.norm())) << n << " " << N;
           }
-          EXPECT_NEAR(step[i][k], w[n + i], 1e-8 * (1.0 + expected.norm()));
-          EXPECT_NEAR(step[n + i][k], w[2 * n + i], 1e-8 * (1.0 + expected.norm()));
+          EXPECT_NEAR(step.at(i, k), w[n + i], 1e-8 * (1.0 + expected.norm()));
+          EXPECT_NEAR(step.at(n + i, k), w[2 * n + i], 1e-8 * (1.0 + expected.norm()));
         }
       }
     }

@@ -82,7 +82,7 @@ struct Kernels {
     const Model* models = reinterpret_cast<const Model*>(numbers);
     std::array<double, 2 * n> x{};
     for (int k = 0;; ++k) {
-      for (int i = 0; i < 2 * n; ++i) step[i][k] = x[i];
+      for (int i = 0; i < 2 * n; ++i) step.set(i, k, x[i]);
       if (k == horizon) return;
       std::array<double, n> u;
       for (int i = n - 1; i >= 0; --i) {
@@ -93,7 +93,7 @@ struct Kernels {
         u[i] = -sum / row[i];
       }
       for (int i = 0; i < n; ++i) {
-        step[2 * n + i][k] = u[i];
+        step.set(2 * n + i, k, u[i]);
         x[i] += dt * x[n + i] + 0.5 * dt * dt * u[i];
         x[n + i] += dt * u[i];
       }

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "solve/kkt.hpp"
 #include "solve/realtime/elastic_barrier.hpp"
 
 namespace steadyhand {
@@ -32,12 +31,11 @@ class Realtime final : public Solver {
         tolerance_(tolerance),
         barrier_(ocp),
         newton_(n_, ocp.horizon(), ocp.dt()),
-        start_(3 * n_, ocp.horizon() + 1),
+        start_(3 * n_, {ocp.horizon()}),
         point_(start_),
         trial_(start_),
         step_(start_),
-        fallback_(start_),
-        evaluation_(ocp) {}
+        fallback_(start_) {}
 
   std::string_view name() const override { return "realtime"; }
 
@@ -49,11 +47,11 @@ class Realtime final : public Solver {
                   limits.iterations};
     solution.status = SolveStatus::kInvalid;
     if (ocp_.check(instance) && valid(guess, multipliers, solution)) {
-      roll_out(instance, guess);
+      roll_out(instance, [&](int k, const StateVector&) -> const JointVector& { return guess.u[k]; });
       fallback_violation_ = std::numeric_limits<double>::infinity();
       bool solved = solve_from_point(instance, multipliers, budget);
       if (!solved && !budget.spent()) {
-        brake(instance);
+        roll_out(instance, [&](int, const StateVector& x) { return brake(x); });
         solved = solve_from_point(instance, nullptr, budget);
       }
       if (!solved) retreat();
@@ -80,28 +78,29 @@ class Realtime final : public Solver {
     return true;
   }
 
-  /// point_ <- the guess's accelerations from x_0.
-  void roll_out(const OcpInstance& instance, const Trajectory& guess) {
+  /// point_ <- x_0 and what follows from the accelerations u(k, x_k).
+  template <typename Input>
+  void roll_out(const OcpInstance& instance, const Input& input) {
+    const int padding = NodeOrder{ocp_.horizon()}.columns();
     StateVector x = instance.x0;
-    for (int k = 0;; ++k) {
-      for (int i = 0; i < 2 * n_; ++i) point_[i][k] = x[i];
-      if (k == ocp_.horizon()) return;
-      for (int i = 0; i < n_; ++i) point_[2 * n_ + i][k] = guess.u[k][i];
-      x = ocp_.next(x, guess.u[k]);
+    for (int k = 0; k <= ocp_.horizon(); ++k) {
+      for (int i = 0; i < 2 * n_; ++i) point_.set(i, k, x[i]);
+      if (k == ocp_.horizon()) break;
+      const JointVector u = input(k, x);
+      for (int i = 0; i < n_; ++i) point_.set(2 * n_ + i, k, u[i]);
+      x = ocp_.next(x, u);
+    }
+    for (int i = 0; i < 3 * n_; ++i) {
+      for (int column = ocp_.horizon() + 1; column < padding; ++column) {
+        point_[i][column / kLanes].set(column % kLanes, point_.at(i, 0));
+      }
     }
   }
 
-  /// point_ <- from x_0 to rest as fast as half the robot's acceleration limits allow, then standing still.
-  void brake(const OcpInstance& instance) {
-    StateVector x = instance.x0;
-    for (int k = 0;; ++k) {
-      for (int i = 0; i < 2 * n_; ++i) point_[i][k] = x[i];
-      if (k == ocp_.horizon()) return;
-      const JointVector limit = 0.5 * ocp_.model().acceleration_max,
-                        u = (-x.tail(n_) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);
-      for (int i = 0; i < n_; ++i) point_[2 * n_ + i][k] = u[i];
-      x = ocp_.next(x, u);
-    }
+  /// From x_0 to rest as fast as half the robot's acceleration limits allow, then standing still.
+  JointVector brake(const StateVector& x) const {
+    const JointVector limit = 0.5 * ocp_.model().acceleration_max;
+    return (-x.tail(n_) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);
   }
 
   /// Solves from point_. True if point_ becomes a KKT point with all rows checked.
@@ -124,10 +123,10 @@ class Realtime final : public Solver {
     const double last_mu = 0.1 * tolerance_;
     keep(barrier_.begin(instance, point_, multipliers, multipliers ? kWarmMu : kColdMu));
     while (true) {
-      const Residuals now = barrier_.differentiate(point_);
+      const Residuals now = barrier_.differentiate();
       if (now.kkt() <= tolerance_) {
         bool added = false;
-        barrier_.check_all_rows(point_, tolerance_, added);
+        barrier_.check_all_rows(tolerance_, added);
         return added ? Outcome::kMissedRows : Outcome::kSolved;
       }
       if (std::max(now.dual, now.centrality) <= kCloseEnough * barrier_.mu()) {
@@ -165,12 +164,13 @@ class Realtime final : public Solver {
     const double noise = 1e-13 * std::abs(phi);  // phi is a sum of numbers of this size
     for (double scale = barrier_.largest_scale(); scale > 1e-8; scale *= 0.5) {
       if (barrier_.try_step(point_, scale) <= phi + 1e-4 * scale * slope + noise) {
-        barrier_.accept(scale);
+        barrier_.accept();
         point_.set_sum(point_, scale, step_);
         return true;
       }
     }
-    barrier_.differentiate(point_);
+    barrier_.move(point_);
+    barrier_.differentiate();
     return false;
   }
 
@@ -185,14 +185,16 @@ class Realtime final : public Solver {
   /// fallback towards it.
   void retreat() {
     step_.set_sum(point_, -1.0, fallback_);
-    const double fallback_objective = barrier_.objective_at(fallback_);
+    barrier_.move(fallback_);
+    const double fallback_objective = barrier_.objective();
     for (double scale = 1.0; scale > 1e-2; scale *= 0.5) {
       trial_.set_sum(fallback_, scale, step_);
-      const double objective = barrier_.objective_at(trial_);
+      barrier_.move(trial_);
       bool added = false;
-      const double violation = barrier_.check_all_rows(trial_, tolerance_, added);
-      const bool better = fallback_violation_ <= tolerance_ ? violation <= tolerance_ && objective < fallback_objective
-                                                            : violation < fallback_violation_;
+      const double violation = barrier_.check_all_rows(tolerance_, added);
+      const bool better = fallback_violation_ <= tolerance_
+                              ? violation <= tolerance_ && barrier_.objective() < fallback_objective
+                              : violation < fallback_violation_;
       if (!better) continue;
       std::swap(point_, trial_);
       return;
@@ -204,16 +206,15 @@ class Realtime final : public Solver {
     Trajectory& trajectory = solution.trajectory;
     trajectory.x[0] = instance.x0;
     for (int k = 0; k < ocp_.horizon(); ++k) {
-      for (int i = 0; i < n_; ++i) trajectory.u[k][i] = point_[2 * n_ + i][k];
+      for (int i = 0; i < n_; ++i) trajectory.u[k][i] = point_.at(2 * n_ + i, k);
       trajectory.x[k + 1] = ocp_.next(trajectory.x[k], trajectory.u[k]);
     }
     barrier_.write_multipliers(solution.multipliers);
-    evaluation_.set_instance(instance);
-    evaluation_.set_trajectory(trajectory);
-    solution.violation = evaluation_.violation();
-    solution.objective = 0.0;
-    for (int k = 0; k <= ocp_.horizon(); ++k) solution.objective += evaluation_.objective(k);
-    solution.kkt_error = kkt_error(evaluation_, trajectory, solution.multipliers);
+    barrier_.move(point_);
+    bool added = false;
+    solution.violation = barrier_.check_all_rows(tolerance_, added);
+    solution.objective = barrier_.objective();
+    solution.kkt_error = std::max(barrier_.differentiate().kkt(), solution.violation);
     const bool feasible = solution.violation <= tolerance_;
     solution.status = !feasible                                    ? SolveStatus::kInfeasible
                       : solved && solution.kkt_error <= tolerance_ ? SolveStatus::kSolved
@@ -230,7 +231,6 @@ class Realtime final : public Solver {
   NodeTable start_, point_, trial_, step_;
   NodeTable fallback_;  ///< feasible, or the least infeasible start
   double fallback_violation_ = 0.0;
-  Evaluation evaluation_;
 };
 
 }  // namespace

@@ -3,14 +3,19 @@
 #include <cmath>
 
 namespace steadyhand::realtime {
+
 RowSet::RowSet(const Ocp& ocp) : horizon_(ocp.horizon()) {
   int first_slots = 0, last_slots = 0;
   for (int c = 0; c < std::ssize(ocp.constraints()); ++c) {
     const Constraint& constraint = *ocp.constraints()[c];
     const bool of_state = constraint.nodes() == Nodes::kStates;
-    const int first = of_state ? 1 : 0, last = of_state ? horizon_ : horizon_ - 1;
     for (int i = 0; i < constraint.rows(); ++i) {
-      rows_.push_back({{c, i}, constraint.bounds(i), first, last, constraint.entry(i), constraint.watch_margin(i)});
+      rows_.push_back({{c, i},
+                       constraint.nodes(),
+                       constraint.bounds(i),
+                       constraint.entry(i),
+                       constraint.support(i, ocp.dof()),
+                       constraint.watch_margin(i)});
       slot_first_.push_back(of_state ? -1 : first_slots++);
       slot_last_.push_back(of_state ? last_slots++ : -1);
     }

@@ -9,9 +9,10 @@ namespace steadyhand::realtime {
 /// One scalar inequality at all nodes where its constraint acts.
 struct Row {
   ConstraintRow id;
+  Nodes nodes;
   Bounds bounds;
-  int first, last;      ///< nodes, inclusive
   int entry;            ///< see Constraint::entry
+  EntryRange support;   ///< see Constraint::support
   double watch_margin;  ///< see Constraint::watch_margin
 };
 
@@ -23,7 +24,10 @@ class RowSet {
 
   int size() const { return static_cast<int>(rows_.size()); }
   const Row& operator[](int r) const { return rows_[r]; }
-  /// Index of row r in Evaluation::rows(k). @pre rows_[r].first <= k <= rows_[r].last
+  /// Nodes first(r) .. last(r) are those where row r acts.
+  int first(int r) const { return rows_[r].nodes == Nodes::kStates ? 1 : 0; }
+  int last(int r) const { return rows_[r].nodes == Nodes::kStates ? horizon_ : horizon_ - 1; }
+  /// Index of row r in Evaluation::rows(k). @pre first(r) <= k <= last(r)
   int slot(int r, int k) const { return k == 0 ? slot_first_[r] : k == horizon_ ? slot_last_[r] : r; }
 
   const std::vector<int>& watched() const { return watched_; }
