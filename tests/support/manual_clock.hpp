@@ -1,0 +1,21 @@
+#pragma once
+
+#include <algorithm>
+
+#include "core/clock.hpp"
+
+namespace steadyhand {
+
+/// Time that passes only when somebody sleeps or a test says so.
+class ManualClock final : public Clock {
+ public:
+  explicit ManualClock(Time start = std::chrono::seconds(100)) : now_(start) {}
+  Time now() const override { return now_; }
+  void sleep_until(Time deadline) override { now_ = std::max(now_, deadline); }
+  void advance(double seconds) { now_ += from_seconds(seconds); }
+
+ private:
+  Time now_;
+};
+
+}  // namespace steadyhand
