@@ -5,6 +5,19 @@
 
 namespace steadyhand {
 
+Plan& Plan::operator=(const Plan& other) {
+  if (this == &other) return *this;
+  stamp = other.stamp;
+  start = other.start;
+  dt = other.dt;
+  joints = other.joints;
+  intervals = other.intervals;
+  origin = other.origin;
+  std::copy_n(other.x.begin(), intervals + 1, x.begin());
+  std::copy_n(other.u.begin(), intervals, u.begin());
+  return *this;
+}
+
 JointCommand sample(const Plan& plan, Time t) {
   const int n = plan.joints;
   const double elapsed = std::max(0.0, to_seconds(t - plan.start));

@@ -57,6 +57,11 @@ struct Plan {
   PlanOrigin origin = PlanOrigin::kSolved;
   std::array<StateVector, kMaxIntervals + 1> x;  ///< x_k = [q; dq] at start + k * dt; rad (m), rad/s (m/s)
   std::array<JointVector, kMaxIntervals> u;      ///< ddq on [k, k+1) * dt; rad/s^2 (m/s^2)
+
+  Plan() = default;
+  Plan(const Plan& other) { *this = other; }
+  /// Copies the entries in use: a plan goes from thread to thread, and most are far shorter than the longest.
+  Plan& operator=(const Plan& other);
 };
 
 /// What the arm is told to do at `stamp.made`.
