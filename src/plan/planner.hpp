@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "plan/plan_check.hpp"
@@ -27,8 +28,10 @@ class Planner {
 
   /// Forgets all: the arm stands at q.
   void reset(const JointVector& q, Time now);
+  /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
+  void continue_from(const Plan& followed) { plan_ = followed; }
   /// Weights for the next plans, in the order of ocp().objectives().
-  void set_weights(const std::vector<JointVector>& weights) { instance_.weights = weights; }
+  void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
 
   /// The plan from reference.start on. Times must not go backwards. With origin kPrevious it is the last plan
   /// unchanged.

@@ -17,6 +17,7 @@ class Tracker {
 
   /// The next commands come from this plan.
   void follow(const Plan& plan) { plan_ = plan; }
+  const Plan& plan() const { return plan_; }
   JointCommand update(Time now) const { return sample(plan_, now); }
 
  private:
