@@ -1,0 +1,82 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "core/live.hpp"
+#include "supervise/hand_gate.hpp"
+
+namespace steadyhand {
+
+struct SupervisorSettings {
+  double hold_after = 0.1;           ///< s without a good pose of the hand: hold
+  double disengage_after = 0.25;     ///< s without a word from the hand: disengage
+  double planner_late_after = 0.25;  ///< s without a new plan while engaged: hold
+};
+
+/// What the control loop knows in one cycle.
+struct SupervisionInput {
+  Time now{0};
+  bool arm_follows = false;  ///< the arm takes commands
+  bool arm_stopped = false;  ///< the arm stopped by itself
+  std::string_view arm_reason;
+  bool stop_asked = false, reset_asked = false;
+  bool at_rest = false;   ///< of the commands
+  bool off_plan = false;  ///< measured too far from what was commanded
+  bool stalled = false;   ///< the loop slept through too many cycles
+  Time last_plan{0};      ///< when a new plan was taken last
+  HandReport hand;
+};
+
+/// What may change the state. In one cycle several may be true.
+enum class SupervisionEvent {
+  kArmStopped,
+  kArmFollows,
+  kStopAsked,
+  kStalled,
+  kOffPlan,
+  kResetAsked,   ///< and the arm is at rest
+  kSilence,      ///< the device says nothing
+  kReleased,     ///< clutch open
+  kGripped,      ///< clutch closed anew, the pose can be trusted
+  kHandLost,     ///< the pose cannot be trusted
+  kHandBack,     ///< it can again, and plans come
+  kPlannerLate,  ///< no new plan for a while
+};
+
+/// One way from state to state. Of the rows that apply the first in the table is taken.
+struct Transition {
+  SupervisionState from;
+  SupervisionEvent event;
+  SupervisionState to;
+  std::string_view reason;  ///< for people; empty: the arm's or the hand's own
+};
+
+/// All of them.
+std::span<const Transition> transitions();
+std::string_view to_string(SupervisionState state);
+
+/// The one place that decides what the arm may do. Pure logic, no clock of its own; control thread; allocates nothing.
+class Supervisor {
+ public:
+  explicit Supervisor(const SupervisorSettings& settings = {}) : settings_(settings) {}
+
+  /// Once a cycle. @return the row that was taken, or null if the state stays
+  const Transition* update(const SupervisionInput& input);
+
+  SupervisionState state() const { return state_; }
+  std::string_view reason() const { return reason_; }
+  /// Counts every time that following begins, also after holding: each starts from where the arm is.
+  std::uint64_t engagements() const { return engagements_; }
+
+ private:
+  bool happened(SupervisionEvent event, const SupervisionInput& input) const;
+
+  SupervisorSettings settings_;
+  SupervisionState state_ = SupervisionState::kIdle;
+  std::string_view reason_ = "starting";
+  Time since_{0};
+  std::uint64_t engagements_ = 0, grips_used_ = 0;
+};
+
+}  // namespace steadyhand

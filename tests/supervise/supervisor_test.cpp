@@ -1,0 +1,207 @@
+#include "supervise/supervisor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+namespace steadyhand {
+namespace {
+
+using State = SupervisionState;
+using Event = SupervisionEvent;
+
+constexpr State kStates[] = {State::kIdle,    State::kReady,    State::kEngaged,
+                             State::kHolding, State::kStopping, State::kFault};
+
+/// A cycle in which all is well and the hand is open.
+SupervisionInput calm(Time now) {
+  SupervisionInput input;
+  input.now = input.last_plan = input.hand.heard = input.hand.good = now;
+  input.arm_follows = input.at_rest = input.hand.trusted = true;
+  return input;
+}
+
+/// Drives a supervisor to a state the way an operator would.
+struct Driven {
+  explicit Driven(State state) {
+    step(calm(tick()));
+    if (state == State::kIdle) {
+      supervisor = Supervisor();
+    } else if (state == State::kEngaged || state == State::kHolding) {
+      step(gripped());
+      if (state == State::kHolding) {
+        SupervisionInput lost = gripped();
+        lost.hand.trusted = false;
+        step(lost);
+      }
+    } else if (state != State::kReady) {
+      SupervisionInput input = calm(tick());
+      (state == State::kFault ? input.arm_stopped : input.stop_asked) = true;
+      step(input);
+    }
+    EXPECT_EQ(supervisor.state(), state);
+  }
+  Time tick() { return now += std::chrono::milliseconds(2); }
+  SupervisionInput gripped() {
+    SupervisionInput input = calm(tick());
+    input.hand.clutch = true;
+    input.hand.grips = 1;
+    return input;
+  }
+  State step(const SupervisionInput& input) {
+    (void)supervisor.update(input);
+    return supervisor.state();
+  }
+
+  Time now{std::chrono::seconds(5)};
+  Supervisor supervisor;
+};
+
+TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
+  for (const Transition& row : transitions()) {
+    Driven d(row.from);
+    SupervisionInput input = row.from == State::kEngaged || row.from == State::kHolding ? d.gripped() : calm(d.tick());
+    if (row.from == State::kHolding) input.hand.trusted = false;
+    if (row.from == State::kIdle) input.arm_follows = false;
+    ASSERT_EQ(d.step(input), row.from) << "nothing happened";
+    input.now = d.tick();
+    input.hand.heard = input.hand.good = input.last_plan = input.now;
+    switch (row.event) {
+      case Event::kArmStopped:
+        input.arm_stopped = true;
+        input.arm_reason = "broken";
+        break;
+      case Event::kArmFollows:
+        input.arm_follows = true;
+        break;
+      case Event::kStopAsked:
+        input.stop_asked = true;
+        break;
+      case Event::kStalled:
+        input.stalled = true;
+        break;
+      case Event::kOffPlan:
+        input.off_plan = true;
+        break;
+      case Event::kResetAsked:
+        input.reset_asked = true;
+        break;
+      case Event::kSilence:
+        input.hand.heard -= std::chrono::milliseconds(251);
+        break;
+      case Event::kReleased:
+        input.hand.clutch = false;
+        break;
+      case Event::kGripped:
+        input.hand.clutch = true;
+        input.hand.grips = 7;
+        break;
+      case Event::kHandLost:
+        input.hand.trusted = false;
+        input.hand.verdict = HandVerdict::kJump;
+        break;
+      case Event::kHandBack:
+        input.hand.trusted = true;
+        break;
+      case Event::kPlannerLate:
+        input.now += std::chrono::milliseconds(300);
+        input.hand.heard = input.hand.good = input.now;
+        break;
+    }
+    EXPECT_EQ(d.step(input), row.to) << to_string(row.from) << " by event " << static_cast<int>(row.event);
+    EXPECT_FALSE(d.supervisor.reason().empty());
+  }
+}
+
+TEST(Supervisor, EveryStateCanStopAndCanBeLeftAndNoRowIsThereTwice) {
+  std::set<std::pair<State, Event>> seen;
+  std::set<State> left, faulted;
+  for (const Transition& row : transitions()) {
+    EXPECT_TRUE(seen.emplace(row.from, row.event).second);
+    left.insert(row.from);
+    if (row.event == Event::kArmStopped && row.to == State::kFault) faulted.insert(row.from);
+    const bool moves = row.from == State::kIdle || row.from == State::kReady || row.from == State::kEngaged ||
+                       row.from == State::kHolding;
+    EXPECT_TRUE(!moves || seen.count({row.from, Event::kArmStopped}));  // the gravest first
+  }
+  for (const State state : kStates) {
+    EXPECT_TRUE(left.count(state)) << to_string(state);
+    EXPECT_EQ(faulted.count(state), state == State::kFault ? 0u : 1u) << to_string(state);
+  }
+}
+
+TEST(Supervisor, OnlyAFreshGripEngages) {
+  Driven d(State::kEngaged);
+  SupervisionInput silent = d.gripped();
+  silent.hand.heard -= std::chrono::milliseconds(300);
+  EXPECT_EQ(d.step(silent), State::kReady);
+  EXPECT_EQ(d.step(d.gripped()), State::kReady) << "the old grip again";
+  SupervisionInput fresh = d.gripped();
+  fresh.hand.grips = 2;
+  EXPECT_EQ(d.step(fresh), State::kEngaged);
+  EXPECT_EQ(d.supervisor.engagements(), 2u);
+}
+
+TEST(Supervisor, AGripDuringAStopIsNotTakenUpAfterTheReset) {
+  Driven d(State::kStopping);
+  EXPECT_EQ(d.step(d.gripped()), State::kStopping);
+  SupervisionInput reset = d.gripped();
+  reset.reset_asked = true;
+  EXPECT_EQ(d.step(reset), State::kIdle);
+  EXPECT_EQ(d.step(d.gripped()), State::kReady);
+  EXPECT_EQ(d.step(d.gripped()), State::kReady);
+}
+
+TEST(Supervisor, AResetWaitsForRest) {
+  for (const State state : {State::kStopping, State::kFault}) {
+    Driven d(state);
+    SupervisionInput input = calm(d.tick());
+    input.reset_asked = true;
+    input.at_rest = false;
+    EXPECT_EQ(d.step(input), state);
+    input.at_rest = true;
+    EXPECT_EQ(d.step(input), State::kIdle);
+  }
+}
+
+/// Whatever comes: it never engages without a grip, and a stop is obeyed in the cycle that it comes in.
+TEST(Supervisor, RandomInputs) {
+  std::mt19937 random(4);
+  std::bernoulli_distribution often(0.5), seldom(0.01);
+  Supervisor supervisor;
+  SupervisionInput input = calm(std::chrono::seconds(1));
+  std::uint64_t grips_at_engagement = 0;
+  for (int i = 0; i < 300000; ++i) {
+    input.now += std::chrono::milliseconds(2);
+    if (!seldom(random)) input.hand.heard = input.now - std::chrono::milliseconds(seldom(random) ? 400 : 0);
+    input.hand.good = input.hand.heard;
+    input.last_plan = often(random) ? input.now : input.last_plan;
+    if (seldom(random)) {
+      input.hand.clutch = !input.hand.clutch;
+      input.hand.grips += input.hand.clutch;
+    }
+    if (seldom(random)) input.hand.trusted = often(random);
+    input.arm_stopped = seldom(random) && seldom(random);
+    input.stop_asked = seldom(random);
+    input.reset_asked = seldom(random);
+    input.off_plan = seldom(random) && seldom(random);
+    const State before = supervisor.state();
+    const Transition* row = supervisor.update(input);
+    ASSERT_EQ(row != nullptr, before != supervisor.state());
+    if (supervisor.state() == State::kEngaged) {
+      ASSERT_TRUE(input.hand.clutch && input.hand.trusted);
+      if (before == State::kReady) {
+        ASSERT_GT(input.hand.grips, grips_at_engagement);
+        grips_at_engagement = input.hand.grips;
+      }
+    }
+    if (input.stop_asked && before != State::kFault && !input.reset_asked) {
+      ASSERT_TRUE(supervisor.state() == State::kStopping || supervisor.state() == State::kFault);
+    }
+  }
+  EXPECT_GT(supervisor.engagements(), 100u);
+}
+
+}  // namespace
+}  // namespace steadyhand
