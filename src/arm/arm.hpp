@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/arrows.hpp"
+
+namespace steadyhand {
+
+/// Whether an arm does what it is told.
+enum class ArmStatus {
+  kStarting,  ///< not yet: it is being switched on, or recovers from a stop
+  kFollowing,
+  kStopped,  ///< it stopped by itself (protective stop, connection lost); only restart() brings it back
+};
+
+/// What an arm reports once a cycle.
+struct ArmState {
+  JointState joints;        ///< measured at `joints.stamp.made`, the session's clock
+  std::uint64_t cycle = 0;  ///< counts control cycles of the arm, also those that the program slept through
+  ArmStatus status = ArmStatus::kStarting;
+  std::string_view reason;  ///< why it stopped; static text
+};
+
+struct ArmInfo {
+  std::string name;
+  int joints = 0;          ///< n
+  double rate_hz = 500.0;  ///< of control cycles
+  double delay = 0.0;      ///< s, between a command and what is measured of it, about
+};
+
+/// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.
+/// receive() and send() belong to the control thread and allocate nothing.
+class Arm {
+ public:
+  virtual ~Arm() = default;
+  virtual const ArmInfo& info() const = 0;
+
+  /// Waits for the arm's next cycle. A caller that comes late gets the newest state, not those it missed.
+  virtual ArmState receive() = 0;
+  /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it: an arm may
+  /// refuse a step, or limits exceeded, with a stop of its own.
+  virtual void send(const JointCommand& command) = 0;
+  /// Asks the arm to begin (again) to follow commands, from where it stands; the first command must be there. Does not
+  /// wait: the status tells when it does.
+  virtual void restart() = 0;
+
+ protected:
+  Arm() = default;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,131 @@
+#include "arm/simulated_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+/// How far beyond a limit a command may be, for rounding in whoever made it.
+constexpr double kPositionMargin = 1e-4;                           // rad (m)
+constexpr double kSpeedMargin = 0.01, kAccelerationMargin = 0.05;  // shares
+/// Largest difference between where the arm stands and the first command, rad (m).
+constexpr double kFirstStep = 0.01;
+
+}  // namespace
+
+SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings,
+                           Clock& clock)
+    : model_(&model),
+      settings_(settings),
+      clock_(&clock),
+      info_{model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag},
+      period_(from_seconds(1.0 / settings.rate_hz)),
+      now_(clock.now()),
+      q_(q),
+      dq_(JointVector::Zero(model.dof())),
+      random_(settings.seed) {
+  restart();
+}
+
+void SimulatedArm::restart() {
+  received_ = 0;
+  status_ = ArmStatus::kStarting;
+  reason_ = {};
+  following_since_ = now_ + from_seconds(settings_.start_time);
+}
+
+ArmState SimulatedArm::receive() {
+  const Time target = now_ + period_;
+  const auto late = std::max(Time(0), clock_->now() - target) / period_;  // whole cycles slept through
+  clock_->sleep_until(target + late * period_);
+  for (int i = 0; i <= late; ++i) advance(now_ + period_);
+
+  ArmState state;
+  state.joints = {{now_, now_}, q_, dq_};
+  state.cycle = cycle_;
+  state.status = status_;
+  state.reason = reason_;
+  if (settings_.noise > 0.0) {
+    std::normal_distribution<double> normal(0.0, settings_.noise);
+    for (int i = 0; i < q_.size(); ++i) {
+      state.joints.q[i] += normal(random_);
+      state.joints.dq[i] += 100.0 * normal(random_);
+    }
+  }
+  if (settings_.quantisation > 0.0) {
+    for (double& q : state.joints.q) q = settings_.quantisation * std::round(q / settings_.quantisation);
+  }
+  return state;
+}
+
+void SimulatedArm::advance(Time now) {
+  now_ = now;
+  ++cycle_;
+  const double dt = to_seconds(period_);
+  if (status_ == ArmStatus::kStarting && now >= following_since_) status_ = ArmStatus::kFollowing;
+  if (status_ == ArmStatus::kFollowing &&
+      to_seconds(now - std::max(command(0).stamp.made, following_since_)) > settings_.command_timeout) {
+    stop("no command came in time");
+  }
+  if (status_ == ArmStatus::kFollowing && received_ > 0) {
+    const double share = settings_.servo_lag > 0.0 ? -std::expm1(-dt / settings_.servo_lag) : 1.0;
+    const JointVector next = q_ + share * (set_point(now - from_seconds(settings_.latency)) - q_);
+    dq_ = (next - q_) / dt;
+    q_ = next;
+  } else {  // brakes
+    const JointVector change = (dt * model_->acceleration_max).cwiseMin(dq_.cwiseAbs());
+    dq_ -= dq_.cwiseSign().cwiseProduct(change);
+    q_ += dt * dq_;
+  }
+}
+
+/// The command that took effect last at time t, carried on at its speed for at most two cycles.
+JointVector SimulatedArm::set_point(Time t) const {
+  int age = 0;
+  while (age + 1 < received_ && command(age).stamp.made > t) ++age;
+  const JointCommand& c = command(age);
+  const double ahead = std::clamp(to_seconds(t - c.stamp.made), 0.0, 2.0 * to_seconds(period_));
+  return c.q + ahead * c.dq;
+}
+
+void SimulatedArm::stop(std::string_view reason) {
+  status_ = ArmStatus::kStopped;
+  reason_ = reason;
+}
+
+void SimulatedArm::send(const JointCommand& c) {
+  if (status_ != ArmStatus::kFollowing) return;
+  if (const std::string_view why = refusal(c); !why.empty()) return stop(why);
+  newest_ = (newest_ + 1) % kHistory;
+  commands_[newest_] = c;
+  received_ = std::min(received_ + 1, kHistory);
+}
+
+std::string_view SimulatedArm::refusal(const JointCommand& c) const {
+  if (c.q.size() != q_.size() || c.dq.size() != q_.size() || !c.q.allFinite() || !c.dq.allFinite()) {
+    return "a command is not finite";
+  }
+  if (((c.q - model_->position_max).array() > kPositionMargin).any() ||
+      ((model_->position_min - c.q).array() > kPositionMargin).any()) {
+    return "a command is beyond a position limit";
+  }
+  if (received_ == 0) return (c.q - q_).cwiseAbs().maxCoeff() > kFirstStep ? "a command steps" : "";
+  const double dt = to_seconds(c.stamp.made - command(0).stamp.made);
+  if (dt <= 0.0) return "commands are out of order";
+  const JointVector speed = (c.q - command(0).q) / dt;
+  if ((speed.cwiseAbs() - (1.0 + kSpeedMargin) * model_->velocity_max).maxCoeff() > 0.0) {
+    return "a command is beyond a velocity limit";
+  }
+  if (received_ == 1) return "";
+  const double dt_before = to_seconds(command(0).stamp.made - command(1).stamp.made);
+  const JointVector change = speed - (command(0).q - command(1).q) / dt_before;
+  const double span = 0.5 * (dt + dt_before);  // between the middles of the two differences
+  if ((change.cwiseAbs() / span - (1.0 + kAccelerationMargin) * model_->acceleration_max).maxCoeff() > 0.5) {
+    return "a command is beyond an acceleration limit";
+  }
+  return "";
+}
+
+}  // namespace steadyhand

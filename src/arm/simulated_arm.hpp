@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <random>
+
+#include "arm/arm.hpp"
+#include "core/clock.hpp"
+#include "robot/model.hpp"
+
+namespace steadyhand {
+
+struct SimulatedArmSettings {
+  double rate_hz = 500.0;    ///< of control cycles, > 0
+  double latency = 0.004;    ///< s from a command to its effect, >= 0
+  double servo_lag = 0.010;  ///< s, time constant of the first-order servo, >= 0
+  /// rad (m): steps of the measured position, that of a 19-bit encoder; 0: none.
+  double quantisation = 1.2e-5;
+  double noise = 0.0;  ///< standard deviation of measured position, rad (m), and a hundred times that of speed
+  unsigned seed = 1;   ///< of the noise
+  double command_timeout = 0.1;  ///< s without a command after which the arm stops by itself, > 0
+  double start_time = 0.05;      ///< s from restart() to following
+};
+
+/// An arm of the model's limits that exists in the program only. Commands take effect after a latency, through a
+/// first-order servo. As a UR does, it stops by itself and stays so until restart() when a command is not finite, is
+/// out of the position, velocity or acceleration limits (by differences of positions), or steps, and when none came for
+/// a while.
+class SimulatedArm final : public Arm {
+ public:
+  /// Stands at `q`. Model and clock must outlive it.
+  SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock);
+
+  const ArmInfo& info() const override { return info_; }
+  ArmState receive() override;
+  void send(const JointCommand& command) override;
+  void restart() override;
+
+  /// Where it really is, without the measurement's errors.
+  const JointVector& q() const { return q_; }
+  const JointVector& dq() const { return dq_; }
+  /// Breaks it, as a hardware fault or the button would: it stops by itself. For tests. @param reason static text
+  void trip(std::string_view reason) { stop(reason); }
+  /// Moves it by force, as a collision would. For tests.
+  void push(const JointVector& offset) { q_ += offset; }
+
+ private:
+  void advance(Time now);
+  void stop(std::string_view reason);
+  /// Why a command is refused; empty if it is not.
+  std::string_view refusal(const JointCommand& command) const;
+  JointVector set_point(Time t) const;
+  const JointCommand& command(int age) const { return commands_[(newest_ - age + kHistory) % kHistory]; }
+
+  static constexpr int kHistory = 64;
+  const RobotModel* model_;
+  SimulatedArmSettings settings_;
+  Clock* clock_;
+  ArmInfo info_;
+  Time period_, now_;
+  std::uint64_t cycle_ = 0;
+  ArmStatus status_ = ArmStatus::kStarting;
+  std::string_view reason_;
+  Time following_since_;
+  std::array<JointCommand, kHistory> commands_;  ///< ring
+  int newest_ = 0, received_ = 0;                ///< received since restart, up to kHistory
+  JointVector q_, dq_;
+  std::mt19937 random_;
+};
+
+}  // namespace steadyhand
