@@ -1,0 +1,154 @@
+#include "session/control_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+/// Between the plan that is followed and the next, where that begins: rounding only.
+constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
+/// Measured speed below which an arm that stopped by itself counts as standing.
+constexpr double kStanding = 0.02;      // rad/s (m/s)
+constexpr double kStopInterval = 0.02;  // s
+
+}  // namespace
+
+ControlStage::ControlStage(const RobotModel& model, const ControlSettings& settings, Links& links)
+    : settings_(settings), links_(&links), kinematics_(model), supervisor_(settings.supervisor), tracker_(model.home) {}
+
+const ControlStage::Output& ControlStage::step(const ArmState& state) {
+  const Time now = state.joints.stamp.made;
+  const bool first = view_.cycles == 0;
+  const std::uint64_t missed = first ? 0 : state.cycle - last_cycle_ - 1;
+  last_cycle_ = state.cycle;
+  if (first) anchor(state.joints.q, now);
+  (void)links_->hand.read(hand_);
+  take_plan(now);
+
+  const SupervisionState before = supervisor_.state();
+  SupervisionInput input;
+  input.now = now;
+  input.arm_follows = state.status == ArmStatus::kFollowing;
+  input.arm_stopped = state.status == ArmStatus::kStopped || !state.joints.q.allFinite();
+  input.arm_reason = state.status == ArmStatus::kStopped ? state.reason : "the arm reports no numbers";
+  input.at_rest = at_rest_;
+  input.stop_asked = links_->stop_asked.exchange(false, std::memory_order_relaxed);
+  const bool stopped = before == SupervisionState::kStopping || before == SupervisionState::kFault;
+  if (!stopped) links_->reset_asked.store(false, std::memory_order_relaxed);
+  input.reset_asked = stopped && at_rest_ && links_->reset_asked.exchange(false, std::memory_order_relaxed);
+  input.off_plan = off_plan(state.joints);
+  input.stalled = missed >= settings_.stall_cycles;
+  input.last_plan = last_plan_;
+  input.hand = hand_;
+  const Transition* transition = supervisor_.update(input);
+  const SupervisionState after = supervisor_.state();
+
+  output_.restart_arm = transition != nullptr && after == SupervisionState::kIdle;
+  if (transition != nullptr && after == SupervisionState::kStopping) brake();
+  if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
+  const bool shadows = after == SupervisionState::kIdle || after == SupervisionState::kFault ||
+                       (transition != nullptr && before == SupervisionState::kIdle);
+  if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
+
+  output_.command = tracker_.update(now);
+  last_ = output_.command;
+  newest_ = (newest_ + 1) % kHistory;
+  history_[newest_] = last_;
+  stored_ = std::min(stored_ + 1, kHistory);
+  const Plan& plan = tracker_.plan();
+  at_rest_ = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
+  if (after == SupervisionState::kFault) at_rest_ = state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
+
+  ++view_.cycles;
+  view_.now = now;
+  view_.state = after;
+  view_.reason = supervisor_.reason();
+  view_.command = last_;
+  view_.measured = state.joints;
+  view_.at_rest = at_rest_;
+  view_.missed_deadlines += missed;
+  links_->report.write({now, after, supervisor_.engagements(), plan.start, anchors_, last_});
+  links_->control_view.write(view_);
+  links_->taps.commands.push(last_);
+  links_->taps.states.push(state.joints);
+  return output_;
+}
+
+/// Switches to the newest plan where it begins, if that is to come and on what is followed.
+void ControlStage::take_plan(Time now) {
+  if (links_->plan.read(pending_)) has_pending_ = true;
+  if (!has_pending_ || pending_.start > now) return;
+  has_pending_ = false;
+  const SupervisionState state = supervisor_.state();
+  const bool wanted =
+      state == SupervisionState::kReady || state == SupervisionState::kEngaged || state == SupervisionState::kHolding;
+  const JointCommand here = tracker_.update(pending_.start), there = sample(pending_, pending_.start);
+  const bool continues = pending_.start > last_.stamp.made && (here.q - there.q).cwiseAbs().maxCoeff() <= kContinuity &&
+                         (here.dq - there.dq).cwiseAbs().maxCoeff() <= kContinuity;
+  if (!wanted || !continues) {
+    ++view_.rejected_plans;
+    return;
+  }
+  tracker_.follow(pending_);
+  last_plan_ = now;
+  ++view_.plans;
+  if (state == SupervisionState::kEngaged && pending_.stamp.hand > last_hand_counted_) {
+    last_hand_counted_ = pending_.stamp.hand;
+    links_->latency_us.add(1e6 * to_seconds(now - pending_.stamp.hand));
+  }
+}
+
+/// From here on the commands are that the arm stands at q.
+void ControlStage::anchor(const JointVector& q, Time now) {
+  candidate_.stamp = {now, now};
+  candidate_.start = now;
+  candidate_.joints = static_cast<int>(q.size());
+  candidate_.intervals = 0;
+  candidate_.x[0].setZero(2 * q.size());
+  candidate_.x[0].head(q.size()) = q;
+  tracker_.follow(candidate_);
+  has_pending_ = false;
+  stored_ = 0;
+  last_ = sample(candidate_, now);
+  ++anchors_;
+}
+
+/// All joints brake evenly from the last command on, as hard as the limits allow. If that leads into a limit or the arm
+/// itself, the plan that is followed, which was checked to its end, brings it to rest.
+void ControlStage::brake() {
+  const RobotModel& model = kinematics_.model();
+  const int n = model.dof();
+  const double time = (last_.dq.cwiseAbs().array() / model.acceleration_max.array()).maxCoeff();
+  has_pending_ = false;
+  const int intervals = std::min(static_cast<int>(std::ceil(time / kStopInterval)), Plan::kMaxIntervals);
+  candidate_.stamp = {last_.stamp.hand, last_.stamp.made};
+  candidate_.start = last_.stamp.made;
+  candidate_.dt = intervals > 0 ? time / intervals : kStopInterval;
+  candidate_.joints = n;
+  candidate_.intervals = intervals;
+  candidate_.x[0].resize(2 * n);
+  candidate_.x[0] << last_.q, last_.dq;
+  for (int k = 0; k < intervals; ++k) {
+    const double t = (k + 1) * candidate_.dt;
+    candidate_.u[k] = -last_.dq / time;
+    candidate_.x[k + 1].resize(2 * n);
+    candidate_.x[k + 1] << last_.q + t * (1.0 - 0.5 * t / time) * last_.dq, (1.0 - t / time) * last_.dq;
+  }
+  if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) {
+    tracker_.follow(candidate_);
+  }
+}
+
+bool ControlStage::off_plan(const JointState& measured) const {
+  const Time then = measured.stamp.made - from_seconds(settings_.arm_delay);
+  for (int age = 0; age < stored_; ++age) {
+    const JointCommand& command = history_[(newest_ - age + kHistory) % kHistory];
+    if (command.stamp.made > then) continue;
+    return (measured.q - command.q).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+  }
+  return false;
+}
+
+}  // namespace steadyhand

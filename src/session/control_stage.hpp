@@ -1,0 +1,62 @@
+#pragma once
+
+#include "plan/plan_check.hpp"
+#include "robot/kinematics.hpp"
+#include "session/links.hpp"
+#include "track/tracker.hpp"
+
+namespace steadyhand {
+
+struct ControlSettings {
+  SupervisorSettings supervisor;
+  double off_plan_max = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
+  /// So many cycles slept through in a row stop the arm. Commands go by time, so a short sleep skips some of them and
+  /// no more; this is half of what a UR waits for at most.
+  std::uint64_t stall_cycles = 50;
+  double arm_delay = 0.0;  ///< s, see ArmInfo
+  PlanCheckSettings check;
+};
+
+/// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make
+/// the next command. Control thread; never waits, allocates nothing after construction.
+class ControlStage {
+ public:
+  /// Model and links must outlive it.
+  ControlStage(const RobotModel& model, const ControlSettings& settings, Links& links);
+
+  struct Output {
+    JointCommand command;
+    bool restart_arm = false;  ///< call Arm::restart()
+  };
+  /// @param state as the arm reports it now; its time is the cycle's
+  const Output& step(const ArmState& state);
+
+  SupervisionState state() const { return supervisor_.state(); }
+  bool at_rest() const { return at_rest_; }
+
+ private:
+  void take_plan(Time now);
+  void anchor(const JointVector& q, Time now);
+  void brake();
+  bool off_plan(const JointState& measured) const;
+
+  ControlSettings settings_;
+  Links* links_;
+  Kinematics kinematics_;
+  Supervisor supervisor_;
+  Tracker tracker_;
+  Plan pending_, candidate_;
+  bool has_pending_ = false, anchored_ = false, at_rest_ = true;
+  HandReport hand_;
+  Time last_plan_{0}, last_hand_counted_{0};
+  std::uint64_t last_cycle_ = 0, anchors_ = 0;
+  JointCommand last_;  ///< command of the last cycle
+  Output output_;
+  ControlView view_;
+
+  static constexpr int kHistory = 128;
+  std::array<JointCommand, kHistory> history_;  ///< ring of commands since the anchor
+  int newest_ = 0, stored_ = 0;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <atomic>
+
+#include "arm/arm.hpp"
+#include "core/histogram.hpp"
+#include "core/latest_value.hpp"
+#include "core/live.hpp"
+#include "core/spsc_ring.hpp"
+#include "supervise/supervisor.hpp"
+
+namespace steadyhand {
+
+/// Control thread to planner, once a cycle.
+struct ControlReport {
+  Time now{0};
+  SupervisionState state = SupervisionState::kIdle;
+  std::uint64_t engagement = 0;  ///< see Supervisor::engagements
+  Time following{0};             ///< start of the plan that is followed
+  /// Counts the times that the arm was taken over where it stood: plans of before are void, the next begin at
+  /// `command`.
+  std::uint64_t anchor = 0;
+  JointCommand command;  ///< at `now`
+};
+
+/// Control thread to whoever looks.
+struct ControlView {
+  Time now{0};
+  SupervisionState state = SupervisionState::kIdle;
+  std::string_view reason;
+  JointCommand command;
+  JointState measured;
+  bool at_rest = false;
+  std::uint64_t cycles = 0, missed_deadlines = 0, rejected_plans = 0, plans = 0;
+};
+
+/// Planner thread to whoever looks.
+struct PlannerView {
+  Target target;
+  ActiveConstraint constraint;
+  Plan plan;
+  double tracking_error = 0.0;  ///< m, target to tool where the plan begins
+  std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0, late = 0;
+};
+
+/// What the operator may set while a session runs.
+struct OperatorSettings {
+  static constexpr int kMaxObjectives = 16;
+  std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
+  int objectives = 0;                               ///< entries of weights in use; 0: the profile's stay
+  double scale = 0.5;                               ///< metres of the tool for each metre of the hand
+  double yaw = 0.0;                                 ///< rad
+};
+
+/// Copies of everything on its way, for a recorder. What does not fit is dropped and counted; nobody waits.
+struct TapRings {
+  // written by the planner thread
+  SpscRing<OperatorSample> samples{1024};
+  SpscRing<Target> targets{1024};
+  SpscRing<Reference> references{64};
+  SpscRing<Plan> plans{64};
+  // written by the control thread
+  SpscRing<JointCommand> commands{2048};
+  SpscRing<JointState> states{2048};
+};
+
+/// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.
+struct Links {
+  SpscRing<OperatorSample> samples{256};                    ///< input to planner
+  LatestValue<OperatorSettings> settings;                   ///< main to planner
+  LatestValue<HandReport> hand;                             ///< planner to control
+  LatestValue<Plan> plan;                                   ///< planner to control
+  LatestValue<ControlReport> report;                        ///< control to planner
+  LatestValue<ControlView> control_view;                    ///< control to main
+  LatestValue<PlannerView> planner_view;                    ///< planner to main
+  std::atomic<bool> stop_asked{false}, reset_asked{false};  ///< any thread to control, which takes them back
+  TapRings taps;
+  Histogram solve_us;    ///< written by the planner: duration of a solve with its check
+  Histogram latency_us;  ///< written by control: hand to the first command made from it
+  Histogram wake_us;     ///< written by control: how late a cycle began
+};
+
+}  // namespace steadyhand

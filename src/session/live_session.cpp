@@ -1,0 +1,249 @@
+#include "session/live_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "session/realtime.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr int kControlPriority = 80, kPlannerPriority = 60;
+constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
+constexpr Time kRestWithin = std::chrono::seconds(2);
+
+}  // namespace
+
+Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
+                                                       Clock& clock) {
+  const double fastest = arm.info().rate_hz, rate = settings.planner_rate_hz;
+  if (!(rate >= 4.0) || rate > fastest) {
+    return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
+  }
+  const double cycle = 1.0 / fastest, period = 1.0 / rate;
+  if (!(settings.lead >= 0.0) || settings.lead > std::max(cycle, period - cycle)) {
+    return Error{fmt::format("planner's lead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
+                             settings.lead, std::max(cycle, period - cycle))};
+  }
+  std::unique_ptr<LiveSession> session(new LiveSession(model, settings, arm, clock));
+  PlanningSettings planning = settings.planning;
+  planning.lead = settings.lead > 0.0 ? settings.lead : std::max(cycle, 0.4 * period);
+  auto stage = PlanningStage::make(model, planning, *session->links_, clock);
+  if (!stage) return stage.error();
+  session->planning_ = std::move(*stage);
+  return session;
+}
+
+LiveSession::LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock)
+    : model_(&model),
+      settings_(settings),
+      arm_(&arm),
+      clock_(&clock),
+      links_(std::make_unique<Links>()),
+      monitor_(model, settings.glass),
+      arm_kinematics_(model) {
+  settings_.control.arm_delay = arm.info().delay;
+  settings_.control.check.command_rate_hz = arm.info().rate_hz;
+  settings_.control.supervisor.planner_late_after =
+      std::max(settings_.control.supervisor.planner_late_after, 4.0 / settings_.planner_rate_hz);
+  control_ = std::make_unique<ControlStage>(model, settings_.control, *links_);
+}
+
+LiveSession::~LiveSession() {
+  if (running_) (void)finish();
+}
+
+void LiveSession::start(LiveTaps taps) {
+  taps_ = std::move(taps);
+  if (settings_.realtime) {
+    if (const std::string why = lock_memory(); !why.empty()) warn(why);
+  }
+  started_ = last_view_ = clock_->now();
+  running_ = draining_ = true;
+  writer_thread_ = std::thread([this] { run_writer(); });
+  planner_thread_ = std::thread([this] { run_planner(); });
+  control_thread_ = std::thread([this] { run_control(); });
+}
+
+void LiveSession::warn(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  warnings_.push_back(line);
+}
+
+std::vector<std::string> LiveSession::warnings() const {
+  const std::lock_guard lock(mutex_);
+  return warnings_;
+}
+
+void LiveSession::run_control() {
+  name_thread("control");
+  if (settings_.realtime) {
+    if (const std::string why = make_realtime(kControlPriority); !why.empty()) warn("control: " + why);
+  }
+  while (running_.load(std::memory_order_relaxed)) {
+    const ArmState state = arm_->receive();
+    links_->wake_us.add(1e6 * to_seconds(clock_->now() - state.joints.stamp.made));
+    const ControlStage::Output& output = control_->step(state);
+    if (output.restart_arm) arm_->restart();
+    arm_->send(output.command);
+  }
+}
+
+void LiveSession::run_planner() {
+  name_thread("planner");
+  if (settings_.realtime) {
+    if (const std::string why = make_realtime(kPlannerPriority); !why.empty()) warn("planner: " + why);
+  }
+  const Time period = from_seconds(1.0 / settings_.planner_rate_hz);
+  Time next = clock_->now();
+  while (running_.load(std::memory_order_relaxed)) {
+    clock_->sleep_until(next);
+    const Time now = clock_->now();
+    planning_->step(now);
+    next += period;
+    if (const Time end = clock_->now(); end > next) next += (end - next) / period * period;  // skip, never catch up
+  }
+}
+
+void LiveSession::run_writer() {
+  name_thread("writer");
+  Time next = clock_->now();
+  bool last = false;
+  while (!last) {
+    last = !draining_;
+    drain();
+    refresh();
+    if (taps_.idle) taps_.idle();
+    next = std::max(next + kWriterPeriod, clock_->now());
+    if (!last) clock_->sleep_until(next);
+  }
+}
+
+namespace {
+
+template <typename T, typename Use>
+void empty(SpscRing<T>& ring, const std::function<void(const T&)>& tap, const Use& use) {
+  T value;
+  while (ring.pop(value)) {
+    use(value);
+    if (tap) tap(value);
+  }
+}
+
+}  // namespace
+
+void LiveSession::drain() {
+  const auto nothing = [](const auto&) {};
+  TapRings& rings = links_->taps;
+  empty(rings.samples, taps_.sample, nothing);
+  empty(rings.targets, taps_.target, nothing);
+  empty(rings.references, taps_.reference, nothing);
+  empty(rings.plans, taps_.plan, nothing);
+  empty(rings.commands, taps_.command, [&](const JointCommand& command) { monitor_.update(command); });
+  empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
+}
+
+/// Renews the snapshot and counts for the summary.
+void LiveSession::refresh() {
+  if (links_->control_view.read(control_view_)) {
+    const ControlView& view = control_view_;
+    if (last_state_ == SupervisionState::kEngaged) summary_.engaged += to_seconds(view.now - last_view_);
+    const bool changed = view.state != last_state_ || view.reason != last_reason_;
+    const bool held = view.state == SupervisionState::kHolding || view.state == SupervisionState::kStopping ||
+                      view.state == SupervisionState::kFault;
+    if (changed && held) {
+      const auto same = [&](const auto& entry) { return entry.first == view.reason; };
+      const auto found = std::find_if(summary_.holds.begin(), summary_.holds.end(), same);
+      if (found != summary_.holds.end()) {
+        ++found->second;
+      } else {
+        summary_.holds.emplace_back(view.reason, 1);
+      }
+    }
+    if (changed && view.state == SupervisionState::kEngaged) ++summary_.engagements;
+    last_state_ = view.state;
+    last_reason_ = view.reason;
+    last_view_ = view.now;
+  }
+  (void)links_->planner_view.read(planner_view_);
+
+  SessionSnapshot s;
+  s.now = control_view_.now;
+  s.state = control_view_.state;
+  s.reason = control_view_.reason;
+  s.constraint = planner_view_.constraint;
+  s.target = planner_view_.target;
+  s.measured = control_view_.measured;
+  s.command = control_view_.command;
+  s.X_base_tool = {monitor_.arm().p(), Quaternion(monitor_.arm().R())};
+  s.local_acceleration = monitor_.local_acceleration();
+  s.tracking_error = planner_view_.tracking_error;
+  const NearestPair nearest = nearest_pair(monitor_.arm());
+  s.clearance = nearest.gap;
+  s.nearest = nearest.spheres;
+  const Plan& plan = planner_view_.plan;
+  s.path_nodes = plan.joints > 0 ? std::min(plan.intervals + 1, kMaxHorizon + 1) : 0;
+  for (int k = 0; k < s.path_nodes; ++k) {
+    arm_kinematics_.set_position(plan.x[k].head(plan.joints));
+    s.path[k] = {arm_kinematics_.p(), Quaternion(arm_kinematics_.R())};
+  }
+  s.liquid = monitor_.liquid();
+  s.solve_us = links_->solve_us.summary();
+  s.latency_us = links_->latency_us.summary();
+  s.plans = control_view_.plans;
+  s.cycles = control_view_.cycles;
+  s.missed_deadlines = control_view_.missed_deadlines;
+  s.rejected_plans = control_view_.rejected_plans + planner_view_.failed;
+  s.samples = planner_view_.samples;
+  s.planner_rate_hz = settings_.planner_rate_hz;
+
+  const std::lock_guard lock(mutex_);
+  snapshot_ = s;
+  stopped_at_rest_ =
+      control_view_.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
+}
+
+SessionSnapshot LiveSession::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+bool LiveSession::stopped_at_rest() const {
+  const std::lock_guard lock(mutex_);
+  return stopped_at_rest_;
+}
+
+LiveSummary LiveSession::finish() {
+  ask_stop();
+  const Time until = clock_->now() + kRestWithin;
+  while (!stopped_at_rest() && clock_->now() < until) clock_->sleep_until(clock_->now() + kWriterPeriod);
+  running_ = false;
+  control_thread_.join();
+  planner_thread_.join();
+  draining_ = false;
+  writer_thread_.join();
+
+  LiveSummary& s = summary_;
+  s.duration = to_seconds(clock_->now() - started_);
+  s.samples = planner_view_.samples;
+  s.dropped_samples = planner_view_.dropped_samples;
+  s.plans = control_view_.plans;
+  s.failed_plans = planner_view_.failed;
+  s.late_plans = control_view_.rejected_plans;
+  s.cycles = control_view_.cycles;
+  s.missed_deadlines = control_view_.missed_deadlines;
+  const TapRings& rings = links_->taps;
+  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.references.dropped() + rings.plans.dropped() +
+                rings.commands.dropped() + rings.states.dropped();
+  s.latency_us = links_->latency_us.summary();
+  s.solve_us = links_->solve_us.summary();
+  s.wake_us = links_->wake_us.summary();
+  s.monitor = monitor_.result();
+  s.spilled = monitor_.liquid().spilled;
+  return s;
+}
+
+}  // namespace steadyhand

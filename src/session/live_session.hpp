@@ -1,0 +1,119 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "arm/arm.hpp"
+#include "core/clock.hpp"
+#include "session/control_stage.hpp"
+#include "session/monitor.hpp"
+#include "session/planning_stage.hpp"
+
+namespace steadyhand {
+
+struct LiveSettings {
+  double planner_rate_hz = 50.0;  ///< from 4 to the arm's rate
+  /// s, see PlanningSettings::lead, which this sets; 0: two fifths of the planner's period
+  double lead = 0.0;
+  bool realtime = true;  ///< ask for real-time priority and locked memory
+  PlanningSettings planning;
+  ControlSettings control;
+  GlassSettings glass;
+};
+
+/// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
+/// some hundred times a second. Any may be empty.
+struct LiveTaps {
+  std::function<void(const OperatorSample&)> sample;
+  std::function<void(const Target&)> target;
+  std::function<void(const Reference&)> reference;
+  std::function<void(const Plan&)> plan;
+  std::function<void(const JointCommand&)> command;
+  std::function<void(const JointState&)> state;
+  std::function<void()> idle;  ///< after each round
+};
+
+/// What a session came to, for people.
+struct LiveSummary {
+  double duration = 0.0, engaged = 0.0;  ///< s
+  std::uint64_t engagements = 0, samples = 0, dropped_samples = 0, plans = 0, failed_plans = 0, late_plans = 0;
+  std::uint64_t cycles = 0, missed_deadlines = 0, tap_drops = 0;
+  TimingSummary latency_us, solve_us, wake_us;
+  MonitorResult monitor;
+  bool spilled = false;
+  /// Why the arm did not follow although the clutch was closed or a stop was asked for, and how often.
+  std::vector<std::pair<std::string, std::uint64_t>> holds;
+};
+
+/// The threads of a live session and what joins them: planner (its own rate), control (paced by the arm) and a writer
+/// that serves taps, monitor and snapshots. Nothing moves before the operator's hand grips.
+class LiveSession {
+ public:
+  /// Model, arm and clock must outlive it. Takes some 100 ms. Fails on settings out of range, with the reason.
+  static Result<std::unique_ptr<LiveSession>> make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
+                                                   Clock& clock);
+  ~LiveSession();
+
+  /// Starts the threads. Once.
+  void start(LiveTaps taps = {});
+  /// Lines for people about real-time priority and memory that were not granted; complete once the threads run.
+  std::vector<std::string> warnings() const;
+
+  /// The operator's hand. One thread at a time.
+  void feed(const OperatorSample& sample) { links_->samples.push(sample); }
+  /// Any thread.
+  void ask_stop() { links_->stop_asked = true; }
+  void ask_reset() { links_->reset_asked = true; }
+  /// Weights, scale, yaw; one thread at a time.
+  void set(const OperatorSettings& settings) { links_->settings.write(settings); }
+
+  /// One look at the session, any thread.
+  SessionSnapshot snapshot() const;
+  /// The arm stands, after a stop or by a fault. Any thread.
+  bool stopped_at_rest() const;
+  /// Brings the arm to rest, waits for that (2 s at most), ends the threads.
+  LiveSummary finish();
+
+  const Ocp& ocp() const { return planning_->ocp(); }
+
+ private:
+  LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
+  void run_control();
+  void run_planner();
+  void run_writer();
+  void drain();
+  void refresh();
+  void warn(const std::string& line);
+
+  const RobotModel* model_;
+  LiveSettings settings_;
+  Arm* arm_;
+  Clock* clock_;
+  std::unique_ptr<Links> links_;
+  std::unique_ptr<ControlStage> control_;
+  std::unique_ptr<PlanningStage> planning_;
+  Monitor monitor_;
+  LiveTaps taps_;
+  std::atomic<bool> running_{false}, draining_{false};
+  std::thread control_thread_, planner_thread_, writer_thread_;
+
+  // ---- of the writer thread
+  Kinematics arm_kinematics_;
+  ControlView control_view_;
+  PlannerView planner_view_;
+  LiveSummary summary_;
+  Time started_{0}, last_view_{0};
+  SupervisionState last_state_ = SupervisionState::kIdle;
+  std::string_view last_reason_;
+
+  mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
+  SessionSnapshot snapshot_;
+  bool stopped_at_rest_ = false;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace steadyhand

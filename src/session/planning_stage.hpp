@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+
+#include "core/clock.hpp"
+#include "plan/planner.hpp"
+#include "predict/predictor.hpp"
+#include "retarget/retargeter.hpp"
+#include "robot/reach.hpp"
+#include "session/links.hpp"
+
+namespace steadyhand {
+
+struct PlanningSettings {
+  double lead = 0.008;     ///< s from the beginning of a step to where its plan begins; solve and check fit into it
+  double rest_time = 0.3;  ///< s in which the arm comes to rest when it no longer follows, about
+  double silence = 0.25;   ///< s without a sample after which a closed clutch means nothing
+  HandGateSettings gate;
+  RetargetSettings retarget;
+  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
+  OcpSettings ocp;
+  PlannerSettings planner;
+};
+
+/// The planner thread's work, once a planning period: gate and retarget what the hand did, predict, and plan on from
+/// what the control loop follows. Allocates nothing after make().
+class PlanningStage {
+ public:
+  /// Model, links and clock must outlive it. Takes some 50 ms. Fails as Planner::make.
+  static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
+                                                     Links& links, const Clock& clock);
+  void step(Time now);
+
+  const Ocp& ocp() const { return planner_->ocp(); }
+  const Reach& reach() const { return reach_; }
+
+ private:
+  PlanningStage(const RobotModel& model, const PlanningSettings& settings, Links& links, const Clock& clock,
+                std::unique_ptr<Planner> planner, const Reach& reach);
+  void apply_settings();
+  void hear(Time now, const Pose& X_base_tool);
+  void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
+  void send_target(const Target& target);
+  bool has_work(Time start) const;
+  void plan(Time start);
+
+  PlanningSettings settings_;
+  Links* links_;
+  const Clock* clock_;
+  Reach reach_;
+  HandGate gate_;
+  Retargeter retargeter_;
+  Predictor predictor_;
+  std::unique_ptr<Planner> planner_;
+  Kinematics arm_;
+  ControlReport report_;
+  OperatorSettings operator_settings_;
+  Plan followed_, sent_;  ///< what control follows, as far as known; what was sent last
+  std::uint64_t anchor_ = 0, engagement_ = 0;
+  bool following_ = false;
+  OperatorSample trusted_;  ///< newest good sample
+  PlannerView view_;
+};
+
+}  // namespace steadyhand

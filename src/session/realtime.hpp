@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+namespace steadyhand {
+
+/// Keeps the program's memory from being paged out. @return empty if it worked, else why not and what would help
+std::string lock_memory();
+
+/// Gives the calling thread a real-time priority (SCHED_FIFO), 1 to 99. @return as lock_memory
+std::string make_realtime(int priority);
+
+/// The calling thread's name in top and gdb; at most 15 characters.
+void name_thread(const char* name);
+
+}  // namespace steadyhand
