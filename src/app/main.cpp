@@ -14,6 +14,7 @@ constexpr int kBadInput = 2;
 
 constexpr const char* kExamples =
     "Examples:\n"
+    "  ./steadyhand demo --headless --seconds 60  a simulated arm follows a recorded hand, live\n"
     "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
     "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
     "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.footer(kExamples);
   steadyhand::Command command;
+  steadyhand::add_demo_command(app, command);
   steadyhand::add_replay_command(app, command);
   steadyhand::add_describe_command(app, command);
   steadyhand::add_solve_command(app, command);

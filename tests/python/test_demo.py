@@ -1,0 +1,63 @@
+"""`steadyhand demo --headless` as a user runs it: threads, summary, signals, bad input. Times are not judged here."""
+
+import os
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, "demo", *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+def engaged_seconds(text):
+    return float(re.search(r"engaged ([0-9.]+) s", text).group(1))
+
+
+def test_follows_the_bundled_hand_inside_all_limits():
+    result = run("--headless", "--seconds", 6)
+    assert result.returncode == 0, result.stderr
+    assert engaged_seconds(result.stdout) > 2.0, result.stdout
+    looked_at, beyond, contact = map(int, re.search(r"(\d+) looked at, (\d+) beyond a limit, (\d+) in contact", result.stdout).groups())
+    assert looked_at > 2000 and beyond == 0 and contact == 0, result.stdout
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_brings_the_arm_to_rest_and_prints_the_summary(number):
+    process = subprocess.Popen([PROGRAM, "demo", "--headless"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(4.0)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert engaged_seconds(out) > 0.0 and "a stop was asked for" in out
+    assert " 0 beyond a limit, 0 in contact" in out, out
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["--headless", "--seconds", "-1"], ["--seconds", "-1"]),
+        (["--headless", "--rate", "0"], ["rate", "500"]),
+        (["--headless", "--rate", "nan"], ["rate", "nan"]),
+        (["--headless", "--rate", "501"], ["rate", "501"]),
+        (["--headless", "--scale", "0"], ["--scale"]),
+        (["--headless", "--yaw", "inf"], ["--yaw"]),
+        (["--headless", "--solver", "magic"], ["magic", "fatrop"]),
+        (["--headless", "--profile", "waiterr"], ["waiter"]),
+        (["--headless", "--input", "nothing.csv"], ["nothing.csv"]),
+        (["--headless", "--robot", "ur6"], ["ur5e"]),
+        (["--bogus"], ["--bogus"]),
+    ],
+)
+def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):
+    result = run(*arguments)
+    assert result.returncode == 2, result.stdout + result.stderr
+    for word in words:
+        assert word in result.stderr, result.stderr
