@@ -34,13 +34,16 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
 }
 
 void Planner::reset(const JointVector& q, Time now) {
-  plan_ = Plan{};
+  plan_.stamp = {now, now};
+  plan_.intervals = 0;
+  plan_.origin = PlanOrigin::kSolved;
   plan_.start = last_solved_start_ = now;
   plan_.dt = ocp_.dt();
   plan_.joints = ocp_.dof();
-  plan_.x[0] = StateVector::Zero(2 * ocp_.dof());
+  plan_.x[0].setZero(2 * ocp_.dof());
   plan_.x[0].head(ocp_.dof()) = q;
-  last_solved_ = Trajectory(ocp_.dof(), ocp_.horizon());
+  for (StateVector& x : last_solved_.x) x.setZero();
+  for (JointVector& u : last_solved_.u) u.setZero();
   for (auto& node : solution_.multipliers) std::fill(node.begin(), node.end(), 0.0);
 }
 
