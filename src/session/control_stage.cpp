@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plan/straight_stop.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -10,8 +12,7 @@ namespace {
 /// Between the plan that is followed and the next, where that begins: rounding only.
 constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
 /// Measured speed below which an arm that stopped by itself counts as standing.
-constexpr double kStanding = 0.02;      // rad/s (m/s)
-constexpr double kStopInterval = 0.02;  // s
+constexpr double kStanding = 0.02;  // rad/s (m/s)
 
 }  // namespace
 
@@ -46,7 +47,13 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const SupervisionState after = supervisor_.state();
 
   output_.restart_arm = transition != nullptr && after == SupervisionState::kIdle;
-  if (transition != nullptr && after == SupervisionState::kStopping) brake();
+  if (transition != nullptr && after == SupervisionState::kStopping) {
+    begin_stop(*transition, now);
+  } else if (after != SupervisionState::kStopping) {
+    soft_ = false;
+  } else if (soft_ && (input.stop_asked || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
+    brake();
+  }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
   const bool shadows = after == SupervisionState::kIdle || after == SupervisionState::kFault ||
                        (transition != nullptr && before == SupervisionState::kIdle);
@@ -69,9 +76,9 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   view_.measured = state.joints;
   view_.at_rest = at_rest_;
   view_.missed_deadlines += missed;
-  links_->report.write({now, after, supervisor_.engagements(), plan.start, anchors_, last_});
+  links_->report.write({now, after, supervisor_.engagements(), soft_});
   links_->control_view.write(view_);
-  links_->taps.commands.push(last_);
+  if (input.arm_follows) links_->taps.commands.push(last_);
   links_->taps.states.push(state.joints);
   return output_;
 }
@@ -91,13 +98,18 @@ void ControlStage::take_plan(Time now) {
     ++view_.rejected_plans;
     return;
   }
-  tracker_.follow(pending_);
+  follow(pending_);
   last_plan_ = now;
   ++view_.plans;
   if (state == SupervisionState::kEngaged && pending_.stamp.hand > last_hand_counted_) {
     last_hand_counted_ = pending_.stamp.hand;
     links_->latency_us.add(1e6 * to_seconds(now - pending_.stamp.hand));
   }
+}
+
+void ControlStage::follow(const Plan& plan) {
+  tracker_.follow(plan);
+  links_->followed.write(plan);
 }
 
 /// From here on the commands are that the arm stands at q.
@@ -108,37 +120,28 @@ void ControlStage::anchor(const JointVector& q, Time now) {
   candidate_.intervals = 0;
   candidate_.x[0].setZero(2 * q.size());
   candidate_.x[0].head(q.size()) = q;
-  tracker_.follow(candidate_);
+  follow(candidate_);
   has_pending_ = false;
   stored_ = 0;
   last_ = sample(candidate_, now);
-  ++anchors_;
 }
 
-/// All joints brake evenly from the last command on, as hard as the limits allow. If that leads into a limit or the arm
-/// itself, the plan that is followed, which was checked to its end, brings it to rest.
+/// Straight on and as hard as the limits allow, from the last command. If that leads into a limit or the arm itself,
+/// the plan that is followed, which was checked to its end, brings it to rest.
 void ControlStage::brake() {
-  const RobotModel& model = kinematics_.model();
-  const int n = model.dof();
-  const double time = (last_.dq.cwiseAbs().array() / model.acceleration_max.array()).maxCoeff();
-  has_pending_ = false;
-  const int intervals = std::min(static_cast<int>(std::ceil(time / kStopInterval)), Plan::kMaxIntervals);
-  candidate_.stamp = {last_.stamp.hand, last_.stamp.made};
-  candidate_.start = last_.stamp.made;
-  candidate_.dt = intervals > 0 ? time / intervals : kStopInterval;
-  candidate_.joints = n;
-  candidate_.intervals = intervals;
-  candidate_.x[0].resize(2 * n);
-  candidate_.x[0] << last_.q, last_.dq;
-  for (int k = 0; k < intervals; ++k) {
-    const double t = (k + 1) * candidate_.dt;
-    candidate_.u[k] = -last_.dq / time;
-    candidate_.x[k + 1].resize(2 * n);
-    candidate_.x[k + 1] << last_.q + t * (1.0 - 0.5 * t / time) * last_.dq, (1.0 - t / time) * last_.dq;
-  }
+  soft_ = has_pending_ = false;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
   if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) {
-    tracker_.follow(candidate_);
+    follow(candidate_);
   }
+}
+
+/// A stop was asked for: while there is time for it the planner's stop is followed, which spares the liquid.
+void ControlStage::begin_stop(const Transition& transition, Time now) {
+  const double shortest = stop_time(kinematics_.model(), last_.dq);
+  soft_ = transition.event == SupervisionEvent::kStopAsked && settings_.soft_stop > 0.0;
+  stop_by_ = now + from_seconds(shortest + settings_.soft_stop);
+  if (!soft_) brake();
 }
 
 bool ControlStage::off_plan(const JointState& measured) const {
@@ -146,7 +149,8 @@ bool ControlStage::off_plan(const JointState& measured) const {
   for (int age = 0; age < stored_; ++age) {
     const JointCommand& command = history_[(newest_ - age + kHistory) % kHistory];
     if (command.stamp.made > then) continue;
-    return (measured.q - command.q).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+    const JointVector expected = command.q + to_seconds(then - command.stamp.made) * command.dq;
+    return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
   }
   return false;
 }

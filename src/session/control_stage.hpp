@@ -13,6 +13,8 @@ struct ControlSettings {
   /// So many cycles slept through in a row stop the arm. Commands go by time, so a short sleep skips some of them and
   /// no more; this is half of what a UR waits for at most.
   std::uint64_t stall_cycles = 50;
+  /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
+  double soft_stop = 0.5;
   double arm_delay = 0.0;  ///< s, see ArmInfo
   PlanCheckSettings check;
 };
@@ -36,8 +38,10 @@ class ControlStage {
 
  private:
   void take_plan(Time now);
+  void follow(const Plan& plan);
   void anchor(const JointVector& q, Time now);
   void brake();
+  void begin_stop(const Transition& transition, Time now);
   bool off_plan(const JointState& measured) const;
 
   ControlSettings settings_;
@@ -47,9 +51,11 @@ class ControlStage {
   Tracker tracker_;
   Plan pending_, candidate_;
   bool has_pending_ = false, anchored_ = false, at_rest_ = true;
+  bool soft_ = false;  ///< stopping, by the planner's plans
+  Time stop_by_{0};
   HandReport hand_;
   Time last_plan_{0}, last_hand_counted_{0};
-  std::uint64_t last_cycle_ = 0, anchors_ = 0;
+  std::uint64_t last_cycle_ = 0;
   JointCommand last_;  ///< command of the last cycle
   Output output_;
   ControlView view_;

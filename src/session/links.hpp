@@ -16,11 +16,7 @@ struct ControlReport {
   Time now{0};
   SupervisionState state = SupervisionState::kIdle;
   std::uint64_t engagement = 0;  ///< see Supervisor::engagements
-  Time following{0};             ///< start of the plan that is followed
-  /// Counts the times that the arm was taken over where it stood: plans of before are void, the next begin at
-  /// `command`.
-  std::uint64_t anchor = 0;
-  JointCommand command;  ///< at `now`
+  bool soft_stop = false;        ///< stopping, and the planner has still time to do it
 };
 
 /// Control thread to whoever looks.
@@ -40,7 +36,7 @@ struct PlannerView {
   ActiveConstraint constraint;
   Plan plan;
   double tracking_error = 0.0;  ///< m, target to tool where the plan begins
-  std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0, late = 0;
+  std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0;
 };
 
 /// What the operator may set while a session runs.
@@ -66,13 +62,14 @@ struct TapRings {
 
 /// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.
 struct Links {
-  SpscRing<OperatorSample> samples{256};                    ///< input to planner
-  LatestValue<OperatorSettings> settings;                   ///< main to planner
-  LatestValue<HandReport> hand;                             ///< planner to control
-  LatestValue<Plan> plan;                                   ///< planner to control
-  LatestValue<ControlReport> report;                        ///< control to planner
-  LatestValue<ControlView> control_view;                    ///< control to main
-  LatestValue<PlannerView> planner_view;                    ///< planner to main
+  SpscRing<OperatorSample> samples{256};   ///< input to planner
+  LatestValue<OperatorSettings> settings;  ///< main to planner
+  LatestValue<HandReport> hand;            ///< planner to control
+  LatestValue<Plan> plan;                  ///< planner to control
+  LatestValue<ControlReport> report;       ///< control to planner
+  LatestValue<Plan> followed;              ///< control to planner: what is followed since the last change
+  LatestValue<ControlView> control_view;   ///< control to main
+  LatestValue<PlannerView> planner_view;   ///< planner to main
   std::atomic<bool> stop_asked{false}, reset_asked{false};  ///< any thread to control, which takes them back
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check

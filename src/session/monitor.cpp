@@ -11,6 +11,9 @@ namespace {
 /// What rounding may add: to positions and their derivatives by differences.
 constexpr double kPosition = 1e-4, kVelocity = 1e-3, kAcceleration = 1e-2;  // rad, rad/s, rad/s^2 (m...)
 
+/// After so long without a command the arm has stopped, and been restarted where it stood.
+constexpr double kNewBeginning = 0.045;  // s
+
 bool beyond(const JointVector& value, const JointVector& low, const JointVector& high, double tolerance) {
   return !((value - low).minCoeff() >= -tolerance && (high - value).minCoeff() >= -tolerance);  // true for NaN
 }
@@ -36,7 +39,8 @@ void Monitor::update(const JointCommand& command) {
                  beyond(command.dq, -model.velocity_max, model.velocity_max, kVelocity) ||
                  beyond(command.ddq, -model.acceleration_max, model.acceleration_max, kAcceleration);
   const double dt = to_seconds(command.stamp.made - last_command_.stamp.made);
-  if (result_.commands > 0 && dt > 0.0) {  // what it says of its derivatives may not be what it does
+  if (result_.commands > 0 && dt > 0.0 &&
+      dt < kNewBeginning) {  // what it says of its derivatives may not be what it does
     const JointVector speed = (command.q - last_command_.q) / dt, change = (command.dq - last_command_.dq) / dt;
     outside = outside || beyond(speed, -model.velocity_max, model.velocity_max, kVelocity) ||
               beyond(change, -model.acceleration_max, model.acceleration_max, kAcceleration);

@@ -1,5 +1,7 @@
 #include "session/planning_stage.hpp"
 
+#include "plan/straight_stop.hpp"
+
 namespace steadyhand {
 
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
@@ -28,7 +30,8 @@ PlanningStage::PlanningStage(const RobotModel& model, const PlanningSettings& se
       predictor_(settings.predictor),
       planner_(std::move(planner)),
       arm_(model) {
-  followed_ = sent_ = planner_->plan();
+  followed_ = planner_->plan();
+  set_weights(planner_->instance().weights);
 }
 
 void PlanningStage::step(Time now) {
@@ -36,24 +39,23 @@ void PlanningStage::step(Time now) {
   apply_settings();
   const Time start = now + from_seconds(settings_.lead);
 
-  // What control follows decides where the next plan begins, not what was sent: it may have come too late.
-  if (report_.anchor != anchor_) {
-    anchor_ = report_.anchor;
-    planner_->reset(report_.command.q, report_.now);
-    followed_ = planner_->plan();
-  } else if (report_.following == sent_.start) {
-    followed_ = sent_;
-  } else {
-    planner_->continue_from(followed_);
-    ++view_.late;
-  }
-
+  // What control follows decides where the next plan begins, not what was sent: that may have come too late.
+  (void)links_->followed.read(followed_);
+  planner_->continue_from(followed_);
   const JointCommand at_start = sample(followed_, start);
   arm_.set_position(at_start.q);
   const Pose X_base_tool{arm_.p(), Quaternion(arm_.R())};
   hear(now, X_base_tool);
   follow_state(now, at_start, X_base_tool);
-  if (has_work(start)) plan(start);
+  const bool moves = start < followed_.start + from_seconds(followed_.intervals * followed_.dt);
+  const SupervisionState state = report_.state;
+  if (following_) {
+    plan_following(start);
+  } else if (moves && (state == SupervisionState::kReady || state == SupervisionState::kHolding || report_.soft_stop)) {
+    plan_rest(at_start);
+  } else if (state == SupervisionState::kHolding) {
+    plan_standing(at_start);
+  }
 
   view_.target = predictor_.newest();
   view_.plan = followed_;
@@ -66,7 +68,17 @@ void PlanningStage::apply_settings() {
   if (!links_->settings.read(settings)) return;
   retargeter_.set_scale(settings.scale);
   retargeter_.set_yaw(settings.yaw);
-  if (settings.objectives > 0) planner_->set_weights({settings.weights.data(), std::size_t(settings.objectives)});
+  if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
+}
+
+void PlanningStage::set_weights(std::span<const JointVector> weights) {
+  weights_.assign(weights.begin(), weights.end());
+  rest_weights_.assign(weights.begin(), weights.end());
+  for (std::size_t i = 0; i < rest_weights_.size(); ++i) {
+    const std::string_view name = planner_->ocp().objectives()[i]->name();
+    if (name == "position") rest_weights_[i].setZero();
+    if (name == "velocity") rest_weights_[i].setConstant(settings_.rest_velocity_weight);
+  }
 }
 
 /// Takes in what the hand did since the last step.
@@ -89,15 +101,18 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
   const bool follow = report_.state == SupervisionState::kEngaged;
   if (follow && report_.engagement != engagement_) {
     engagement_ = report_.engagement;
+    // From rest the last solution is no guess.
+    if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) planner_->reset(at_start.q, at_start.stamp.made);
     OperatorSample released = trusted_;
     released.clutch = false;
     (void)retargeter_.update(released, X_base_tool);
     released.clutch = true;
     send_target(retargeter_.update(released, X_base_tool));
   } else if (!follow && following_) {
-    // Where an even stop leads to, so that the arm neither goes on nor comes back.
-    arm_.set_position(at_start.q + 0.5 * settings_.rest_time * at_start.dq);
-    send_target({{now, now}, {arm_.p(), Quaternion(arm_.R())}, false});
+    // The glass as the hand held it last, where it is when it stops.
+    arm_.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
+    send_target({{now, now}, {arm_.p(), predictor_.newest().X_base_tool.q}, false});
+    resting_since_ = now;
   }
   following_ = follow;
 }
@@ -107,32 +122,44 @@ void PlanningStage::send_target(const Target& target) {
   links_->taps.targets.push(target);
 }
 
-/// Following, or not yet at rest. When holding plans go on, since they show that they could.
-bool PlanningStage::has_work(Time start) const {
-  switch (report_.state) {
-    case SupervisionState::kEngaged:
-      return true;
-    case SupervisionState::kHolding:
-      return true;
-    case SupervisionState::kReady:
-      return start < followed_.start + from_seconds(followed_.intervals * followed_.dt);
-    default:
-      return false;
-  }
+void PlanningStage::plan_following(Time start) {
+  if (solve(start, weights_)) send(planner_->plan());
 }
 
-void PlanningStage::plan(Time start) {
+/// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.
+void PlanningStage::plan_rest(const JointCommand& at_start) {
+  constexpr double kSlow = 0.1, kLastPart = 0.1;                   // rad/s (m/s), s
+  if (stop_.joints > 0 && followed_.start == stop_.start) return;  // the last part is under way
+  const bool slow = at_start.dq.cwiseAbs().maxCoeff() < kSlow;
+  const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
+  if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(planner_->plan());
+  make_straight_stop(arm_.model(), at_start, kLastPart, stop_);
+  if (check_plan(stop_, stop_.x[0], settings_.planner.check, arm_) == PlanFault::kNone) send(stop_);
+}
+
+/// At rest while holding: shows that the planner can plan, and stays.
+void PlanningStage::plan_standing(const JointCommand& at_start) {
+  if (!solve(at_start.stamp.made, weights_)) return;
+  make_straight_stop(arm_.model(), at_start, 0.0, stop_);
+  send(stop_);
+}
+
+/// True if the planner's plan is new and passed its check.
+bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   const Reference reference = predictor_.predict(start);
-  if (reference.nodes == 0) return;
+  if (reference.nodes == 0) return false;
   links_->taps.references.push(reference);
+  planner_->set_weights(weights);
   const Time before = clock_->now();
-  const Plan& plan = planner_->update(reference);
+  (void)planner_->update(reference);
   ++view_.solves;
   links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
-  if (planner_->fault() != PlanFault::kNone) {
-    ++view_.failed;
-    return;
-  }
+  const bool solved = planner_->fault() == PlanFault::kNone;
+  view_.failed += !solved;
+  return solved;
+}
+
+void PlanningStage::send(const Plan& plan) {
   sent_ = plan;
   sent_.stamp.made = clock_->now();
   links_->plan.write(sent_);

@@ -12,9 +12,12 @@
 namespace steadyhand {
 
 struct PlanningSettings {
-  double lead = 0.008;     ///< s from the beginning of a step to where its plan begins; solve and check fit into it
-  double rest_time = 0.3;  ///< s in which the arm comes to rest when it no longer follows, about
-  double silence = 0.25;   ///< s without a sample after which a closed clutch means nothing
+  double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
+  /// s in which the arm comes to rest when it no longer follows: first by the problem with this weight on velocities in
+  /// place of the one on position, so that the liquid counts, then straight.
+  double rest_within = 0.6;
+  double rest_velocity_weight = 100.0;  ///< (rad/s)^-2
+  double silence = 0.25;                ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
@@ -38,11 +41,15 @@ class PlanningStage {
   PlanningStage(const RobotModel& model, const PlanningSettings& settings, Links& links, const Clock& clock,
                 std::unique_ptr<Planner> planner, const Reach& reach);
   void apply_settings();
+  void set_weights(std::span<const JointVector> weights);
   void hear(Time now, const Pose& X_base_tool);
   void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
   void send_target(const Target& target);
-  bool has_work(Time start) const;
-  void plan(Time start);
+  void plan_following(Time start);
+  void plan_rest(const JointCommand& at_start);
+  void plan_standing(const JointCommand& at_start);
+  bool solve(Time start, std::span<const JointVector> weights);
+  void send(const Plan& plan);
 
   PlanningSettings settings_;
   Links* links_;
@@ -56,8 +63,11 @@ class PlanningStage {
   ControlReport report_;
   OperatorSettings operator_settings_;
   Plan followed_, sent_;  ///< what control follows, as far as known; what was sent last
-  std::uint64_t anchor_ = 0, engagement_ = 0;
+  std::uint64_t engagement_ = 0;
   bool following_ = false;
+  Time resting_since_{0};
+  std::vector<JointVector> weights_, rest_weights_;
+  Plan stop_;
   OperatorSample trusted_;  ///< newest good sample
   PlannerView view_;
 };

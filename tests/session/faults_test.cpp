@@ -1,0 +1,283 @@
+// Each test is a row of docs/safety.md: what goes wrong, and what the arm does then.
+#include <random>
+
+#include "session/virtual_session.hpp"
+
+namespace steadyhand {
+namespace {
+
+using State = SupervisionState;
+
+/// Engaged for 2 s with a hand that moves.
+struct Faults : testing::Test {
+  Faults() {
+    session.hand = sweeping({0.15, 0.2, 0.1});
+    session.run(0.2);
+    EXPECT_EQ(session.state(), State::kReady);
+    EXPECT_TRUE(session.grip());
+    session.run(2.0);
+    EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+  }
+  void TearDown() override { session.expect_safe(); }
+
+  /// The commands bring the arm to rest within `seconds`, and the state is this.
+  void expect_rest_within(double seconds, State state) {
+    EXPECT_TRUE(session.run_until([&] { return session.at_rest() && session.state() == state; }, seconds))
+        << to_string(session.state()) << ": " << session.view.reason;
+    const JointVector q = session.last_command.q;
+    session.run(1.0);
+    EXPECT_EQ(session.state(), state);
+    EXPECT_LT((session.last_command.q - q).norm(), 1e-9);
+  }
+  /// Largest move of the commanded glass from one cycle to the next while `what` runs, m.
+  template <typename What>
+  double largest_move(const What& what) {
+    double largest = 0.0;
+    Vector3 last = session.glass(session.last_command.q).p;
+    session.on_command = [&](const JointCommand& c) {
+      const Vector3 p = session.glass(c.q).p;
+      largest = std::max(largest, (p - last).norm());
+      last = p;
+    };
+    what();
+    session.on_command = [](const JointCommand&) {};
+    return largest;
+  }
+
+  VirtualSession session;
+};
+
+TEST_F(Faults, ReleaseBringsTheArmToRestAndGrippingAgainMovesIt) {
+  session.clutch = false;
+  expect_rest_within(1.5, State::kReady);
+  EXPECT_TRUE(session.grip());
+  session.run(1.0);
+  EXPECT_EQ(session.state(), State::kEngaged);
+}
+
+TEST_F(Faults, SilenceDisengagesAndReconnectingMovesNothing) {
+  session.channel = [](const OperatorSample&) {};
+  expect_rest_within(2.0, State::kReady);
+  session.channel = [&](const OperatorSample& s) { session.deliver(s); };  // the clutch is closed still
+  const JointVector q = session.last_command.q;
+  session.run(2.0);
+  EXPECT_EQ(session.state(), State::kReady);
+  EXPECT_LT((session.last_command.q - q).norm(), 1e-9);
+  EXPECT_TRUE(session.grip());
+}
+
+TEST_F(Faults, PacketsLostAtRandomAreNotNoticed) {
+  std::mt19937 random(1);
+  std::bernoulli_distribution lost(0.3);
+  session.channel = [&](const OperatorSample& s) {
+    if (!lost(random)) session.deliver(s);
+  };
+  session.run(5.0);
+  EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+}
+
+TEST_F(Faults, BurstsHoldTheArmAndTheNewestWins) {
+  std::vector<OperatorSample> waiting;
+  const double begin = session.now();
+  session.hand = sweeping({0.05, 0.05, 0.02}, 1.0);
+  session.clutch = false;
+  session.run(1.0);
+  ASSERT_TRUE(session.grip());
+  session.channel = [&](const OperatorSample& s) {  // 300 ms at once
+    waiting.push_back(s);
+    if (to_seconds(s.stamp.hand - waiting.front().stamp.hand) < 0.3) return;
+    for (const OperatorSample& each : waiting) session.deliver(each);
+    waiting.clear();
+  };
+  bool held = false;
+  const double move = largest_move([&] {
+    for (int i = 0; i < 2500; ++i) {
+      session.cycle();
+      held = held || session.state() != State::kEngaged;
+    }
+  });
+  EXPECT_TRUE(held);
+  EXPECT_LT(move, 0.002);
+  EXPECT_GT(session.now(), begin);
+}
+
+TEST_F(Faults, RepeatedAndReorderedPacketsChangeNothing) {
+  std::vector<OperatorSample> recent;
+  std::mt19937 random(2);
+  session.channel = [&](const OperatorSample& s) {
+    session.deliver(s);
+    recent.push_back(s);
+    session.deliver(recent[std::uniform_int_distribution<std::size_t>(0, recent.size() - 1)(random)]);
+    if (recent.size() > 20) recent.erase(recent.begin());
+  };
+  session.run(5.0);
+  EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+}
+
+TEST_F(Faults, ATeleportOf70CentimetresDoesNotMoveTheGlass) {
+  const auto sweep = session.hand;
+  for (const int frames : {1, 5, 100}) {
+    const double begin = session.now(), usual = largest_move([&] { session.run(1.0); });
+    session.hand = [&](double t) {
+      Pose pose = sweep(t);
+      if (t > begin + 1.2 && t < begin + 1.2 + 0.011 * frames) pose.p.x() += 0.7;
+      return pose;
+    };
+    const double move = largest_move([&] { session.run(2.5); });
+    EXPECT_LT(move - usual, 0.002 * 0.002 / 0.011) << frames;  // 2 mm in a frame of the headset, at 500 Hz
+    session.hand = sweep;
+    ASSERT_TRUE(session.grip());
+    session.run(1.0);
+  }
+}
+
+TEST_F(Faults, PosesThatAreNotNumbersOrGuessedHold) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<std::function<void(OperatorSample&)>> spoils = {
+      [=](OperatorSample& s) { s.X_operator_hand.p.y() = nan; },
+      [](OperatorSample& s) { s.X_operator_hand.p.x() = INFINITY; },
+      [=](OperatorSample& s) { s.X_operator_hand.q.z() = nan; },
+      [](OperatorSample& s) { s.X_operator_hand.q.coeffs().setZero(); },
+      [](OperatorSample& s) { s.tracked = false; },
+      [](OperatorSample& s) { s.emulated = true; }};
+  for (const auto& spoil : spoils) {
+    session.channel = [&](OperatorSample s) {
+      spoil(s);
+      session.deliver(s);
+    };
+    expect_rest_within(1.5, State::kHolding);
+    session.channel = [&](const OperatorSample& s) { session.deliver(s); };
+    ASSERT_TRUE(session.grip());
+    session.run(1.0);
+    EXPECT_EQ(session.state(), State::kEngaged);
+  }
+}
+
+TEST_F(Faults, TheDevicesClockIsSetBackOrAhead) {
+  for (const double step : {-3600.0, -2.0, 3.0}) {
+    session.channel = [&](OperatorSample s) {
+      s.stamp.hand += from_seconds(step);
+      session.deliver(s);
+    };
+    EXPECT_TRUE(session.run_until([&] { return session.state() != State::kEngaged; }, 0.3)) << step;
+    EXPECT_TRUE(session.run_until([&] { return session.at_rest(); }, 1.5));
+    session.channel = [&](const OperatorSample& s) { session.deliver(s); };
+    session.run(0.5);
+    EXPECT_NE(session.state(), State::kEngaged) << "only a fresh grip";
+    ASSERT_TRUE(session.grip()) << step << session.view.reason;
+    session.run(1.0);
+  }
+}
+
+TEST_F(Faults, APlannerThatIsLateByHalfASecondHolds) {
+  session.planner_runs = false;
+  bool held = false;
+  for (int i = 0; i < 250; ++i) {
+    session.cycle();
+    held = held || session.state() != State::kEngaged;
+  }
+  EXPECT_TRUE(held);
+  session.planner_runs = true;
+  session.run(0.2);
+  EXPECT_NE(session.state(), State::kStopping);
+  EXPECT_TRUE(session.grip());
+  session.run(1.0);
+  EXPECT_EQ(session.state(), State::kEngaged);
+}
+
+TEST_F(Faults, APlannerThatDiedLeavesTheArmAtRest) {
+  session.planner_runs = false;
+  EXPECT_TRUE(session.run_until([&] { return session.at_rest(); }, 1.5));
+  const JointVector q = session.last_command.q;
+  session.run(1.0);
+  EXPECT_LT((session.last_command.q - q).norm(), 1e-9);
+  EXPECT_NE(session.state(), State::kEngaged);
+}
+
+TEST_F(Faults, PlansThatComeLateAreNotFollowed) {
+  session.options().solve_time = 0.018;
+  session.run(0.8);
+  EXPECT_EQ(session.view.rejected_plans > 10, true);
+  EXPECT_EQ(session.state(), State::kHolding) << session.view.reason;
+  session.options().solve_time = 0.003;
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kEngaged; }, 1.0)) << session.view.reason;
+}
+
+TEST_F(Faults, ASolverThatFailsLeavesTheArmAtRestAndRecovers) {
+  OperatorSettings bad;
+  bad.objectives = static_cast<int>(session.planning().ocp().objectives().size());
+  for (int i = 0; i < bad.objectives; ++i) {
+    const int count = session.planning().ocp().objectives()[i]->weight_count(6);
+    bad.weights[i] = JointVector::Constant(count, std::numeric_limits<double>::quiet_NaN());
+  }
+  bad.scale = 1.0;
+  OperatorSettings good = bad;
+  for (int i = 0; i < bad.objectives; ++i) good.weights[i].setConstant(1.0);
+  session.planner_side().settings.write(bad);
+  expect_rest_within(2.0, State::kHolding);
+  EXPECT_GT(session.planner_view.failed, 5u);
+  session.planner_side().settings.write(good);
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kEngaged; }, 1.0)) << session.view.reason;
+}
+
+TEST_F(Faults, AnArmThatStopsByItselfIsAFaultUntilReset) {
+  session.arm().trip("emergency button");
+  session.run(0.01);
+  EXPECT_EQ(session.state(), State::kFault);
+  EXPECT_EQ(session.view.reason, "emergency button");
+  session.run(1.0);
+  EXPECT_EQ(session.state(), State::kFault);
+  session.ask_reset();
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5));
+  EXPECT_TRUE(session.grip());
+  session.run(1.0);
+  EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+}
+
+TEST_F(Faults, AnArmThatIsPushedOffItsPlanStopsAndIsTakenOverWhereItStands) {
+  session.arm().push(JointVector::Constant(6, 0.3));
+  session.run(0.01);
+  EXPECT_EQ(session.state(), State::kStopping);
+  EXPECT_EQ(session.view.reason, "the arm is not where its commands lead");
+  session.run(0.5);
+  session.ask_reset();
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5)) << session.view.reason;
+  EXPECT_LT((session.last_command.q - session.arm().q()).norm(), 1e-3);
+  EXPECT_TRUE(session.grip());
+}
+
+TEST_F(Faults, AStopIsObeyedAtOnceAndLastsUntilReset) {
+  session.ask_stop();
+  session.cycle();
+  EXPECT_EQ(session.state(), State::kStopping);
+  const double most = session.last_command.dq.cwiseAbs().maxCoeff() / 15.0 + 0.5;
+  expect_rest_within(most + 0.03, State::kStopping);
+  EXPECT_FALSE(session.grip());
+  session.ask_reset();
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5));
+  EXPECT_TRUE(session.grip());
+}
+
+TEST_F(Faults, AControlLoopThatSleptStopsTheArm) {
+  session.clock().advance(0.15);
+  session.cycle();
+  // The arm may have stopped by itself before.
+  EXPECT_TRUE(session.state() == State::kStopping || session.state() == State::kFault);
+  session.run(1.0);
+  session.ask_reset();
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5)) << session.view.reason;
+  session.ask_reset();
+  session.run(0.1);
+  EXPECT_TRUE(session.grip());
+}
+
+TEST_F(Faults, ShortSleepsOfTheControlLoopAreNoReasonToStop) {
+  for (int i = 0; i < 20; ++i) {
+    session.clock().advance(0.001 * (4 + i % 17));
+    session.run(0.1);
+    EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+  }
+}
+
+}  // namespace
+}  // namespace steadyhand

@@ -1,0 +1,175 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+
+#include "arm/simulated_arm.hpp"
+#include "config/profile_file.hpp"
+#include "config/robot_file.hpp"
+#include "session/control_stage.hpp"
+#include "session/monitor.hpp"
+#include "session/planning_stage.hpp"
+#include "support/manual_clock.hpp"
+
+namespace steadyhand {
+
+inline const RobotModel& ur5e() {
+  static const Result<RobotModel> model = open_robot("ur5e");
+  EXPECT_TRUE(model) << model.error().message;
+  return *model;
+}
+
+/// A live session on one thread and a clock that only it moves: the stages of the real one, called in the order of
+/// their time. Faults go in between.
+class VirtualSession {
+ public:
+  struct Options {
+    std::string profile = "waiter";
+    double planner_rate_hz = 50.0;
+    double solve_time = 0.003;  ///< s that a plan takes to reach control
+    double scale = 1.0;
+    SimulatedArmSettings arm;
+  };
+
+  explicit VirtualSession(const Options& options) : options_(options), arm_(ur5e(), ur5e().home, options.arm, clock_) {
+    const auto profile = load_profile(options.profile);
+    EXPECT_TRUE(profile) << profile.error().message;
+    PlanningSettings planning;
+    planning.ocp = profile->ocp;
+    planning.retarget.scale = options.scale;
+    planning.retarget.yaw = 0.0;
+    planning.retarget.ramp = 0.5;
+    planning.lead = 0.4 / options.planner_rate_hz;
+    auto stage = PlanningStage::make(ur5e(), planning, planner_side_, clock_);
+    EXPECT_TRUE(stage) << stage.error().message;
+    planning_ = std::move(*stage);
+    ControlSettings control;
+    control.arm_delay = arm_.info().delay;
+    control_ = std::make_unique<ControlStage>(ur5e(), control, control_side_);
+    monitor_ = std::make_unique<Monitor>(ur5e(), GlassSettings{});
+    next_step_ = next_sample_ = clock_.now();
+  }
+  VirtualSession() : VirtualSession(Options{}) {}
+
+  /// What the hand does at a time: each 11 ms its sample goes through `channel`, which calls `deliver` for what
+  /// arrives.
+  std::function<Pose(double t)> hand = [](double) { return Pose{}; };
+  bool clutch = false;
+  std::function<void(OperatorSample)> channel = [this](const OperatorSample& sample) { deliver(sample); };
+  bool planner_runs = true;
+  /// Called for every command before the arm gets it.
+  std::function<void(const JointCommand&)> on_command = [](const JointCommand&) {};
+
+  void deliver(OperatorSample sample) {
+    sample.stamp.made = clock_.now();
+    planner_side_.samples.push(sample);
+  }
+
+  void run(double seconds) {
+    const Time end = clock_.now() + from_seconds(seconds);
+    while (clock_.now() < end) cycle();
+  }
+  /// Runs until the condition holds; false if it does not within `seconds`.
+  bool run_until(const std::function<bool()>& condition, double seconds) {
+    const Time end = clock_.now() + from_seconds(seconds);
+    while (clock_.now() < end && !condition()) cycle();
+    return condition();
+  }
+  /// Opens and closes the clutch and waits until the arm follows.
+  bool grip() {
+    clutch = false;
+    run(0.05);
+    clutch = true;
+    return run_until([&] { return state() == SupervisionState::kEngaged; }, 0.5);
+  }
+
+  void cycle() {
+    const ArmState measured = arm_.receive();
+    const Time now = measured.joints.stamp.made;
+    for (; next_sample_ <= clock_.now(); next_sample_ += std::chrono::milliseconds(11)) {
+      OperatorSample sample;
+      sample.stamp = {next_sample_, next_sample_};
+      sample.X_operator_hand = hand(to_seconds(next_sample_));
+      sample.clutch = clutch;
+      channel(sample);
+    }
+    HandReport report;
+    if (planner_side_.hand.read(report)) control_side_.hand.write(report);
+    if (plan_due_ <= clock_.now() && planner_side_.plan.read(plan_)) control_side_.plan.write(plan_);
+    const ControlStage::Output& output = control_->step(measured);
+    if (output.restart_arm) arm_.restart();
+    on_command(output.command);
+    arm_.send(output.command);
+    last_command = output.command;
+    JointCommand command;
+    while (control_side_.taps.commands.pop(command)) monitor_->update(command);
+    JointState joints;
+    while (control_side_.taps.states.pop(joints)) monitor_->update(joints);
+    (void)control_side_.control_view.read(view);
+
+    if (now < next_step_) return;
+    if (planner_runs) {
+      ControlReport told;
+      if (control_side_.report.read(told)) planner_side_.report.write(told);
+      if (control_side_.followed.read(followed_)) planner_side_.followed.write(followed_);
+      planning_->step(clock_.now());
+      plan_due_ = clock_.now() + from_seconds(options_.solve_time);
+      (void)planner_side_.planner_view.read(planner_view);
+    }
+    while (next_step_ <= clock_.now()) next_step_ += from_seconds(1.0 / options_.planner_rate_hz);
+  }
+
+  SupervisionState state() const { return control_->state(); }
+  bool at_rest() const { return view.at_rest; }
+  void ask_stop() { control_side_.stop_asked = true; }
+  void ask_reset() { control_side_.reset_asked = true; }
+  Pose glass(const JointVector& q) {
+    kinematics_.set_position(q);
+    return {kinematics_.p(), Quaternion(kinematics_.R())};
+  }
+  SimulatedArm& arm() { return arm_; }
+  ManualClock& clock() { return clock_; }
+  double now() const { return to_seconds(clock_.now()); }
+  const Monitor& monitor() const { return *monitor_; }
+  Options& options() { return options_; }
+  Links& planner_side() { return planner_side_; }
+  PlanningStage& planning() { return *planning_; }
+
+  ControlView view;
+  PlannerView planner_view;
+  JointCommand last_command;
+
+  /// What must hold whatever was done to it. Call at the end of every test.
+  void expect_safe() const {
+    EXPECT_EQ(monitor_->result().beyond_limits, 0u);
+    EXPECT_EQ(monitor_->result().in_contact, 0u);
+    EXPECT_GT(monitor_->result().commands, 0u);
+  }
+
+ private:
+  Options options_;
+  ManualClock clock_;
+  SimulatedArm arm_;
+  Links planner_side_, control_side_;  ///< what lies between them is the solve time
+  std::unique_ptr<PlanningStage> planning_;
+  std::unique_ptr<ControlStage> control_;
+  std::unique_ptr<Monitor> monitor_;
+  Kinematics kinematics_{ur5e()};
+  Plan plan_, followed_;
+  Time next_step_, next_sample_, plan_due_{0};
+};
+
+/// A hand that sweeps smoothly through `extent` m in x, y and z.
+inline std::function<Pose(double)> sweeping(const Vector3& extent, double speed = 2.0) {
+  return [=](double t) {
+    Pose pose;
+    pose.p = Vector3(extent.x() * std::sin(speed * t), extent.y() * std::sin(1.3 * speed * t + 1.0),
+                     extent.z() * std::sin(0.7 * speed * t + 2.0));
+    pose.q = Eigen::AngleAxisd(0.2 * std::sin(speed * t), Vector3::UnitZ());
+    return pose;
+  };
+}
+
+}  // namespace steadyhand
