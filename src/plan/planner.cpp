@@ -8,11 +8,7 @@
 namespace steadyhand {
 
 Planner::Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings)
-    : settings_(settings),
-      ocp_(model, ocp),
-      kinematics_(model),
-      guess_(model.dof(), ocp.horizon),
-      last_solved_(model.dof(), ocp.horizon) {
+    : settings_(settings), ocp_(model, ocp), kinematics_(model), warm_start_(ocp_) {
   solution_.prepare(ocp_);
 }
 
@@ -37,14 +33,12 @@ void Planner::reset(const JointVector& q, Time now) {
   plan_.stamp = {now, now};
   plan_.intervals = 0;
   plan_.origin = PlanOrigin::kSolved;
-  plan_.start = last_solved_start_ = now;
+  plan_.start = now;
   plan_.dt = ocp_.dt();
   plan_.joints = ocp_.dof();
   plan_.x[0].setZero(2 * ocp_.dof());
   plan_.x[0].head(ocp_.dof()) = q;
-  for (StateVector& x : last_solved_.x) x.setZero();
-  for (JointVector& u : last_solved_.u) u.setZero();
-  for (auto& node : solution_.multipliers) std::fill(node.begin(), node.end(), 0.0);
+  warm_start_.reset(now);
 }
 
 const Plan& Planner::update(const Reference& reference) {
@@ -52,9 +46,8 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.x0.resize(2 * ocp_.dof());
   instance_.x0 << now.q, now.dq;
   instance_.reference = reference;
-  make_guess(reference.start);
-  multipliers_ = solution_.multipliers;
-  solver_->solve(instance_, guess_, &multipliers_, settings_.budget, solution_);
+  warm_start_.shift(instance_.x0, reference.start);
+  solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
 
   // Between the solution's last node and rest lies a stop that the problem does not know: it may need to begin earlier.
   fault_ = PlanFault::kNotFinite;
@@ -66,35 +59,11 @@ const Plan& Planner::update(const Reference& reference) {
   }
   if (fault_ == PlanFault::kNone) {
     plan_ = candidate_;
-    last_solved_ = solution_.trajectory;
-    last_solved_start_ = reference.start;
+    warm_start_.keep(solution_, reference.start);
   } else {
     plan_.origin = PlanOrigin::kPrevious;
   }
   return plan_;
-}
-
-namespace {
-
-/// Joint velocities of a trajectory at time t after its start; those of the last node after its end.
-JointVector velocity_at(const Trajectory& trajectory, double dt, double t) {
-  const int n = static_cast<int>(trajectory.u[0].size()), N = static_cast<int>(trajectory.u.size());
-  const int k = static_cast<int>(std::clamp(t / dt, 0.0, static_cast<double>(N)));
-  if (k == N) return trajectory.x[N].tail(n);
-  return trajectory.x[k].tail(n) + (t - k * dt) * trajectory.u[k];
-}
-
-}  // namespace
-
-/// The last solution shifted to `start`; what it does not cover goes on at constant velocity.
-void Planner::make_guess(Time start) {
-  const double dt = ocp_.dt(), shift = to_seconds(start - last_solved_start_);
-  guess_.x[0] = instance_.x0;
-  for (int k = 0; k < ocp_.horizon(); ++k) {
-    guess_.u[k] =
-        (velocity_at(last_solved_, dt, shift + (k + 1) * dt) - velocity_at(last_solved_, dt, shift + k * dt)) / dt;
-    guess_.x[k + 1] = ocp_.next(guess_.x[k], guess_.u[k]);
-  }
 }
 
 /// The solution's first intervals, then a stop in which all joints brake evenly, as hard as the limits allow.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "plan/plan_check.hpp"
+#include "plan/warm_start.hpp"
 #include "solve/solver.hpp"
 
 namespace steadyhand {
@@ -41,13 +42,12 @@ class Planner {
   const Ocp& ocp() const { return ocp_; }
   // ---- about the last update: what was solved, from where, and what came of it
   const OcpInstance& instance() const { return instance_; }
-  const Trajectory& guess() const { return guess_; }
+  const Trajectory& guess() const { return warm_start_.guess(); }
   const Solution& solution() const { return solution_; }
   PlanFault fault() const { return fault_; }
 
  private:
   Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings);
-  void make_guess(Time start);
   void make_plan(const Reference& reference, int intervals);
 
   PlannerSettings settings_;
@@ -55,12 +55,9 @@ class Planner {
   std::unique_ptr<Solver> solver_;
   Kinematics kinematics_;
   OcpInstance instance_;
-  Trajectory guess_;
+  WarmStart warm_start_;  ///< from what plan_ was made of
   Solution solution_;
-  std::vector<std::vector<double>> multipliers_;
   Plan plan_, candidate_;
-  Trajectory last_solved_;  ///< what plan_ was made of
-  Time last_solved_start_{0};
   PlanFault fault_ = PlanFault::kNone;
 };
 

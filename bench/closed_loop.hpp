@@ -1,0 +1,41 @@
+#pragma once
+
+#include <random>
+
+#include "plan/warm_start.hpp"
+#include "predict/predictor.hpp"
+#include "robot/reach.hpp"
+#include "sequences.hpp"
+#include "solve/solver.hpp"
+
+namespace steadyhand::bench {
+
+/// A planner without its checks: solves along a sequence, each time from where the last solution leads, and lets a
+/// caller look at each solve. An arm whose solver finds nothing feasible brakes.
+class ClosedLoop {
+ public:
+  ClosedLoop(const Ocp& ocp, const std::vector<JointVector>& weights, const Sequence& sequence, const Reach& reach,
+             unsigned seed);
+
+  /// The next problem with its warm start: read them, solve into solution(), then call advance().
+  void pose();
+  void advance();
+
+  const OcpInstance& instance() const { return instance_; }
+  const WarmStart& warm_start() const { return warm_start_; }
+  Solution& solution() { return solution_; }
+
+ private:
+  const Ocp& ocp_;
+  const Sequence& sequence_;
+  std::mt19937 random_;
+  Predictor predictor_;
+  WarmStart warm_start_;
+  OcpInstance instance_;
+  Solution solution_;
+  Trajectory followed_;
+  Time followed_start_{0};
+  std::int64_t step_ = 0, sample_ = 0;
+};
+
+}  // namespace steadyhand::bench

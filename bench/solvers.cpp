@@ -1,0 +1,210 @@
+/// Closed loops of our solvers on easy and hard sequences; see bench/README.md.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "closed_loop.hpp"
+#include "config/profile_file.hpp"
+#include "config/robot_file.hpp"
+#include "ocp/evaluation.hpp"
+
+namespace steadyhand::bench {
+namespace {
+
+struct Options {
+  std::string robot = "ur5e";
+  std::vector<std::string> solvers{"realtime"}, profiles{"tracking", "anti-slosh", "waiter"}, sequences;
+  std::vector<int> horizons{8};
+  int solves = 2000;  ///< of each combination
+  int compare = 0;    ///< how many of them are solved by FATROP too, cold
+  unsigned seed = 1;
+  SolveBudget budget;
+  bool json = false;
+};
+
+double percentile(const std::vector<double>& sorted, double share) {
+  return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
+}
+
+/// What FATROP finds from a cold start beside what the solver found.
+struct Comparison {
+  int compared = 0, better = 0, same = 0, worse = 0, only_fatrop = 0, only_ours = 0;
+
+  void add(const Solution& ours, const Solution& fatrop) {
+    const auto feasible = [](const Solution& s) {
+      return s.status == SolveStatus::kSolved || s.status == SolveStatus::kFeasible;
+    };
+    ++compared;
+    if (!feasible(fatrop) || !feasible(ours)) {
+      only_fatrop += feasible(fatrop) && !feasible(ours);
+      only_ours += feasible(ours) && !feasible(fatrop);
+      return;
+    }
+    const double relative = (ours.objective - fatrop.objective) / std::max(std::abs(fatrop.objective), 1e-9);
+    (relative > 1e-4 ? worse : relative < -1e-4 ? better : same) += 1;
+  }
+};
+
+nlohmann::json run(const Options& options, const RobotModel& model, const Reach& reach, const Sequence& sequence,
+                   const Profile& profile, int horizon, const std::string& name) {
+  OcpSettings settings = profile.ocp;
+  settings.horizon = horizon;
+  const Ocp ocp(model, settings);
+  auto solver = *make_solver(name, ocp, profile.tolerance);
+  auto reference = *make_solver("fatrop", ocp, profile.tolerance);
+  Solution cold;
+  cold.prepare(ocp);
+  ClosedLoop loop(ocp, *ocp.weights(settings.weights), sequence, reach, options.seed);
+
+  std::vector<double> times;
+  double iterations = 0.0;
+  int most = 0, unsolved = 0, infeasible = 0;
+  Comparison comparison;
+  const int every = options.compare > 0 ? std::max(1, options.solves / options.compare) : 0;
+  for (int i = 0; i < options.solves; ++i) {
+    loop.pose();
+    Solution& solution = loop.solution();
+    solver->solve(loop.instance(), loop.warm_start().guess(), loop.warm_start().multipliers(), options.budget,
+                  solution);
+    times.push_back(solution.time_us);
+    iterations += solution.iterations;
+    most = std::max(most, solution.iterations);
+    unsolved += solution.status != SolveStatus::kSolved;
+    infeasible += solution.status == SolveStatus::kInfeasible;
+    if (every > 0 && i % every == 0) {
+      Trajectory still(ocp.dof(), horizon);
+      for (StateVector& x : still.x) x = loop.instance().x0;
+      reference->solve(loop.instance(), still, nullptr, {}, cold);
+      comparison.add(solution, cold);
+    }
+    loop.advance();
+  }
+  std::sort(times.begin(), times.end());
+  double total = 0.0;
+  for (const double t : times) total += t;
+  return {{"solver", name},
+          {"sequence", sequence.name},
+          {"hard", sequence.hard},
+          {"profile", profile.name},
+          {"horizon", horizon},
+          {"solves", options.solves},
+          {"mean_us", total / options.solves},
+          {"p50_us", percentile(times, 0.5)},
+          {"p99_us", percentile(times, 0.99)},
+          {"p999_us", percentile(times, 0.999)},
+          {"worst_us", times.back()},
+          {"iterations", iterations / options.solves},
+          {"most_iterations", most},
+          {"unsolved", unsolved},
+          {"infeasible", infeasible},
+          {"compared", comparison.compared},
+          {"better", comparison.better},
+          {"same", comparison.same},
+          {"worse", comparison.worse},
+          {"only_fatrop", comparison.only_fatrop},
+          {"only_ours", comparison.only_ours}};
+}
+
+int main_with(const Options& options) {
+  const auto fail = [](const Error& error) {
+    std::cerr << error.message << "\n";
+    return 2;
+  };
+  for (const std::string& name : options.solvers) {
+    const auto& known = solver_names();
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      return fail({fmt::format("--solver is '{}'; the solvers are {}", name, fmt::join(known, ", "))});
+    }
+  }
+  for (const int horizon : options.horizons) {
+    if (horizon < 1 || horizon > kMaxHorizon) {
+      return fail({fmt::format("--horizon is {}; it must be from 1 to {}", horizon, kMaxHorizon)});
+    }
+  }
+  if (options.solves < 1) return fail({fmt::format("--solves is {}; it must be at least 1", options.solves)});
+  const auto model = open_robot(options.robot);
+  if (!model) return fail(model.error());
+  const auto sequences = make_sequences(*model, options.seed);
+  if (!sequences) return fail(sequences.error());
+  std::vector<std::string> names;
+  for (const Sequence& sequence : *sequences) names.push_back(sequence.name);
+  for (const std::string& name : options.sequences) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      return fail({fmt::format("--sequence is '{}'; the sequences are {}", name, fmt::join(names, ", "))});
+    }
+  }
+  std::vector<Profile> profiles;
+  for (const std::string& name : options.profiles) {
+    auto profile = load_profile(name);
+    if (!profile) return fail(profile.error());
+    profiles.push_back(*std::move(profile));
+  }
+
+  const Reach reach = compute_reach(*model);
+  if (!options.json) {
+    fmt::print("{:9} {:16} {:11} {:>3} {:>8} {:>8} {:>8} {:>8} {:>9} {:>6} {:>4} {:>8} {:>10}  {}\n", "solver",
+               "sequence", "profile", "N", "mean us", "p50", "p99", "p99.9", "worst", "it.", "most", "unsolved",
+               "infeasible", options.compare ? "FATROP cold: same/ours better/worse/only FATROP/only ours" : "");
+  }
+  for (const std::string& name : options.solvers) {
+    for (const Sequence& sequence : *sequences) {
+      if (!options.sequences.empty() &&
+          std::find(options.sequences.begin(), options.sequences.end(), sequence.name) == options.sequences.end()) {
+        continue;
+      }
+      for (const Profile& profile : profiles) {
+        for (const int horizon : options.horizons) {
+          const nlohmann::json r = run(options, *model, reach, sequence, profile, horizon, name);
+          if (options.json) {
+            std::cout << r.dump() << std::endl;
+            continue;
+          }
+          const auto number = [&](const char* key) { return r[key].get<double>(); };
+          const auto count = [&](const char* key) { return r[key].get<int>(); };
+          std::string compared;
+          if (options.compare) {
+            compared = fmt::format("{}/{}/{}/{}/{}", count("same"), count("better"), count("worse"),
+                                   count("only_fatrop"), count("only_ours"));
+          }
+          fmt::print("{:9} {:16} {:11} {:3} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:9.1f} {:6.2f} {:4} {:8} {:10}  {}\n",
+                     name, sequence.name, profile.name, horizon, number("mean_us"), number("p50_us"), number("p99_us"),
+                     number("p999_us"), number("worst_us"), number("iterations"), count("most_iterations"),
+                     count("unsolved"), count("infeasible"), compared);
+          std::fflush(stdout);
+        }
+      }
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace steadyhand::bench
+
+int main(int argc, char** argv) {
+  using namespace steadyhand::bench;
+  Options options;
+  CLI::App app("Closed loops of the solvers on easy and hard sequences");
+  app.add_option("--robot", options.robot, "Name, robot file or URDF")->capture_default_str();
+  app.add_option("--solver", options.solvers, "Solvers")->capture_default_str();
+  app.add_option("--sequence", options.sequences, "Sequences (default: all)");
+  app.add_option("--profile", options.profiles, "Profiles")->capture_default_str();
+  app.add_option("--horizon", options.horizons, "Horizons, intervals")->capture_default_str();
+  app.add_option("--solves", options.solves, "Solves of each combination")->capture_default_str();
+  app.add_option("--compare", options.compare, "How many of them FATROP solves too, from a cold start");
+  app.add_option("--seed", options.seed, "Of sequences and noise")->capture_default_str();
+  app.add_option("--budget-us", options.budget.time_us, "Time budget of a solve, 0: none")->capture_default_str();
+  app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();
+  app.add_flag("--json", options.json, "One JSON object a line instead of a table");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : 2;
+  }
+  return main_with(options);
+}
