@@ -75,6 +75,12 @@ class Lanes {
   Vector v_;
 };
 
+inline bool any(Lanes::Mask mask) {
+  std::int64_t result = 0;
+  for (int i = 0; i < kLanes; ++i) result |= mask[i];
+  return result != 0;
+}
+
 /// sin and cos of a joint's angle; to 1e-15 for |x| up to 1e4 rad.
 inline void sin_cos(double x, double& s, double& c) {
   s = std::sin(x);

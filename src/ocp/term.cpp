@@ -82,6 +82,9 @@ Lanes Constraint::value(const NodeBatch& nodes, int row) const {
   for_each_lane(nodes, [&](const Node& node, int lane) { result.set(lane, value(node, row)); });
   return result;
 }
+void Constraint::values(const NodeBatch& nodes, Lanes* values, int stride) const {
+  for (int i = 0; i < rows(); ++i) values[i * stride] = value(nodes, i);
+}
 void Constraint::add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const {
   add_by_lane<NodeGradient>(nodes, gradient, [&](const Node& node, int lane, NodeGradient& one) {
     add_gradient(node, row, scale[lane], one);

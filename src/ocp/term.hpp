@@ -133,6 +133,8 @@ class Constraint {
   virtual void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const = 0;
 
   virtual Lanes value(const NodeBatch& nodes, int row) const;
+  /// Of all rows: row i goes to values[i * stride].
+  virtual void values(const NodeBatch& nodes, Lanes* values, int stride) const;
   virtual void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const;
   virtual void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const;
 
@@ -160,6 +162,9 @@ class ConstraintFor : public Constraint {
     term().hessian_at(node, row, scale, hessian);
   }
   Lanes value(const NodeBatch& nodes, int row) const final { return term().template value_at<Lanes>(nodes, row); }
+  void values(const NodeBatch& nodes, Lanes* values, int stride) const final {
+    for (int i = 0; i < term().rows(); ++i) values[i * stride] = term().template value_at<Lanes>(nodes, i);
+  }
   void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const final {
     term().template gradient_at<Lanes>(nodes, row, scale, gradient);
   }

@@ -38,6 +38,10 @@ class BatchEvaluation {
   void add_objective_hessian(int b, Curvature curvature, NodeHessianOf<Lanes>& hessian) const;
 
   Lanes constraint(int b, ConstraintRow row) const { return term(row).value(node(b), row.row); }
+  /// All rows of constraint c: row i goes to values[i * stride].
+  void constraints(int b, int c, Lanes* values, int stride) const {
+    ocp_.constraints()[c]->values(node(b), values, stride);
+  }
   void add_constraint_gradient(int b, ConstraintRow row, NodeGradientOf<Lanes>& gradient) const {
     term(row).add_gradient(node(b), row.row, 1.0, gradient);
   }

@@ -58,21 +58,19 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
       rows_(ocp),
       unit_curvature_(unit_curvatures(ocp)),
       z_(3 * n_, order_),
-      value_(rows_.size(), order_),
-      sides_{Side(1.0, value_), Side(-1.0, value_)},
+      values_(rows_.size(), order_),
+      bands_(order_.batches()),
       largest_multiplier_(rows_.size(), 0.0),
       gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(3 * n_)),
       lagrangian_gradient_(gradient_) {
-  std::size_t total = 0;
-  for (int r = 0; r < rows_.size(); ++r) {
-    row_gradient_begin_.push_back(total);
-    if (rows_[r].entry < 0) total += static_cast<std::size_t>(support_size(r)) * order_.batches();
-  }
-  row_gradients_.assign(total, 0.0);
+  for (auto& batch : bands_) batch.reserve(rows_.size());
+  std::size_t gradients = 0;
+  for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
+  gradients_.reserve(gradients * order_.batches());
 }
 
-double ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
-                             const std::vector<std::vector<double>>* multipliers, double mu) {
+void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
+                           const std::vector<std::vector<double>>* multipliers, double mu) {
   evaluation_.set_instance(instance);
   mu_ = mu;
   curvature_scale_ = 0.0;
@@ -81,110 +79,142 @@ double ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
   }
   if (curvature_scale_ == 0.0) curvature_scale_ = 1.0;
 
-  move(z);
-  if (multipliers) largest_multipliers(*multipliers);
-  double violation = 0.0;
+  for (auto& batch : bands_) batch.clear();
+  gradients_.clear();
+  z_ = z;
+  set_point();
+  compute_all_rows();
+  if (multipliers) find_largest_multipliers(*multipliers);
+  Lanes violation = 0.0;
   for (int r = 0; r < rows_.size(); ++r) {
-    if (!rows_.is_watched(r)) compute_value(r);
-    const double least = least_inside(r);
-    violation = std::max(violation, -least);
-    if (least < rows_[r].watch_margin || (multipliers && largest_multiplier_[r] > kNoMultiplier)) rows_.watch(r);
-    if (rows_.is_watched(r)) start_slacks(r, multipliers);
+    const Lanes least = least_inside(r);
+    violation = max(violation, -least);
+    if (rows_.is_watched(r) || any(least < rows_[r].watch_margin) ||
+        (multipliers && largest_multiplier_[r] > kNoMultiplier)) {
+      watch(r, multipliers);
+    }
   }
-  return violation;
+  violation_ = largest(violation);
 }
 
-void ElasticBarrier::largest_multipliers(const std::vector<std::vector<double>>& multipliers) {
+void ElasticBarrier::set_point() {
+  evaluation_.set_point(z_);
+  objective_ = evaluation_.objective();
+}
+
+void ElasticBarrier::compute_all_rows() {
+  for (int b = 0; b < evaluation_.batches(); ++b) {
+    int r = 0;
+    for (int c = 0; c < std::ssize(ocp_.constraints()); ++c) {
+      const Constraint& constraint = *ocp_.constraints()[c];
+      if (b < evaluation_.acting_batches(constraint.nodes())) {
+        evaluation_.constraints(b, c, values_[r] + b, values_.batches());
+      }
+      r += constraint.rows();
+    }
+  }
+}
+
+/// Smallest distance of row r to its bounds in each lane, over the batches; negative outside.
+Lanes ElasticBarrier::least_inside(int r) const {
+  const Row& row = rows_[r];
+  Lanes least = kInfinity;
+  for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
+    const Lanes v = values_[r][b], here = min(v - row.bounds.lower, row.bounds.upper - v);
+    least = min(least, select(evaluation_.acts(row.nodes, b) > 0.0, here, kInfinity));
+  }
+  return least;
+}
+
+void ElasticBarrier::find_largest_multipliers(const std::vector<std::vector<double>>& multipliers) {
   std::fill(largest_multiplier_.begin(), largest_multiplier_.end(), 0.0);
   for (int k = 0; k <= horizon_; ++k) {
-    for (int r = 0; r < rows_.size(); ++r) {
-      if (k < rows_.first(r) || k > rows_.last(r)) continue;
-      largest_multiplier_[r] = std::max(largest_multiplier_[r], std::abs(multipliers[k][rows_.slot(r, k)]));
+    const double* here = multipliers[k].data();
+    if (k > 0 && k < horizon_) {  // all rows, in their order
+      for (int r = 0; r < rows_.size(); ++r) {
+        largest_multiplier_[r] = std::max(largest_multiplier_[r], std::abs(here[r]));
+      }
+    } else {
+      for (int r = 0; r < rows_.size(); ++r) {
+        if (k < rows_.first(r) || k > rows_.last(r)) continue;
+        largest_multiplier_[r] = std::max(largest_multiplier_[r], std::abs(here[rows_.slot(r, k)]));
+      }
     }
   }
 }
 
 /// The slacks start far enough from zero to move, the multipliers on the central path or, if that is larger, where they
 /// were.
-void ElasticBarrier::start_slacks(int r, const std::vector<std::vector<double>>* multipliers) {
-  for (Side& side : sides_) {
-    if (!std::isfinite(side.bound(rows_[r]))) continue;
-    for (int b = 0; b < evaluation_.batches(); ++b) {
-      Lanes given = 0.0;
-      for (int i = 0; multipliers && i < kLanes; ++i) {
-        const int k = order_.node(b * kLanes + i);
-        if (evaluation_.acts(rows_[r].nodes, b)[i] > 0.0) given.set(i, (*multipliers)[k][rows_.slot(r, k)]);
-      }
-      const Lanes g = inside(side, r, b), room = max(g, std::min(mu_, 1e-2));
-      side.room[r][b] = room + mu_ / kPrice;
-      side.excess[r][b] = room - g + mu_ / kPrice;
-      side.multiplier[r][b] = min(max(-side.sign * given, mu_ / room), 0.5 * kPrice);
+void ElasticBarrier::watch(int r, const std::vector<std::vector<double>>* multipliers) {
+  rows_.watch(r);
+  const Row& row = rows_[r];
+  for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
+    Band& band = bands_[b].emplace_back();
+    band.row = r;
+    band.entry = row.entry;
+    band.support = row.support;
+    band.acts = evaluation_.acts(row.nodes, b);
+    band.value = values_[r][b];
+    band.side_count = 0;
+    band.gradient = gradients_.size();
+    if (row.entry < 0) gradients_.resize(gradients_.size() + row.support.last - row.support.first);
+
+    Lanes given = 0.0;
+    for (int i = 0; multipliers && i < kLanes; ++i) {
+      const int k = order_.node(b * kLanes + i);
+      if (band.acts[i] > 0.0) given.set(i, (*multipliers)[k][rows_.slot(r, k)]);
+    }
+    for (const double sign : {1.0, -1.0}) {
+      const double limit = sign > 0.0 ? row.bounds.lower : row.bounds.upper;
+      if (!std::isfinite(limit)) continue;
+      Side& side = band.sides[band.side_count++];
+      side.sign = sign;
+      side.limit = limit;
+      const Lanes g = band.inside(side), room = max(g, std::min(mu_, 1e-2));
+      side.room = room + mu_ / kPrice;
+      side.excess = room - g + mu_ / kPrice;
+      side.multiplier = min(max(-sign * given, mu_ / room), 0.5 * kPrice);
     }
   }
 }
 
-Lanes ElasticBarrier::inside(const Side& side, int r, int b) const {
-  const Lanes g = side.sign * (value(r)[b] - side.bound(rows_[r]));
-  return select(evaluation_.acts(rows_[r].nodes, b) > 0.0, g, 1.0);
-}
-
-double ElasticBarrier::least_inside(int r) const {
-  const Row& row = rows_[r];
-  Lanes least = kInfinity;
-  for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-    const Lanes v = value(r)[b];
-    least = min(least, select(evaluation_.acts(row.nodes, b) > 0.0, min(v - row.bounds.lower, row.bounds.upper - v),
-                              kInfinity));
-  }
-  return -largest(-least);
+Lanes ElasticBarrier::compute(const Band& band, int b) const {
+  return band.entry >= 0 ? z_[band.entry][b] : evaluation_.constraint(b, rows_[band.row].id);
 }
 
 void ElasticBarrier::move(const NodeTable& z) {
   z_ = z;
-  evaluation_.set_point(z_);
-  objective_ = evaluation_.objective();
-  for (const int r : rows_.watched()) compute_value(r);
-}
-
-void ElasticBarrier::compute_value(int r) {
-  if (rows_[r].entry >= 0) return;
-  for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) {
-    value_[r][b] = evaluation_.constraint(b, rows_[r].id);
-  }
-}
-
-Lanes ElasticBarrier::signed_multiplier(int r, int b) const {
-  return evaluation_.acts(rows_[r].nodes, b) * (sides_[1].multiplier[r][b] - sides_[0].multiplier[r][b]);
+  set_point();
+  for_each_band([&](Band& band, int b) { band.value = compute(band, b); });
 }
 
 const Residuals& ElasticBarrier::differentiate() {
+  Lanes violation = 0.0, complementarity = 0.0, centrality = 0.0;
   for (int b = 0; b < evaluation_.batches(); ++b) {
     gradient_[b].setZero();
     evaluation_.add_objective_gradient(b, gradient_[b]);
-    lagrangian_gradient_[b] = gradient_[b];
-  }
-  Lanes violation = 0.0, complementarity = 0.0, centrality = 0.0;
-  for (const int r : rows_.watched()) {
-    const Row& row = rows_[r];
-    for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-      const Lanes multiplier = signed_multiplier(r, b);
-      if (row.entry >= 0) {
-        lagrangian_gradient_[b][row.entry] += multiplier;
+    NodeGradientOf<Lanes>& lagrangian = lagrangian_gradient_[b];
+    lagrangian = gradient_[b];
+    for (Band& band : bands_[b]) {
+      const Lanes multiplier = band.signed_multiplier();
+      if (band.entry >= 0) {
+        lagrangian[band.entry] += multiplier;
       } else {
+        const auto [first, last] = band.support;
         NodeGradientOf<Lanes> gradient(3 * n_);
-        gradient.segment(row.support.first, support_size(r)).setZero();
-        evaluation_.add_constraint_gradient(b, row.id, gradient);
-        for (int i = row.support.first; i < row.support.last; ++i) {
-          row_gradient(r, b)[i - row.support.first] = gradient[i];
-          lagrangian_gradient_[b][i] += multiplier * gradient[i];
+        gradient.segment(first, last - first).setZero();
+        evaluation_.add_constraint_gradient(b, rows_[band.row].id, gradient);
+        for (int i = first; i < last; ++i) {
+          gradients_[band.gradient + i - first] = gradient[i];
+          lagrangian[i] += multiplier * gradient[i];
         }
       }
-      for (const Side& side : sides_) {
-        if (!std::isfinite(side.bound(row))) continue;
-        const Lanes g = inside(side, r, b), y = side.multiplier[r][b];
+      for (int i = 0; i < band.side_count; ++i) {
+        const Side& side = band.sides[i];
+        const Lanes g = band.inside(side), y = side.multiplier;
         violation = max(violation, -g);
         complementarity = max(complementarity, abs(y * g));
-        centrality = max(centrality, max(abs(side.room[r][b] * y - mu_), abs(side.excess[r][b] * (kPrice - y) - mu_)));
+        centrality = max(centrality, max(abs(side.room * y - mu_), abs(side.excess * (kPrice - y) - mu_)));
       }
     }
   }
@@ -213,43 +243,37 @@ const Residuals& ElasticBarrier::differentiate() {
 // excess).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
-  const bool exact = curvature == Curvature::kExact;
   for (int b = 0; b < evaluation_.batches(); ++b) {
     NodeHessianOf<Lanes> H = NodeHessianOf<Lanes>::Zero(3 * n_, 3 * n_);
     evaluation_.add_objective_hessian(b, curvature, H);
     NodeGradientOf<Lanes> g = gradient_[b];
-    for (const int r : rows_.watched()) {
-      const Row& row = rows_[r];
-      if (b >= evaluation_.acting_batches(row.nodes)) continue;
+    for (Band& band : bands_[b]) {
       Lanes stiffness = 0.0, force = 0.0;
-      for (Side& side : sides_) {
-        if (!std::isfinite(side.bound(row))) continue;
-        const Lanes room = side.room[r][b], excess = side.excess[r][b], y = side.multiplier[r][b], w = kPrice - y;
-        const Lanes yw = y * w, stiff = yw / (room * w + excess * y);
-        const Lanes offset = mu_ * (w - y) / yw - room + excess;
-        side.stiffness[r][b] = stiff;
-        side.offset[r][b] = offset;
-        stiffness += stiff;
-        force -= side.sign * (y + stiff * offset);
+      for (int i = 0; i < band.side_count; ++i) {
+        Side& side = band.sides[i];
+        const Lanes y = side.multiplier, w = kPrice - y, yw = y * w;
+        side.stiffness = yw / (side.room * w + side.excess * y);
+        side.offset = mu_ * (w - y) / yw - side.room + side.excess;
+        stiffness += side.stiffness;
+        force -= side.sign * (y + side.stiffness * side.offset);
       }
-      const Lanes& acts = evaluation_.acts(row.nodes, b);
-      stiffness *= acts;
-      force *= acts;
-      if (row.entry >= 0) {
-        H(row.entry, row.entry) += stiffness;
-        g[row.entry] += force;
+      stiffness *= band.acts;
+      force *= band.acts;
+      if (band.entry >= 0) {
+        H(band.entry, band.entry) += stiffness;
+        g[band.entry] += force;
         continue;
       }
-      const Lanes* gradient = row_gradient(r, b);
-      const int first = row.support.first, size = support_size(r);
+      const Lanes* gradient = gradients_.data() + band.gradient;
+      const int first = band.support.first, size = band.support.last - first;
       for (int j = 0; j < size; ++j) {
         const Lanes scaled = stiffness * gradient[j];
         for (int i = 0; i <= j; ++i) H(first + i, first + j) += scaled * gradient[i];
         g[first + j] += force * gradient[j];
       }
-      const Lanes multiplier = signed_multiplier(r, b);
-      if (exact && largest(abs(multiplier)) > kNoMultiplier) {
-        evaluation_.add_constraint_hessian(b, row.id, multiplier, H);
+      const Lanes multiplier = band.signed_multiplier();
+      if (curvature == Curvature::kExact && any(abs(multiplier) > kNoMultiplier)) {
+        evaluation_.add_constraint_hessian(b, rows_[band.row].id, multiplier, H);
       }
     }
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
@@ -281,116 +305,110 @@ double ElasticBarrier::complete(const NodeTable& step) {
   for (int i = 0; i < 3 * n_; ++i) {
     for (int b = 0; b < evaluation_.batches(); ++b) slope += gradient_[b][i] * step[i][b];
   }
-  for (const int r : rows_.watched()) {
-    const Row& row = rows_[r];
-    for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-      Lanes change = 0.0;
-      if (row.entry >= 0) {
-        change = step[row.entry][b];
-      } else {
-        const Lanes* gradient = row_gradient(r, b);
-        for (int i = row.support.first; i < row.support.last; ++i) change += *gradient++ * step[i][b];
-      }
-      change *= evaluation_.acts(row.nodes, b);
-      for (Side& side : sides_) {
-        if (!std::isfinite(side.bound(row))) continue;
-        const Lanes room = side.room[r][b], excess = side.excess[r][b], y = side.multiplier[r][b], w = kPrice - y;
-        const Lanes dy = side.stiffness[r][b] * (side.offset[r][b] - side.sign * change);
-        const Lanes by_multipliers = 1.0 / (y * w), by_slacks = 1.0 / (room * excess);
-        const Lanes d_room = (mu_ - room * dy) * (w * by_multipliers) - room;
-        const Lanes d_excess = (mu_ + excess * dy) * (y * by_multipliers) - excess;
-        side.multiplier_step[r][b] = dy;
-        side.room_step[r][b] = d_room;
-        side.excess_step[r][b] = d_excess;
-        const Lanes grow_room = d_room * (excess * by_slacks), grow_excess = d_excess * (room * by_slacks);
-        slope += kPrice * d_excess - mu_ * (grow_room + grow_excess);
-        shrink = max(shrink, max(-grow_room, -grow_excess));
-        dual_shrink = max(dual_shrink, max(-dy * (w * by_multipliers), dy * (y * by_multipliers)));
-      }
+  for_each_band([&](Band& band, int b) {
+    Lanes change = 0.0;
+    if (band.entry >= 0) {
+      change = step[band.entry][b];
+    } else {
+      const Lanes* gradient = gradients_.data() + band.gradient;
+      for (int i = band.support.first; i < band.support.last; ++i) change += *gradient++ * step[i][b];
     }
-  }
+    change *= band.acts;
+    for (int i = 0; i < band.side_count; ++i) {
+      Side& side = band.sides[i];
+      const Lanes room = side.room, excess = side.excess, y = side.multiplier, w = kPrice - y;
+      const Lanes dy = side.stiffness * (side.offset - side.sign * change);
+      const Lanes by_multipliers = 1.0 / (y * w), by_slacks = 1.0 / (room * excess);
+      side.multiplier_step = dy;
+      side.room_step = (mu_ - room * dy) * (w * by_multipliers) - room;
+      side.excess_step = (mu_ + excess * dy) * (y * by_multipliers) - excess;
+      const Lanes room_growth = side.room_step * (excess * by_slacks);
+      const Lanes excess_growth = side.excess_step * (room * by_slacks);
+      slope += kPrice * side.excess_step - mu_ * (room_growth + excess_growth);
+      shrink = max(shrink, -min(room_growth, excess_growth));
+      dual_shrink = max(dual_shrink, max(-dy * (w * by_multipliers), dy * (y * by_multipliers)));
+    }
+  });
   largest_scale_ = std::min(1.0, kStayInside / largest(shrink));
   largest_dual_scale_ = std::min(1.0, kStayInside / largest(dual_shrink));
   const double total = sum(slope);
   return std::isfinite(total) ? total : kInfinity;
 }
 
-double ElasticBarrier::sum_of_barriers(const NodeTable Side::*room, const NodeTable Side::*excess) const {
-  Lanes price = 0.0;
-  LogSum logs;
-  for (const int r : rows_.watched()) {
-    const Row& row = rows_[r];
-    for (const Side& side : sides_) {
-      if (!std::isfinite(side.bound(row))) continue;
-      for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-        price += (side.*excess)[r][b];
-        logs.add((side.*room)[r][b] * (side.*excess)[r][b]);
-      }
-    }
-  }
-  return kPrice * sum(price) - mu_ * logs.value();
+double ElasticBarrier::phi(Lanes excess, double logarithms) const {
+  const double result = objective_ + kPrice * sum(excess) - mu_ * logarithms;
+  return std::isfinite(result) ? result : kInfinity;
 }
 
-double ElasticBarrier::merit() const { return objective_ + sum_of_barriers(&Side::room, &Side::excess); }
+double ElasticBarrier::merit() {
+  Lanes excess = 0.0;
+  LogSum logarithms;
+  for_each_band([&](const Band& band, int) {
+    for (int i = 0; i < band.side_count; ++i) {
+      excess += band.sides[i].excess;
+      logarithms.add(band.sides[i].room * band.sides[i].excess);
+    }
+  });
+  return phi(excess, logarithms.value());
+}
 
 double ElasticBarrier::try_step(const NodeTable& z, double scale) {
   z_.set_sum(z, scale, *step_);
-  evaluation_.set_point(z_);
-  objective_ = evaluation_.objective();
-  for (const int r : rows_.watched()) {
-    const Row& row = rows_[r];
-    compute_value(r);
-    for (Side& side : sides_) {
-      if (!std::isfinite(side.bound(row))) continue;
-      for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-        const Lanes room = side.room[r][b] + scale * side.room_step[r][b];
-        const Lanes excess = side.excess[r][b] + scale * side.excess_step[r][b];
-        // What curvature leaves of g + excess = room goes into the room while there is some, then into the excess.
-        const Lanes rest = inside(side, r, b) + excess - room, taken = max(rest, -0.5 * room);
-        side.new_room[r][b] = room + taken;
-        side.new_excess[r][b] = excess - (rest - taken);
-      }
+  set_point();
+  Lanes sum_of_excess = 0.0;
+  LogSum logarithms;
+  for_each_band([&](Band& band, int b) {
+    band.value = compute(band, b);
+    for (int i = 0; i < band.side_count; ++i) {
+      Side& side = band.sides[i];
+      const Lanes room = side.room + scale * side.room_step, excess = side.excess + scale * side.excess_step;
+      // What curvature leaves of g + excess = room goes into the room while there is some, then into the excess.
+      const Lanes rest = band.inside(side) + excess - room, taken = max(rest, -0.5 * room);
+      side.new_room = room + taken;
+      side.new_excess = excess - (rest - taken);
+      sum_of_excess += side.new_excess;
+      logarithms.add(side.new_room * side.new_excess);
     }
-  }
-  const double phi = objective_ + sum_of_barriers(&Side::new_room, &Side::new_excess);
-  return std::isfinite(phi) ? phi : kInfinity;
+  });
+  return phi(sum_of_excess, logarithms.value());
 }
 
 void ElasticBarrier::accept() {
-  for (const int r : rows_.watched()) {
-    const Row& row = rows_[r];
-    for (Side& side : sides_) {
-      if (!std::isfinite(side.bound(row))) continue;
-      for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-        side.room[r][b] = side.new_room[r][b];
-        side.excess[r][b] = side.new_excess[r][b];
-        side.multiplier[r][b] += largest_dual_scale_ * side.multiplier_step[r][b];
-      }
+  for_each_band([&](Band& band, int) {
+    for (int i = 0; i < band.side_count; ++i) {
+      Side& side = band.sides[i];
+      side.room = side.new_room;
+      side.excess = side.new_excess;
+      side.multiplier += largest_dual_scale_ * side.multiplier_step;
     }
-  }
+  });
 }
 
-double ElasticBarrier::check_all_rows(double tolerance, bool& added) {
-  added = false;
-  double violation = 0.0;
+ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
+  compute_all_rows();
+  Check result = Check::kNothingNew;
+  Lanes violation = 0.0;
   for (int r = 0; r < rows_.size(); ++r) {
-    if (!rows_.is_watched(r)) compute_value(r);
-    const double outside = -least_inside(r);
-    violation = std::max(violation, outside);
-    if (outside <= tolerance || rows_.is_watched(r)) continue;
-    rows_.watch(r);
-    start_slacks(r, nullptr);
-    added = true;
+    const Lanes outside = -least_inside(r);
+    violation = max(violation, outside);
+    if (rows_.is_watched(r) || !any(outside > tolerance)) continue;
+    watch(r, nullptr);
+    if (rows_[r].entry < 0) result = Check::kMissed;
+    if (result == Check::kNothingNew) result = Check::kMissedLinear;
   }
-  return violation;
+  violation_ = largest(violation);
+  return result;
 }
 
 void ElasticBarrier::write_multipliers(std::vector<std::vector<double>>& multipliers) const {
   for (auto& node : multipliers) std::fill(node.begin(), node.end(), 0.0);
-  for (const int r : rows_.watched()) {
-    for (int k = rows_.first(r); k <= rows_.last(r); ++k) {
-      const int column = order_.column(k);
-      multipliers[k][rows_.slot(r, k)] = signed_multiplier(r, column / kLanes)[column % kLanes];
+  for (int b = 0; b < evaluation_.batches(); ++b) {
+    for (const Band& band : bands_[b]) {
+      const Lanes numbers = band.signed_multiplier();
+      for (int i = 0; i < kLanes; ++i) {
+        const int k = order_.node(b * kLanes + i);
+        if (band.acts[i] > 0.0) multipliers[k][rows_.slot(band.row, k)] = numbers[i];
+      }
     }
   }
 }

@@ -34,19 +34,20 @@ class ElasticBarrier {
  public:
   explicit ElasticBarrier(const Ocp& ocp);
 
-  /// Only the rows that are always watched stay so.
+  /// No row is watched but those that always are.
   void forget_rows() { rows_.reset(); }
-  /// Starts a new problem at z. Also watches the rows near their bounds there.
+  /// Starts a new problem at z with new slacks. Watches the rows near their bounds there, and those it did before.
   /// @param multipliers those of a solution nearby, or null
   /// @param mu the barrier's first parameter
-  /// @return violation of all rows at z
-  double begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers,
-               double mu);
+  void begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers,
+             double mu);
   void set_mu(double mu) { mu_ = mu; }
   double mu() const { return mu_; }
 
   /// Where the Newton step starts: derivatives and residuals at the point that begin(), try_step() or move() set last.
   const Residuals& differentiate();
+  /// Of the last differentiate().
+  const Residuals& residuals() const { return residuals_; }
   /// Second-order models of all nodes with the slacks eliminated. `damping` is added to the curvature by u.
   void model(Curvature curvature, double damping, NewtonSystem& newton);
   /// The slacks' and multipliers' part of a step, and how much of it keeps them positive.
@@ -54,7 +55,7 @@ class ElasticBarrier {
   double complete(const NodeTable& step);
   double largest_scale() const { return largest_scale_; }
 
-  double merit() const;
+  double merit();
   /// phi at z + scale * step with the slacks moved along; infinite where it is not finite.
   double try_step(const NodeTable& z, double scale);
   /// Keeps what try_step tried last; multipliers move as far as they stay positive.
@@ -63,9 +64,12 @@ class ElasticBarrier {
   /// Sets the point without touching slacks and multipliers.
   void move(const NodeTable& z);
   double objective() const { return objective_; }
-  /// Violation of all rows at the point; rows outside their bounds are watched from now on. `added` tells if any are
-  /// new.
-  double check_all_rows(double tolerance, bool& added);
+  /// What check_all_rows() found.
+  enum class Check { kNothingNew, kMissedLinear, kMissed };
+  /// Looks at all rows at the point; those outside their bounds by more than the tolerance are watched from now on.
+  Check check_all_rows(double tolerance);
+  /// Violation of all rows where begin() or check_all_rows() looked last.
+  double violation() const { return violation_; }
   double curvature_scale() const { return curvature_scale_; }
   /// Multipliers in the order of Solution::multipliers.
   void write_multipliers(std::vector<std::vector<double>>& multipliers) const;
@@ -76,46 +80,50 @@ class ElasticBarrier {
   /// Multipliers below this are taken for those of rows that are not near their bounds.
   static constexpr double kNoMultiplier = 1e-4;
 
-  /// One bound of every row: g = sign * (c - bound).
+  /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
   struct Side {
-    double sign;
-    NodeTable room, excess, multiplier;
-    NodeTable stiffness, offset;  ///< of the last model()
-    NodeTable room_step, excess_step, multiplier_step;
-    NodeTable new_room, new_excess;
+    double sign, limit;
+    Lanes room, excess, multiplier;
+    Lanes stiffness, offset;  ///< of the last model()
+    Lanes room_step, excess_step, multiplier_step;
+    Lanes new_room, new_excess;
+  };
+  /// A watched row at the nodes of a batch.
+  struct Band {
+    int row, entry;
+    EntryRange support;
+    Lanes acts;   ///< 1 in lanes where the row acts, else 0
+    Lanes value;  ///< c at the point
+    std::array<Side, 2> sides;
+    int side_count;
+    std::size_t gradient;  ///< where dc/dz begins in gradients_: the entries of the support, unless it is an entry
 
-    Side(double s, const NodeTable& shape)
-        : sign(s),
-          room(shape),
-          excess(shape),
-          multiplier(shape),
-          stiffness(shape),
-          offset(shape),
-          room_step(shape),
-          excess_step(shape),
-          multiplier_step(shape),
-          new_room(shape),
-          new_excess(shape) {}
-    double bound(const Row& row) const { return sign > 0.0 ? row.bounds.lower : row.bounds.upper; }
+    /// g of a side; 1 in lanes where the row does not act.
+    Lanes inside(const Side& side) const { return select(acts > 0.0, side.sign * (value - side.limit), 1.0); }
+    /// As Solution::multipliers has it; 0 in lanes where the row does not act.
+    Lanes signed_multiplier() const {
+      Lanes total = 0.0;
+      for (int i = 0; i < side_count; ++i) total -= sides[i].sign * sides[i].multiplier;
+      return acts * total;
+    }
   };
 
-  void compute_value(int r);
-  const Lanes* value(int r) const { return rows_[r].entry >= 0 ? z_[rows_[r].entry] : value_[r]; }
-  /// g of a side in batch b; 1 in lanes where the row does not act.
-  Lanes inside(const Side& side, int r, int b) const;
-  /// Smallest distance of row r to its bounds at a node; negative outside.
-  double least_inside(int r) const;
-  void start_slacks(int r, const std::vector<std::vector<double>>* multipliers);
-  /// Largest multiplier of each row, in the order of rows.
-  void largest_multipliers(const std::vector<std::vector<double>>& multipliers);
-  double sum_of_barriers(const NodeTable Side::*room, const NodeTable Side::*excess) const;
-  /// Signed multipliers as Solution::multipliers has them; 0 in lanes where the row does not act.
-  Lanes signed_multiplier(int r, int b) const;
+  void set_point();  ///< all that is known at z_
+  void compute_all_rows();
+  Lanes least_inside(int r) const;
+  Lanes compute(const Band& band, int b) const;
+  void watch(int r, const std::vector<std::vector<double>>* multipliers);
+  /// Largest multiplier of each row over the nodes.
+  void find_largest_multipliers(const std::vector<std::vector<double>>& multipliers);
   void write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g, NewtonSystem& newton) const;
-
-  /// dc/dz of row r in batch b: the entries of its support.
-  Lanes* row_gradient(int r, int b) { return row_gradients_.data() + row_gradient_begin_[r] + b * support_size(r); }
-  int support_size(int r) const { return rows_[r].support.last - rows_[r].support.first; }
+  double phi(Lanes excess, double logarithms) const;
+  /// Calls f(band, batch) with every band.
+  template <typename F>
+  void for_each_band(const F& f) {
+    for (int b = 0; b < evaluation_.batches(); ++b) {
+      for (Band& band : bands_[b]) f(band, b);
+    }
+  }
 
   const Ocp& ocp_;
   int n_, horizon_;
@@ -127,15 +135,14 @@ class ElasticBarrier {
   double curvature_scale_ = 1.0;
   double mu_ = 1.0;
 
-  NodeTable z_;      ///< the point
-  NodeTable value_;  ///< of the rows that are not entries of z
-  std::array<Side, 2> sides_;
+  NodeTable z_;                           ///< the point
+  NodeTable values_;                      ///< of all rows, where they were computed last
+  std::vector<std::vector<Band>> bands_;  ///< by batch
+  std::vector<Lanes> gradients_;          ///< of the bands
   std::vector<double> largest_multiplier_;
-  double objective_ = 0.0;
+  double objective_ = 0.0, violation_ = 0.0;
   std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
-  std::vector<Lanes> row_gradients_;
-  std::vector<std::size_t> row_gradient_begin_;
   Residuals residuals_;
   double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;
   const NodeTable* step_ = nullptr;

@@ -2,47 +2,66 @@
 
 #include <array>
 
+#include "core/lanes.hpp"
 #include "core/math.hpp"
 
 namespace steadyhand::realtime {
 namespace {
 
-constexpr int padded_width(int dof) { return (3 * dof + 1 + 3) / 4 * 4; }
+constexpr int padded_width(int dof) { return (3 * dof + 1 + kLanes - 1) / kLanes * kLanes; }
 
 /// The recursion for n joints. The cost to go of node k + 1, pulled back through the dynamics, adds to the model of
 /// node k; eliminating du_k from the sum by symmetric Gaussian elimination leaves the cost to go of node k in the rows
-/// of [q; dq]. Everything happens in place.
+/// of [q; dq]. Everything happens in place, rows in steps of Lanes from the one that holds the diagonal on.
 template <int n>
 struct Kernels {
   static constexpr int kSize = 3 * n, kGradient = 3 * n, kWidth = padded_width(n);
-  using Model = double[kSize][kWidth];
+  using Row = double[kWidth];
+  using Model = Row[kSize];
 
-  static double symmetric(const Model& model, int i, int j) { return i <= j ? model[i][j] : model[j][i]; }
+  static constexpr int block_of(int column) { return column / kLanes * kLanes; }
+
+  /// to += factor * from, from the block of column `first` on.
+  static void add(double* to, double factor, const double* from, int first) {
+    for (int j = block_of(first); j < kWidth; j += kLanes) {
+      (Lanes::load(to + j) + factor * Lanes::load(from + j)).store(to + j);
+    }
+  }
+
+  /// The rows of P, the Hessian by [q; dq], and the gradient: by columns q_0.., dq_0.., gradient; both triangles.
+  static void cost_to_go(const Model& next, double (&P)[2 * n][2 * n + 1]) {
+    for (int i = 0; i < 2 * n; ++i) {
+      for (int j = i; j < 2 * n; ++j) P[i][j] = P[j][i] = next[n + i][n + j];
+      P[i][2 * n] = next[n + i][kGradient];
+    }
+  }
 
   /// model += [B A]' P [B A], and the gradient likewise. P stands in the rows and columns of [q; dq] of `next`.
   static void pull_back(const Model& next, double dt, Model& model) {
     const double h = 0.5 * dt * dt;
+    double P[2 * n][2 * n + 1];
+    cost_to_go(next, P);
     for (int i = 0; i < n; ++i) {
-      double of_q[kWidth], of_v[kWidth];  // rows of P [B A] for q+_i and dq+_i, by columns [u | q | dq | gradient]
+      alignas(64) double of_q[kWidth] = {}, of_v[kWidth] = {};  // rows of P [B A] for q+_i and dq+_i, by [u; q; dq]
       for (int j = 0; j < n; ++j) {
-        const double qq = symmetric(next, n + i, n + j), qv = next[n + i][2 * n + j];
-        const double vq = next[n + j][2 * n + i], vv = symmetric(next, 2 * n + i, 2 * n + j);
-        of_q[j] = h * qq + dt * qv;
-        of_q[n + j] = qq;
-        of_q[2 * n + j] = dt * qq + qv;
-        of_v[j] = h * vq + dt * vv;
-        of_v[n + j] = vq;
-        of_v[2 * n + j] = dt * vq + vv;
+        of_q[j] = h * P[i][j] + dt * P[i][n + j];
+        of_v[j] = h * P[n + i][j] + dt * P[n + i][n + j];
       }
-      for (int j = kGradient; j < kWidth; ++j) {
-        of_q[j] = next[n + i][j];
-        of_v[j] = next[2 * n + i][j];
+      for (int j = 0; j < n; ++j) {
+        of_q[n + j] = P[i][j];
+        of_v[n + j] = P[n + i][j];
       }
-      for (int j = 0; j < kWidth; ++j) {
-        model[i][j] += h * of_q[j] + dt * of_v[j];
-        model[n + i][j] += of_q[j];
-        model[2 * n + i][j] += dt * of_q[j] + of_v[j];
+      for (int j = 0; j < n; ++j) {
+        of_q[2 * n + j] = dt * P[i][j] + P[i][n + j];
+        of_v[2 * n + j] = dt * P[n + i][j] + P[n + i][n + j];
       }
+      of_q[kGradient] = P[i][2 * n];
+      of_v[kGradient] = P[n + i][2 * n];
+      add(model[i], h, of_q, i);
+      add(model[i], dt, of_v, i);
+      add(model[n + i], 1.0, of_q, n + i);
+      add(model[2 * n + i], dt, of_q, 2 * n + i);
+      add(model[2 * n + i], 1.0, of_v, 2 * n + i);
     }
   }
 
@@ -52,19 +71,17 @@ struct Kernels {
     for (int p = 0; p < n; ++p) {
       if (!(model[p][p] > smallest_pivot)) return false;
       inverse[p] = 1.0 / model[p][p];
-      for (int i = p + 1; i < n; ++i) {
-        const double factor = model[p][i] * inverse[p];
-        for (int j = 0; j < kWidth; ++j) model[i][j] -= factor * model[p][j];
-      }
+      for (int i = p + 1; i < n; ++i) add(model[i], -model[p][i] * inverse[p], model[p], i);
     }
     if (!state_too) return true;
     for (int i = n; i < kSize; ++i) {
-      double sum[kWidth] = {};
-      for (int p = 0; p < n; ++p) {
-        const double factor = model[p][i] * inverse[p];
-        for (int j = 0; j < kWidth; ++j) sum[j] += factor * model[p][j];
+      std::array<double, n> factor;
+      for (int p = 0; p < n; ++p) factor[p] = model[p][i] * inverse[p];
+      for (int j = block_of(i); j < kWidth; j += kLanes) {
+        Lanes sum = Lanes::load(model[i] + j);
+        for (int p = 0; p < n; ++p) sum -= factor[p] * Lanes::load(model[p] + j);
+        sum.store(model[i] + j);
       }
-      for (int j = 0; j < kWidth; ++j) model[i][j] -= sum[j];
     }
     return true;
   }

@@ -121,15 +121,20 @@ class Realtime final : public Solver {
   /// Follows the minimisers of the barrier problem from point_ as mu goes to zero.
   Outcome minimise(const OcpInstance& instance, const std::vector<std::vector<double>>* multipliers, Budget& budget) {
     const double last_mu = 0.1 * tolerance_;
-    keep(barrier_.begin(instance, point_, multipliers, multipliers ? kWarmMu : kColdMu));
+    barrier_.begin(instance, point_, multipliers, multipliers ? kWarmMu : kColdMu);
+    keep(barrier_.violation());
     while (true) {
       const Residuals now = barrier_.differentiate();
       if (now.kkt() <= tolerance_) {
-        bool added = false;
-        barrier_.check_all_rows(tolerance_, added);
-        return added ? Outcome::kMissedRows : Outcome::kSolved;
-      }
-      if (std::max(now.dual, now.centrality) <= kCloseEnough * barrier_.mu()) {
+        switch (barrier_.check_all_rows(tolerance_)) {
+          case ElasticBarrier::Check::kNothingNew:
+            return Outcome::kSolved;
+          case ElasticBarrier::Check::kMissed:
+            return Outcome::kMissedRows;
+          case ElasticBarrier::Check::kMissedLinear:
+            break;  // goes on from here with the rows watched
+        }
+      } else if (std::max(now.dual, now.centrality) <= kCloseEnough * barrier_.mu()) {
         if (barrier_.mu() <= last_mu) return Outcome::kGaveUp;  // a minimiser outside of bounds: locally infeasible
         barrier_.set_mu(std::max(last_mu, std::min(0.2 * barrier_.mu(), std::pow(barrier_.mu(), 1.5))));
         continue;
@@ -190,8 +195,8 @@ class Realtime final : public Solver {
     for (double scale = 1.0; scale > 1e-2; scale *= 0.5) {
       trial_.set_sum(fallback_, scale, step_);
       barrier_.move(trial_);
-      bool added = false;
-      const double violation = barrier_.check_all_rows(tolerance_, added);
+      barrier_.check_all_rows(tolerance_);
+      const double violation = barrier_.violation();
       const bool better = fallback_violation_ <= tolerance_
                               ? violation <= tolerance_ && barrier_.objective() < fallback_objective
                               : violation < fallback_violation_;
@@ -210,11 +215,14 @@ class Realtime final : public Solver {
       trajectory.x[k + 1] = ocp_.next(trajectory.x[k], trajectory.u[k]);
     }
     barrier_.write_multipliers(solution.multipliers);
-    barrier_.move(point_);
-    bool added = false;
-    solution.violation = barrier_.check_all_rows(tolerance_, added);
+    if (!solved) {
+      barrier_.move(point_);
+      barrier_.check_all_rows(tolerance_);
+    }
+    solution.violation = barrier_.violation();
     solution.objective = barrier_.objective();
-    solution.kkt_error = std::max(barrier_.differentiate().kkt(), solution.violation);
+    solution.kkt_error =
+        std::max(solved ? barrier_.residuals().kkt() : barrier_.differentiate().kkt(), solution.violation);
     const bool feasible = solution.violation <= tolerance_;
     solution.status = !feasible                                    ? SolveStatus::kInfeasible
                       : solved && solution.kkt_error <= tolerance_ ? SolveStatus::kSolved
