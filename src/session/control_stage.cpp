@@ -89,8 +89,8 @@ void ControlStage::take_plan(Time now) {
   if (!has_pending_ || pending_.start > now) return;
   has_pending_ = false;
   const SupervisionState state = supervisor_.state();
-  const bool wanted =
-      state == SupervisionState::kReady || state == SupervisionState::kEngaged || state == SupervisionState::kHolding;
+  const bool wanted = state == SupervisionState::kReady || state == SupervisionState::kEngaged ||
+                      state == SupervisionState::kHolding || soft_;
   const JointCommand here = tracker_.update(pending_.start), there = sample(pending_, pending_.start);
   const bool continues = pending_.start > last_.stamp.made && (here.q - there.q).cwiseAbs().maxCoeff() <= kContinuity &&
                          (here.dq - there.dq).cwiseAbs().maxCoeff() <= kContinuity;

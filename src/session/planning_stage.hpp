@@ -13,10 +13,9 @@ namespace steadyhand {
 
 struct PlanningSettings {
   double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
-  /// s in which the arm comes to rest when it no longer follows: first by the problem with this weight on velocities in
-  /// place of the one on position, so that the liquid counts, then straight.
-  double rest_within = 0.6;
-  double rest_velocity_weight = 100.0;  ///< (rad/s)^-2
+  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid, and
+  /// straight once it is slow or this has passed.
+  double rest_within = 1.0;
   double silence = 0.25;                ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
