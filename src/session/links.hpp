@@ -71,6 +71,7 @@ struct Links {
   LatestValue<ControlView> control_view;   ///< control to main
   LatestValue<PlannerView> planner_view;   ///< planner to main
   std::atomic<bool> stop_asked{false}, reset_asked{false};  ///< any thread to control, which takes them back
+  std::atomic<bool> release_asked{false};                   ///< any thread to planner, which takes it back
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check
   Histogram latency_us;  ///< written by control: hand to the first command made from it

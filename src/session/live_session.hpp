@@ -65,6 +65,8 @@ class LiveSession {
 
   /// The operator's hand. One thread at a time.
   void feed(const OperatorSample& sample) { links_->samples.push(sample); }
+  /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
+  void release_hand() { links_->release_asked = true; }
   /// Any thread.
   void ask_stop() { links_->stop_asked = true; }
   void ask_reset() { links_->reset_asked = true; }

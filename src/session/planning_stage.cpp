@@ -6,8 +6,9 @@ namespace steadyhand {
 
 namespace {
 
-/// Weights with which the arm comes to rest: nothing draws it anywhere, it loses its speed and rights the glass as fast as
-/// the liquid bears. Found by stopping moving arms at random instants: these spill least of what comes to rest within 0.6 s.
+/// Weights with which the arm comes to rest: nothing draws it anywhere, it loses its speed and rights the glass as fast
+/// as the liquid bears. Found by stopping moving arms at random instants: these spill least of what comes to rest
+/// within 0.6 s.
 constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 10.0;
 
 }  // namespace
@@ -102,7 +103,8 @@ void PlanningStage::hear(Time now, const Pose& X_base_tool) {
     if (following_ && sample.clutch) send_target(retargeter_.update(sample, X_base_tool));
   }
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
-  if (to_seconds(now - gate_.report().heard) > settings_.silence) gate_.forget();
+  const bool released = links_->release_asked.exchange(false, std::memory_order_relaxed);
+  if (released || to_seconds(now - gate_.report().heard) > settings_.silence) gate_.forget();
   links_->hand.write(gate_.report());
 }
 

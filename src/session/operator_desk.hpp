@@ -1,0 +1,54 @@
+#pragma once
+
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/profile_file.hpp"
+#include "session/live_session.hpp"
+#include "session/playback.hpp"
+
+namespace steadyhand {
+
+/// A recorded hand that the operator may let play.
+struct NamedRecording {
+  std::string name;
+  Recording recording;
+};
+
+/// Carries out what operators ask of a live session beside moving it, and lets recorded hands play. Its calls come from
+/// any thread; none waits for more than another call.
+class OperatorDesk {
+ public:
+  /// The session must outlive it. @param profile index of the profile that the session began with
+  OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
+               std::vector<NamedRecording> recordings);
+
+  /// Done, or why the request cannot be obeyed; then nothing changes.
+  Status apply(const OperatorRequest& request, Time now);
+  /// The operator's own hand. Ignored while a recording plays.
+  void hand(const OperatorSample& sample);
+  /// Another hand from here on: the arm disengages.
+  void change_hands();
+  /// Feeds what the recording that plays has for this time. Call every few milliseconds.
+  void poll(Time now);
+
+  SessionControls controls() const;
+
+ private:
+  Status set_profile(const std::string& name);
+  Status set_weight(const std::string& name, double value);
+  Status play(const std::string& name, Time now);
+  void send();
+
+  mutable std::mutex mutex_;
+  LiveSession* session_;
+  std::vector<Profile> profiles_;
+  std::vector<NamedRecording> recordings_;
+  std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
+  SessionControls controls_;
+  std::optional<Playback> playback_;
+};
+
+}  // namespace steadyhand

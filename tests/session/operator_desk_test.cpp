@@ -1,0 +1,95 @@
+#include "session/operator_desk.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "session/virtual_session.hpp"
+
+namespace steadyhand {
+namespace {
+
+using Kind = OperatorRequest::Kind;
+
+/// A desk before a session whose threads were not started.
+struct Desk : testing::Test {
+  Desk() : arm(ur5e(), ur5e().home, {}, clock) {
+    std::vector<Profile> profiles;
+    for (const char* name : {"tracking", "waiter"}) profiles.push_back(*load_profile(name));
+    LiveSettings settings;
+    settings.planning.ocp = profiles[1].ocp;
+    session = std::move(*LiveSession::make(ur5e(), settings, arm, clock));
+    Recording still;
+    still.samples.resize(2);
+    still.samples[1].stamp.hand = std::chrono::seconds(1);
+    desk = std::make_unique<OperatorDesk>(*session, profiles, 1, RetargetSettings{},
+                                          std::vector<NamedRecording>{{"still", still}});
+  }
+  Status ask(Kind kind, const std::string& text = "", double value = 0.0) {
+    return desk->apply({kind, text, value}, clock.now());
+  }
+
+  ManualClock clock;
+  SimulatedArm arm;
+  std::unique_ptr<LiveSession> session;
+  std::unique_ptr<OperatorDesk> desk;
+};
+
+TEST_F(Desk, TellsWhatIsChosen) {
+  EXPECT_EQ(desk->controls().profile, 1);
+  EXPECT_EQ(desk->controls().lateral_weight, 3.0);
+  EXPECT_TRUE(ask(Kind::kProfile, "tracking"));
+  EXPECT_EQ(desk->controls().profile, 0);
+  EXPECT_EQ(desk->controls().lateral_weight, 0.0);
+  EXPECT_TRUE(ask(Kind::kWeight, "lateral", 7.0));
+  EXPECT_EQ(desk->controls().lateral_weight, 7.0);
+  EXPECT_TRUE(ask(Kind::kScale, "", 0.8));
+  EXPECT_TRUE(ask(Kind::kYaw, "", 1.0));
+  EXPECT_EQ(desk->controls().scale, 0.8);
+  EXPECT_EQ(desk->controls().yaw, 1.0);
+  EXPECT_TRUE(ask(Kind::kPlayback, "still"));
+  EXPECT_EQ(desk->controls().playback, 0);
+  EXPECT_TRUE(ask(Kind::kPlayback, ""));
+  EXPECT_EQ(desk->controls().playback, -1);
+  EXPECT_TRUE(ask(Kind::kStop));
+  EXPECT_TRUE(ask(Kind::kReset));
+}
+
+TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  struct Bad {
+    Kind kind;
+    std::string text;
+    double value;
+    std::string word;
+  };
+  for (const Bad& bad :
+       {Bad{Kind::kProfile, "waitr", 0, "waiter"}, Bad{Kind::kWeight, "latteral", 1, "lateral"},
+        Bad{Kind::kWeight, "lateral", -1, "-1"}, Bad{Kind::kWeight, "lateral", nan, "nan"},
+        Bad{Kind::kScale, "", 0, "scale"}, Bad{Kind::kScale, "", nan, "scale"}, Bad{Kind::kYaw, "", 100, "yaw"},
+        Bad{Kind::kYaw, "", nan, "yaw"}, Bad{Kind::kPlayback, "stil", 0, "still"}}) {
+    const Status status = ask(bad.kind, bad.text, bad.value);
+    ASSERT_FALSE(status) << bad.text << bad.value;
+    EXPECT_NE(status.error().message.find(bad.word), std::string::npos) << status.error().message;
+    EXPECT_EQ(desk->controls().profile, 1);
+    EXPECT_EQ(desk->controls().lateral_weight, 3.0);
+    EXPECT_EQ(desk->controls().scale, RetargetSettings{}.scale);
+    EXPECT_EQ(desk->controls().playback, -1);
+  }
+}
+
+TEST(Session, RefusesSettingsOutOfRange) {
+  ManualClock clock;
+  SimulatedArm arm(ur5e(), ur5e().home, {}, clock);
+  for (const double rate : {0.0, 3.0, 501.0, std::numeric_limits<double>::quiet_NaN()}) {
+    LiveSettings settings;
+    settings.planner_rate_hz = rate;
+    EXPECT_FALSE(LiveSession::make(ur5e(), settings, arm, clock)) << rate;
+  }
+  LiveSettings settings;
+  settings.lead = 0.03;  // longer than the period of 0.02 s
+  EXPECT_FALSE(LiveSession::make(ur5e(), settings, arm, clock));
+}
+
+}  // namespace
+}  // namespace steadyhand
