@@ -1,0 +1,29 @@
+# The operator's page (web/): meshes converted from airo-models, then bundled by Vite, into build/PRESET/page.
+find_program(NODE_PROGRAM NAMES node nodejs REQUIRED)
+if(NOT EXISTS "${STEADYHAND_DEPS}/node_modules/vite/bin/vite.js")
+  message(FATAL_ERROR "Vite not found under ${STEADYHAND_DEPS}: run ./steadyhand once, it installs the pinned packages")
+endif()
+# Node looks for packages in the folders above a file.
+file(CREATE_LINK "${STEADYHAND_DEPS}/node_modules" "${CMAKE_SOURCE_DIR}/web/node_modules" SYMBOLIC)
+
+set(page_public "${CMAKE_BINARY_DIR}/page_public")
+set(page_folder "${CMAKE_BINARY_DIR}/page")
+set(page_stamp "${CMAKE_BINARY_DIR}/page.stamp")
+set(arm_urdf "${site_packages}/airo_models/arms/ur5e/ur5e.urdf")
+set(arm_mesh "${page_public}/arms/ur5e.glb")
+add_custom_command(
+  OUTPUT "${arm_mesh}"
+  COMMAND "${STEADYHAND_DEPS}/venv/bin/python" "${CMAKE_SOURCE_DIR}/web/tools/make_arm_mesh.py" "${arm_urdf}" "${arm_mesh}"
+  DEPENDS "${CMAKE_SOURCE_DIR}/web/tools/make_arm_mesh.py" "${arm_urdf}"
+  COMMENT "Converting the UR5e's meshes" VERBATIM)
+
+file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/web/src/*")
+add_custom_command(
+  OUTPUT "${page_stamp}"
+  COMMAND "${CMAKE_COMMAND}" -E env STEADYHAND_PUBLIC=${page_public} STEADYHAND_PAGE=${page_folder}
+          "${NODE_PROGRAM}" "${STEADYHAND_DEPS}/node_modules/vite/bin/vite.js" build --logLevel warn
+  COMMAND "${CMAKE_COMMAND}" -E touch "${page_stamp}"
+  DEPENDS ${page_sources} "${arm_mesh}" "${CMAKE_SOURCE_DIR}/web/index.html" "${CMAKE_SOURCE_DIR}/web/vite.config.mts"
+          "${CMAKE_SOURCE_DIR}/setup/package-lock.json"
+  WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}/web"
+  COMMENT "Bundling the operator's page" VERBATIM)

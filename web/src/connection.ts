@@ -1,0 +1,121 @@
+import { decode, encode, PROTOCOL_VERSION, type ClientMessage, type ServerMessage, type StateMessage } from './protocol';
+
+export type ConnectionStatus = 'connecting' | 'open' | 'lost' | 'refused';
+
+/** What a connection needs of the browser; tests bring their own. */
+export interface Surroundings {
+  open(): WebSocket;
+  /** s, monotonic. */
+  now(): number;
+  after(seconds: number, act: () => void): number;
+  cancel(timer: number): void;
+  readToken(): string;
+  keepToken(token: string): void;
+}
+
+export function browserSurroundings(): Surroundings {
+  const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+  const key = 'steadyhand-token';
+  return {
+    open: () => new WebSocket(`${scheme}://${location.host}/live`),
+    now: () => performance.now() / 1000,
+    after: (seconds, act) => window.setTimeout(act, seconds * 1000),
+    cancel: (timer) => window.clearTimeout(timer),
+    readToken: () => { try { return localStorage.getItem(key) ?? ''; } catch { return ''; } },
+    keepToken: (token) => { try { localStorage.setItem(key, token); } catch { /* private windows pair anew */ } },
+  };
+}
+
+const PING_EVERY = 0.5;
+const RETRY = [0.25, 0.5, 1, 2]; // s
+
+/** One client's end of the WebSocket: greets, pairs, pings, and connects again when the connection is lost. */
+export class Connection {
+  status: ConnectionStatus = 'connecting';
+  /** s, of the last pong; NaN before the first. */
+  roundTrip = NaN;
+  bytesReceived = 0;
+  #socket: WebSocket | null = null;
+  #attempts = 0;
+  #pingTimer = 0;
+  #echo = -1;
+  #echoAt = 0;
+
+  constructor(
+    private readonly around: Surroundings,
+    private code: string,
+    private readonly onMessage: (message: ServerMessage) => void,
+    private readonly onStatus: (status: ConnectionStatus) => void,
+  ) {}
+
+  start(): void {
+    const socket = this.around.open();
+    this.#socket = socket;
+    socket.onopen = () => {
+      const token = this.around.readToken();
+      this.send(token ? { type: 'hello', version: PROTOCOL_VERSION, token } : { type: 'hello', version: PROTOCOL_VERSION });
+      this.#ping();
+    };
+    socket.onmessage = (event) => this.#take(String(event.data));
+    socket.onclose = () => this.#lost();
+  }
+
+  /** False if there is nobody to take it, or so much is waiting that it would arrive late: then it is dropped. */
+  send(message: ClientMessage): boolean {
+    const socket = this.#socket;
+    if (!socket || socket.readyState !== 1) return false;
+    if (message.type === 'sample' && socket.bufferedAmount > 4096) return false;
+    socket.send(encode(message));
+    return true;
+  }
+
+  pair(code: string): void {
+    this.send({ type: 'pair', code });
+  }
+
+  #take(text: string): void {
+    this.bytesReceived += text.length;
+    const message = decode(text);
+    if (!message) return;
+    if (message.type === 'welcome') {
+      this.#attempts = 0;
+      this.#become('open');
+      if (this.code) this.pair(this.code);
+      this.code = ''; // it works once
+    } else if (message.type === 'paired') {
+      this.around.keepToken(message.token);
+    } else if (message.type === 'state') {
+      this.#echo = (message as StateMessage).now_s;
+      this.#echoAt = this.around.now();
+    } else if (message.type === 'pong') {
+      this.roundTrip = this.around.now() - message.t_s;
+    } else if (message.type === 'error' && message.code === 'version') {
+      this.#become('refused');
+    }
+    this.onMessage(message);
+  }
+
+  #ping(): void {
+    const now = this.around.now();
+    this.send(this.#echo >= 0
+      ? { type: 'ping', t_s: now, echo_s: this.#echo, held_s: Math.max(0, now - this.#echoAt) }
+      : { type: 'ping', t_s: now });
+    this.#pingTimer = this.around.after(PING_EVERY, () => this.#ping());
+  }
+
+  #lost(): void {
+    this.around.cancel(this.#pingTimer);
+    this.#socket = null;
+    this.#echo = -1;
+    if (this.status === 'refused') return;
+    this.#become('lost');
+    const wait = RETRY[Math.min(this.#attempts++, RETRY.length - 1)] ?? 2;
+    this.around.after(wait, () => this.start());
+  }
+
+  #become(status: ConnectionStatus): void {
+    if (this.status === status) return;
+    this.status = status;
+    this.onStatus(status);
+  }
+}

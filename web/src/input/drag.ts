@@ -1,0 +1,80 @@
+import * as THREE from 'three';
+import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
+import type { Hand } from '../hand';
+import type { Quat, Vec3 } from '../protocol';
+import type { Session } from '../session';
+import type { Stage } from '../scene/stage';
+
+/** Handles on the target for mouse and touch: pressing one engages, letting go releases. */
+export class Drag {
+  readonly controls: TransformControls;
+  readonly #proxy = new THREE.Object3D();
+  readonly #start = new THREE.Vector3();
+  readonly #startTurn = new THREE.Quaternion();
+  readonly #turn = new THREE.Quaternion();
+  #eventTime = 0;
+  #holding = false;
+
+  constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly session: Session,
+              private readonly wantLease: () => void, canvas: HTMLCanvasElement) {
+    stage.base.add(this.#proxy);
+    this.controls = new TransformControls(stage.camera, canvas);
+    this.controls.size = matchMedia('(pointer: coarse)').matches ? 1.1 : 0.75;
+    this.controls.space = 'local';
+    this.controls.attach(this.#proxy);
+    stage.scene.add(this.controls.getHelper());
+    // The event that moves the handle comes first to us, so that its age is known when the sample goes out.
+    for (const type of ['pointerdown', 'pointermove'] as const) {
+      canvas.addEventListener(type, (event) => { this.#eventTime = event.timeStamp / 1000; }, { capture: true });
+    }
+    this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
+    this.controls.addEventListener('objectChange', () => this.lead());
+    canvas.addEventListener('pointercancel', () => this.#held(false));
+    addEventListener('blur', () => this.#held(false));
+  }
+
+  get holding(): boolean { return this.#holding; }
+
+  setMode(mode: 'translate' | 'rotate'): void { this.controls.setMode(mode); }
+
+  show(shown: boolean): void {
+    this.controls.getHelper().visible = shown;
+    this.controls.enabled = shown;
+  }
+
+  /** Every frame: the handles stay on the target; while held, the hand is reported even when it rests. */
+  update(): void {
+    if (this.#holding) return this.lead(true);
+    const target = this.session.state?.target;
+    if (!target) return;
+    // Upright handles: they move along the base's axes.
+    this.#proxy.position.set(...(target.p as [number, number, number]));
+    this.#proxy.quaternion.identity();
+  }
+
+  #held(held: boolean): void {
+    if (held === this.#holding) return;
+    this.stage.orbit.enabled = !held;
+    if (held) {
+      this.wantLease();
+      if (!this.hand.grab('drag')) return;
+      this.#holding = true;
+      this.#start.copy(this.#proxy.position);
+      this.#startTurn.copy(this.#proxy.quaternion);
+      this.lead(true);
+    } else {
+      this.#holding = false;
+      this.hand.release('drag');
+    }
+  }
+
+  lead(idle = false): void {
+    const controls = this.session.state?.controls;
+    if (!this.#holding || !controls) return;
+    this.#turn.copy(this.#startTurn).invert().premultiply(this.#proxy.quaternion);
+    const p = this.#proxy.position;
+    const shift: Vec3 = [p.x - this.#start.x, p.y - this.#start.y, p.z - this.#start.z];
+    const spin: Quat = [this.#turn.x, this.#turn.y, this.#turn.z, this.#turn.w];
+    this.hand.lead('drag', shift, spin, controls.scale, controls.yaw, idle ? undefined : this.#eventTime);
+  }
+}

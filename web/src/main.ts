@@ -1,0 +1,106 @@
+import './style.css';
+import { browserSurroundings, Connection } from './connection';
+import { Hand } from './hand';
+import { Drag } from './input/drag';
+import { Gamepads, Keys } from './input/keys';
+import { Headset } from './input/xr';
+import { element, Panel } from './panel';
+import { Plots } from './plots';
+import { Stage } from './scene/stage';
+import { Session } from './session';
+
+const canvas = element('scene', HTMLCanvasElement);
+const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)').matches;
+const session = new Session();
+const stage = new Stage(canvas, reducedMotion);
+const now = () => performance.now() / 1000;
+
+const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
+// It works once, and nobody should copy it from the address bar.
+if (code) history.replaceState(null, '', location.pathname + location.search);
+
+let plots: Plots | null = null;
+let robot = '';
+
+const connection = new Connection(browserSurroundings(), code, (message) => {
+  session.take(message, now());
+  if (message.type === 'state') plots?.take(message);
+  if (message.type !== 'welcome') return;
+  panel.offer(message);
+  plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, message.profiles);
+  if (message.robot && message.robot.name !== robot) {
+    robot = message.robot.name;
+    void stage.setRobot(message.robot);
+  }
+}, (status) => {
+  session.connectionBecame(status);
+  if (status !== 'open' && hand.source) hand.release(hand.source);
+});
+
+const hand = new Hand(connection, now);
+const panel = new Panel(session, connection);
+const wantLease = () => panel.takeLease();
+const stop = () => panel.stop();
+const drag = new Drag(stage, hand, session, wantLease, canvas);
+const keys = new Keys(hand, session, wantLease, stop);
+const gamepads = new Gamepads(hand, session, wantLease, stop);
+const headset = new Headset(stage, hand, session, connection, wantLease, stop, () => void offerHeadset());
+
+async function offerHeadset(): Promise<void> {
+  const { vr, ar } = await Headset.modes();
+  element('enter-vr', HTMLButtonElement).hidden = !vr;
+  element('enter-ar', HTMLButtonElement).hidden = !ar;
+  element('emulate', HTMLButtonElement).hidden = vr;
+  element('enter-vr', HTMLButtonElement).textContent = headset.session ? 'Leave VR' : 'Enter VR';
+}
+
+const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {
+  if (headset.session) void headset.session.end();
+  else headset.enter(mode).catch((error: unknown) => { session.lastError = { code: 'unknown', message: String(error) }; });
+};
+element('enter-vr', HTMLButtonElement).onclick = enter('immersive-vr');
+element('enter-ar', HTMLButtonElement).onclick = enter('immersive-ar');
+element('emulate', HTMLButtonElement).onclick = () => void headset.emulate().then(offerHeadset);
+
+const mode = element('mode', HTMLButtonElement);
+mode.onclick = () => {
+  const turning = mode.getAttribute('aria-pressed') !== 'true';
+  mode.setAttribute('aria-pressed', String(turning));
+  drag.setMode(turning ? 'rotate' : 'translate');
+};
+element('spheres', HTMLInputElement).onchange = (event) => stage.arm?.showSpheres((event.target as HTMLInputElement).checked);
+element('reach', HTMLInputElement).onchange = (event) => stage.showReach((event.target as HTMLInputElement).checked);
+const dark = element('dark', HTMLInputElement);
+dark.checked = matchMedia('(prefers-color-scheme: dark)').matches;
+dark.onchange = () => {
+  document.documentElement.className = dark.checked ? 'dark' : 'light';
+  stage.setDark(dark.checked);
+};
+
+new ResizeObserver(() => stage.resize(canvas.clientWidth, canvas.clientHeight)).observe(canvas);
+
+let last = now(), lastWords = 0, frames = 0;
+stage.renderer.setAnimationLoop((_time, frame) => {
+  const t = now();
+  const dt = Math.min(0.1, t - last);
+  last = t;
+  ++frames;
+  keys.update(dt);
+  gamepads.update(dt);
+  headset.update(frame, t);
+  drag.show(session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t)));
+  drag.update();
+  if (session.state) stage.show(session.state, session.isStale(t));
+  if (t - lastWords > 0.15) {
+    lastWords = t;
+    panel.draw(t);
+    plots?.draw();
+  }
+  stage.draw();
+});
+
+void offerHeadset();
+connection.start();
+
+/** For tests and the curious: what the page knows. */
+Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, frames: () => frames } });

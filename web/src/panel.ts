@@ -1,0 +1,141 @@
+import type { Connection } from './connection';
+import { PROFILE_COLORS } from './plots';
+import type { Measure, RequestKind, WelcomeMessage } from './protocol';
+import type { Session } from './session';
+
+/** The element of index.html with this id. */
+export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
+  const found = document.getElementById(id);
+  if (!(found instanceof kind)) throw new Error(`index.html has no ${kind.name} #${id}`);
+  return found;
+}
+
+function write(node: HTMLElement, text: string): void {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+const show = (value: Measure | undefined, factor: number, digits: number, unit: string): string =>
+  value === null || value === undefined ? '–' : `${(value * factor).toFixed(digits)} ${unit}`;
+
+const button = (id: string) => element(id, HTMLButtonElement);
+const input = (id: string) => element(id, HTMLInputElement);
+
+/** Controls and words of the page. What it shows of a choice is what the server says, not what was clicked. */
+export class Panel {
+  readonly #sliders: { node: HTMLInputElement; output: HTMLElement; read(): number | undefined; label(value: number): string }[] = [];
+  #profiles: HTMLInputElement[] = [];
+
+  constructor(private readonly session: Session, private readonly connection: Connection) {
+    button('stop').onclick = () => this.stop();
+    button('reset').onclick = () => this.reset();
+    addEventListener('keydown', (event) => {
+      const free = event.target === document.body || event.target instanceof HTMLCanvasElement;
+      if (event.code === 'Enter' && free) this.reset();
+    });
+    button('lease').onclick = () => this.connection.send({ type: this.session.yours ? 'release' : 'take' });
+    document.querySelector('#pairing')!.addEventListener('submit', (event) => {
+      event.preventDefault();
+      this.connection.pair(input('code').value.trim().toLowerCase());
+      input('code').value = '';
+    });
+    element('playback', HTMLSelectElement).onchange = (event) => {
+      this.takeLease();
+      this.ask('playback', { text: (event.target as HTMLSelectElement).value });
+    };
+    input('record').onchange = () => this.ask('record', { value: input('record').checked ? 1 : 0 });
+    const controls = () => this.session.state?.controls;
+    this.#slider('lateral', () => controls()?.lateral_weight, (v) => v.toFixed(1), (value) => this.ask('weight', { text: 'lateral', value }));
+    this.#slider('vertical', () => controls()?.vertical_weight, (v) => v.toFixed(1), (value) => this.ask('weight', { text: 'vertical', value }));
+    this.#slider('scale', () => controls()?.scale, (v) => `${v.toFixed(2)} ×`, (value) => this.ask('scale', { value }));
+    this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => `${v.toFixed(0)}°`,
+      (value) => this.ask('yaw', { value: (value * Math.PI) / 180 }));
+  }
+
+  stop(): void { this.ask('stop'); }
+  reset(): void {
+    if (this.session.state?.state === 'stopping' || this.session.state?.state === 'fault') {
+      this.takeLease();
+      this.ask('reset');
+    }
+  }
+
+  /** If nobody has it; the server decides. */
+  takeLease(): void {
+    if (!this.session.yours && this.session.paired && this.session.holder === 0) this.connection.send({ type: 'take' });
+  }
+
+  ask(kind: RequestKind, more: { text?: string; value?: number } = {}): void {
+    this.connection.send({ type: 'request', kind, ...more });
+  }
+
+  #slider(id: string, read: () => number | undefined, label: (value: number) => string, send: (value: number) => void): void {
+    const node = input(id);
+    node.oninput = () => send(Number(node.value));
+    this.#sliders.push({ node, output: element(`${id}-value`, HTMLOutputElement), read, label });
+  }
+
+  /** What the server offers. */
+  offer(welcome: WelcomeMessage): void {
+    const box = element('profiles', HTMLFieldSetElement);
+    box.querySelectorAll('label').forEach((label) => label.remove());
+    this.#profiles = welcome.profiles.map((profile) => {
+      const label = document.createElement('label');
+      const choice = Object.assign(document.createElement('input'), { type: 'radio', name: 'profile', value: profile.name });
+      choice.onchange = () => this.ask('profile', { text: profile.name });
+      const color = document.createElement('i');
+      color.style.background = PROFILE_COLORS[profile.index % PROFILE_COLORS.length]!;
+      label.append(choice, profile.label, color);
+      box.append(label);
+      return choice;
+    });
+    const list = element('playback', HTMLSelectElement);
+    list.replaceChildren(new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name)));
+  }
+
+  /** A few times a second. */
+  draw(now: number): void {
+    const { session } = this;
+    const state = session.state;
+    const live = session.status === 'open' && !session.isStale(now);
+    document.body.dataset.state = session.status === 'open' ? (state?.state ?? 'none') : 'none';
+    document.body.dataset.stale = String(!live);
+    document.body.dataset.yours = String(session.yours);
+    write(element('state', HTMLElement), session.status === 'open' ? (live ? (state?.state ?? '') : 'no news') : session.status === 'connecting' ? 'connecting' : 'not connected');
+    write(element('reason', HTMLElement), live ? (state?.reason ?? '') : '');
+    write(element('advice', HTMLElement), session.advice(now));
+    const constraint = live ? session.constraint() : '';
+    element('held', HTMLElement).hidden = !constraint;
+    write(element('held', HTMLElement), constraint);
+    element('spill', HTMLElement).hidden = !state?.liquid.spilled;
+    write(element('latency', HTMLElement), show(state?.latency_us.p50, 1e-3, 0, 'ms'));
+    write(element('error-now', HTMLElement), show(state?.tracking_error, 1e3, 0, 'mm'));
+    write(element('clearance', HTMLElement), show(state?.clearance, 1e3, 0, 'mm'));
+
+    button('reset').hidden = !(state?.state === 'stopping' || state?.state === 'fault');
+    button('stop').disabled = session.status !== 'open';
+    const lease = button('lease');
+    write(lease, session.yours ? 'Let others drive' : session.holder ? `Client ${session.holder} drives` : 'Drive');
+    lease.disabled = !session.paired || (!session.yours && session.holder !== 0);
+    element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
+    const yours = session.yours && live;
+    element('playback', HTMLSelectElement).disabled = !session.paired || (session.holder !== 0 && !session.yours);
+    input('record').disabled = !yours;
+    for (const choice of this.#profiles) choice.disabled = !yours;
+    for (const { node, output, read, label } of this.#sliders) {
+      node.disabled = !yours;
+      const value = read();
+      if (value === undefined) continue;
+      write(output, label(value));
+      if (document.activeElement !== node) node.value = String(value);
+    }
+    if (!state) return;
+    this.#profiles.forEach((choice, i) => { choice.checked = i === state.controls.profile; });
+    if (document.activeElement !== input('record')) input('record').checked = state.recording;
+    const list = element('playback', HTMLSelectElement);
+    const playing = session.welcome?.recordings[state.controls.playback] ?? '';
+    if (document.activeElement !== list) list.value = playing;
+    const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
+    write(element('counters', HTMLElement),
+      `Planner ${state.planner_rate_hz.toFixed(0)} Hz, ${state.plans} plans, ${state.rejected_plans} refused; control ${state.cycles} cycles, ${state.missed_deadlines} late. Network there and back ${trip}.`);
+  }
+}

@@ -1,0 +1,122 @@
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import type { Measure, Profile, StateMessage } from './protocol';
+
+const SPAN = 60;    // s shown
+const RATE = 15;    // points a second
+const POINTS = SPAN * RATE;
+export const PROFILE_COLORS = ['#2f7fd0', '#d1561c', '#138a68', '#8a4fbf', '#a87a00'];
+
+/** Newest POINTS rows of several series; uPlot reads them as they are. */
+class History {
+  readonly rows: (number | null)[][];
+  constructor(series: number) { this.rows = Array.from({ length: series }, () => []); }
+  push(values: (number | null)[]): void {
+    values.forEach((value, i) => this.rows[i]!.push(value));
+    const first = this.rows[0]!;
+    while (first.length > POINTS || (first.length > 1 && first[first.length - 1]! - first[0]! > SPAN)) this.rows.forEach((row) => row.shift());
+  }
+  get data(): uPlot.AlignedData { return this.rows as uPlot.AlignedData; }
+}
+
+interface Chart { history: History; plot: uPlot; box: HTMLElement }
+
+const milli = (value: Measure): number | null => (value === null ? null : value / 1000);
+
+/** The last minute; profiles have a colour each, so that two of them can be compared as they alternate. */
+export class Plots {
+  readonly #charts: Record<string, Chart> = {};
+  readonly #profiles: Profile[];
+  readonly #sums = new Map<number, { lateral: number; error: number; n: number }>();
+  #next = 0;
+  #missed = -1;
+
+  constructor(private readonly root: HTMLElement, private readonly table: HTMLElement, profiles: Profile[]) {
+    this.#profiles = profiles;
+    root.replaceChildren();
+    const perProfile = profiles.map((p, i) => ({ label: p.name, color: PROFILE_COLORS[i % PROFILE_COLORS.length]! }));
+    this.#make('lateral', 'Lateral acceleration of the liquid, m/s²', perProfile);
+    this.#make('error', 'Target to glass, mm', perProfile);
+    this.#make('solve', 'Solve time, ms', [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }]);
+    this.#make('latency', 'Hand to command, ms', [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }]);
+    this.#make('missed', 'Missed deadlines, each second', [{ label: 'missed', color: '#c62828' }]);
+    new ResizeObserver(() => this.resize()).observe(root);
+  }
+
+  #make(name: string, title: string, series: { label: string; color: string }[]): void {
+    const box = document.createElement('figure');
+    box.dataset.chart = name;
+    const caption = document.createElement('figcaption');
+    caption.textContent = title;
+    box.append(caption);
+    this.root.append(box);
+    const history = new History(series.length + 1);
+    const ink = () => getComputedStyle(this.root).color;
+    const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.25)', width: 1 }, ticks: { show: false }, font: '11px system-ui' };
+    const plot = new uPlot({
+      width: Math.max(200, box.clientWidth), height: 130,
+      scales: { x: { time: false }, y: { range: (_u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 1, 1e-3) * 1.08] } },
+      axes: [{ ...axis, size: 22, values: (_u, ticks) => ticks.map((t) => `${t.toFixed(0)}`) }, { ...axis, size: 42 }],
+      cursor: { y: false }, legend: { live: true },
+      series: [{ label: 's' }, ...series.map((s) => ({ label: s.label, stroke: s.color, width: 1.5, points: { show: false } }))],
+    }, history.data, box);
+    this.#charts[name] = { history, plot, box };
+  }
+
+  take(state: StateMessage): void {
+    if (state.now_s < this.#next && state.now_s > this.#next - 1) return;
+    this.#next = state.now_s + 1 / RATE;
+    const [x, y] = state.local_acceleration;
+    const lateral = x === null || y === null ? null : Math.hypot(x, y);
+    const error = milli(state.tracking_error === null ? null : state.tracking_error * 1e6);
+    const own = (value: number | null): (number | null)[] => this.#profiles.map((p) => (p.index === state.controls.profile ? value : null));
+    const t = state.now_s;
+    this.#charts.lateral!.history.push([t, ...own(lateral)]);
+    this.#charts.error!.history.push([t, ...own(error)]);
+    this.#charts.solve!.history.push([t, milli(state.solve_us.p50), milli(state.solve_us.p99)]);
+    this.#charts.latency!.history.push([t, milli(state.latency_us.p50), milli(state.latency_us.p99)]);
+    const missed = this.#missed < 0 ? 0 : Math.max(0, state.missed_deadlines - this.#missed) * RATE;
+    this.#missed = state.missed_deadlines;
+    this.#charts.missed!.history.push([t, missed]);
+  }
+
+  /** A few times a second. */
+  draw(): void {
+    for (const chart of Object.values(this.#charts)) {
+      if (chart.box.offsetParent !== null) chart.plot.setData(chart.history.data);
+    }
+    this.#compare();
+  }
+
+  /** Means of the last minute, by profile. */
+  #compare(): void {
+    this.#sums.clear();
+    const lateral = this.#charts.lateral!.history.rows, error = this.#charts.error!.history.rows;
+    this.#profiles.forEach((profile, i) => {
+      const sum = { lateral: 0, error: 0, n: 0 };
+      lateral[i + 1]!.forEach((value, k) => {
+        if (value === null) return;
+        sum.lateral += value;
+        sum.error += error[i + 1]![k] ?? 0;
+        ++sum.n;
+      });
+      if (sum.n) this.#sums.set(profile.index, sum);
+    });
+    this.table.replaceChildren(...this.#profiles.filter((p) => this.#sums.has(p.index)).map((p) => {
+      const row = document.createElement('tr');
+      const sum = this.#sums.get(p.index)!;
+      for (const text of [p.label, (sum.lateral / sum.n).toFixed(2), (sum.error / sum.n).toFixed(0), (sum.n / RATE).toFixed(0)]) {
+        const cell = document.createElement(row.childElementCount ? 'td' : 'th');
+        cell.textContent = text;
+        row.append(cell);
+      }
+      return row;
+    }));
+  }
+
+  resize(): void {
+    for (const { plot, box } of Object.values(this.#charts)) {
+      if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height: 130 });
+    }
+  }
+}

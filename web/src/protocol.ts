@@ -1,0 +1,114 @@
+/** The words of docs/protocol.md. Units: SI, radians; quaternions x, y, z, w; poses in robot axes (z up). */
+
+export const PROTOCOL_VERSION = 1;
+
+export type Vec3 = readonly [number, number, number];
+export type Quat = readonly [number, number, number, number];
+
+export interface Pose { p: Vec3; q: Quat }
+
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'playback' | 'record';
+
+export type ClientMessage =
+  | { type: 'hello'; version: number; token?: string }
+  | { type: 'pair'; code: string }
+  | { type: 'take' }
+  | { type: 'release' }
+  | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean }
+  | { type: 'request'; kind: RequestKind; text?: string; value?: number }
+  | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
+
+export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
+export type ConstraintKind = 'none' | 'position' | 'velocity' | 'acceleration' | 'self_collision' | 'reach';
+
+/** A number that the server may not know. */
+export type Measure = number | null;
+
+export interface Timing { p50: Measure; p99: Measure; p999: Measure; max: Measure }
+
+export interface Controls {
+  profile: number;
+  playback: number;
+  lateral_weight: number;
+  vertical_weight: number;
+  scale: number;
+  yaw: number;
+}
+
+export interface StateMessage {
+  type: 'state';
+  now_s: number;
+  state: SessionState;
+  reason: string;
+  constraint: { kind: ConstraintKind; first: number; second: number };
+  q: number[];
+  dq: number[];
+  command: number[];
+  tool: Pose;
+  target: Pose;
+  engaged: boolean;
+  local_acceleration: [Measure, Measure, Measure];
+  tracking_error: Measure;
+  clearance: Measure;
+  nearest: [number, number];
+  path: Vec3[];
+  liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean };
+  solve_us: Timing;
+  latency_us: Timing;
+  plans: number;
+  cycles: number;
+  missed_deadlines: number;
+  rejected_plans: number;
+  samples: number;
+  planner_rate_hz: number;
+  recording: boolean;
+  controls: Controls;
+}
+
+export interface Profile { index: number; name: string; label: string; lateral_weight: number; vertical_weight: number }
+
+/** What `steadyhand describe` prints. */
+export interface Robot {
+  name: string;
+  joints: { name: string; origin: number[][]; axis: Vec3 }[];
+  tool: { name: string; origin: number[][] };
+  home: number[];
+  spheres: { name: string; link: number; center: Vec3; radius: number }[];
+  pairs: [number, number][];
+}
+
+export interface WelcomeMessage {
+  type: 'welcome';
+  version: number;
+  client: number;
+  program: string;
+  profiles: Profile[];
+  recordings: string[];
+  robot: Robot | null;
+}
+
+export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease' | 'taken' | 'too_many' | 'unknown';
+
+export type ServerMessage =
+  | WelcomeMessage
+  | StateMessage
+  | { type: 'paired'; token: string }
+  | { type: 'lease'; holder: number; yours: boolean }
+  | { type: 'pong'; t_s: number; now_s: number }
+  | { type: 'error'; code: Refusal; message: string };
+
+const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'paired', 'lease', 'pong', 'error']);
+
+/** null: nothing that a server of this version says. */
+export function decode(text: string): ServerMessage | null {
+  let message: unknown;
+  try {
+    message = JSON.parse(text);
+  } catch {
+    return null;
+  }
+  if (typeof message !== 'object' || message === null || !('type' in message)) return null;
+  return typeof message.type === 'string' && KNOWN.has(message.type) ? (message as ServerMessage) : null;
+}
+
+export const encode = (message: ClientMessage): string => JSON.stringify(message);

@@ -1,0 +1,104 @@
+import * as THREE from 'three';
+import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
+import type { Robot } from '../protocol';
+
+function toMatrix(rows: number[][]): THREE.Matrix4 {
+  const r = rows.flat() as Parameters<THREE.Matrix4['set']>;
+  return new THREE.Matrix4().set(...r);
+}
+
+const CALM = new THREE.Color(0x4aa3ff);
+const LIT = new THREE.Color(0xff5a36);
+
+/** The arm as `describe` says it is: a frame for each link, meshes and collision spheres hung into them. */
+export class Arm extends THREE.Group {
+  /** Of the controlled frame; the glass hangs here. */
+  readonly tool = new THREE.Group();
+  readonly meshes: THREE.Object3D[] = [];
+  readonly #links: THREE.Group[] = [];
+  readonly #axes: THREE.Vector3[] = [];
+  readonly #spheres: THREE.Mesh<THREE.SphereGeometry, THREE.MeshBasicMaterial>[] = [];
+  #spheresShown = false;
+  #nearest: [number, number] = [-1, -1];
+
+  constructor(robot: Robot) {
+    super();
+    let parent: THREE.Object3D = this;
+    this.#links.push(this.#frame(this));
+    parent = this.#links[0] as THREE.Group;
+    for (const joint of robot.joints) {
+      const origin = new THREE.Group();
+      toMatrix(joint.origin).decompose(origin.position, origin.quaternion, origin.scale);
+      parent.add(origin);
+      const link = this.#frame(origin);
+      this.#links.push(link);
+      this.#axes.push(new THREE.Vector3(...joint.axis).normalize());
+      parent = link;
+    }
+    toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
+    parent.add(this.tool);
+    const geometry = new THREE.SphereGeometry(1, 24, 16);
+    for (const sphere of robot.spheres) {
+      const material = new THREE.MeshBasicMaterial({ color: CALM, transparent: true, opacity: 0.22, depthWrite: false });
+      const mesh = new THREE.Mesh(geometry, material);
+      mesh.position.set(...(sphere.center as [number, number, number]));
+      mesh.scale.setScalar(sphere.radius);
+      mesh.visible = false;
+      this.#links[sphere.link]?.add(mesh);
+      this.#spheres.push(mesh);
+    }
+  }
+
+  #frame(parent: THREE.Object3D): THREE.Group {
+    const group = new THREE.Group();
+    parent.add(group);
+    return group;
+  }
+
+  /** The mesh of the robot's name, if the server has one; without it the spheres stand for the arm. */
+  async loadMeshes(url: string): Promise<boolean> {
+    try {
+      const gltf = await new GLTFLoader().loadAsync(url);
+      this.#links.forEach((link, k) => {
+        const node = gltf.scene.getObjectByName(`link${k}`);
+        if (!node) return;
+        node.traverse((part) => { part.castShadow = true; part.receiveShadow = true; });
+        link.add(node);
+        this.meshes.push(node);
+      });
+      return true;
+    } catch {
+      this.showSpheres(true);
+      return false;
+    }
+  }
+
+  pose(q: ArrayLike<number>): void {
+    for (let k = 0; k < this.#axes.length; ++k) {
+      this.#links[k + 1]?.quaternion.setFromAxisAngle(this.#axes[k] as THREE.Vector3, q[k] ?? 0);
+    }
+  }
+
+  showSpheres(shown: boolean): void {
+    this.#spheresShown = shown;
+    this.#paintSpheres();
+  }
+
+  /** Lights the nearest pair; both are shown when they are closer than 3 cm even if the spheres are not. */
+  nearestPair(pair: [number, number], clearance: number): void {
+    const close = clearance < 0.03;
+    const next: [number, number] = this.#spheresShown || close ? pair : [-1, -1];
+    if (next[0] === this.#nearest[0] && next[1] === this.#nearest[1]) return;
+    this.#nearest = next;
+    this.#paintSpheres();
+  }
+
+  #paintSpheres(): void {
+    this.#spheres.forEach((mesh, i) => {
+      const lit = i === this.#nearest[0] || i === this.#nearest[1];
+      mesh.visible = this.#spheresShown || lit;
+      mesh.material.color.copy(lit ? LIT : CALM);
+      mesh.material.opacity = lit ? 0.5 : 0.22;
+    });
+  }
+}

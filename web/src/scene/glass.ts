@@ -1,0 +1,89 @@
+import * as THREE from 'three';
+
+/** As the simulated arm's glass, m (src/arm/liquid.hpp). */
+export const GLASS = { radius: 0.035, height: 0.11, fill: 0.1, wall: 0.0025 };
+
+const SIDES = 40;
+
+/** A cylinder whose top is a plane that tilts; the vertices move, nothing is made anew. */
+class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMaterial> {
+  constructor() {
+    const geometry = new THREE.BufferGeometry();
+    const rows = SIDES + 1;
+    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array((3 * rows + 1) * 3), 3));
+    geometry.setAttribute('normal', new THREE.BufferAttribute(new Float32Array((3 * rows + 1) * 3), 3));
+    const index: number[] = [];
+    for (let i = 0; i < SIDES; ++i) {
+      index.push(i, i + 1, rows + i, i + 1, rows + i + 1, rows + i);
+      index.push(3 * rows, 2 * rows + i, 2 * rows + i + 1);
+    }
+    geometry.setIndex(index);
+    super(geometry, new THREE.MeshPhysicalMaterial({
+      color: 0x8a1c2e, roughness: 0.15, transparent: true, opacity: 0.88, side: THREE.DoubleSide,
+    }));
+    this.tilt(0, 0);
+  }
+
+  /** rad, of the surface's normal about the glass's x and y. */
+  tilt(aboutX: number, aboutY: number): void {
+    const position = this.geometry.getAttribute('position') as THREE.BufferAttribute;
+    const normal = this.geometry.getAttribute('normal') as THREE.BufferAttribute;
+    const rows = SIDES + 1, r = GLASS.radius - GLASS.wall, bottom = -GLASS.height / 2 + GLASS.wall;
+    const sx = -Math.tan(Math.max(-1.2, Math.min(1.2, aboutY))), sy = Math.tan(Math.max(-1.2, Math.min(1.2, aboutX)));
+    const n = Math.hypot(sx, sy, 1);
+    for (let i = 0; i <= SIDES; ++i) {
+      const c = Math.cos((2 * Math.PI * i) / SIDES), s = Math.sin((2 * Math.PI * i) / SIDES);
+      const z = Math.min(GLASS.height / 2, Math.max(bottom, -GLASS.height / 2 + GLASS.fill + r * (sx * c + sy * s)));
+      position.setXYZ(i, r * c, r * s, bottom);
+      position.setXYZ(rows + i, r * c, r * s, z);
+      position.setXYZ(2 * rows + i, r * c, r * s, z);
+      normal.setXYZ(i, c, s, 0);
+      normal.setXYZ(rows + i, c, s, 0);
+      normal.setXYZ(2 * rows + i, -sx / n, -sy / n, 1 / n);
+    }
+    position.setXYZ(3 * rows, 0, 0, -GLASS.height / 2 + GLASS.fill);
+    normal.setXYZ(3 * rows, -sx / n, -sy / n, 1 / n);
+    position.needsUpdate = true;
+    normal.needsUpdate = true;
+  }
+}
+
+function shell(): THREE.BufferGeometry {
+  const { radius: r, height: h, wall: w } = GLASS;
+  const outline = [[0, -h / 2], [r, -h / 2], [r, h / 2], [r - w, h / 2], [r - w, -h / 2 + w], [0, -h / 2 + w]];
+  const lathe = new THREE.LatheGeometry(outline.map(([x, y]) => new THREE.Vector2(x, y)), 48);
+  return lathe.rotateX(Math.PI / 2); // its axis along z
+}
+
+/** The glass, axis along z, origin at its centre. */
+export class Glass extends THREE.Group {
+  readonly liquid = new LiquidBody();
+
+  constructor() {
+    super();
+    const material = new THREE.MeshPhysicalMaterial({
+      color: 0xdfeaf2, roughness: 0.05, metalness: 0, transparent: true, opacity: 0.3, side: THREE.DoubleSide, depthWrite: false,
+    });
+    const body = new THREE.Mesh(shell(), material);
+    body.castShadow = true;
+    body.renderOrder = 2;
+    this.add(this.liquid, body);
+  }
+}
+
+/** The target: where the glass should be. */
+export class Ghost extends THREE.Group {
+  readonly #material = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.3, depthWrite: false });
+
+  constructor() {
+    super();
+    this.add(new THREE.Mesh(shell(), this.#material));
+    const axis = new THREE.Mesh(new THREE.CylinderGeometry(0.0015, 0.0015, 0.2), this.#material);
+    this.add(axis.rotateX(Math.PI / 2));
+  }
+
+  paint(color: number, opacity: number): void {
+    this.#material.color.setHex(color);
+    this.#material.opacity = opacity;
+  }
+}

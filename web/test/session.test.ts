@@ -1,0 +1,167 @@
+import { beforeEach, describe, expect, it } from 'vitest';
+import fixtures from '../protocol/fixtures/server.json';
+import { Connection, type ConnectionStatus, type Surroundings } from '../src/connection';
+import { Hand } from '../src/hand';
+import type { ClientMessage, ServerMessage } from '../src/protocol';
+import { Session, STALE_AFTER } from '../src/session';
+
+const server = fixtures as unknown as Record<string, ServerMessage>;
+
+class FakeSocket {
+  readyState = 1;
+  bufferedAmount = 0;
+  sent: ClientMessage[] = [];
+  onopen: (() => void) | null = null;
+  onmessage: ((event: { data: string }) => void) | null = null;
+  onclose: (() => void) | null = null;
+  send(text: string): void { this.sent.push(JSON.parse(text) as ClientMessage); }
+  says(message: object): void { this.onmessage?.({ data: JSON.stringify(message) }); }
+}
+
+class FakeSurroundings implements Surroundings {
+  time = 10;
+  sockets: FakeSocket[] = [];
+  timers = new Map<number, { at: number; act: () => void }>();
+  token = '';
+  #last = 0;
+  open(): WebSocket {
+    this.sockets.push(new FakeSocket());
+    return this.socket as unknown as WebSocket;
+  }
+  get socket(): FakeSocket { return this.sockets.at(-1)!; }
+  now(): number { return this.time; }
+  after(seconds: number, act: () => void): number { this.timers.set(++this.#last, { at: this.time + seconds, act }); return this.#last; }
+  cancel(timer: number): void { this.timers.delete(timer); }
+  readToken(): string { return this.token; }
+  keepToken(token: string): void { this.token = token; }
+  pass(seconds: number): void {
+    this.time += seconds;
+    for (const [id, { at, act }] of [...this.timers]) if (at <= this.time && this.timers.delete(id)) act();
+  }
+}
+
+describe('connection', () => {
+  let around: FakeSurroundings, statuses: ConnectionStatus[], connection: Connection;
+  beforeEach(() => {
+    around = new FakeSurroundings();
+    statuses = [];
+    connection = new Connection(around, 'h7dk2m9x4c', () => {}, (status) => statuses.push(status));
+    connection.start();
+    around.socket.onopen?.();
+  });
+
+  it('greets, then pairs with its code, once', () => {
+    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 1 });
+    around.socket.says(server.welcome!);
+    expect(around.socket.sent.at(-1)).toEqual({ type: 'pair', code: 'h7dk2m9x4c' });
+    around.socket.says(server.paired!);
+    around.socket.onclose?.();
+    around.pass(0.3);
+    around.socket.onopen?.();
+    around.socket.says(server.welcome!);
+    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 1, token: (server.paired as { token: string }).token });
+    expect(around.socket.sent.some((message) => message.type === 'pair')).toBe(false);
+  });
+
+  it('comes back by itself, ever more patiently, and stops pinging in between', () => {
+    for (let i = 0; i < 6; ++i) {
+      around.socket.onclose?.();
+      expect(around.timers.size).toBe(1);
+      around.pass(2.1);
+    }
+    expect(around.sockets.length).toBe(7);
+    expect(statuses).toEqual(['lost']);
+  });
+
+  it('does not come back to a server of another version', () => {
+    around.socket.says({ type: 'error', code: 'version', message: 'reload' });
+    around.socket.onclose?.();
+    around.pass(10);
+    expect(around.sockets.length).toBe(1);
+    expect(statuses).toEqual(['refused']);
+  });
+
+  it('echoes the newest state so that the server can measure the round trip', () => {
+    around.socket.says(server.state!);
+    around.pass(0.5);
+    expect(around.socket.sent.at(-1)).toEqual({ type: 'ping', t_s: 10.5, echo_s: 81.5, held_s: 0.5 });
+  });
+
+  it('drops samples rather than queueing them behind a slow network', () => {
+    const sample = { type: 'sample', sequence: 1, t_s: 0, p: [0, 0, 1], q: [0, 0, 0, 1], clutch: true, tracked: true, emulated: false } as const;
+    around.socket.bufferedAmount = 100_000;
+    expect(connection.send(sample)).toBe(false);
+    expect(connection.send({ type: 'request', kind: 'stop' })).toBe(true);
+    around.socket.bufferedAmount = 0;
+    expect(connection.send(sample)).toBe(true);
+  });
+});
+
+describe('hand', () => {
+  let sent: Extract<ClientMessage, { type: 'sample' }>[], hand: Hand;
+  beforeEach(() => {
+    sent = [];
+    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(message); return true; } }, () => 5);
+  });
+
+  it('belongs to one way in at a time', () => {
+    expect(hand.grab('drag')).toBe(true);
+    expect(hand.grab('keys')).toBe(false);
+    hand.lead('keys', [1, 0, 0], [0, 0, 0, 1], 1, 0);
+    expect(sent).toEqual([]);
+    hand.release('keys');
+    expect(hand.source).toBe('drag');
+  });
+
+  it('opens the clutch when it lets go, and goes on from where it was', () => {
+    hand.grab('drag');
+    hand.lead('drag', [0.2, 0, 0], [0, 0, 0, 1], 0.5, 0);
+    hand.release('drag');
+    expect(sent.map((s) => s.clutch)).toEqual([true, false]);
+    expect(sent[0]!.p[0]).toBeCloseTo(0.4);
+    hand.grab('keys');
+    hand.lead('keys', [0, 0, 0], [0, 0, 0, 1], 0.5, 0);
+    expect(sent[2]!.p).toEqual(sent[1]!.p);
+    expect(sent.map((s) => s.sequence)).toEqual([1, 2, 3]);
+  });
+
+  it('says when a device has lost its pose, and keeps the last one', () => {
+    hand.grab('headset');
+    hand.report('headset', { p: [1, 2, 3], q: [0, 0, 0, 2] }, true, false);
+    hand.report('headset', null, true, false);
+    expect(sent.map((s) => s.tracked)).toEqual([true, false]);
+    expect(sent[1]!.p).toEqual([1, 2, 3]);
+    expect(sent[0]!.q).toEqual([0, 0, 0, 1]);
+  });
+});
+
+describe('session', () => {
+  it('lets nobody drive without the lease, with old news, or when stopped', () => {
+    const session = new Session();
+    session.connectionBecame('open');
+    session.take(server.state!, 1);
+    expect(session.mayDrive(1)).toBe(false);
+    session.take(server.lease!, 1);
+    expect(session.mayDrive(1)).toBe(true);
+    expect(session.mayDrive(1 + 2 * STALE_AFTER)).toBe(false);
+    session.take({ ...(server.state as object), state: 'stopping' } as ServerMessage, 2);
+    expect(session.mayDrive(2)).toBe(false);
+    expect(session.advice(2)).toContain('watching'); // holds the lease, but is not paired in this test
+  });
+
+  it('forgets the lease with the connection', () => {
+    const session = new Session();
+    session.connectionBecame('open');
+    session.take(server.lease!, 1);
+    session.connectionBecame('lost');
+    expect(session.yours).toBe(false);
+    expect(session.advice(1)).toContain('Nothing moves');
+  });
+
+  it('says what holds the arm back by name', () => {
+    const session = new Session();
+    session.take(server.state!, 1);
+    session.take({ ...(server.welcome as object), robot: { joints: [], spheres: Array.from({ length: 30 }, (_, i) => ({ name: `s${i}` })) } } as unknown as ServerMessage, 1);
+    expect(session.constraint()).toBe('s4 is close to s27');
+  });
+});
