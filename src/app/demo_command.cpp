@@ -135,7 +135,7 @@ Result<std::vector<Profile>> load_profiles(const std::string& wanted, const Plac
 }
 
 ServerFacts describe_session(const RobotModel& model, const std::vector<Profile>& profiles,
-                             const std::vector<NamedRecording>& recordings) {
+                             const std::vector<NamedRecording>& recordings, const Ocp& ocp) {
   ServerFacts facts;
   facts.version = STEADYHAND_VERSION;
   facts.robot = robot_json(model);
@@ -146,6 +146,7 @@ ServerFacts describe_session(const RobotModel& model, const std::vector<Profile>
   for (const Profile& profile : profiles) {
     facts.profiles.push_back({profile.name, profile.label, weight(profile, "lateral"), weight(profile, "vertical")});
   }
+  for (const auto& objective : ocp.objectives()) facts.objectives.emplace_back(objective->name());
   for (const NamedRecording& recording : recordings) facts.recordings.push_back(recording.name);
   return facts;
 }
@@ -219,7 +220,7 @@ Status run(Options options) {
   auto made = LiveSession::make(*model, settings, arm, clock);
   if (!made) return made.error();
   LiveSession& session = **made;
-  ServerFacts facts = describe_session(*model, *profiles, *recordings);
+  ServerFacts facts = describe_session(*model, *profiles, *recordings, session.ocp());
   const std::string hand = facts.recordings.front();
   OperatorDesk desk(session, *profiles, chosen, settings.planning.retarget, *std::move(recordings));
   std::cout << fmt::format("{}, {} at {} Hz{}\n", arm.info().name, profile.label, options.rate_hz,
@@ -230,9 +231,9 @@ Status run(Options options) {
   const Time begin = clock.now();
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   std::unique_ptr<Server> server;
-  if (options.headless) {
-    (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
-  } else {
+  // With a page too, so that there is something to see until somebody takes over.
+  (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
+  if (!options.headless) {
     auto started = start_server(options, std::move(facts), session, desk, clock);
     if (!started) return started.error();
     server = std::move(*started);

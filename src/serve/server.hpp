@@ -34,6 +34,7 @@ struct ServerFacts {
   std::string version;  ///< of the program
   std::string robot;    ///< JSON as `steadyhand describe` prints it
   std::vector<Profile> profiles;
+  std::vector<std::string> objectives;  ///< terms whose weight OperatorRequest::Kind::kWeight may set
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
 };
 

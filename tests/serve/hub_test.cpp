@@ -43,6 +43,7 @@ class HubTest : public testing::Test {
     facts_.robot = "{}";
     facts_.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
     facts_.recordings = {"reach"};
+    facts_.objectives = {"lateral"};
     callbacks_.now = [this] { return now_; };
     callbacks_.on_sample = [this](const OperatorSample& sample) { samples_.push_back(sample); };
     callbacks_.on_request = [this](const OperatorRequest& request) { requests_.push_back(request); };
@@ -229,6 +230,7 @@ TEST_F(HubTest, ChecksNamesAndScale) {
   EXPECT_EQ(a.last_error(), "unknown");
   say(id, {{"type", "request"}, {"kind", "playback"}, {"text", "nothing"}});
   say(id, {{"type", "request"}, {"kind", "scale"}, {"value", 0.0}});
+  say(id, {{"type", "request"}, {"kind", "weight"}, {"text", "sideways"}, {"value", 1.0}});
   EXPECT_TRUE(requests_.empty());
   say(id, {{"type", "request"}, {"kind", "playback"}, {"text", "reach"}});
   say(id, {{"type", "request"}, {"kind", "profile"}, {"text", "tracking"}});

@@ -39,7 +39,7 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
 
 const hand = new Hand(connection, now);
 const panel = new Panel(session, connection);
-const wantLease = () => panel.takeLease();
+const wantLease = () => panel.takeOver();
 const stop = () => panel.stop();
 const drag = new Drag(stage, hand, session, wantLease, canvas);
 const keys = new Keys(hand, session, wantLease, stop);

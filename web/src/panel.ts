@@ -64,6 +64,13 @@ export class Panel {
     if (!this.session.yours && this.session.paired && this.session.holder === 0) this.connection.send({ type: 'take' });
   }
 
+  /** The operator's own hand begins: the lease, and an end to the recording that leads the arm. */
+  takeOver(): void {
+    const leasable = this.session.yours || (this.session.paired && this.session.holder === 0);
+    this.takeLease();
+    if (leasable && (this.session.state?.controls.playback ?? -1) >= 0) this.ask('playback', { text: '' });
+  }
+
   ask(kind: RequestKind, more: { text?: string; value?: number } = {}): void {
     this.connection.send({ type: 'request', kind, ...more });
   }

@@ -1,9 +1,32 @@
 import { describe, expect, it } from 'vitest';
+import Ajv from 'ajv';
 import clientFixtures from '../protocol/fixtures/client.json';
 import server from '../protocol/fixtures/server.json';
+import schema from '../protocol/schema.json';
 import { decode, encode, type ClientMessage, type StateMessage } from '../src/protocol';
 
 const client = clientFixtures as unknown as { good: ClientMessage[] };
+
+const ajv = new Ajv();
+ajv.addSchema(schema, 'protocol');
+const fits = (side: 'client' | 'server', message: unknown): boolean => ajv.validate(`protocol#/definitions/${side}`, message);
+
+describe('schema', () => {
+  it('fits every good message, and none of the bad ones that are JSON', () => {
+    for (const message of client.good) expect(fits('client', message), JSON.stringify(message)).toBe(true);
+    for (const message of Object.values(server)) expect(fits('server', message), JSON.stringify(ajv.errors)).toBe(true);
+    let refused = 0;
+    for (const { text } of clientFixtures.bad) {
+      let message: unknown;
+      try { message = JSON.parse(text); } catch { continue; }
+      // 1e999 is infinite here; that a quaternion has norm 1 no schema can say.
+      if (text.includes('1e999') || text.includes('[0, 0, 0, 0]')) continue;
+      expect(fits('client', message), text).toBe(false);
+      ++refused;
+    }
+    expect(refused).toBeGreaterThan(10);
+  });
+});
 
 describe('protocol', () => {
   it('reads every message of the shared fixtures', () => {

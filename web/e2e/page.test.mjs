@@ -1,0 +1,234 @@
+// The page in a real browser against the real program with its simulated arm: `node --test web/e2e`. What is asserted is the
+// arm's measured state as the server tells it to another client. Screenshots are left in build/artefacts to look at.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { existsSync, mkdirSync } from 'node:fs';
+import { join, resolve } from 'node:path';
+import { after, before, test } from 'node:test';
+import { chromium } from 'playwright-core';
+
+const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
+const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
+const ARTEFACTS = join(ROOT, 'build/artefacts');
+const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+const PATIENCE = 30_000; // ms; far above what anything takes, so that a test ends
+
+let program, browser, address, output = '';
+
+/** The newest address with its code, from the terminal. */
+const newestAddress = () => [...output.matchAll(/^open (http\S+)/gm)].at(-1)?.[1];
+async function until(condition, what) {
+  const end = Date.now() + PATIENCE;
+  for (;;) {
+    const value = await condition();
+    if (value) return value;
+    if (Date.now() > end) assert.fail(`waited in vain for ${what}\n${output}`);
+    await new Promise((done) => setTimeout(done, 50));
+  }
+}
+
+before(async () => {
+  mkdirSync(ARTEFACTS, { recursive: true });
+  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser']);
+  program.stdout.on('data', (data) => { output += data; });
+  program.stderr.on('data', (data) => { output += data; });
+  address = await until(newestAddress, 'the program to print its address');
+  browser = await chromium.launch({
+    executablePath: BROWSER,
+    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+  });
+});
+
+after(async () => {
+  await browser?.close();
+  program?.kill('SIGINT');
+  await new Promise((done) => (program ? program.once('exit', done) : done()));
+});
+
+async function open(options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, ...options.context });
+  await options.prepare?.(context);
+  const page = await context.newPage();
+  page.complaints = [];
+  page.on('pageerror', (error) => page.complaints.push(String(error)));
+  page.on('console', (message) => { if (message.type() === 'error') page.complaints.push(message.text()); });
+  page.requests = [];
+  page.on('request', (request) => page.requests.push(request.url()));
+  await page.goto(options.watch ? address.replace(/#.*/, '') : newestAddress());
+  await page.waitForFunction(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7, null, { timeout: PATIENCE });
+  return page;
+}
+const state = (page) => page.evaluate(() => globalThis.steadyhand.session.state);
+const facts = (page) => page.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
+const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+const shot = (page, name) => page.screenshot({ path: join(ARTEFACTS, `page_${name}.png`) });
+const inState = (page, name) => until(async () => (await state(page)).state === name, `the state ${name}`);
+
+/** Until the arm rests: its joints hardly move. */
+const rest = (page) => until(async () => Math.max(...(await state(page)).dq.map(Math.abs)) < 0.01, 'rest');
+
+async function driver(prepare) {
+  const page = await open({ prepare });
+  await page.waitForFunction(() => globalThis.steadyhand.session.paired, null, { timeout: PATIENCE });
+  await page.selectOption('#playback', '');
+  await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'take' }));
+  await until(async () => (await facts(page)).yours, 'the lease');
+  await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'request', kind: 'playback', text: '' }));
+  await until(async () => (await state(page)).controls.playback === -1, 'the recording to end');
+    await inState(page, 'ready');
+  await rest(page);
+  return page;
+}
+
+async function targetOnScreen(page) {
+  return page.evaluate(() => {
+    const { stage } = globalThis.steadyhand;
+    const p = stage.ghost.getWorldPosition(stage.ghost.position.clone()).project(stage.camera);
+    const box = stage.renderer.domElement.getBoundingClientRect();
+    return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
+  });
+}
+
+test('opens to an arm that moves, and asks nobody but its own server', async () => {
+  const page = await open({ watch: true });
+  const first = await state(page);
+  const moved = await until(async () => distance((await state(page)).q, first.q) > 0.05, 'the arm to move');
+  assert.ok(moved);
+  assert.deepEqual(page.requests.filter((url) => !url.startsWith(new URL(address).origin) && !url.startsWith('data:') && !url.startsWith('blob:')), []);
+  await shot(page, 'engaged');
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await page.reload();
+  await page.waitForFunction(() => globalThis.steadyhand?.stage.arm?.meshes.length === 7, null, { timeout: PATIENCE });
+  await page.waitForTimeout(500);
+  await shot(page, 'dark');
+  assert.deepEqual(page.complaints, []);
+  await page.context().close();
+});
+
+test('dragging the target leads the arm, letting go leaves it, and a watcher may only stop', async () => {
+  const watcher = await open({ watch: true });
+  const page = await driver();
+  await shot(page, 'ready');
+  const begin = await state(watcher);
+  const at = await targetOnScreen(page);
+  await page.mouse.move(at.x, at.y);
+  await page.waitForTimeout(300);
+  await page.mouse.down();
+  for (let i = 1; i <= 20; ++i) {
+    await page.mouse.move(at.x + 4 * i, at.y - 3 * i);
+    await page.waitForTimeout(30);
+  }
+  await until(async () => (await state(watcher)).state === 'engaged', 'engagement');
+  await until(async () => distance((await state(watcher)).tool.p, begin.tool.p) > 0.03, 'the glass to follow');
+  await shot(page, 'dragging');
+  const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return d[Math.floor(0.99 * d.length)]; });
+  assert.ok(delay >= 0, 'the age of input events at their way out was measured');
+  console.log(`input event to WebSocket, p99: ${(1000 * delay).toFixed(1)} ms`);
+  await page.mouse.up();
+  await inState(watcher, 'ready');
+  await rest(watcher);
+  const left = await state(watcher);
+  await page.waitForTimeout(500);
+  assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002, 'the arm stays where it was left');
+
+  // The watcher sees controls it cannot use, and its samples do nothing.
+  assert.ok(await watcher.isDisabled('#lateral'));
+  await watcher.evaluate(() => {
+    for (let i = 1; i < 20; ++i) globalThis.steadyhand.connection.send({ type: 'sample', sequence: i, t_s: performance.now() / 1000, p: [i, 0, 1], q: [0, 0, 0, 1], clutch: true, tracked: true, emulated: false });
+  });
+  await watcher.waitForTimeout(300);
+  assert.equal((await state(page)).state, 'ready');
+  await watcher.click('#stop');
+  await inState(page, 'stopping');
+  await shot(watcher, 'stopped_watcher');
+  await page.click('#reset');
+  await inState(page, 'ready');
+  assert.deepEqual(page.complaints, []);
+  await watcher.context().close();
+  await page.context().close();
+});
+
+test('keys lead the arm; Space stops it; profile and weight change while it moves', async () => {
+  const page = await driver();
+  const begin = await state(page);
+  await page.keyboard.down('KeyE');
+  await inState(page, 'engaged');
+  await page.check('input[name=profile][value=tracking]');
+  await until(async () => (await state(page)).controls.lateral_weight === 0, 'the profile');
+  await page.fill('#lateral', '10');
+  await until(async () => (await state(page)).controls.lateral_weight === 10, 'the weight');
+  await until(async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');
+  await page.evaluate(() => document.activeElement?.blur());
+  await page.keyboard.press('Space');
+  await inState(page, 'stopping');
+  await page.keyboard.up('KeyE');
+  await rest(page);
+  await shot(page, 'stopped');
+  await page.keyboard.press('Enter');
+  await inState(page, 'ready');
+  assert.deepEqual(page.complaints, []);
+  await page.context().close();
+});
+
+test('an emulated headset engages, moves, loses tracking and lets go', async () => {
+  const page = await driver();
+  await page.click('#emulate');
+  await page.waitForSelector('#enter-vr:not([hidden])');
+  await page.click('#enter-vr');
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session');
+  const begin = await state(page);
+  const grip = (value) => page.evaluate((v) => globalThis.emulatedHeadset.controllers.right.updateButtonValue('squeeze', v), value);
+  await grip(1);
+  await inState(page, 'engaged');
+  for (let i = 1; i <= 20; ++i) {
+    await page.evaluate((k) => { globalThis.emulatedHeadset.controllers.right.position.y = 1.25 + 0.01 * k; }, i);
+    await page.waitForTimeout(30);
+  }
+  await until(async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04, 'the glass to rise with the hand');
+  await shot(page, 'vr');
+  await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = false; });
+  await until(async () => (await state(page)).state !== 'engaged', 'the arm to hold');
+  await rest(page);
+  await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = true; });
+  await grip(0);
+  await inState(page, 'ready');
+  await page.evaluate(() => globalThis.steadyhand.headset.session.end());
+  assert.deepEqual(page.complaints, []);
+  await page.context().close();
+});
+
+test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', async () => {
+  const watcher = await open({ watch: true });
+  let socket;
+  const page = await driver((context) => context.routeWebSocket('**/live', (ws) => { socket = { page: ws, server: ws.connectToServer() }; }));
+  await page.keyboard.down('KeyD');
+  await inState(watcher, 'engaged');
+  await socket.server.close();
+  await socket.page.close();
+  await page.waitForFunction(() => document.querySelector('#state').textContent === 'not connected', null, { timeout: PATIENCE });
+  await shot(page, 'not_connected');
+  await until(async () => (await state(watcher)).state !== 'engaged' && (await facts(watcher)).holder === 0, 'the arm to disengage');
+  await page.waitForFunction(() => globalThis.steadyhand.session.paired, null, { timeout: PATIENCE });
+  await rest(watcher);
+  const left = await state(watcher);
+  await page.waitForTimeout(700); // the key is still held
+  assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002);
+  await page.keyboard.up('KeyD');
+  await inState(page, 'ready');
+  await page.keyboard.down('KeyD');
+  await inState(watcher, 'engaged');
+  await page.keyboard.up('KeyD');
+  await inState(watcher, 'ready');
+  await watcher.context().close();
+  await page.context().close();
+});
+
+test('fits a phone', async () => {
+  const page = await open({ watch: true, context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true } });
+  await page.waitForTimeout(500);
+  await shot(page, 'phone');
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
+  const unlabelled = await page.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
+  assert.equal(unlabelled, 0);
+  await page.context().close();
+});
