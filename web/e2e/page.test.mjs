@@ -55,7 +55,7 @@ async function open(options = {}) {
   page.requests = [];
   page.on('request', (request) => page.requests.push(request.url()));
   await page.goto(options.watch ? address.replace(/#.*/, '') : newestAddress());
-  await page.waitForFunction(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7, null, { timeout: PATIENCE });
+  await until(() => page.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
   return page;
 }
 const state = (page) => page.evaluate(() => globalThis.steadyhand.session.state);
@@ -69,7 +69,7 @@ const rest = (page) => until(async () => Math.max(...(await state(page)).dq.map(
 
 async function driver(prepare) {
   const page = await open({ prepare });
-  await page.waitForFunction(() => globalThis.steadyhand.session.paired, null, { timeout: PATIENCE });
+  await until(() => page.evaluate(() => globalThis.steadyhand.session.paired), 'the page');
   await page.selectOption('#playback', '');
   await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'take' }));
   await until(async () => (await facts(page)).yours, 'the lease');
@@ -98,7 +98,7 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
   await shot(page, 'engaged');
   await page.emulateMedia({ colorScheme: 'dark' });
   await page.reload();
-  await page.waitForFunction(() => globalThis.steadyhand?.stage.arm?.meshes.length === 7, null, { timeout: PATIENCE });
+  await until(() => page.evaluate(() => globalThis.steadyhand?.stage.arm?.meshes.length === 7), 'the page');
   await page.waitForTimeout(500);
   await shot(page, 'dark');
   assert.deepEqual(page.complaints, []);
@@ -205,10 +205,10 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
   await inState(watcher, 'engaged');
   await socket.server.close();
   await socket.page.close();
-  await page.waitForFunction(() => document.querySelector('#state').textContent === 'not connected', null, { timeout: PATIENCE });
+  await until(() => page.evaluate(() => document.querySelector('#state').textContent === 'not connected'), 'the page');
   await shot(page, 'not_connected');
   await until(async () => (await state(watcher)).state !== 'engaged' && (await facts(watcher)).holder === 0, 'the arm to disengage');
-  await page.waitForFunction(() => globalThis.steadyhand.session.paired, null, { timeout: PATIENCE });
+  await until(() => page.evaluate(() => globalThis.steadyhand.session.paired), 'the page');
   await rest(watcher);
   const left = await state(watcher);
   await page.waitForTimeout(700); // the key is still held

@@ -82,7 +82,7 @@ new ResizeObserver(() => stage.resize(canvas.clientWidth, canvas.clientHeight)).
 let last = now(), lastWords = 0, frames = 0;
 stage.renderer.setAnimationLoop((_time, frame) => {
   const t = now();
-  const dt = Math.min(0.1, t - last);
+  const dt = Math.min(0.1, t - last); // s
   last = t;
   ++frames;
   keys.update(dt);
@@ -96,6 +96,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     panel.draw(t);
     plots?.draw();
   }
+  stage.keepPace(dt);
   stage.draw();
 });
 

@@ -35,6 +35,10 @@ export class Stage {
   #grid: THREE.GridHelper | null = null;
   #floor: THREE.Mesh<THREE.CircleGeometry, THREE.MeshStandardMaterial>;
   #spilled = false;
+  #sun: THREE.DirectionalLight;
+  #quality = 0;
+  #framesAtQuality = 0;
+  #frameTime = 0.016;
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
@@ -61,6 +65,7 @@ export class Stage {
     this.orbit.update();
 
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
+    this.#sun = sun;
     sun.position.set(1.4, 3.2, 1.2);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
@@ -142,6 +147,18 @@ export class Stage {
     positions.needsUpdate = true;
     this.#path.geometry.setDrawRange(0, count);
     this.#path.material.color.setHex(stale ? STATE_COLORS.idle : STATE_COLORS[state.state]);
+  }
+
+  /** Machines that draw slowly get fewer pixels, then no shadows: the hand matters more than the picture. @param dt s, of a frame */
+  keepPace(dt: number): void {
+    if (this.renderer.xr.isPresenting || document.hidden) return;
+    this.#frameTime += 0.05 * (dt - this.#frameTime);
+    if (++this.#framesAtQuality < 25 || this.#frameTime < 0.03 || this.#quality >= 3) return;
+    this.#framesAtQuality = 0;
+    this.#frameTime = 0.016;
+    this.#quality += 1;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.7, 0.5, 0.4][this.#quality]!);
+    if (this.#quality >= 2) this.#sun.castShadow = false;
   }
 
   resize(width: number, height: number): void {
