@@ -55,7 +55,7 @@ export class Stage {
     this.base.quaternion.set(...(SCENE_FROM_ROBOT as [number, number, number, number]));
     this.base.position.set(0, TABLE, -0.75);
     this.scene.add(this.base, this.#room);
-    this.camera.position.set(0.95, 1.65, 0.95);
+    this.camera.position.set(1.35, 1.5, -2.05); // from the side where the glass is
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.target.set(0, 1.05, -0.85);
     this.orbit.enableDamping = !reducedMotion;
