@@ -16,7 +16,7 @@ const PATIENCE = 30_000; // ms; far above what anything takes, so that a test en
 let program, browser, address, output = '';
 
 /** The newest address with its code, from the terminal. */
-const newestAddress = () => [...output.matchAll(/^open (http\S+)/gm)].at(-1)?.[1];
+const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
 async function until(condition, what) {
   const end = Date.now() + PATIENCE;
   for (;;) {
@@ -46,7 +46,7 @@ after(async () => {
 });
 
 async function open(options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, ...options.context });
+  const context = await browser.newContext({ viewport: { width: 1000, height: 600 }, ...options.context });
   await options.prepare?.(context);
   const page = await context.newPage();
   page.complaints = [];
@@ -64,18 +64,38 @@ const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 const shot = (page, name) => page.screenshot({ path: join(ARTEFACTS, `page_${name}.png`) });
 const inState = (page, name) => until(async () => (await state(page)).state === name, `the state ${name}`);
 
+/** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
+async function watch() {
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  await page.goto(new URL('/nothing', address).href); // of the same origin, and empty
+  await page.evaluate(() => {
+    const session = { state: null, yours: false, paired: false, holder: 0, errors: [] };
+    const socket = new WebSocket(`ws://${location.host}/live`);
+    socket.onopen = () => socket.send('{"type":"hello","version":1}');
+    socket.onmessage = (event) => {
+      const message = JSON.parse(event.data);
+      if (message.type === 'state') session.state = message;
+      if (message.type === 'lease') Object.assign(session, { holder: message.holder, yours: message.yours });
+      if (message.type === 'error') session.errors.push(message.code);
+    };
+    globalThis.steadyhand = { session, connection: { send: (message) => socket.send(JSON.stringify(message)) } };
+  });
+  await until(() => state(page), 'a state');
+  return page;
+}
+
 /** Until the arm rests: its joints hardly move. */
 const rest = (page) => until(async () => Math.max(...(await state(page)).dq.map(Math.abs)) < 0.01, 'rest');
 
 async function driver(prepare) {
   const page = await open({ prepare });
   await until(() => page.evaluate(() => globalThis.steadyhand.session.paired), 'the page');
-  await page.selectOption('#playback', '');
-  await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'take' }));
+  await page.click('#lease');
   await until(async () => (await facts(page)).yours, 'the lease');
   await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'request', kind: 'playback', text: '' }));
   await until(async () => (await state(page)).controls.playback === -1, 'the recording to end');
-    await inState(page, 'ready');
+  await inState(page, 'ready');
   await rest(page);
   return page;
 }
@@ -106,7 +126,7 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
 });
 
 test('dragging the target leads the arm, letting go leaves it, and a watcher may only stop', async () => {
-  const watcher = await open({ watch: true });
+  const watcher = await watch();
   const page = await driver();
   await shot(page, 'ready');
   const begin = await state(watcher);
@@ -131,16 +151,15 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   await page.waitForTimeout(500);
   assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002, 'the arm stays where it was left');
 
-  // The watcher sees controls it cannot use, and its samples do nothing.
-  assert.ok(await watcher.isDisabled('#lateral'));
+  // The watcher's samples do nothing; its stop does.
   await watcher.evaluate(() => {
     for (let i = 1; i < 20; ++i) globalThis.steadyhand.connection.send({ type: 'sample', sequence: i, t_s: performance.now() / 1000, p: [i, 0, 1], q: [0, 0, 0, 1], clutch: true, tracked: true, emulated: false });
   });
   await watcher.waitForTimeout(300);
   assert.equal((await state(page)).state, 'ready');
-  await watcher.click('#stop');
+  assert.deepEqual(await watcher.evaluate(() => globalThis.steadyhand.session.errors), ['no_lease']);
+  await watcher.evaluate(() => globalThis.steadyhand.connection.send({ type: 'request', kind: 'stop' }));
   await inState(page, 'stopping');
-  await shot(watcher, 'stopped_watcher');
   await page.click('#reset');
   await inState(page, 'ready');
   assert.deepEqual(page.complaints, []);
@@ -198,7 +217,7 @@ test('an emulated headset engages, moves, loses tracking and lets go', async () 
 });
 
 test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', async () => {
-  const watcher = await open({ watch: true });
+  const watcher = await watch();
   let socket;
   const page = await driver((context) => context.routeWebSocket('**/live', (ws) => { socket = { page: ws, server: ws.connectToServer() }; }));
   await page.keyboard.down('KeyD');
@@ -223,10 +242,12 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
   await page.context().close();
 });
 
-test('fits a phone', async () => {
+test('fits a phone, where a watcher sees controls that it cannot use', async () => {
   const page = await open({ watch: true, context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true } });
   await page.waitForTimeout(500);
   await shot(page, 'phone');
+  assert.ok(await page.isDisabled('#lateral'));
+  assert.ok(await page.isVisible('#pairing'));
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
   const unlabelled = await page.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
   assert.equal(unlabelled, 0);
