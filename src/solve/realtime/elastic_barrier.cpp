@@ -70,9 +70,8 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
 }
 
 void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
-                           const std::vector<std::vector<double>>* multipliers, double mu) {
+                           const std::vector<std::vector<double>>* multipliers) {
   evaluation_.set_instance(instance);
-  mu_ = mu;
   curvature_scale_ = 0.0;
   for (std::size_t i = 0; i < unit_curvature_.size(); ++i) {
     curvature_scale_ += unit_curvature_[i].dot(instance.weights[i]);
@@ -143,8 +142,6 @@ void ElasticBarrier::find_largest_multipliers(const std::vector<std::vector<doub
   }
 }
 
-/// The slacks start far enough from zero to move, the multipliers on the central path or, if that is larger, where they
-/// were.
 void ElasticBarrier::watch(int r, const std::vector<std::vector<double>>* multipliers) {
   rows_.watch(r);
   const Row& row = rows_[r];
@@ -170,11 +167,24 @@ void ElasticBarrier::watch(int r, const std::vector<std::vector<double>>* multip
       Side& side = band.sides[band.side_count++];
       side.sign = sign;
       side.limit = limit;
-      const Lanes g = band.inside(side), room = max(g, std::min(mu_, 1e-2));
-      side.room = room + mu_ / kPrice;
-      side.excess = room - g + mu_ / kPrice;
-      side.multiplier = min(max(-sign * given, mu_ / room), 0.5 * kPrice);
+      side.multiplier = max(-sign * given, 0.0);
+      side.room = side.excess = 1.0;
     }
+  }
+}
+
+void ElasticBarrier::start_slacks(double mu) {
+  mu_ = mu;
+  for_each_band([&](Band& band, int) { start_slacks(band); });
+}
+
+void ElasticBarrier::start_slacks(Band& band) const {
+  for (int i = 0; i < band.side_count; ++i) {
+    Side& side = band.sides[i];
+    const Lanes g = band.inside(side), room = max(g, std::min(mu_, 1e-2));
+    side.room = room + mu_ / kPrice;
+    side.excess = room - g + mu_ / kPrice;
+    side.multiplier = min(max(side.multiplier, mu_ / room), 0.5 * kPrice);
   }
 }
 
@@ -393,6 +403,7 @@ ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
     violation = max(violation, outside);
     if (rows_.is_watched(r) || !any(outside > tolerance)) continue;
     watch(r, nullptr);
+    for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) start_slacks(bands_[b].back());
     if (rows_[r].entry < 0) result = Check::kMissed;
     if (result == Check::kNothingNew) result = Check::kMissedLinear;
   }

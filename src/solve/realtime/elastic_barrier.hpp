@@ -36,11 +36,13 @@ class ElasticBarrier {
 
   /// No row is watched but those that always are.
   void forget_rows() { rows_.reset(); }
-  /// Starts a new problem at z with new slacks. Watches the rows near their bounds there, and those it did before.
+  /// Starts a new problem at z. Watches the rows near their bounds there, and those it did before. start_slacks() must
+  /// follow before anything but differentiate().
   /// @param multipliers those of a solution nearby, or null
-  /// @param mu the barrier's first parameter
-  void begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers,
-             double mu);
+  void begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers);
+  /// Slacks for the point and the barrier parameter mu: far enough from zero to move. Multipliers on the central path
+  /// or, if that is larger, as they are.
+  void start_slacks(double mu);
   void set_mu(double mu) { mu_ = mu; }
   double mu() const { return mu_; }
 
@@ -113,6 +115,7 @@ class ElasticBarrier {
   Lanes least_inside(int r) const;
   Lanes compute(const Band& band, int b) const;
   void watch(int r, const std::vector<std::vector<double>>* multipliers);
+  void start_slacks(Band& band) const;
   /// Largest multiplier of each row over the nodes.
   void find_largest_multipliers(const std::vector<std::vector<double>>& multipliers);
   void write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g, NewtonSystem& newton) const;

@@ -121,8 +121,9 @@ class Realtime final : public Solver {
   /// Follows the minimisers of the barrier problem from point_ as mu goes to zero.
   Outcome minimise(const OcpInstance& instance, const std::vector<std::vector<double>>* multipliers, Budget& budget) {
     const double last_mu = 0.1 * tolerance_;
-    barrier_.begin(instance, point_, multipliers, multipliers ? kWarmMu : kColdMu);
+    barrier_.begin(instance, point_, multipliers);
     keep(barrier_.violation());
+    barrier_.start_slacks(multipliers ? warm_mu() : kColdMu);
     while (true) {
       const Residuals now = barrier_.differentiate();
       if (now.kkt() <= tolerance_) {
@@ -134,8 +135,10 @@ class Realtime final : public Solver {
           case ElasticBarrier::Check::kMissedLinear:
             break;  // goes on from here with the rows watched
         }
+      } else if (barrier_.mu() <= last_mu) {
+        // A minimiser that is not a solution lies outside of bounds: locally infeasible.
+        if (std::max(now.dual, now.centrality) <= kConverged * last_mu) return Outcome::kGaveUp;
       } else if (std::max(now.dual, now.centrality) <= kCloseEnough * barrier_.mu()) {
-        if (barrier_.mu() <= last_mu) return Outcome::kGaveUp;  // a minimiser outside of bounds: locally infeasible
         barrier_.set_mu(std::max(last_mu, std::min(0.2 * barrier_.mu(), std::pow(barrier_.mu(), 1.5))));
         continue;
       }
@@ -143,6 +146,12 @@ class Realtime final : public Solver {
       ++budget.used;
       if (!descend()) return Outcome::kGaveUp;
     }
+  }
+
+  /// The nearer the start is to a solution, the smaller the barrier may be from the beginning.
+  double warm_mu() {
+    const double dual = barrier_.differentiate().dual;
+    return std::clamp(kWarmMu * dual * dual, kLeastWarmMu, kMostWarmMu);
   }
 
   /// One Newton step with line search from point_, where barrier_ has been differentiated. False if there is no
@@ -229,7 +238,10 @@ class Realtime final : public Solver {
                                                                    : SolveStatus::kFeasible;
   }
 
-  static constexpr double kWarmMu = 1e-3, kColdMu = 0.1, kCloseEnough = 10.0;
+  static constexpr double kColdMu = 0.1;
+  static constexpr double kWarmMu = 3e-3, kLeastWarmMu = 1e-5, kMostWarmMu = 1e-2;
+  static constexpr double kCloseEnough = 10.0;  ///< residuals / mu at which mu is lowered
+  static constexpr double kConverged = 0.1;     ///< residuals / mu at which the last minimiser is reached
 
   const Ocp& ocp_;
   int n_;
