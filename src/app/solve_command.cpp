@@ -13,7 +13,7 @@ namespace {
 
 struct Options {
   std::string problem;
-  std::string solver = "fatrop";
+  std::string solver = kDefaultSolver;
 };
 
 /// What consecutive problems share: robot, problem sizes and solver are made once for a run of equal ones.

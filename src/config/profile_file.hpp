@@ -6,6 +6,7 @@
 #include "config/places.hpp"
 #include "core/result.hpp"
 #include "ocp/settings.hpp"
+#include "solve/solver.hpp"
 
 namespace steadyhand {
 
@@ -14,7 +15,7 @@ struct Profile {
   std::string name;   ///< in paths and tables
   std::string label;  ///< for people
   OcpSettings ocp;
-  std::string solver = "fatrop";
+  std::string solver = kDefaultSolver;
   double tolerance = 1e-6;  ///< of the KKT conditions
 };
 

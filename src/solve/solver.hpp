@@ -58,6 +58,8 @@ class Solver {
   Solver() = default;
 };
 
+/// What is used where nobody names one: our own. FATROP stays beside it as the reference.
+inline constexpr const char* kDefaultSolver = "realtime";
 /// Names that make_solver knows.
 const std::vector<std::string>& solver_names();
 /// @param tolerance of the KKT conditions, > 0

@@ -42,7 +42,7 @@ TEST(Profile, ReadsWhatIsThereAndFillsInTheRest) {
   EXPECT_EQ(profile->ocp.weights.at("position"), (std::vector{1.0, 2.0, 3.0}));
   EXPECT_EQ(profile->ocp.velocity_scale, 0.5);
   EXPECT_EQ(profile->ocp.acceleration_scale, 1.0);
-  EXPECT_EQ(profile->solver, "fatrop");
+  EXPECT_EQ(profile->solver, kDefaultSolver);
 }
 
 struct Refusal {
