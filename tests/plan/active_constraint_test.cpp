@@ -1,0 +1,67 @@
+#include "plan/active_constraint.hpp"
+
+#include <gtest/gtest.h>
+
+#include "robot/random_arm.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// An arm that stands clear of everything, with a plan that stands too.
+struct Standing : testing::Test {
+  Standing() : random(11), model(random_arm(6, random, false)), arm(model) {
+    while (arm.set_position(model.home), arm.clearance() < 0.05) model.home = random_joints(6, 2.0, random);
+    arm.set_position(model.home);
+    plan.joints = 6;
+    plan.intervals = 8;
+    for (int k = 0; k <= 8; ++k) {
+      plan.x[k].setZero(12);
+      plan.x[k].head(6) = model.home;
+      plan.u[k].setZero(6);
+      reference.p[k] = arm.p();
+    }
+    reference.nodes = 8;
+    reach = {Vector3::Zero(), arm.p().norm() + 0.1};
+  }
+  ActiveConstraint active() { return active_constraint(plan, 8, reference, reach, arm); }
+
+  std::mt19937 random;
+  RobotModel model;
+  Kinematics arm;
+  Plan plan;
+  Reference reference;
+  Reach reach;
+};
+
+TEST_F(Standing, NothingHoldsItBack) { EXPECT_EQ(active().kind, ConstraintKind::kNone); }
+
+TEST_F(Standing, NamesTheJointAtItsLimit) {
+  for (int joint = 0; joint < 6; ++joint) {
+    plan.u[3][joint] = -0.995 * model.acceleration_max[joint];
+    EXPECT_EQ(active().kind, ConstraintKind::kAcceleration);
+    EXPECT_EQ(active().first, joint);
+    plan.x[4][6 + joint] = 0.995 * model.velocity_max[joint];
+    EXPECT_EQ(active().kind, ConstraintKind::kVelocity);  // the graver one
+    EXPECT_EQ(active().first, joint);
+    plan.x[4][6 + joint] = plan.u[3][joint] = 0.0;
+  }
+  model.position_max[2] = model.home[2] + 1e-3;
+  EXPECT_EQ(active().kind, ConstraintKind::kPosition);
+  EXPECT_EQ(active().first, 2);
+}
+
+TEST_F(Standing, NamesThePairThatTouches) {
+  const auto [i, j] = model.pairs.front();
+  model.spheres[i].radius += (arm.sphere(i) - arm.sphere(j)).norm() - model.spheres[i].radius - model.spheres[j].radius;
+  const ActiveConstraint found = active();
+  EXPECT_EQ(found.kind, ConstraintKind::kSelfCollision);
+  EXPECT_EQ(found.first, i);
+}
+
+TEST_F(Standing, AReferenceThatWasClippedIsTheReach) {
+  reference.p[5] *= reach.radius / reference.p[5].norm();
+  EXPECT_EQ(active().kind, ConstraintKind::kReach);
+}
+
+}  // namespace
+}  // namespace steadyhand
