@@ -80,6 +80,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   links_->control_view.write(view_);
   if (input.arm_follows) links_->taps.commands.push(last_);
   links_->taps.states.push(state.joints);
+  if (transition != nullptr) links_->taps.changes.push({now, before, after, supervisor_.reason()});
   return output_;
 }
 

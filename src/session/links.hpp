@@ -48,6 +48,13 @@ struct OperatorSettings {
   double yaw = 0.0;                                 ///< rad
 };
 
+/// The state of supervision changed.
+struct SupervisionChange {
+  Time at{0};
+  SupervisionState from = SupervisionState::kIdle, to = SupervisionState::kIdle;
+  std::string_view reason;  ///< static text
+};
+
 /// Copies of everything on its way, for a recorder. What does not fit is dropped and counted; nobody waits.
 struct TapRings {
   // written by the planner thread
@@ -58,6 +65,7 @@ struct TapRings {
   // written by the control thread
   SpscRing<JointCommand> commands{2048};
   SpscRing<JointState> states{2048};
+  SpscRing<SupervisionChange> changes{256};
 };
 
 /// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.

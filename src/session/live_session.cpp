@@ -61,7 +61,7 @@ void LiveSession::start(LiveTaps taps) {
   if (settings_.realtime) {
     if (const std::string why = lock_memory(); !why.empty()) warn(why);
   }
-  started_ = last_view_ = clock_->now();
+  started_ = clock_->now();
   running_ = draining_ = true;
   writer_thread_ = std::thread([this] { run_writer(); });
   planner_thread_ = std::thread([this] { run_planner(); });
@@ -144,30 +144,30 @@ void LiveSession::drain() {
   empty(rings.plans, taps_.plan, nothing);
   empty(rings.commands, taps_.command, [&](const JointCommand& command) { monitor_.update(command); });
   empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
+  empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
 }
 
-/// Renews the snapshot and counts for the summary.
-void LiveSession::refresh() {
-  if (links_->control_view.read(control_view_)) {
-    const ControlView& view = control_view_;
-    if (last_state_ == SupervisionState::kEngaged) summary_.engaged += to_seconds(view.now - last_view_);
-    const bool changed = view.state != last_state_ || view.reason != last_reason_;
-    const bool held = view.state == SupervisionState::kHolding || view.state == SupervisionState::kStopping ||
-                      view.state == SupervisionState::kFault;
-    if (changed && held) {
-      const auto same = [&](const auto& entry) { return entry.first == view.reason; };
-      const auto found = std::find_if(summary_.holds.begin(), summary_.holds.end(), same);
-      if (found != summary_.holds.end()) {
-        ++found->second;
-      } else {
-        summary_.holds.emplace_back(view.reason, 1);
-      }
-    }
-    if (changed && view.state == SupervisionState::kEngaged) ++summary_.engagements;
-    last_state_ = view.state;
-    last_reason_ = view.reason;
-    last_view_ = view.now;
+void LiveSession::count(const SupervisionChange& change) {
+  if (change.from == SupervisionState::kEngaged) summary_.engaged += to_seconds(change.at - engaged_since_);
+  if (change.to == SupervisionState::kEngaged) {
+    engaged_since_ = change.at;
+    ++summary_.engagements;
   }
+  const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
+                    change.to == SupervisionState::kFault;
+  if (!held) return;
+  const auto same = [&](const auto& entry) { return entry.first == change.reason; };
+  const auto found = std::find_if(summary_.holds.begin(), summary_.holds.end(), same);
+  if (found != summary_.holds.end()) {
+    ++found->second;
+  } else {
+    summary_.holds.emplace_back(change.reason, 1);
+  }
+}
+
+/// Renews the snapshot.
+void LiveSession::refresh() {
+  (void)links_->control_view.read(control_view_);
   (void)links_->planner_view.read(planner_view_);
 
   SessionSnapshot s;
@@ -237,7 +237,7 @@ LiveSummary LiveSession::finish() {
   s.missed_deadlines = control_view_.missed_deadlines;
   const TapRings& rings = links_->taps;
   s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.references.dropped() + rings.plans.dropped() +
-                rings.commands.dropped() + rings.states.dropped();
+                rings.commands.dropped() + rings.states.dropped() + rings.changes.dropped();
   s.latency_us = links_->latency_us.summary();
   s.solve_us = links_->solve_us.summary();
   s.wake_us = links_->wake_us.summary();

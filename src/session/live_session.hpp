@@ -34,6 +34,7 @@ struct LiveTaps {
   std::function<void(const Plan&)> plan;
   std::function<void(const JointCommand&)> command;
   std::function<void(const JointState&)> state;
+  std::function<void(const SupervisionChange&)> change;
   std::function<void()> idle;  ///< after each round
 };
 
@@ -89,6 +90,7 @@ class LiveSession {
   void run_writer();
   void drain();
   void refresh();
+  void count(const SupervisionChange& change);
   void warn(const std::string& line);
 
   const RobotModel* model_;
@@ -108,9 +110,7 @@ class LiveSession {
   ControlView control_view_;
   PlannerView planner_view_;
   LiveSummary summary_;
-  Time started_{0}, last_view_{0};
-  SupervisionState last_state_ = SupervisionState::kIdle;
-  std::string_view last_reason_;
+  Time started_{0}, engaged_since_{0};
 
   mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
   SessionSnapshot snapshot_;

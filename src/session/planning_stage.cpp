@@ -1,5 +1,6 @@
 #include "session/planning_stage.hpp"
 
+#include "plan/active_constraint.hpp"
 #include "plan/straight_stop.hpp"
 
 namespace steadyhand {
@@ -58,6 +59,7 @@ void PlanningStage::step(Time now) {
   follow_state(now, at_start, X_base_tool);
   const bool moves = start < followed_.start + from_seconds(followed_.intervals * followed_.dt);
   const SupervisionState state = report_.state;
+  if (!following_) view_.constraint = {};
   if (following_) {
     plan_following(start);
   } else if (moves && (state == SupervisionState::kReady || state == SupervisionState::kHolding || report_.soft_stop)) {
@@ -135,7 +137,9 @@ void PlanningStage::send_target(const Target& target) {
 }
 
 void PlanningStage::plan_following(Time start) {
-  if (solve(start, weights_)) send(planner_->plan());
+  if (!solve(start, weights_)) return;
+  send(planner_->plan());
+  view_.constraint = active_constraint(planner_->plan(), ocp().horizon(), planner_->instance().reference, reach_, arm_);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.

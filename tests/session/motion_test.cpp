@@ -1,0 +1,138 @@
+// What the operator feels: engaging again and again, the edge of the reach, the arm's own body, singularities.
+#include <random>
+
+#include "session/virtual_session.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// Largest changes from one command to the next.
+struct Steps {
+  double q = 0.0, dq = 0.0;
+  JointCommand last;
+  void add(const JointCommand& c) {
+    if (last.q.size() > 0) {
+      q = std::max(q, (c.q - last.q).cwiseAbs().maxCoeff());
+      dq = std::max(dq, (c.dq - last.dq).cwiseAbs().maxCoeff());
+    }
+    last = c;
+  }
+};
+
+TEST(Motion, AHundredGripsWithTheHandAnywhereStepNoMoreThanOrdinaryMotion) {
+  VirtualSession session;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  Pose offset;
+  const auto sweep = sweeping({0.1, 0.15, 0.1}, 3.0);
+  session.hand = [&](double t) { return offset * sweep(t); };
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  Steps ordinary, gripping;
+  session.run(1.0);  // the ramp is over
+  session.on_command = [&](const JointCommand& c) { ordinary.add(c); };
+  session.run(5.0);
+  session.on_command = [&](const JointCommand& c) { gripping.add(c); };
+  for (int i = 0; i < 100; ++i) {
+    session.clutch = false;
+    session.run(0.05 + 0.05 * (1.0 + unit(random)));  // often before the arm has come to rest
+    offset.p = Vector3(unit(random), unit(random), unit(random));
+    offset.q = Quaternion(Eigen::AngleAxisd(M_PI * unit(random), Vector3::UnitZ()));
+    ASSERT_TRUE(session.grip()) << i << ": " << session.view.reason;
+    session.run(0.3);
+  }
+  EXPECT_LE(gripping.q, 1.05 * ordinary.q);
+  EXPECT_LE(gripping.dq, 1.05 * ordinary.dq + 1e-4);
+  session.expect_safe();
+}
+
+/// A hand that goes out by `away` in 2 s, wanders across there for 5 s, and comes back in 2 s.
+std::function<Pose(double)> push(double begin, const Vector3& away, const Vector3& across) {
+  return [=](double time) {
+    const double t = time - begin;
+    const auto smooth = [](double x) { return x <= 0.0 ? 0.0 : x >= 1.0 ? 1.0 : x * x * (3.0 - 2.0 * x); };
+    const double out = smooth(t / 2.0) * (1.0 - smooth((t - 7.0) / 2.0));
+    Pose pose;
+    pose.p = out * away + out * std::sin(2.0 * (t - 2.0)) * across;
+    return pose;
+  };
+}
+
+/// m/s: the hand itself comes back with up to 0.7 m/s, and the glass has to catch up with it.
+constexpr double kCalm = 1.3;
+
+struct PushResult {
+  double longest_freeze = 0.0;  ///< s, the glass below 1 mm/s while the hand wandered faster than 0.1 m/s
+  double fastest = 0.0;         ///< m/s, of the glass, on the way back
+};
+
+PushResult push_and_return(VirtualSession& session, const Vector3& away, const Vector3& across) {
+  session.run(0.2);
+  EXPECT_TRUE(session.grip());
+  session.run(0.6);
+  const double begin = session.now();
+  session.hand = push(begin, away, across);
+  PushResult result;
+  Vector3 last = session.glass(session.last_command.q).p;
+  double frozen = 0.0;
+  session.on_command = [&](const JointCommand& c) {
+    const Vector3 p = session.glass(c.q).p;
+    const double speed = (p - last).norm() / 0.002, t = session.now() - begin;
+    last = p;
+    const bool wanders = t > 2.5 && t < 6.8 && across.norm() * 2.0 * std::abs(std::cos(2.0 * (t - 2.0))) > 0.1;
+    frozen = wanders && speed < 1e-3 ? frozen + 0.002 : 0.0;
+    result.longest_freeze = std::max(result.longest_freeze, frozen);
+    if (t > 7.0) result.fastest = std::max(result.fastest, speed);
+  };
+  session.run(10.0);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+  return result;
+}
+
+TEST(Motion, PushedBeyondTheReachItMovesAlongTheEdgeAndComesBackCalmly) {
+  VirtualSession session;
+  const PushResult result = push_and_return(session, {0.9, 0.0, 0.0}, {0.0, 0.2, 0.1});
+  EXPECT_LE(result.longest_freeze, 0.04);
+  EXPECT_LE(result.fastest, kCalm);
+}
+
+TEST(Motion, PushedIntoItselfItMovesAlongAndComesBackCalmly) {
+  VirtualSession session;
+  const PushResult result = push_and_return(session, {-0.5, 0.0, -0.1}, {0.0, 0.2, 0.05});
+  EXPECT_LE(result.longest_freeze, 0.04);
+  EXPECT_LE(result.fastest, kCalm);
+  EXPECT_LT(session.monitor().result().smallest_clearance, 0.01);  // it was pushed there
+}
+
+/// Hands that lead through the singularities of wrist, elbow and shoulder.
+TEST(Motion, SingularitiesStopNothing) {
+  struct Path {
+    const char* name;
+    Vector3 away, across;
+    double turn;
+  };
+  for (const Path& path :
+       {Path{"wrist", {0.0, 0.0, 0.1}, {0.0, 0.1, 0.0}, 1.9}, Path{"elbow", {0.5, 0.0, 0.1}, {0.0, 0.1, 0.1}, 0.0},
+        Path{"shoulder", {-0.55, 0.0, 0.4}, {0.1, 0.15, 0.0}, 0.0}}) {
+    VirtualSession session;
+    session.run(0.2);
+    ASSERT_TRUE(session.grip());
+    const double begin = session.now();
+    const auto base = push(begin, path.away, path.across);
+    session.hand = [&](double t) {
+      Pose pose = base(t);
+      pose.q = Eigen::AngleAxisd(path.turn * std::sin(0.5 * (t - begin)), Vector3::UnitZ());
+      return pose;
+    };
+    for (int i = 0; i < 5000; ++i) {
+      session.cycle();
+      ASSERT_EQ(session.state(), SupervisionState::kEngaged) << path.name << ": " << session.view.reason;
+    }
+    EXPECT_EQ(session.planner_view.failed, 0u) << path.name;
+    session.expect_safe();
+  }
+}
+
+}  // namespace
+}  // namespace steadyhand
