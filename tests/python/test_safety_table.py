@@ -1,0 +1,20 @@
+"""docs/safety.md and the fault tests say the same: each row of its table is a test, and each test has a row."""
+
+import os
+import re
+from pathlib import Path
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+
+
+def test_rows_and_tests_are_the_same():
+    rows = re.findall(r"^\|.*\| `(\w+)` \|$", (ROOT / "docs/safety.md").read_text(), re.MULTILINE)
+    tests = re.findall(r"TEST_F\(Faults, (\w+)\)", (ROOT / "tests/session/faults_test.cpp").read_text())
+    assert len(rows) > 10 and sorted(rows) == sorted(tests)
+
+
+def test_the_table_of_states_names_all_of_them():
+    text = (ROOT / "docs/safety.md").read_text()
+    states = re.findall(r'return "(\w+)";', re.search(r"to_string\(SupervisionState.*?\n}", (ROOT / "src/supervise/supervisor.cpp").read_text(), re.DOTALL).group(0))
+    for state in states[:-1]:
+        assert re.search(rf"^\| {state} \|", text, re.MULTILINE), state
