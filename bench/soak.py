@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""Runs `steadyhand demo --headless` for long and judges what it came to.
+
+    bench/soak.py [--seconds 1800] [demo's other options]
+
+Prints the program's summary, its memory over time, and what of the promises it kept. Exit code 1 if one is broken. Deadlines are
+judged only where real-time priority was granted."""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[1]))
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+
+
+def resident_kib(pid):
+    try:
+        return int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text()).group(1))
+    except (OSError, AttributeError):
+        return None
+
+
+def watch(command):
+    """Runs the command; its output, exit code and memory in KiB, once a second."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    memory = []
+    while process.poll() is None:
+        memory.append(resident_kib(process.pid))
+        time.sleep(1.0)
+    return process.stdout.read(), process.returncode, [m for m in memory if m]
+
+
+def promises(text, memory):
+    def number(pattern):
+        return float(re.search(pattern, text).group(1))
+
+    yield "no command beyond a limit", number(r"looked at, (\d+) beyond") == 0
+    yield "no spheres in contact", number(r"(\d+) in contact") == 0
+    yield "recording complete", "were dropped" not in text
+    # The first tenth is warming up.
+    settled = memory[len(memory) // 10:]
+    yield "memory grows by less than 1 MiB", not settled or settled[-1] - settled[0] < 1024
+    period = 1000.0 / number(r"at ([0-9.]+) Hz")
+    yield "latency: median at most a planner period + 2 ms", number(r"hand to command\s+median ([0-9.]+)") <= period + 2.0
+    yield "latency: p99 at most two planner periods", number(r"hand to command.*p99 ([0-9.]+)") <= 2.0 * period
+    if "no real-time priority" not in text:
+        yield "at most 0.1 % of control deadlines missed", number(r"missed \(([0-9.]+) %\)") <= 0.1
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=1800.0)
+    options, rest = parser.parse_known_args()
+    text, code, memory = watch([PROGRAM, "demo", "--headless", "--seconds", str(options.seconds), *rest])
+    print(text, end="")
+    if code != 0:
+        return code
+    if memory:
+        print(f"memory             {memory[0] / 1024:.1f} MiB at first, {memory[-1] / 1024:.1f} MiB at last, {max(memory) / 1024:.1f} MiB at most")
+    kept = True
+    for name, holds in promises(text, memory):
+        print(f"{'kept  ' if holds else 'BROKEN'}             {name}")
+        kept = kept and holds
+    return 0 if kept else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
