@@ -92,9 +92,7 @@ Status OperatorDesk::set_weight(const std::string& name, double value) {
 
 Status OperatorDesk::play(const std::string& name, Time now) {
   if (name.empty()) {
-    playback_.reset();
-    controls_.playback = -1;
-    session_->release_hand();
+    end_playback();
     return Done{};
   }
   const Result<int> index =
@@ -123,7 +121,15 @@ void OperatorDesk::send() {
 
 void OperatorDesk::hand(const OperatorSample& sample) {
   const std::lock_guard lock(mutex_);
-  if (!playback_) session_->feed(sample);
+  if (playback_ && !sample.clutch) return;
+  if (playback_) end_playback();
+  session_->feed(sample);
+}
+
+void OperatorDesk::end_playback() {
+  playback_.reset();
+  controls_.playback = -1;
+  session_->release_hand();
 }
 
 void OperatorDesk::change_hands() {

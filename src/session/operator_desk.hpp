@@ -27,7 +27,7 @@ class OperatorDesk {
 
   /// Done, or why the request cannot be obeyed; then nothing changes.
   Status apply(const OperatorRequest& request, Time now);
-  /// The operator's own hand. Ignored while a recording plays.
+  /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm.
   void hand(const OperatorSample& sample);
   /// Another hand from here on: the arm disengages.
   void change_hands();
@@ -40,6 +40,7 @@ class OperatorDesk {
   Status set_profile(const std::string& name);
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
+  void end_playback();
   void send();
 
   mutable std::mutex mutex_;

@@ -55,6 +55,16 @@ TEST_F(Desk, TellsWhatIsChosen) {
   EXPECT_TRUE(ask(Kind::kReset));
 }
 
+TEST_F(Desk, AGripEndsARecordingThatPlays) {
+  ASSERT_TRUE(ask(Kind::kPlayback, "still"));
+  OperatorSample sample;
+  desk->hand(sample);
+  EXPECT_EQ(desk->controls().playback, 0);
+  sample.clutch = true;
+  desk->hand(sample);
+  EXPECT_EQ(desk->controls().playback, -1);
+}
+
 TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   struct Bad {
