@@ -59,6 +59,8 @@ class VirtualSession {
   bool clutch = false;
   std::function<void(OperatorSample)> channel = [this](const OperatorSample& sample) { deliver(sample); };
   bool planner_runs = true;
+  /// Called before (true) and after (false) each step of a stage.
+  std::function<void(bool begins)> around_control = [](bool) {}, around_planner = [](bool) {};
   /// Called for every command before the arm gets it.
   std::function<void(const JointCommand&)> on_command = [](const JointCommand&) {};
 
@@ -98,7 +100,9 @@ class VirtualSession {
     HandReport report;
     if (planner_side_.hand.read(report)) control_side_.hand.write(report);
     if (plan_due_ <= clock_.now() && planner_side_.plan.read(plan_)) control_side_.plan.write(plan_);
+    around_control(true);
     const ControlStage::Output& output = control_->step(measured);
+    around_control(false);
     if (output.restart_arm) arm_.restart();
     on_command(output.command);
     arm_.send(output.command);
@@ -114,7 +118,9 @@ class VirtualSession {
       ControlReport told;
       if (control_side_.report.read(told)) planner_side_.report.write(told);
       if (control_side_.followed.read(followed_)) planner_side_.followed.write(followed_);
+      around_planner(true);
       planning_->step(clock_.now());
+      around_planner(false);
       plan_due_ = clock_.now() + from_seconds(options_.solve_time);
       (void)planner_side_.planner_view.read(planner_view);
     }
