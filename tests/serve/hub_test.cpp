@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "support/message_fuzz.hpp"
+
 namespace steadyhand {
 namespace {
 
@@ -239,44 +241,18 @@ TEST_F(HubTest, ChecksNamesAndScale) {
 
 /// Mutated good messages and noise from clients that may not command, 100,000 of them: none moves anything.
 TEST_F(HubTest, FuzzNeverCommands) {
-  std::mt19937 random(20240601);
-  const std::vector<std::string> seeds = {R"({"type":"hello","version":1})",
-                                          R"({"type":"take"})",
-                                          R"({"type":"pair","code":"h7dk2m9x4c"})",
-                                          sample(3, 2.5).dump(),
-                                          R"({"type":"request","kind":"reset"})",
-                                          R"({"type":"ping","t_s":3,"echo_s":1,"held_s":0})",
-                                          R"({"type":"request","kind":"weight","text":"lateral","value":3})"};
+  MessageFuzz fuzz(20240601);
   FakeOutbox outbox;
   outbox.keep = false;
   std::uint64_t id = 0;
-  const auto pick = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   for (int i = 0; i < 100'000; ++i) {
     if (i % 16 == 0) {  // a client is closed after a few
       hub_.leave(id);
       outbox.closed = false;
       id = greet(outbox);
     }
-    std::string text = seeds[pick(seeds.size())];
-    for (std::size_t edits = pick(4); edits > 0 && !text.empty(); --edits) {
-      const std::size_t at = pick(text.size());
-      switch (pick(4)) {
-        case 0:
-          text[at] = static_cast<char>(random());
-          break;
-        case 1:
-          text.erase(at, pick(8) + 1);
-          break;
-        case 2:
-          text.insert(at, text.substr(pick(text.size()), pick(12)));
-          break;
-        default:
-          text.insert(at, pick(2) ? "1e308" : "[[[{\"a\":");
-          break;
-      }
-    }
     now_ += from_seconds(0.005);
-    hub_.receive(id, text, now_);
+    hub_.receive(id, fuzz.next(), now_);
   }
   EXPECT_TRUE(samples_.empty());
   EXPECT_TRUE(leases_.empty());

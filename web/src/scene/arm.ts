@@ -1,6 +1,7 @@
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import type { Robot } from '../protocol';
+import { GLASS } from './glass';
 
 function toMatrix(rows: number[][]): THREE.Matrix4 {
   const r = rows.flat() as Parameters<THREE.Matrix4['set']>;
@@ -9,6 +10,28 @@ function toMatrix(rows: number[][]): THREE.Matrix4 {
 
 const CALM = new THREE.Color(0x4aa3ff);
 const LIT = new THREE.Color(0xff5a36);
+
+/** A plain gripper from the flange to the glass, so that it does not float. */
+function holder(tool: THREE.Object3D): THREE.Object3D {
+  const group = new THREE.Group();
+  const reach = tool.position.length() - GLASS.radius;
+  if (reach < 0.01) return group;
+  const dark = new THREE.MeshStandardMaterial({ color: 0x2a3038, roughness: 0.5, metalness: 0.4 });
+  const body = new THREE.Mesh(new THREE.CylinderGeometry(0.022, 0.032, reach * 0.75, 32), dark);
+  body.position.y = reach * 0.375;
+  group.add(body);
+  for (const side of [-1, 1]) {
+    const finger = new THREE.Mesh(new THREE.BoxGeometry(0.008, reach * 0.3 + 1.4 * GLASS.radius, 0.02), dark);
+    finger.position.set(side * (GLASS.radius + 0.004), reach * 0.7 + 0.7 * GLASS.radius, 0);
+    group.add(finger);
+  }
+  group.traverse((part) => { part.castShadow = true; });
+  // y along the way to the glass, z along the glass: the fingers stand at its sides.
+  const y = tool.position.clone().normalize();
+  const x = y.clone().cross(new THREE.Vector3(0, 0, 1).applyQuaternion(tool.quaternion)).normalize();
+  group.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(x, y, x.clone().cross(y)));
+  return group;
+}
 
 /** The arm as `describe` says it is: a frame for each link, meshes and collision spheres hung into them. */
 export class Arm extends THREE.Group {
@@ -36,7 +59,7 @@ export class Arm extends THREE.Group {
       parent = link;
     }
     toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
-    parent.add(this.tool);
+    parent.add(this.tool, holder(this.tool));
     const geometry = new THREE.SphereGeometry(1, 24, 16);
     for (const sphere of robot.spheres) {
       const material = new THREE.MeshBasicMaterial({ color: CALM, transparent: true, opacity: 0.22, depthWrite: false });
