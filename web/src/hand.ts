@@ -14,7 +14,9 @@ export class Hand {
   #pose: Pose = REST;
   #origin: Pose = REST;
 
-  constructor(private readonly connection: Pick<Connection, 'send'>, private readonly now: () => number) {}
+  /** @param allowed whether the server would take samples now: until then the clutch counts as open */
+  constructor(private readonly connection: Pick<Connection, 'send'>, private readonly now: () => number,
+              private readonly allowed: () => boolean) {}
 
   get source(): string | null { return this.#source; }
 
@@ -31,7 +33,6 @@ export class Hand {
     if (this.#source !== source) return;
     this.#source = null;
     if (this.clutch) this.#send(false, true, false);
-    this.clutch = false;
   }
 
   /** Moves by as much from where it was grabbed, so that the tool moves by `shift` and turns by `spin` (base frame). */
@@ -49,11 +50,19 @@ export class Hand {
   }
 
   #send(clutch: boolean, tracked: boolean, emulated: boolean, eventTime?: number): void {
+    if (!this.allowed()) {
+      this.clutch = false;
+      return;
+    }
+    const sample = (closed: boolean): void => {
+      this.connection.send({
+        type: 'sample', sequence: ++this.#sequence, t_s: this.now(), p: this.#pose.p, q: this.#pose.q, clutch: closed, tracked, emulated,
+      });
+    };
+    // A grip counts only where the clutch was seen open before it closes.
+    if (clutch && !this.clutch) sample(false);
+    sample(clutch);
     this.clutch = clutch;
-    const t = this.now();
-    this.connection.send({
-      type: 'sample', sequence: ++this.#sequence, t_s: t, p: this.#pose.p, q: this.#pose.q, clutch, tracked, emulated,
-    });
     if (eventTime === undefined) return;
     this.delays.push(this.now() - eventTime);
     if (this.delays.length > 600) this.delays.shift();

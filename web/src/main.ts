@@ -37,7 +37,7 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (status !== 'open' && hand.source) hand.release(hand.source);
 });
 
-const hand = new Hand(connection, now);
+const hand = new Hand(connection, now, () => session.yours);
 const panel = new Panel(session, connection);
 const wantLease = () => panel.takeOver();
 const stop = () => panel.stop();
@@ -82,14 +82,12 @@ new ResizeObserver(() => stage.resize(canvas.clientWidth, canvas.clientHeight)).
 let last = now(), lastWords = 0, frames = 0;
 stage.renderer.setAnimationLoop((_time, frame) => {
   const t = now();
-  const dt = Math.min(0.1, t - last); // s
+  const dt = t - last;
   last = t;
   ++frames;
-  keys.update(dt);
-  gamepads.update(dt);
   headset.update(frame, t);
   drag.show(session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t)));
-  drag.update();
+  drag.follow();
   if (session.state) stage.show(session.state, session.isStale(t));
   if (t - lastWords > 0.15) {
     lastWords = t;
@@ -99,6 +97,18 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   stage.keepPace(dt);
   stage.draw();
 });
+
+// The hand keeps its pace however slowly the picture is drawn; a page that nobody sees leads nothing.
+let lastHand = now();
+setInterval(() => {
+  const t = now();
+  const dt = Math.min(0.1, t - lastHand);
+  lastHand = t;
+  if (document.hidden) return;
+  keys.update(dt);
+  gamepads.update(dt);
+  drag.report();
+}, 11);
 
 void offerHeadset();
 connection.start();

@@ -98,10 +98,11 @@ describe('connection', () => {
 });
 
 describe('hand', () => {
-  let sent: Extract<ClientMessage, { type: 'sample' }>[], hand: Hand;
+  let sent: Extract<ClientMessage, { type: 'sample' }>[], hand: Hand, allowed: boolean;
   beforeEach(() => {
     sent = [];
-    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(message); return true; } }, () => 5);
+    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(message); return true; } }, () => 5, () => allowed);
+    allowed = true;
   });
 
   it('belongs to one way in at a time', () => {
@@ -117,20 +118,31 @@ describe('hand', () => {
     hand.grab('drag');
     hand.lead('drag', [0.2, 0, 0], [0, 0, 0, 1], 0.5, 0);
     hand.release('drag');
-    expect(sent.map((s) => s.clutch)).toEqual([true, false]);
-    expect(sent[0]!.p[0]).toBeCloseTo(0.4);
+    expect(sent.map((s) => s.clutch)).toEqual([false, true, false]);
+    expect(sent[1]!.p[0]).toBeCloseTo(0.4);
     hand.grab('keys');
     hand.lead('keys', [0, 0, 0], [0, 0, 0, 1], 0.5, 0);
-    expect(sent[2]!.p).toEqual(sent[1]!.p);
-    expect(sent.map((s) => s.sequence)).toEqual([1, 2, 3]);
+    expect(sent[3]!.p).toEqual(sent[2]!.p);
+    expect(sent.map((s) => s.sequence)).toEqual([1, 2, 3, 4, 5]);
+  });
+
+  it('waits with its grip for the lease, and opens the clutch before it closes it', () => {
+    allowed = false;
+    hand.grab('drag');
+    hand.lead('drag', [0.1, 0, 0], [0, 0, 0, 1], 1, 0);
+    expect(sent).toEqual([]);
+    allowed = true;
+    hand.lead('drag', [0.2, 0, 0], [0, 0, 0, 1], 1, 0);
+    hand.lead('drag', [0.3, 0, 0], [0, 0, 0, 1], 1, 0);
+    expect(sent.map((s) => s.clutch)).toEqual([false, true, true]);
   });
 
   it('says when a device has lost its pose, and keeps the last one', () => {
     hand.grab('headset');
     hand.report('headset', { p: [1, 2, 3], q: [0, 0, 0, 2] }, true, false);
     hand.report('headset', null, true, false);
-    expect(sent.map((s) => s.tracked)).toEqual([true, false]);
-    expect(sent[1]!.p).toEqual([1, 2, 3]);
+    expect(sent.map((s) => s.tracked)).toEqual([true, true, false]);
+    expect(sent[2]!.p).toEqual([1, 2, 3]);
     expect(sent[0]!.q).toEqual([0, 0, 0, 1]);
   });
 });

@@ -42,11 +42,15 @@ export class Drag {
     this.controls.enabled = shown;
   }
 
-  /** Every frame: the handles stay on the target; while held, the hand is reported even when it rests. */
-  update(): void {
-    if (this.#holding) return this.lead(true);
+  /** 90 times a second: while held, the hand is reported even when it rests. */
+  report(): void {
+    if (this.#holding) this.lead(true);
+  }
+
+  /** Every frame: the handles stay on the target. */
+  follow(): void {
     const target = this.session.state?.target;
-    if (!target) return;
+    if (!target || this.#holding) return;
     // Upright handles: they move along the base's axes.
     this.#proxy.position.set(...(target.p as [number, number, number]));
     this.#proxy.quaternion.identity();
