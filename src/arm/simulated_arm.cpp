@@ -7,9 +7,6 @@ namespace steadyhand {
 
 namespace {
 
-/// How far beyond a limit a command may be, for rounding in whoever made it.
-constexpr double kPositionMargin = 1e-4;                           // rad (m)
-constexpr double kSpeedMargin = 0.01, kAccelerationMargin = 0.05;  // shares
 /// Largest difference between where the arm stands and the first command, rad (m).
 constexpr double kFirstStep = 0.01;
 
@@ -23,6 +20,7 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
       info_{model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag},
       period_(from_seconds(1.0 / settings.rate_hz)),
       now_(clock.now()),
+      check_(model, kFirstStep),
       q_(q),
       dq_(JointVector::Zero(model.dof())),
       random_(settings.seed) {
@@ -31,6 +29,7 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
 
 void SimulatedArm::restart() {
   received_ = 0;
+  check_.restart();
   status_ = ArmStatus::kStarting;
   reason_ = {};
   following_since_ = now_ + from_seconds(settings_.start_time);
@@ -97,35 +96,10 @@ void SimulatedArm::stop(std::string_view reason) {
 
 void SimulatedArm::send(const JointCommand& c) {
   if (status_ != ArmStatus::kFollowing) return;
-  if (const std::string_view why = refusal(c); !why.empty()) return stop(why);
+  if (const std::string_view why = check_.refusal(c, q_); !why.empty()) return stop(why);
   newest_ = (newest_ + 1) % kHistory;
   commands_[newest_] = c;
   received_ = std::min(received_ + 1, kHistory);
-}
-
-std::string_view SimulatedArm::refusal(const JointCommand& c) const {
-  if (c.q.size() != q_.size() || c.dq.size() != q_.size() || !c.q.allFinite() || !c.dq.allFinite()) {
-    return "a command is not finite";
-  }
-  if (((c.q - model_->position_max).array() > kPositionMargin).any() ||
-      ((model_->position_min - c.q).array() > kPositionMargin).any()) {
-    return "a command is beyond a position limit";
-  }
-  if (received_ == 0) return (c.q - q_).cwiseAbs().maxCoeff() > kFirstStep ? "a command steps" : "";
-  const double dt = to_seconds(c.stamp.made - command(0).stamp.made);
-  if (dt <= 0.0) return "commands are out of order";
-  const JointVector speed = (c.q - command(0).q) / dt;
-  if ((speed.cwiseAbs() - (1.0 + kSpeedMargin) * model_->velocity_max).maxCoeff() > 0.0) {
-    return "a command is beyond a velocity limit";
-  }
-  if (received_ == 1) return "";
-  const double dt_before = to_seconds(command(0).stamp.made - command(1).stamp.made);
-  const JointVector change = speed - (command(0).q - command(1).q) / dt_before;
-  const double span = 0.5 * (dt + dt_before);  // between the middles of the two differences
-  if ((change.cwiseAbs() / span - (1.0 + kAccelerationMargin) * model_->acceleration_max).maxCoeff() > 0.5) {
-    return "a command is beyond an acceleration limit";
-  }
-  return "";
 }
 
 }  // namespace steadyhand

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "arm/arm.hpp"
+#include "arm/command_check.hpp"
 #include "core/clock.hpp"
 #include "robot/model.hpp"
 
@@ -46,8 +47,6 @@ class SimulatedArm final : public Arm {
  private:
   void advance(Time now);
   void stop(std::string_view reason);
-  /// Why a command is refused; empty if it is not.
-  std::string_view refusal(const JointCommand& command) const;
   JointVector set_point(Time t) const;
   const JointCommand& command(int age) const { return commands_[(newest_ - age + kHistory) % kHistory]; }
 
@@ -57,6 +56,7 @@ class SimulatedArm final : public Arm {
   Clock* clock_;
   ArmInfo info_;
   Time period_, now_;
+  CommandCheck check_;
   std::uint64_t cycle_ = 0;
   ArmStatus status_ = ArmStatus::kStarting;
   std::string_view reason_;

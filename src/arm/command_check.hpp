@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/arrows.hpp"
+#include "robot/model.hpp"
+
+namespace steadyhand {
+
+/// Whether commands, one after the other, are finite, inside the model's position, velocity and acceleration limits (by
+/// differences of positions) and begin where the arm stands. What every arm asks before it moves. Allocates nothing.
+class CommandCheck {
+ public:
+  /// The model must outlive it. @param first_step rad (m), largest from where the arm stands to the first command
+  CommandCheck(const RobotModel& model, double first_step) : model_(&model), first_step_(first_step) {}
+
+  /// The next command is the first.
+  void restart() { received_ = 0; }
+  /// Why a command is refused; empty, and then it is remembered, if it is not. @param q where the arm stands
+  std::string_view refusal(const JointCommand& command, const JointVector& q);
+  bool has_command() const { return received_ > 0; }
+
+ private:
+  std::string_view judge(const JointCommand& command, const JointVector& q) const;
+
+  const RobotModel* model_;
+  double first_step_;
+  JointCommand last_, before_;
+  int received_ = 0;
+};
+
+}  // namespace steadyhand
