@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "arm/simulated_arm.hpp"
+#include "arm/ur_lockstep.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 
@@ -22,13 +23,29 @@ ArmMaker simulated(const std::string& name, const SimulatedArmSettings& settings
           }};
 }
 
+ArmMaker universal_robots(const std::string& name, const FakeUrController::Settings& settings) {
+  return {name, [settings](const RobotModel& model, Clock& clock) {
+            return std::make_unique<UrLockstep>(model, settings, clock);
+          }};
+}
+
 std::vector<ArmMaker> makers() {
   SimulatedArmSettings ideal, slow, noisy;
   ideal.latency = ideal.servo_lag = ideal.quantisation = 0.0;
   slow.latency = 0.02;
   slow.servo_lag = 0.04;
   noisy.noise = 2e-5;
-  return {simulated("simulated", {}), simulated("ideal", ideal), simulated("slow", slow), simulated("noisy", noisy)};
+  FakeUrController::Settings e_series, cb3, old_protocol;
+  cb3.version = {3, 15, 8, 106339};
+  old_protocol.version = cb3.version;
+  old_protocol.newest_protocol = 1;
+  return {simulated("simulated", {}),
+          simulated("ideal", ideal),
+          simulated("slow", slow),
+          simulated("noisy", noisy),
+          universal_robots("ur", e_series),
+          universal_robots("ur_cb3", cb3),
+          universal_robots("ur_protocol_1", old_protocol)};
 }
 
 class ArmContract : public testing::TestWithParam<ArmMaker> {
@@ -117,7 +134,7 @@ TEST_P(ArmContract, RefusesWhatIsOutOfItsLimits) {
     std::function<void(JointCommand&)> spoil;
   };
   const Bad bad[] = {{"step", [](JointCommand& c) { c.q[2] += 0.02; }},
-                     {"small step", [](JointCommand& c) { c.q[2] += 3e-4; }},
+                     {"small step", [&](JointCommand& c) { c.q[2] += 75.0 / std::pow(arm->info().rate_hz, 2); }},
                      {"not a number", [=](JointCommand& c) { c.q[4] = nan; }},
                      {"infinite speed", [](JointCommand& c) { c.dq[0] = INFINITY; }},
                      {"wrong size", [](JointCommand& c) { c.q = JointVector::Zero(5); }},

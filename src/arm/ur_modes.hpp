@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace steadyhand {
+
+/// robot_mode of RTDE. Only in kRunning do the joints obey.
+enum class UrRobotMode : std::int32_t {
+  kNoController = -1,
+  kDisconnected = 0,
+  kConfirmSafety = 1,
+  kBooting = 2,
+  kPowerOff = 3,
+  kPowerOn = 4,
+  kIdle = 5,
+  kBackdrive = 6,
+  kRunning = 7,
+  kUpdatingFirmware = 8,
+};
+
+/// safety_status of RTDE (software 3.10 and 5.4 on), whose first ten are also safety_mode's.
+enum class UrSafety : std::int32_t {
+  kNormal = 1,
+  kReduced = 2,
+  kProtectiveStop = 3,
+  kRecovery = 4,
+  kSafeguardStop = 5,
+  kSystemEmergencyStop = 6,
+  kRobotEmergencyStop = 7,
+  kViolation = 8,
+  kFault = 9,
+  kValidateJointId = 10,
+  kUndefined = 11,
+  kAutomaticSafeguardStop = 12,
+  kThreePositionStop = 13,
+};
+
+/// Bits of robot_status_bits.
+inline constexpr std::uint32_t kUrPowerOn = 1u << 0, kUrProgramRunning = 1u << 1;
+
+/// Why the arm cannot move, in a whole clause that says what to do; empty if it can. Static text.
+std::string_view why_not(UrRobotMode mode);
+std::string_view why_not(UrSafety safety);
+
+}  // namespace steadyhand

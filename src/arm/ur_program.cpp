@@ -1,0 +1,170 @@
+#include "arm/ur_program.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace steadyhand {
+
+namespace {
+
+// Comparisons are such that what is not a number fails them. URScript has neither constants nor early ends of loops
+// worth using: `ended` says why the loop ends. A list times a number, and sums of lists, are not in every software
+// version, so that joints are counted.
+constexpr const char* kProgram = R"(def steadyhand():
+  step = get_steptime()
+  fastest = [{velocities}]
+  bridged = {bridged}
+  patience = {timeout} / step
+  brake = {braking} * step
+
+  q = get_target_joint_positions()
+  dq = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+  goal = q
+  goal_dq = dq
+  behind = dq
+  cycle = 0
+  heard = 0
+  youngest = 1000000
+  following = False
+  returning = True
+  ended = 0
+  write_output_integer_register({owner}, {session})
+  write_output_integer_register({state}, 1)
+  textmsg("steadyhand: ready")
+
+  while ended == 0:
+    cycle = cycle + 1
+    write_output_integer_register({cycle}, cycle)
+    if read_input_integer_register({input_session}) == {session}:
+      answers = read_input_integer_register({answers})
+      if answers > heard:
+        if answers <= cycle:
+          if not following:
+            following = True
+            write_output_integer_register({state}, 2)
+            limit = {start_tolerance}
+            i = 0
+            while i < 6:
+              if not (norm(read_input_float_register({q} + i) - q[i]) <= limit):
+                ended = -4
+              end
+              i = i + 1
+            end
+          end
+          heard = answers
+          if cycle - heard < youngest:
+            youngest = cycle - heard
+          end
+        end
+      end
+      if following:
+        if read_input_integer_register({mode}) == 0:
+          ended = -1
+        end
+      end
+    end
+
+    if ended != 0:
+      sync()
+    elif following:
+      lost = cycle - heard - youngest
+      if lost > patience:
+        ended = -2
+      elif lost > bridged:
+        returning = True
+        i = 0
+        while i < 6:
+          if dq[i] > brake:
+            dq[i] = dq[i] - brake
+          elif dq[i] < -brake:
+            dq[i] = dq[i] + brake
+          else:
+            dq[i] = 0.0
+          end
+          q[i] = q[i] + dq[i] * step
+          i = i + 1
+        end
+      else:
+        t = lost * step
+        i = 0
+        away = 0.0
+        slip = 0.0
+        while i < 6:
+          ddq = read_input_float_register({ddq} + i)
+          goal_dq[i] = read_input_float_register({dq} + i) + ddq * t
+          goal[i] = read_input_float_register({q} + i) + (goal_dq[i] - 0.5 * ddq * t) * t
+          behind[i] = goal[i] - goal_dq[i] * step - q[i]
+          if not (norm(behind[i]) <= away):
+            away = norm(behind[i])
+          end
+          if norm(goal_dq[i] - dq[i]) > slip:
+            slip = norm(goal_dq[i] - dq[i])
+          end
+          i = i + 1
+        end
+        i = 0
+        if returning:
+          if not (away <= {return_tolerance}):
+            ended = -4
+          elif away < 0.00001:
+            if slip < 0.2 * brake:
+              returning = False
+            end
+          end
+          while i < 6:
+            change = goal_dq[i] + 20.0 * behind[i] - dq[i]
+            if change > brake:
+              change = brake
+            elif change < -brake:
+              change = -brake
+            end
+            dq[i] = dq[i] + change
+            q[i] = q[i] + dq[i] * step
+            i = i + 1
+          end
+        else:
+          while i < 6:
+            dq[i] = (goal[i] - q[i]) / step
+            if not (norm(dq[i]) <= fastest[i]):
+              ended = -3
+            end
+            i = i + 1
+          end
+          if ended == 0:
+            q = goal
+          end
+        end
+      end
+      if ended == 0:
+        servoj(q, t=step, lookahead_time={lookahead}, gain={gain})
+      end
+    else:
+      if cycle > {first_wait} / step:
+        ended = -2
+      end
+      sync()
+    end
+  end
+  stopj({braking})
+  write_output_integer_register({state}, ended)
+  textmsg("steadyhand: ended, ", ended)
+end
+)";
+
+}  // namespace
+
+std::string make_ur_program(const UrProgramSettings& s) {
+  using R = UrRegisters;
+  std::vector<std::string> velocities;
+  for (const double v : s.velocity_max) velocities.push_back(fmt::format("{:.4f}", 1.1 * v));
+  return fmt::format(
+      fmt::runtime(kProgram), fmt::arg("velocities", fmt::join(velocities, ", ")), fmt::arg("bridged", s.bridged),
+      fmt::arg("timeout", s.timeout), fmt::arg("braking", s.braking), fmt::arg("owner", R::kOwner),
+      fmt::arg("session", s.session), fmt::arg("state", R::kState), fmt::arg("cycle", R::kCycle),
+      fmt::arg("input_session", R::kSession), fmt::arg("answers", R::kAnswers), fmt::arg("mode", R::kMode),
+      fmt::arg("start_tolerance", s.start_tolerance), fmt::arg("return_tolerance", s.return_tolerance),
+      fmt::arg("q", R::kQ), fmt::arg("dq", R::kDq), fmt::arg("ddq", R::kDdq), fmt::arg("lookahead", s.lookahead),
+      fmt::arg("gain", s.gain), fmt::arg("first_wait", s.first_wait));
+}
+
+}  // namespace steadyhand

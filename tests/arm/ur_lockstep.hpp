@@ -1,0 +1,65 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "arm/ur_arm.hpp"
+#include "support/ur/fake_ur_controller.hpp"
+
+namespace steadyhand {
+
+/// A UR arm and its fake controller on one thread and the session's clock: each cycle that passes on the clock the
+/// controller makes one, and what is sent is there at once. So contracts can be tested to the nanosecond.
+class UrLockstep final : public Arm {
+ public:
+  UrLockstep(const RobotModel& model, const FakeUrController::Settings& settings, Clock& clock, UrSettings ur = {})
+      : clock_(&clock), controller(model, settings), now_(clock.now()) {
+    auto rtde = Socket::pair();
+    auto script = Socket::pair();
+    EXPECT_TRUE(rtde && script);
+    controller.accept_rtde(std::move(rtde->second));
+    controller.accept_script(std::move(script->second));
+    std::atomic<bool> connecting{true};
+    std::thread pump([&] {
+      while (connecting) controller.serve();
+    });
+    auto made = UniversalRobotsArm::over(std::move(rtde->first), std::move(script->first), model, ur, clock);
+    connecting = false;
+    pump.join();
+    if (!made) ADD_FAILURE() << made.error().message;
+    if (made) arm_ = *std::move(made);
+  }
+  ~UrLockstep() override { arm_.reset(); }
+
+  const ArmInfo& info() const override { return arm_->info(); }
+  ArmState receive() override {
+    const Time period = from_seconds(controller.period());
+    const Time target = now_ + period;
+    const auto late = std::max(Time(0), clock_->now() - target) / period;
+    clock_->sleep_until(target + late * period);
+    for (int i = 0; i <= late; ++i) {
+      now_ += period;
+      controller.step();
+      if (each_cycle) each_cycle();
+    }
+    return arm_->receive();
+  }
+  void send(const JointCommand& command) override { arm_->send(command); }
+  void restart() override { arm_->restart(); }
+
+ private:
+  Clock* clock_;
+
+ public:
+  FakeUrController controller;
+  std::function<void()> each_cycle;  ///< called after each cycle of the controller
+
+ private:
+  Time now_;
+  std::unique_ptr<UniversalRobotsArm> arm_;
+};
+
+}  // namespace steadyhand

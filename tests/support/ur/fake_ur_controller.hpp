@@ -1,0 +1,151 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "arm/rtde_client.hpp"
+#include "arm/simulated_arm.hpp"
+#include "arm/ur_modes.hpp"
+#include "support/manual_clock.hpp"
+#include "support/ur/urscript.hpp"
+
+namespace steadyhand {
+
+/// The controller of a Universal Robots arm as its documents describe it, with the simulated arm behind it: RTDE
+/// versions 1 and 2, programs over the script port (run by urscript.hpp, a cycle at a time), the dashboard, protective
+/// stops. Not there: the safety system's own limits other than the simulated arm's refusals, forces, speed scaling,
+/// inverse kinematics, movel and movec, and the time that a real controller takes to compile a program. One thread
+/// calls everything but run().
+class FakeUrController {
+ public:
+  struct Settings {
+    ControllerVersion version{5, 12, 0, 1101534};  ///< 3.x: a CB3, at 125 Hz
+    int newest_protocol = 2;
+    bool remote_control = true;  ///< otherwise programs that are sent do not run
+    double lookahead = 0.03;     ///< s, time constant of servoj
+    std::string address = "127.0.0.1";
+    /// Of RTDE, scripts and dashboard; 0: any free one. run() listens there.
+    std::uint16_t rtde_port = 0, script_port = 0, dashboard_port = 0;
+  };
+
+  /// The model must outlive it. The arm stands at the model's home.
+  FakeUrController(const RobotModel& model, const Settings& settings);
+  ~FakeUrController();
+
+  /// Listens; fails with the address and the reason.
+  Status listen();
+  std::uint16_t rtde_port() const { return ports_[0]; }
+  std::uint16_t script_port() const { return ports_[1]; }
+  std::uint16_t dashboard_port() const { return ports_[2]; }
+  /// One end of a connection that did not need a port.
+  void accept_rtde(Socket socket);
+  void accept_script(Socket socket);
+
+  /// Takes in what clients sent; no time passes.
+  void serve();
+  /// One control cycle.
+  void step();
+  double period() const { return 1.0 / settings_.version.rate_hz(); }
+  /// Cycles in real time, on a thread of its own, until stop(). Faults may be injected meanwhile.
+  void run();
+  void stop();
+
+  // ---- faults; any thread
+  /// The cable is out for so many cycles: nothing comes in or goes out, then all at once, as TCP has it.
+  void unplug(int cycles) { unplugged_ = cycles; }
+  /// Everything that goes out comes so many cycles later.
+  void lag(int cycles) { lag_ = cycles; }
+  void protective_stop() { protective_asked_ = true; }
+  void drop_connections() { drop_asked_ = true; }
+  void set_mode(UrRobotMode mode) { mode_ = mode; }
+  void set_safety(UrSafety safety) { safety_ = safety; }
+
+  const SimulatedArm& arm() const { return *arm_; }
+  const JointVector& target() const { return target_; }
+  /// Largest change of the target's speed in one cycle so far, rad/s^2.
+  double largest_acceleration() const { return largest_acceleration_; }
+  double largest_speed() const { return largest_speed_; }
+  bool program_running() const { return program_ != nullptr; }
+  const std::string& last_error() const { return last_error_; }
+  /// What programs said with textmsg.
+  const std::vector<std::string>& log() const { return log_; }
+  double time() const { return time_; }
+
+ private:
+  struct Recipe {
+    std::uint8_t id = 0;
+    std::vector<std::string> names, types;
+  };
+  struct RtdePeer {
+    Socket socket;
+    RtdeFramer framer;
+    int protocol = 1;  ///< until negotiated
+    bool started = false, gone = false;
+    double rate_hz = 125.0, due = 0.0;
+    Recipe output;
+    std::vector<Recipe> inputs;
+    std::deque<std::pair<std::uint64_t, std::vector<std::uint8_t>>> queue;  ///< cycle in which it goes out
+  };
+  struct TextPeer {
+    Socket socket;
+    std::string text;
+    bool gone = false, dashboard = false;
+  };
+
+  void accept_all();
+  void serve_rtde(RtdePeer& peer);
+  void answer(RtdePeer& peer, const RtdePacket& packet);
+  void set_up(RtdePeer& peer, const RtdePacket& packet);
+  void take_inputs(RtdePeer& peer, RtdeReader data);
+  void send(RtdePeer& peer, RtdeWriter& writer);
+  void flush(RtdePeer& peer);
+  void say(const std::string& message);
+  void put_output(RtdeWriter& writer, const std::string& name, const std::string& type) const;
+  bool taken_by_other(const RtdePeer& peer, const std::string& name) const;
+  void serve_text(TextPeer& peer);
+  std::string dashboard(const std::string& command);
+  void start_program(const std::string& source);
+  void end_program(const std::string& why);
+  void make_builtins();
+  urscript::Value move(const urscript::Arguments& arguments, urscript::Waiting& thread);
+  urscript::Value brake(double deceleration, urscript::Waiting& thread);
+  void advance_robot();
+  bool may_move() const;
+  JointVector joints(const urscript::Value& value) const;
+
+  Settings settings_;
+  RobotModel model_;  ///< with limits at which a controller stops: far beyond those that plans keep
+  ManualClock arm_clock_;
+  std::unique_ptr<SimulatedArm> arm_;
+  ArmState measured_;
+  std::atomic<UrRobotMode> mode_{UrRobotMode::kRunning};
+  std::atomic<UrSafety> safety_{UrSafety::kNormal};
+  JointVector target_, target_dq_;
+  JointVector wanted_;  ///< of a motion command this cycle
+  bool moves_ = false;
+  double largest_acceleration_ = 0.0, largest_speed_ = 0.0, time_ = 0.0;
+  std::uint64_t cycle_ = 0;
+
+  urscript::Builtins builtins_;
+  std::unique_ptr<urscript::Program> program_;
+  std::string last_error_, program_source_;
+  std::vector<std::string> log_;
+  std::array<double, 48> double_in_{}, double_out_{};
+  std::array<std::int32_t, 48> int_in_{}, int_out_{};
+
+  std::array<Socket, 3> listeners_;
+  std::array<std::uint16_t, 3> ports_{};
+  std::vector<std::unique_ptr<RtdePeer>> rtde_peers_;
+  std::vector<std::unique_ptr<TextPeer>> text_peers_;
+
+  std::atomic<int> unplugged_{0}, lag_{0};
+  std::atomic<bool> protective_asked_{false}, drop_asked_{false}, running_{false};
+  std::thread thread_;
+};
+
+}  // namespace steadyhand
