@@ -21,6 +21,14 @@ enum class SupervisionState : std::uint8_t {
   kFault,     ///< the arm or a part of the program failed: nothing moves until a reset
 };
 
+/// The state of supervision changed.
+struct SupervisionChange {
+  Time at{0};
+  SupervisionState from = SupervisionState::kIdle, to = SupervisionState::kIdle;
+  std::string_view reason;  ///< static text
+  bool is_failure = false;  ///< the arm stops, and nobody asked for it
+};
+
 /// Which limit of the optimal control problem holds the arm back.
 enum class ConstraintKind : std::uint8_t { kNone, kPosition, kVelocity, kAcceleration, kSelfCollision, kReach };
 
@@ -86,6 +94,7 @@ struct SessionSnapshot {
   std::array<Pose, kMaxHorizon + 1> path;  ///< of the controlled frame at the plan's nodes; path_nodes of them
   LiquidState liquid;
   TimingSummary solve_us, latency_us;  ///< planner's solve; hand to command
+  TimingSummary wake_us;               ///< how late control cycles began
   std::uint64_t plans = 0, cycles = 0, missed_deadlines = 0, rejected_plans = 0, samples = 0;
   double planner_rate_hz = 0.0;
   bool recording = false;

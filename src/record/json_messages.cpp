@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <iterator>
 
+#include "supervise/supervisor.hpp"
+
 namespace steadyhand {
 namespace {
 
@@ -211,6 +213,71 @@ void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names) {
   append_number(out, step.smallest_sphere_distance_m);
   out.push_back(',');
   append_flag(out, "engaged", step.engaged);
+  out.push_back('}');
+}
+
+void append_json(JsonBuffer& out, const SupervisionChange& change) {
+  out.push_back('{');
+  append_time(out, "timestamp", change.at);
+  append(out, ",\"from\":");
+  append_text(out, to_string(change.from));
+  append(out, ",\"to\":");
+  append_text(out, to_string(change.to));
+  append(out, ",\"reason\":");
+  append_text(out, change.reason);
+  out.push_back(',');
+  append_flag(out, "is_failure", change.is_failure);
+  out.push_back('}');
+}
+
+void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {
+  out.push_back('{');
+  append_time(out, "timestamp", at);
+  append(out, ",\"tilt_x\":");
+  append_number(out, liquid.tilt_x);
+  append(out, ",\"tilt_y\":");
+  append_number(out, liquid.tilt_y);
+  append(out, ",\"freeboard\":");
+  append_number(out, liquid.freeboard);
+  out.push_back(',');
+  append_flag(out, "spilled", liquid.spilled);
+  out.push_back('}');
+}
+
+void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {
+  static constexpr std::string_view kKinds[] = {"none",         "position",       "velocity",
+                                                "acceleration", "self_collision", "reach"};
+  out.push_back('{');
+  append_time(out, "timestamp", at);
+  append(out, ",\"kind\":");
+  append_text(out, kKinds[static_cast<int>(constraint.kind)]);
+  fmt::format_to(std::back_inserter(out), ",\"first\":{},\"second\":{}}}", constraint.first, constraint.second);
+}
+
+void append_json(JsonBuffer& out, const SessionSnapshot& snapshot) {
+  const auto timing = [&](std::string_view key, const TimingSummary& us) {
+    append_key(out, key);
+    append(out, "{\"p50\":");
+    append_number(out, us.p50);
+    append(out, ",\"p99\":");
+    append_number(out, us.p99);
+    append(out, ",\"p999\":");
+    append_number(out, us.p999);
+    append(out, ",\"max\":");
+    append_number(out, us.max);
+    append(out, "},");
+  };
+  out.push_back('{');
+  append_time(out, "timestamp", snapshot.now);
+  out.push_back(',');
+  timing("latency", snapshot.latency_us);
+  timing("solve", snapshot.solve_us);
+  timing("wake", snapshot.wake_us);
+  fmt::format_to(std::back_inserter(out),
+                 "\"samples\":{},\"plans\":{},\"rejected_plans\":{},\"cycles\":{},\"missed_deadlines\":{},"
+                 "\"planner_rate_hz\":",
+                 snapshot.samples, snapshot.plans, snapshot.rejected_plans, snapshot.cycles, snapshot.missed_deadlines);
+  append_number(out, snapshot.planner_rate_hz);
   out.push_back('}');
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/arrows.hpp"
+#include "core/live.hpp"
 #include "record/step.hpp"
 
 /// The arrow structs as JSON, one object each, in SI units; schemas.hpp describes them. Numbers are the shortest that
@@ -22,6 +23,10 @@ void append_json(JsonBuffer& out, const Plan& plan, std::span<const Pose> path);
 void append_json(JsonBuffer& out, const JointCommand& command);
 void append_json(JsonBuffer& out, const JointState& state);
 void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names);
+void append_json(JsonBuffer& out, const SupervisionChange& change);
+void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
+void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
+void append_json(JsonBuffer& out, const SessionSnapshot& snapshot);  ///< its statistics
 
 /// The number as JSON writes it.
 void append_number(JsonBuffer& out, double value);

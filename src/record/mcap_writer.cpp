@@ -25,7 +25,7 @@ McapWriter::McapWriter(const std::filesystem::path& path, const McapSettings& se
     : path_(path), settings_(settings), file_(file), compressor_(ZSTD_createCCtx()) {}
 
 Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const McapSettings& settings) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  std::FILE* file = std::fopen(path.c_str(), settings.replace ? "wb" : "wbx");
   if (!file) return Error{fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno))};
   McapWriter writer(path, settings, file);
 

@@ -22,6 +22,7 @@ struct McapSettings {
   std::size_t chunk_bytes = 1 << 20;                   ///< a chunk is written once it holds this much, uncompressed
   Time chunk_period = std::chrono::milliseconds(500);  ///< or once its messages span this much log time
   int compression_level = 1;                           ///< of zstd, 1 (fast) to 19
+  bool replace = true;                                 ///< a file that is there; otherwise it is an error
 };
 
 /// A topic whose messages are JSON.
@@ -37,7 +38,7 @@ struct McapChannel {
 /// readable. One thread; allocates. After an error every further call returns that error.
 class McapWriter {
  public:
-  /// Creates or replaces the file.
+  /// Creates the file.
   static Result<McapWriter> create(const std::filesystem::path& path, const McapSettings& settings = {});
   McapWriter(McapWriter&&) = default;
   McapWriter& operator=(McapWriter&&) = delete;

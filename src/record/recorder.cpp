@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "record/schemas.hpp"
@@ -32,10 +33,16 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   joint_command_ = add("/joint_command", joint_command_schema(), joints);
   joint_state_ = add("/joint_state", joint_state_schema(), joints);
   plan_step_ = add("/plan_step", plan_step_schema(), joints);
+  if (!settings.live) return;
+  supervision_ = add("/supervision", supervision_schema());
+  liquid_ = add("/liquid", liquid_schema());
+  active_constraint_ = add("/active_constraint", active_constraint_schema());
+  statistics_ = add("/statistics", statistics_schema());
 }
 
 Status Recorder::send(std::uint16_t channel, const Stamp& stamp) {
-  Status status = writer_.write(channel, stamp.made, stamp.hand, {message_.data(), message_.size()});
+  Status status = writer_.write(channel, std::max(Time(0), stamp.made), std::max(Time(0), stamp.hand),
+                                {message_.data(), message_.size()});
   message_.clear();
   return status;
 }
@@ -74,6 +81,26 @@ Status Recorder::write(const PlanStep& step) {
   append_json(message_, step, names_);
   const Time t = from_seconds(step.t_s);
   return send(plan_step_, {t, t});
+}
+
+Status Recorder::write(const SupervisionChange& change) {
+  append_json(message_, change);
+  return send(supervision_, {change.at, change.at});
+}
+
+Status Recorder::write(Time at, const LiquidState& liquid) {
+  append_json(message_, at, liquid);
+  return send(liquid_, {at, at});
+}
+
+Status Recorder::write(Time at, const ActiveConstraint& constraint) {
+  append_json(message_, at, constraint);
+  return send(active_constraint_, {at, at});
+}
+
+Status Recorder::write(const SessionSnapshot& snapshot) {
+  append_json(message_, snapshot);
+  return send(statistics_, {snapshot.now, snapshot.now});
 }
 
 }  // namespace steadyhand

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/arrows.hpp"
+#include "core/live.hpp"
 #include "core/result.hpp"
 #include "record/json_messages.hpp"
 #include "record/mcap_writer.hpp"
@@ -16,11 +17,12 @@ namespace steadyhand {
 struct RecorderSettings {
   McapSettings mcap;
   RunNames names;
+  bool live = false;                       ///< with the channels of a live session
   std::map<std::string, std::string> run;  ///< what was run with which settings; the file's metadata "run"
 };
 
 /// Taps every arrow into one MCAP file, a topic per arrow. A message's log time is its `stamp.made` (t_s for a step),
-/// its publish time the `stamp.hand`. One thread (the writer's); allocates.
+/// its publish time the `stamp.hand`, both at least 0. One thread (the writer's); allocates.
 class Recorder {
  public:
   static Result<Recorder> create(const std::filesystem::path& path, const RecorderSettings& settings);
@@ -32,6 +34,15 @@ class Recorder {
   Status write(const JointCommand& command);                        ///< /joint_command
   Status write(const JointState& state);                            ///< /joint_state
   Status write(const PlanStep& step);                               ///< /plan_step
+  // of a live session
+  Status write(const SupervisionChange& change);              ///< /supervision
+  Status write(Time at, const LiquidState& liquid);           ///< /liquid
+  Status write(Time at, const ActiveConstraint& constraint);  ///< /active_constraint
+  Status write(const SessionSnapshot& snapshot);              ///< /statistics
+  /// A named table of text.
+  Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
+    return writer_.add_metadata(name, entries);
+  }
 
   /// Writes what is held back. Call when no message has come for a while.
   Status flush() { return writer_.flush(); }
@@ -46,6 +57,7 @@ class Recorder {
   RunNames names_;
   JsonBuffer message_;
   std::uint16_t operator_sample_, target_, reference_, plan_, joint_command_, joint_state_, plan_step_;
+  std::uint16_t supervision_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0;
 };
 
 }  // namespace steadyhand

@@ -118,4 +118,51 @@ Schema plan_step_schema() {
                  {"engaged", flag("the arm followed the hand")}});
 }
 
+Schema supervision_schema() {
+  return finish("steadyhand.Supervision", "What the arm is allowed to do changed",
+                {{"timestamp", time("when")},
+                 {"from", text("idle, ready, engaged, holding, stopping or fault")},
+                 {"to", text("idle, ready, engaged, holding, stopping or fault")},
+                 {"reason", text("why, for people")},
+                 {"is_failure", flag("the arm stops, and nobody asked for it")}});
+}
+
+Schema liquid_schema() {
+  return finish("steadyhand.Liquid", "The liquid's surface in the glass, simulated from the measured motion",
+                {{"timestamp", time("when")},
+                 {"tilt_x", number("of the surface's normal about the glass's x axis, rad")},
+                 {"tilt_y", number("about its y axis, rad")},
+                 {"freeboard", number("from the surface's highest point to the rim, m; negative: over the rim")},
+                 {"spilled", flag("has gone over the rim")}});
+}
+
+Schema active_constraint_schema() {
+  return finish("steadyhand.ActiveConstraint", "Which constraint holds the arm back, from here on",
+                {{"timestamp", time("since when")},
+                 {"kind", text("none, position, velocity, acceleration, self_collision or reach")},
+                 {"first", {{"type", "integer"}}},
+                 {"second", {{"type", "integer"}}}});
+}
+
+Schema statistics_schema() {
+  const auto timing = [](const char* description) {
+    return described(
+        object("timing",
+               {{"p50", number("median, us")}, {"p99", number("us")}, {"p999", number("us")}, {"max", number("us")}}),
+        description);
+  };
+  const auto count = [](const char* description) { return described({{"type", "integer"}}, description); };
+  return finish("steadyhand.Statistics", "Counted since the session began",
+                {{"timestamp", time("when")},
+                 {"latency", timing("hand to the first command made from it")},
+                 {"solve", timing("a solve with its check")},
+                 {"wake", timing("how late control cycles began")},
+                 {"samples", count("of the hand")},
+                 {"plans", count("followed")},
+                 {"rejected_plans", count("late, or failed their check")},
+                 {"cycles", count("of control")},
+                 {"missed_deadlines", count("of control")},
+                 {"planner_rate_hz", number("planning steps a second")}});
+}
+
 }  // namespace steadyhand

@@ -18,5 +18,9 @@ Schema plan_schema();             ///< foxglove.PosesInFrame, frame "base"
 Schema joint_command_schema();
 Schema joint_state_schema();
 Schema plan_step_schema();
+Schema supervision_schema();
+Schema liquid_schema();
+Schema active_constraint_schema();
+Schema statistics_schema();
 
 }  // namespace steadyhand

@@ -80,7 +80,11 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   links_->control_view.write(view_);
   if (input.arm_follows) links_->taps.commands.push(last_);
   links_->taps.states.push(state.joints);
-  if (transition != nullptr) links_->taps.changes.push({now, before, after, supervisor_.reason()});
+  if (transition != nullptr) {
+    const bool failure = after == SupervisionState::kFault ||
+                         (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
+    links_->taps.changes.push({now, before, after, supervisor_.reason(), failure});
+  }
   return output_;
 }
 

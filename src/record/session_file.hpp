@@ -1,0 +1,63 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/arrows.hpp"
+#include "core/result.hpp"
+#include "record/mcap_reader.hpp"
+#include "record/step.hpp"
+
+namespace steadyhand {
+
+/// Which messages of a session are wanted.
+struct SessionParts {
+  bool samples = false, steps = false, commands = false;
+  bool states = false;        ///< measured states,
+  double state_period = 0.0;  ///< s, at least so far apart
+  bool changes = false;
+};
+
+/// What Recorder has written, read back. Times count from the session's begin.
+struct SessionFile {
+  struct Change {
+    Time at{0};
+    std::string from, to, reason;
+  };
+
+  std::string name;  ///< of the file, without its extension
+  McapOverview overview;
+  RunNames names;
+  JointVector velocity_max, acceleration_max;  ///< rad/s, rad/s^2 (m...)
+  std::vector<OperatorSample> samples;
+  std::vector<PlanStep> steps;
+  std::vector<JointCommand> commands;
+  std::vector<JointState> states;
+  std::vector<Change> changes;
+
+  /// An entry of the metadata `run`; empty if it is not there.
+  std::string run(const std::string& key) const;
+  double duration() const { return to_seconds(overview.last - overview.first); }  ///< s
+};
+
+/// Reads a session that a live session or a replay left behind, also one that was cut short. Refuses, beside what
+/// read_mcap refuses, files that are not ours and messages that do not fit.
+Result<SessionFile> load_session(const std::filesystem::path& path, const SessionParts& parts);
+
+/// One session in a folder, without its messages.
+struct SessionEntry {
+  std::filesystem::path path;
+  std::string name;
+  bool complete = false;
+  double duration = 0.0;  ///< s
+  std::uintmax_t bytes = 0;
+  std::map<std::string, std::string> run, summary;  ///< its metadata; no summary if it was cut short
+};
+
+/// The sessions of a folder, newest name first. Files that cannot be read are left out; a folder that is not there has
+/// none.
+std::vector<SessionEntry> list_sessions(const std::filesystem::path& folder);
+
+}  // namespace steadyhand
