@@ -18,6 +18,8 @@
 #include "serve/terminal_qr.hpp"
 #include "session/live_session.hpp"
 #include "session/operator_desk.hpp"
+#include "session/replay.hpp"
+#include "session/session_recorder.hpp"
 #include "session/stop_signals.hpp"
 
 namespace steadyhand {
@@ -44,6 +46,7 @@ struct Options {
   double rate_hz = LiveSettings{}.planner_rate_hz;
   double scale = RetargetSettings{}.scale;
   double yaw_deg = RetargetSettings{}.yaw * 180.0 / M_PI;
+  RecordingSettings recording;
 };
 
 std::string format_timing(const TimingSummary& us) {
@@ -192,6 +195,26 @@ Result<std::unique_ptr<Server>> start_server(const Options& options, ServerFacts
   return server;
 }
 
+void print_notices(SessionRecorder& recorder) {
+  for (const std::string& line : recorder.take_notices()) std::cout << line << "\n" << std::flush;
+}
+
+/// What the recording tells of its session.
+SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& profile, const Options& options) {
+  return {{"robot", {{"json", robot_json(model)}}},
+          {"run",
+           {{"robot", model.name},
+            {"profile", profile.name},
+            {"label", profile.label},
+            {"weights", describe_weights(profile.ocp)},
+            {"solver", options.solver.empty() ? profile.solver : options.solver},
+            {"rate_hz", fmt::format("{}", options.rate_hz)},
+            {"scale", fmt::format("{}", options.scale)},
+            {"accept_emulated", options.accept_emulated ? "true" : "false"},
+            {"yaw_deg", fmt::format("{}", options.yaw_deg)},
+            {"version", STEADYHAND_VERSION}}}};
+}
+
 Status run(Options options) {
   const Places places = Places::standard();
   if (Status s = check(options); !s) return s;
@@ -209,7 +232,7 @@ Status run(Options options) {
   settings.planning.gate.accept_emulated = options.accept_emulated;
   settings.planning.retarget.scale = options.scale;
   settings.planning.retarget.yaw = options.yaw_deg * M_PI / 180.0;
-  settings.planning.retarget.ramp = 0.5;
+  settings.planning.retarget.ramp = PlanningSettings::kRamp;
   settings.planning.ocp = profile.ocp;
   settings.planning.planner.solver = options.solver.empty() ? profile.solver : options.solver;
   settings.planning.planner.tolerance = profile.tolerance;
@@ -227,8 +250,10 @@ Status run(Options options) {
                            options.headless ? ", hand: " + hand + ", again and again" : "")
             << std::flush;
 
-  session.start();
   const Time begin = clock.now();
+  SessionRecorder recorder(session.ocp(), options.recording, describe_run(*model, profile, options), begin);
+  desk.on_record([&recorder](bool record) { recorder.ask(record); });
+  session.start(recorder.taps());
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   std::unique_ptr<Server> server;
   // With a page too, so that there is something to see until somebody takes over.
@@ -241,17 +266,21 @@ Status run(Options options) {
   for (Time published = begin; clock.now() < end && !signals.arrived_within(std::chrono::milliseconds(1));) {
     const Time now = clock.now();
     desk.poll(now);
+    print_notices(recorder);
     if (options.headless && session.stopped_at_rest()) session.ask_reset();  // nobody else is there to do it
     if (server == nullptr || now - published < kPublishPeriod) continue;
     published = now;
     SessionSnapshot snapshot = session.snapshot();
     snapshot.controls = desk.controls();
+    snapshot.recording = recorder.recording();
     server->publish(snapshot);
   }
   server.reset();
   const LiveSummary summary = session.finish();
+  recorder.finish(summary);
   for (const std::string& line : session.warnings()) std::cout << "note: " << line << "\n";
   std::cout << format_summary(*model, summary);
+  print_notices(recorder);
   return Done{};
 }
 
@@ -279,6 +308,9 @@ void add_demo_command(CLI::App& app, Command& chosen) {
   command->add_option("--yaw", options->yaw_deg, "Turn of the operator's axes about the base's z, degrees")
       ->capture_default_str();
   command->add_option("--solver", options->solver, "Solver, instead of the profile's own");
+  command->add_option("--sessions", options->recording.folder,
+                      "Folder of the recordings; default: " + default_session_folder().string());
+  command->add_flag("!--no-recording", options->recording.enabled, "Record nothing but what leads to a fault");
   command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

@@ -18,6 +18,7 @@ constexpr const char* kExamples =
     "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
     "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
     "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
+    "  ./steadyhand report SESSION.mcap           what was driven; without a session, those that there are\n"
     "  ./steadyhand describe ur5e                 the robot as JSON\n"
     "  ./steadyhand describe my_arm.urdf --pretty\n"
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
@@ -53,6 +54,7 @@ int main(int argc, char** argv) {
   steadyhand::Command command;
   steadyhand::add_demo_command(app, command);
   steadyhand::add_replay_command(app, command);
+  steadyhand::add_report_command(app, command);
   steadyhand::add_describe_command(app, command);
   steadyhand::add_solve_command(app, command);
   if (const auto unknown = unknown_command(app, argc, argv)) return fail(*unknown + " (see steadyhand --help)");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -12,7 +13,10 @@
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
 #include "record/plan_csv.hpp"
+#include "record/robot_json.hpp"
 #include "report/report.hpp"
+#include "session/past_session.hpp"
+#include "session/planning_stage.hpp"
 #include "session/replay.hpp"
 
 namespace steadyhand {
@@ -38,17 +42,34 @@ struct Options {
   std::string solver;
   fs::path out = "out";
   bool dump_problems = false;
-  std::string command;  ///< as typed, for the report
+  std::string command;                                                              ///< as typed, for the report
+  bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false;  ///< given on the command line
 };
 
-std::string describe_weights(const OcpSettings& ocp) {
-  std::string text;
-  for (const auto& objective : make_objectives()) {
-    const auto found = ocp.weights.find(std::string(objective->name()));
-    if (found == ocp.weights.end()) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found->first, fmt::join(found->second, " "));
+/// The hand of a session that was recorded, and the options as that session had them where none were given.
+Result<Recording> open_session(Options& options, const Places& places) {
+  if (!options.range.track.empty()) {
+    return Error{fmt::format("{}: is a session and has no track \"{}\"; leave the track out", options.recording,
+                             options.range.track)};
   }
-  return text;
+  SessionParts parts;
+  parts.samples = true;
+  const Result<SessionFile> session = load_session(options.recording, parts);
+  if (!session) return session.error();
+  const auto take = [&](const char* key, bool own, double& value) {
+    const std::string text = session->run(key);
+    if (!own && !text.empty()) value = std::strtod(text.c_str(), nullptr);  // checked as if it were typed
+  };
+  take("rate_hz", options.own_rate, options.rate_hz);
+  take("scale", options.own_scale, options.retarget.scale);
+  take("yaw_deg", options.own_yaw, options.yaw_deg);
+  const std::string profile = session->run("profile");
+  if (!options.own_profiles && find_named_file(places, "profiles", profile)) options.profiles = {profile};
+  options.retarget.ramp = PlanningSettings::kRamp;
+  options.retarget.accept_emulated = true;  // the gate has judged them
+  HandGateSettings gate;
+  gate.accept_emulated = session->run("accept_emulated") == "true";
+  return hand_of_session(*session, options.range, gate);
 }
 
 Result<ProfileResult> run_profile(const Options& options, const RobotModel& model, const Recording& recording,
@@ -75,6 +96,7 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
                            {"scale", fmt::format("{}", settings.retarget.scale)}};
   Result<Recorder> recorder = Recorder::create(folder / "session.mcap", recorder_settings);
   if (!recorder) return recorder.error();
+  if (Status s = recorder->add_metadata("robot", {{"json", robot_json(model)}}); !s) return s.error();
 
   ReplayTaps taps;
   taps.recorder = &*recorder;
@@ -147,6 +169,8 @@ Status run(Options options) {
     options.recording = (places.dependencies / kBundledRecording).string();
     options.range.until = std::min(options.range.until, kBundledSeconds);
   }
+  Result<Recording> recording = Error{};
+  if (is_mcap(options.recording)) recording = open_session(options, places);
   const auto frame = [](const std::string& name) { return name == "tool" ? MotionFrame::kTool : MotionFrame::kBase; };
   options.retarget.translation_frame = frame(options.translation_frame);
   options.retarget.rotation_frame = frame(options.rotation_frame);
@@ -154,7 +178,7 @@ Status run(Options options) {
 
   // Everything that can be wrong is looked at before anything is written.
   if (Status s = check(options); !s) return s;
-  const Result<Recording> recording = load_recording(options.recording, options.range);
+  if (!is_mcap(options.recording)) recording = load_recording(options.recording, options.range);
   if (!recording) return recording.error();
   const Result<RobotModel> model = open_robot(options.robot, places);
   if (!model) return model.error();
@@ -199,8 +223,8 @@ void add_replay_command(CLI::App& app, Command& chosen) {
       app.add_subcommand("replay", "Send a recorded hand through the planner and report what the arm did");
   command->add_option(
       "recording", options->recording,
-      "CSV t,px,py,pz,qx,qy,qz,qw[,clutch] or A-Frame motion-capture JSON; default: a bundled hand, its first "
-      "11 s");
+      "CSV t,px,py,pz,qx,qy,qz,qw[,clutch], A-Frame motion-capture JSON, or SESSION.mcap of a live session, whose "
+      "profile, rate, scale and yaw then are the defaults; default: a bundled hand, its first 11 s");
   command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
   command->add_option("--from", options->range.from, "Begin here, s");
   command->add_option("--until", options->range.until, "End here, s");
@@ -231,6 +255,11 @@ void add_replay_command(CLI::App& app, Command& chosen) {
       "  steadyhand replay mocap.json --track rhand --from 2 --until 20 --rate 50");
   command->callback([options, command, &chosen] {
     options->command = as_typed(*command);
+    const auto given = [command](const char* name) { return command->get_option(name)->count() > 0; };
+    options->own_profiles = given("--profile");
+    options->own_rate = given("--rate");
+    options->own_scale = given("--scale");
+    options->own_yaw = given("--yaw");
     chosen = [options] { return run(*options); };
   });
 }

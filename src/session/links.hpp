@@ -48,11 +48,16 @@ struct OperatorSettings {
   double yaw = 0.0;                                 ///< rad
 };
 
-/// The state of supervision changed.
-struct SupervisionChange {
-  Time at{0};
-  SupervisionState from = SupervisionState::kIdle, to = SupervisionState::kIdle;
-  std::string_view reason;  ///< static text
+/// A planning step that asked the solver, as far as the report tells of it.
+struct PlanningRecord {
+  Time at{0};  ///< where its plan begins
+  Plan plan;   ///< what is followed from there on, if the step failed the plan before
+  Pose X_base_target;
+  Reference reference;
+  std::array<JointVector, OperatorSettings::kMaxObjectives> weights;  ///< by index of Ocp::objectives()
+  double objective = 0.0, solve_us = 0.0;
+  int iterations = 0;
+  bool engaged = false;  ///< following the hand, not coming to rest
 };
 
 /// Copies of everything on its way, for a recorder. What does not fit is dropped and counted; nobody waits.
@@ -60,8 +65,7 @@ struct TapRings {
   // written by the planner thread
   SpscRing<OperatorSample> samples{1024};
   SpscRing<Target> targets{1024};
-  SpscRing<Reference> references{64};
-  SpscRing<Plan> plans{64};
+  SpscRing<PlanningRecord> steps{64};  ///< some of all: see PlanningSettings::tap_period
   // written by the control thread
   SpscRing<JointCommand> commands{2048};
   SpscRing<JointState> states{2048};

@@ -116,7 +116,7 @@ void LiveSession::run_writer() {
     last = !draining_;
     drain();
     refresh();
-    if (taps_.idle) taps_.idle();
+    if (taps_.look) taps_.look(snapshot_);
     next = std::max(next + kWriterPeriod, clock_->now());
     if (!last) clock_->sleep_until(next);
   }
@@ -140,8 +140,7 @@ void LiveSession::drain() {
   TapRings& rings = links_->taps;
   empty(rings.samples, taps_.sample, nothing);
   empty(rings.targets, taps_.target, nothing);
-  empty(rings.references, taps_.reference, nothing);
-  empty(rings.plans, taps_.plan, nothing);
+  empty(rings.steps, taps_.step, nothing);
   empty(rings.commands, taps_.command, [&](const JointCommand& command) { monitor_.update(command); });
   empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
   empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
@@ -193,6 +192,7 @@ void LiveSession::refresh() {
   s.liquid = monitor_.liquid();
   s.solve_us = links_->solve_us.summary();
   s.latency_us = links_->latency_us.summary();
+  s.wake_us = links_->wake_us.summary();
   s.plans = control_view_.plans;
   s.cycles = control_view_.cycles;
   s.missed_deadlines = control_view_.missed_deadlines;
@@ -236,8 +236,8 @@ LiveSummary LiveSession::finish() {
   s.cycles = control_view_.cycles;
   s.missed_deadlines = control_view_.missed_deadlines;
   const TapRings& rings = links_->taps;
-  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.references.dropped() + rings.plans.dropped() +
-                rings.commands.dropped() + rings.states.dropped() + rings.changes.dropped();
+  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.steps.dropped() + rings.commands.dropped() +
+                rings.states.dropped() + rings.changes.dropped();
   s.latency_us = links_->latency_us.summary();
   s.solve_us = links_->solve_us.summary();
   s.wake_us = links_->wake_us.summary();

@@ -30,12 +30,11 @@ struct LiveSettings {
 struct LiveTaps {
   std::function<void(const OperatorSample&)> sample;
   std::function<void(const Target&)> target;
-  std::function<void(const Reference&)> reference;
-  std::function<void(const Plan&)> plan;
+  std::function<void(const PlanningRecord&)> step;
   std::function<void(const JointCommand&)> command;
   std::function<void(const JointState&)> state;
   std::function<void(const SupervisionChange&)> change;
-  std::function<void()> idle;  ///< after each round
+  std::function<void(const SessionSnapshot&)> look;  ///< after each round, 100 times a second
 };
 
 /// What a session came to, for people.

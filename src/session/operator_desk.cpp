@@ -61,7 +61,10 @@ Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
     case Kind::kPlayback:
       return play(request.text, now);
     case Kind::kRecord:
-      return Error{"this session is not recorded"};
+      if (!on_record_) return Error{"this session cannot be recorded"};
+      if (request.value != 0.0 && request.value != 1.0) return bad_value("record", "0 or 1");
+      on_record_(request.value == 1.0);
+      return Done{};
   }
   return Error{"unknown request"};
 }

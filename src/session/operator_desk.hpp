@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -25,6 +26,8 @@ class OperatorDesk {
   OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
                std::vector<NamedRecording> recordings);
 
+  /// Who begins and ends recordings when the operator asks for it. Before the first request.
+  void on_record(std::function<void(bool)> call) { on_record_ = std::move(call); }
   /// Done, or why the request cannot be obeyed; then nothing changes.
   Status apply(const OperatorRequest& request, Time now);
   /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm.
@@ -50,6 +53,7 @@ class OperatorDesk {
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
   SessionControls controls_;
   std::optional<Playback> playback_;
+  std::function<void(bool)> on_record_;
 };
 
 }  // namespace steadyhand

@@ -1,5 +1,7 @@
 #include "session/planning_stage.hpp"
 
+#include <algorithm>
+
 #include "plan/active_constraint.hpp"
 #include "plan/straight_stop.hpp"
 
@@ -164,7 +166,6 @@ void PlanningStage::plan_standing(const JointCommand& at_start) {
 bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   const Reference reference = predictor_.predict(start);
   if (reference.nodes == 0) return false;
-  links_->taps.references.push(reference);
   planner_->set_weights(weights);
   const Time before = clock_->now();
   (void)planner_->update(reference);
@@ -172,14 +173,31 @@ bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
   const bool solved = planner_->fault() == PlanFault::kNone;
   view_.failed += !solved;
+  tap(reference, weights);
   return solved;
+}
+
+/// Tells of the step that was just taken, if it is time for that or the step failed.
+void PlanningStage::tap(const Reference& reference, std::span<const JointVector> weights) {
+  const bool failed = planner_->fault() != PlanFault::kNone;
+  if (!failed && reference.start < next_tap_) return;
+  next_tap_ = reference.start + from_seconds(settings_.tap_period);
+  record_.at = reference.start;
+  record_.plan = planner_->plan();
+  record_.X_base_target = predictor_.at(reference.start);
+  record_.reference = reference;
+  std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
+  record_.objective = planner_->solution().objective;
+  record_.solve_us = planner_->solution().time_us;
+  record_.iterations = planner_->solution().iterations;
+  record_.engaged = following_;
+  links_->taps.steps.push(record_);
 }
 
 void PlanningStage::send(const Plan& plan) {
   sent_ = plan;
   sent_.stamp.made = clock_->now();
   links_->plan.write(sent_);
-  links_->taps.plans.push(sent_);
 }
 
 }  // namespace steadyhand

@@ -12,11 +12,14 @@
 namespace steadyhand {
 
 struct PlanningSettings {
+  static constexpr double kRamp = 0.5;  ///< s, RetargetSettings::ramp of live sessions
+
   double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
-  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid, and
-  /// straight once it is slow or this has passed.
+  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
+  /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
-  double silence = 0.25;                ///< s without a sample after which a closed clutch means nothing
+  double tap_period = 0.02;  ///< s between steps that taps are told of; those that failed always are
+  double silence = 0.25;     ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
@@ -48,6 +51,7 @@ class PlanningStage {
   void plan_rest(const JointCommand& at_start);
   void plan_standing(const JointCommand& at_start);
   bool solve(Time start, std::span<const JointVector> weights);
+  void tap(const Reference& reference, std::span<const JointVector> weights);
   void send(const Plan& plan);
 
   PlanningSettings settings_;
@@ -67,6 +71,8 @@ class PlanningStage {
   Time resting_since_{0};
   std::vector<JointVector> weights_, rest_weights_;
   Plan stop_;
+  PlanningRecord record_;
+  Time next_tap_{0};
   OperatorSample trusted_;  ///< newest good sample
   PlannerView view_;
 };

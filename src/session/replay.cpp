@@ -1,11 +1,12 @@
 #include "session/replay.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
-#include "ocp/evaluation.hpp"
 #include "robot/reach.hpp"
+#include "session/step_describer.hpp"
 #include "track/tracker.hpp"
 
 namespace steadyhand {
@@ -20,6 +21,16 @@ RunNames run_names(const RobotModel& model) {
   return names;
 }
 
+std::string describe_weights(const OcpSettings& ocp) {
+  std::string text;
+  for (const auto& objective : make_objectives()) {
+    const auto found = ocp.weights.find(std::string(objective->name()));
+    if (found == ocp.weights.end()) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found->first, fmt::join(found->second, " "));
+  }
+  return text;
+}
+
 namespace {
 
 /// One run: the stages in the order of the arrows, and the clock of the recording.
@@ -32,7 +43,7 @@ class Run {
         predictor_(settings.predictor),
         planner_(std::move(planner)),
         tracker_(model.home),
-        evaluation_(planner_->ocp()),
+        describer_(planner_->ocp()),
         arm_(model) {}
 
   /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
@@ -74,44 +85,17 @@ class Run {
     return taps_.recorder ? taps_.recorder->write(message) : Status(Done{});
   }
   Status tap(const Plan& plan) {
-    if (!taps_.recorder) return Done{};
-    path_.clear();
-    for (int k = 0; k <= plan.intervals; ++k) {
-      arm_.set_position(plan.x[k].head(plan.joints));
-      path_.push_back({arm_.p(), Quaternion(arm_.R())});
-    }
-    return taps_.recorder->write(plan, path_);
+    return taps_.recorder ? taps_.recorder->write(plan, describer_.path(plan)) : Status(Done{});
   }
 
   PlanStep describe_step(Time now) {
-    const Plan& plan = planner_->plan();
     const Solution& solution = planner_->solution();
-    const JointCommand command = sample(plan, now);
-    PlanStep step;
-    step.t_s = to_seconds(now);
+    PlanStep step = describer_.describe(planner_->plan(), now, planner_->instance(), solution.trajectory);
     step.X_base_target = predictor_.at(now);
-    step.q = command.q;
-    step.dq = command.dq;
-    step.ddq = command.ddq;
-    step.status = plan.origin;
     step.engaged = predictor_.newest().engaged;
     step.iterations = solution.iterations;
     step.solve_time_us = solution.time_us;
     step.objective = solution.objective;
-    evaluation_.set_instance(planner_->instance());
-    evaluation_.set_trajectory(solution.trajectory);
-    for (std::size_t i = 0; i < planner_->ocp().objectives().size(); ++i) {
-      step.shares[i] = evaluation_.objective_share(static_cast<int>(i));
-    }
-    step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();
-    for (int k = 0; k <= plan.intervals; ++k) {
-      arm_.set_position(plan.x[k].head(plan.joints));
-      step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, arm_.clearance());
-    }
-    arm_.set_position(command.q);
-    arm_.set_motion(command.dq, command.ddq);
-    step.X_base_planned = {arm_.p(), Quaternion(arm_.R())};
-    step.local_acceleration = arm_.local_acceleration();
     return step;
   }
 
@@ -121,9 +105,8 @@ class Run {
   Predictor predictor_;
   std::unique_ptr<Planner> planner_;
   Tracker tracker_;
-  Evaluation evaluation_;
+  StepDescriber describer_;
   Kinematics arm_;
-  std::vector<Pose> path_;
   std::int64_t commands_ = 0;
 };
 

@@ -36,6 +36,8 @@ struct ReplayTaps {
   std::function<void(double fraction)> progress;  ///< called now and then; may be empty
 };
 
+/// A profile's weights on one line, for people.
+std::string describe_weights(const OcpSettings& ocp);
 /// The names that a recorder and a report need for runs of this robot.
 RunNames run_names(const RobotModel& model);
 

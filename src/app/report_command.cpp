@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "app/commands.hpp"
+#include "session/past_session.hpp"
+#include "session/session_recorder.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  fs::path session, out, folder;
+};
+
+/// The sessions of a folder, a line each.
+Status list(const Options& options) {
+  const fs::path folder = options.folder.empty() ? default_session_folder() : options.folder;
+  const std::vector<SessionEntry> sessions = list_sessions(folder);
+  if (sessions.empty()) std::cout << "no sessions in " << folder.string() << "\n";
+  for (const SessionEntry& s : sessions) {
+    const auto figure = [&](const char* key) {
+      const auto found = s.summary.find(key);
+      return found == s.summary.end() ? std::string("?") : found->second;
+    };
+    std::cout << fmt::format(
+        "{}  {:8.1f} s  {:7.1f} MB  {}\n", s.path.string(), s.duration, 1e-6 * static_cast<double>(s.bytes),
+        s.complete ? "engaged " + figure("engaged_s") + " s, latency p99 " + figure("latency_p99_ms") +
+                         " ms, missed deadlines " + figure("missed_deadlines")
+                   : "cut short");
+  }
+  return Done{};
+}
+
+Status run(const Options& options) {
+  if (options.session.empty()) return list(options);
+  const fs::path page = options.out.empty() ? fs::path(options.session).replace_extension(".html") : options.out;
+  const Result<std::string> table = write_session_report(options.session, page);
+  if (!table) return table.error();
+  std::cout << *table << "\nreport: " << page.string() << "\n";
+  return Done{};
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app, Command& chosen) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("report", "Report what was driven in a session; without one, list them");
+  command->add_option("session", options->session, "SESSION.mcap of a live session or a replay, also one cut short");
+  command->add_option("--out", options->out, "The page; default: SESSION.html beside the session");
+  command->add_option("--sessions", options->folder, "Folder to list; default: " + default_session_folder().string());
+  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+
+#include "input/recording.hpp"
+#include "record/session_file.hpp"
+#include "report/report.hpp"
+#include "supervise/hand_gate.hpp"
+
+namespace steadyhand {
+
+/// The operator's hand of a session that was recorded, as the live gate let it through: samples that were dropped are
+/// not in it, and those whose pose could not be trusted have an open clutch. Fails as load_session, on a range that is
+/// none, and if fewer than 2 samples are left.
+Result<Recording> hand_of_session(const SessionFile& session, const RecordingOptions& range,
+                                  const HandGateSettings& gate);
+
+/// The report of what was driven. Fails if no plan was.
+Result<ReportInput> report_of_session(SessionFile session, const std::string& command);
+
+/// Reads a session and writes its report. @return the table of its figures for a terminal
+Result<std::string> write_session_report(const std::filesystem::path& session, const std::filesystem::path& page);
+
+}  // namespace steadyhand

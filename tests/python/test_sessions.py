@@ -1,0 +1,170 @@
+"""Live sessions as files: written while they run, read by the public MCAP reader, by `report` and by `replay`."""
+
+import json
+import os
+import re
+import resource
+import subprocess
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from mcap.exceptions import McapError
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+SECOND = 1_000_000_000
+
+
+def demo(folder, *arguments):
+    return [PROGRAM, "demo", "--headless", "--sessions", str(folder), *map(str, arguments)]
+
+
+def run(*arguments, **options):
+    return subprocess.run([str(a) for a in arguments], capture_output=True, text=True, timeout=120, **options)
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """A session of some seconds, and what the program said."""
+    folder = tmp_path_factory.mktemp("sessions")
+    result = run(*demo(folder, "--seconds", 6))
+    assert result.returncode == 0, result.stderr
+    (path,) = folder.glob("*.mcap")
+    assert f"recorded: {path}" in result.stdout
+    return path, result.stdout
+
+
+def messages(path):
+    with open(path, "rb") as file:
+        return [(channel.topic, message.log_time, message.data) for _, channel, message in make_reader(file, validate_crcs=True).iter_messages()]
+
+
+def longest_chunks(path):
+    """Nanoseconds that each chunk spans."""
+    with open(path, "rb") as file:
+        try:
+            for record in StreamReader(file, emit_chunks=True).records:
+                if isinstance(record, Chunk):
+                    yield record.message_end_time - record.message_start_time
+        except McapError:
+            pass
+
+
+def test_a_session_holds_everything_that_went_through_it(session):
+    path, said = session
+    counts = Counter(topic for topic, _, _ in messages(path))
+    cycles = int(re.search(r"control +(\d+) cycles", said).group(1))
+    looked_at = int(re.search(r"commands +(\d+) looked at", said).group(1))
+    samples = int(re.search(r"hand +(\d+) samples", said).group(1))
+    assert counts["/joint_state"] == cycles and counts["/joint_command"] == looked_at and counts["/operator_sample"] == samples
+    for topic in ("/target", "/plan", "/reference", "/plan_step", "/supervision", "/liquid", "/statistics"):
+        assert counts[topic] > 2, counts
+    with open(path, "rb") as file:
+        reader = make_reader(file)
+        metadata = {m.name: m.metadata for m in reader.iter_metadata()}
+        for schema in reader.get_summary().schemas.values():
+            json.loads(schema.data)
+    assert metadata["run"]["profile"] == "waiter" and metadata["summary"]["beyond_limits"] == "0"
+    assert len(json.loads(metadata["robot"]["json"])["joints"]) == 6
+
+
+def test_commands_are_in_order_and_never_a_cycle_apart_from_their_states(session):
+    path, _ = session
+    times = [t for topic, t, _ in messages(path) if topic == "/joint_command"]
+    assert times == sorted(set(times))
+    states = {t for topic, t, _ in messages(path) if topic == "/joint_state"}
+    assert set(times) <= states
+
+
+def test_it_is_listed_reported_and_replayed(session, tmp_path):
+    path, _ = session
+    listed = run(PROGRAM, "report", "--sessions", path.parent)
+    assert str(path) in listed.stdout and "engaged" in listed.stdout
+
+    reported = run(PROGRAM, "report", path)
+    assert reported.returncode == 0, reported.stderr
+    page = path.with_suffix(".html")
+    assert "as driven" in page.read_text() and str(page) in reported.stdout
+
+    replayed = run(PROGRAM, "replay", path, "--out", tmp_path, "--rate", 50)
+    assert replayed.returncode == 0, replayed.stderr
+    # The same hand, but for samples that the live gate dropped too, leads an arm again.
+    def hand(path):
+        return [tuple(json.loads(d)["pose"]["position"].values()) for topic, _, d in messages(path) if topic == "/operator_sample"]
+
+    driven, again = hand(path), hand(tmp_path / "waiter/session.mcap")
+    assert set(again) <= set(driven) and len(again) > 0.8 * len(driven)
+    steps = [json.loads(d) for topic, _, d in messages(tmp_path / "waiter/session.mcap") if topic == "/plan_step"]
+    assert any(s["engaged"] and max(map(abs, s["dq"])) > 0.1 for s in steps)
+
+
+def test_a_killed_session_loses_at_most_a_second_and_opens(tmp_path):
+    process = subprocess.Popen(demo(tmp_path), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        deadline = time.monotonic() + 60.0
+        while not any(p.stat().st_size > 100_000 for p in tmp_path.glob("*.mcap")):
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.05)
+    finally:
+        process.kill()
+        process.wait()
+    (path,) = tmp_path.glob("*.mcap")
+    found = []
+    with open(path, "rb") as file, pytest.raises(McapError):
+        for _, channel, message in NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False):
+            found.append((channel.topic, message.log_time))
+    states = [t for topic, t in found if topic == "/joint_state"]
+    assert len(states) > 200
+    # What is missing is the chunk that was open, and no chunk holds more than half a second of the session's time.
+    assert max(longest_chunks(path)) <= 0.6 * SECOND
+    assert "cut short" in run(PROGRAM, "report", "--sessions", tmp_path).stdout
+    reported = run(PROGRAM, "report", path)
+    assert reported.returncode == 0, reported.stderr
+    again = run(*demo(tmp_path, "--seconds", 1))  # a killed session leaves nothing in the way
+    assert again.returncode == 0 and "0 beyond a limit, 0 in contact" in again.stdout
+    assert len(list(tmp_path.glob("*.mcap"))) == 2
+
+
+def test_a_full_disk_is_told_and_the_session_goes_on(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, 150_000))
+
+    result = run(*demo(tmp_path, "--seconds", 6), preexec_fn=limit)
+    assert result.returncode == 0, result.stderr
+    assert "the recording ended, the session goes on: " in result.stdout and "File too large" in result.stdout
+    looked_at = int(re.search(r"(\d+) looked at", result.stdout).group(1))
+    assert looked_at > 2000 and "0 beyond a limit, 0 in contact" in result.stdout
+    assert "cut short" in run(PROGRAM, "report", "--sessions", tmp_path).stdout
+
+
+def test_a_folder_that_cannot_be_made_is_told_and_the_session_goes_on(tmp_path):
+    (tmp_path / "file").write_text("")
+    result = run(*demo(tmp_path / "file/sessions", "--seconds", 1))
+    assert result.returncode == 0 and "not recorded: " in result.stdout, result.stdout
+
+
+def test_nothing_is_recorded_if_so_asked(tmp_path):
+    assert run(*demo(tmp_path, "--seconds", 1, "--no-recording")).returncode == 0
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["report", "nothing.mcap"], ["nothing.mcap"]),
+        (["report", __file__], ["no MCAP file"]),
+        (["replay", "SESSION", "--from", "1e6"], ["samples"]),
+        (["replay", "SESSION", "--track", "rhand"], ["rhand", "session"]),
+        (["report", "SESSION", "--out", "/nowhere/page.html"], ["/nowhere/page.html"]),
+    ],
+)
+def test_bad_input_ends_with_2_and_says_what_is_wrong(session, arguments, words):
+    result = run(PROGRAM, *(str(session[0]) if a == "SESSION" else a for a in arguments))
+    assert result.returncode == 2, result.stdout + result.stderr
+    for word in words:
+        assert word in result.stderr, result.stderr

@@ -1,0 +1,182 @@
+#include "session/session_recorder.hpp"
+
+#include <fstream>
+
+#include "record/robot_json.hpp"
+#include "record/session_file.hpp"
+#include "session/past_session.hpp"
+#include "session/virtual_session.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Messages as a session's writer thread hands them over: states at 500 Hz, a hand at 100 Hz, a look each 10 ms.
+struct Recorded : testing::Test {
+  Recorded() : ocp(ur5e(), load_profile("waiter")->ocp) { settings.folder = folder.path() / "sessions"; }
+
+  SessionRecorder make() {
+    return SessionRecorder(ocp, settings, {{"robot", {{"json", robot_json(ur5e())}}}, {"run", {{"profile", "waiter"}}}},
+                           begin);
+  }
+  void run(LiveTaps& taps, double seconds) {
+    for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(2)) {
+      const JointVector q = ur5e().home, zero = JointVector::Zero(6);
+      taps.state({{now, now}, q, zero});
+      taps.command({{now, now}, q, zero, zero});
+      if (now.count() % 10'000'000 != 0) continue;
+      OperatorSample sample;
+      sample.stamp = {now, now};
+      sample.clutch = true;
+      taps.sample(sample);
+      SessionSnapshot snapshot;
+      snapshot.now = now;
+      taps.look(snapshot);
+    }
+  }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> paths;
+    if (!fs::exists(settings.folder)) return paths;
+    for (const auto& entry : fs::directory_iterator(settings.folder)) paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    return paths;
+  }
+  static SessionFile read(const fs::path& path) {
+    SessionParts parts;
+    parts.samples = parts.commands = parts.states = parts.changes = true;
+    auto session = load_session(path, parts);
+    EXPECT_TRUE(session) << session.error().message;
+    return *std::move(session);
+  }
+
+  TemporaryFolder folder;
+  Ocp ocp;
+  RecordingSettings settings;
+  const Time begin = std::chrono::seconds(5000);
+  Time now = begin;
+};
+
+TEST_F(Recorded, EverythingIsInTheFileAndTimesCountFromTheBegin) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  EXPECT_TRUE(recorder.recording());
+  run(taps, 2.0);
+  recorder.finish({});
+  ASSERT_EQ(files().size(), 1u);
+  const SessionFile session = read(files()[0]);
+  EXPECT_TRUE(session.overview.complete);
+  EXPECT_EQ(session.commands.size(), 1000u);
+  EXPECT_EQ(session.states.size(), 1000u);
+  EXPECT_EQ(session.samples.size(), 200u);
+  EXPECT_EQ(session.commands.front().stamp.made, Time(0));
+  EXPECT_NEAR(session.duration(), 2.0, 0.02);
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find(files()[0].string()), std::string::npos);
+  EXPECT_TRUE(recorder.take_notices().empty());
+}
+
+TEST_F(Recorded, AFaultLeavesTheSecondsBeforeItInAFileOfItsOwn) {
+  settings.enabled = false;
+  settings.flight_seconds = 1.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  run(taps, 3.0);
+  EXPECT_TRUE(files().empty());
+  taps.change({now, SupervisionState::kEngaged, SupervisionState::kFault, "emergency button", true});
+  run(taps, 1.0);
+  ASSERT_EQ(files().size(), 1u);
+  EXPECT_NE(files()[0].string().find("-fault-1.mcap"), std::string::npos);
+  const SessionFile flight = read(files()[0]);
+  EXPECT_TRUE(flight.overview.complete);
+  EXPECT_EQ(flight.overview.metadata.at("fault").at("reason"), "emergency button");
+  EXPECT_NEAR(static_cast<double>(flight.commands.size()), 500.0, 5.0);
+  EXPECT_NEAR(to_seconds(flight.commands.back().stamp.made), 3.0, 0.02);
+  ASSERT_EQ(flight.changes.size(), 1u);
+  EXPECT_EQ(flight.changes[0].to, "fault");
+
+  // A stop that somebody asked for is none, and the second fault does not overwrite the first.
+  taps.change({now, SupervisionState::kReady, SupervisionState::kStopping, "a stop was asked for", false});
+  run(taps, 0.1);
+  EXPECT_EQ(files().size(), 1u);
+  taps.change({now, SupervisionState::kReady, SupervisionState::kStopping, "the loop slept", true});
+  run(taps, 0.1);
+  EXPECT_EQ(files().size(), 2u);
+}
+
+TEST_F(Recorded, TheOperatorBeginsAndEndsFiles) {
+  settings.enabled = false;
+  settings.flight_seconds = 0.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (std::size_t i = 1; i <= 3; ++i) {
+    run(taps, 0.2);
+    EXPECT_FALSE(recorder.recording());
+    recorder.ask(true);
+    run(taps, 0.3);
+    EXPECT_TRUE(recorder.recording());
+    recorder.ask(false);
+    run(taps, 0.1);
+    ASSERT_EQ(files().size(), i);
+  }
+  for (const fs::path& path : files()) EXPECT_TRUE(read(path).overview.complete);
+}
+
+TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
+  std::ofstream(folder.path() / "file") << "";
+  settings.folder = folder.path() / "file/sessions";
+  SessionRecorder recorder = make();
+  EXPECT_FALSE(recorder.recording());
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("not recorded"), std::string::npos);
+  LiveTaps taps = recorder.taps();
+  run(taps, 1.0);
+  recorder.finish({});
+
+  Result<McapWriter> full = McapWriter::create("/dev/full");
+  EXPECT_FALSE(full);  // its header does not fit
+}
+
+TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (int i = 0; i < 300; ++i) {
+    OperatorSample sample;
+    const Time t = begin + std::chrono::milliseconds(11 * i);
+    sample.stamp = {t, t};
+    sample.X_operator_hand.p.x() = 0.001 * i;
+    sample.clutch = i > 20;
+    if (i == 100) sample.X_operator_hand.p.x() = std::numeric_limits<double>::quiet_NaN();
+    if (i == 200) sample.X_operator_hand.p.x() += 0.7;  // a teleport
+    if (i == 250) sample.stamp.hand -= std::chrono::milliseconds(100);
+    taps.sample(sample);
+  }
+  recorder.finish({});
+  SessionParts parts;
+  parts.samples = true;
+  const auto session = load_session(files()[0], parts);
+  ASSERT_TRUE(session) << session.error().message;
+  ASSERT_EQ(session->samples.size(), 300u);
+  const auto hand = hand_of_session(*session, {}, {});
+  ASSERT_TRUE(hand) << hand.error().message;
+  EXPECT_EQ(hand->samples.size(), 298u);  // without the one that is no number and the one that came out of order
+  int open = 0;
+  for (std::size_t i = 1; i < hand->samples.size(); ++i) {
+    EXPECT_GT(hand->samples[i].stamp.hand, hand->samples[i - 1].stamp.hand);
+    open += i > 30 && !hand->samples[i].clutch;
+  }
+  EXPECT_GT(open, 0);   // where it could not be trusted
+  EXPECT_LT(open, 20);  // and it was trusted again
+  RecordingOptions none;
+  none.from = 1e6;
+  EXPECT_FALSE(hand_of_session(*session, none, {}));
+  const auto report = report_of_session(*session, "");
+  ASSERT_FALSE(report);
+  EXPECT_NE(report.error().message.find("nothing was planned"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace steadyhand
