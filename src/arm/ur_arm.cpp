@@ -297,7 +297,8 @@ void UniversalRobotsArm::begin_program() {
   const bool stands = state_.joints.dq.cwiseAbs().maxCoeff() < kStanding;
   double away = 0.0;
   for (int i = 0; i < 6; ++i) away = std::max(away, std::abs(report_.target_q[i] - report_.q[i]));
-  const bool runs = ours() && report_.program >= UrProgramState::kReady;
+  const bool runs =
+      ours() && report_.program >= UrProgramState::kReady && (report_.status_bits & kUrProgramRunning) != 0;
   if (runs) send_input(nullptr);
   if (runs || !stands || !(away <= settings_.start_tolerance)) {
     if (!long_ago(settings_.start_within)) return;

@@ -24,6 +24,7 @@ constexpr const char* kProgram = R"(def steadyhand():
   behind = dq
   cycle = 0
   heard = 0
+  late = 0
   youngest = 1000000
   following = False
   returning = True
@@ -64,13 +65,16 @@ constexpr const char* kProgram = R"(def steadyhand():
       end
     end
 
-    if ended != 0:
-      sync()
-    elif following:
+    if following and ended == 0:
       lost = cycle - heard - youngest
-      if lost > patience:
+      if lost <= bridged:
+        late = 0
+      else:
+        late = late + 1
+      end
+      if late + bridged > patience:
         ended = -2
-      elif lost > bridged:
+      elif late > 0:
         returning = True
         i = 0
         while i < 6:
@@ -138,7 +142,7 @@ constexpr const char* kProgram = R"(def steadyhand():
       if ended == 0:
         servoj(q, t=step, lookahead_time={lookahead}, gain={gain})
       end
-    else:
+    elif ended == 0:
       if cycle > {first_wait} / step:
         ended = -2
       end

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
+#include <stdexcept>
 #include <thread>
 
 #include "arm/ur_arm.hpp"
@@ -24,13 +26,18 @@ class UrLockstep final : public Arm {
     controller.accept_script(std::move(script->second));
     std::atomic<bool> connecting{true};
     std::thread pump([&] {
-      while (connecting) controller.serve();
+      while (connecting) {
+        controller.serve();
+        std::this_thread::yield();
+      }
     });
+    ur.silence = 0.001;  // real time: what is to come is there
+    ur.patience = 60.0;  // on a machine that has other things to do
     auto made = UniversalRobotsArm::over(std::move(rtde->first), std::move(script->first), model, ur, clock);
     connecting = false;
     pump.join();
-    if (!made) ADD_FAILURE() << made.error().message;
-    if (made) arm_ = *std::move(made);
+    if (!made) throw std::runtime_error(made.error().message);  // ends the test
+    arm_ = *std::move(made);
   }
   ~UrLockstep() override { arm_.reset(); }
 
@@ -40,17 +47,26 @@ class UrLockstep final : public Arm {
     const Time target = now_ + period;
     const auto late = std::max(Time(0), clock_->now() - target) / period;
     clock_->sleep_until(target + late * period);
-    for (int i = 0; i <= late; ++i) {
-      now_ += period;
-      controller.step();
-      if (each_cycle) each_cycle();
+    for (int i = 0; i <= late; ++i) step();
+    // The arm waits for a word from the controller, though not for ever.
+    for (int i = 0; !controller.spoke() && i < kSilence; ++i) {
+      step();
+      clock_->sleep_until(now_);
     }
     return arm_->receive();
   }
   void send(const JointCommand& command) override { arm_->send(command); }
   void restart() override { arm_->restart(); }
+  /// As if the program had been killed.
+  void kill_arm() { arm_.reset(); }
 
  private:
+  void step() {
+    now_ += from_seconds(controller.period());
+    controller.step();
+    if (each_cycle) each_cycle();
+  }
+  static constexpr int kSilence = 20;  ///< cycles
   Clock* clock_;
 
  public:

@@ -122,9 +122,12 @@ class Handshake : public testing::Test {
     controller->accept_rtde(std::move(ends->second));
     std::atomic<bool> connecting{true};
     std::thread pump([&] {
-      while (connecting) controller->serve();
+      while (connecting) {
+        controller->serve();
+        std::this_thread::yield();
+      }
     });
-    auto client = RtdeClient::start(std::move(ends->first), wanted, std::chrono::seconds(20));
+    auto client = RtdeClient::start(std::move(ends->first), wanted, std::chrono::seconds(60));
     connecting = false;
     pump.join();
     return client;

@@ -14,7 +14,7 @@ namespace steadyhand {
 namespace {
 
 constexpr double kHeldBack = 20.0;  ///< rad/s^2, at which a controller stops an arm that no program moves
-constexpr std::size_t kLongestProgram = 1 << 20;
+constexpr std::size_t kLongestProgram = 1 << 20, kLongestQueue = 20000;
 
 struct Output {
   const char *name, *type;
@@ -324,6 +324,7 @@ void FakeUrController::take_inputs(RtdePeer& peer, RtdeReader data) {
 
 void FakeUrController::send(RtdePeer& peer, RtdeWriter& writer) {
   const auto bytes = writer.packet();
+  if (peer.queue.size() > kLongestQueue) peer.gone = true;  // nobody reads
   peer.queue.emplace_back(cycle_ + lag_, std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
   flush(peer);
 }
@@ -336,6 +337,7 @@ void FakeUrController::flush(RtdePeer& peer) {
     if (outcome == Socket::Outcome::kClosed) peer.gone = true;
     bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(sent));
     if (!bytes.empty()) return;
+    spoke_ = true;
     peer.queue.pop_front();
   }
 }
@@ -621,6 +623,7 @@ bool FakeUrController::may_move() const { return mode_ == UrRobotMode::kRunning 
 
 void FakeUrController::step() {
   ++cycle_;
+  spoke_ = false;
   time_ = static_cast<double>(cycle_) * period();
   if (drop_asked_.exchange(false)) {
     rtde_peers_.clear();
@@ -630,7 +633,8 @@ void FakeUrController::step() {
   if (unplugged_ == 0) serve();
   if (protective_asked_.exchange(false)) arm_->trip("protective stop");
   moves_ = false;
-  if (program_ != nullptr && may_move() && !program_->cycle()) {
+  if (!may_move()) end_program("the robot may not move");
+  if (program_ != nullptr && !program_->cycle()) {
     const std::string error = program_->error();
     if (!error.empty()) say("runtime error: " + error);
     end_program(error);

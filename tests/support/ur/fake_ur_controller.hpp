@@ -61,6 +61,10 @@ class FakeUrController {
   /// Everything that goes out comes so many cycles later.
   void lag(int cycles) { lag_ = cycles; }
   void protective_stop() { protective_asked_ = true; }
+  /// Ends the program, as the pendant's stop button does. Not while run() does.
+  void press_stop() { end_program("stopped at the pendant"); }
+  /// Not while run() does.
+  void unlock() { (void)dashboard("unlock protective stop"); }
   void drop_connections() { drop_asked_ = true; }
   void set_mode(UrRobotMode mode) { mode_ = mode; }
   void set_safety(UrSafety safety) { safety_ = safety; }
@@ -75,6 +79,8 @@ class FakeUrController {
   /// What programs said with textmsg.
   const std::vector<std::string>& log() const { return log_; }
   double time() const { return time_; }
+  /// Something went out in the last cycle.
+  bool spoke() const { return spoke_; }
 
  private:
   struct Recipe {
@@ -127,7 +133,7 @@ class FakeUrController {
   std::atomic<UrSafety> safety_{UrSafety::kNormal};
   JointVector target_, target_dq_;
   JointVector wanted_;  ///< of a motion command this cycle
-  bool moves_ = false;
+  bool moves_ = false, spoke_ = false;
   double largest_acceleration_ = 0.0, largest_speed_ = 0.0, time_ = 0.0;
   std::uint64_t cycle_ = 0;
 

@@ -1,6 +1,13 @@
 #include "support/ur/urscript.hpp"
 
+#include <ucontext.h>
+
 #include <cmath>
+#include <cstdint>
+
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/common_interface_defs.h>
+#endif
 
 #include "support/ur/urscript_parser.hpp"
 
@@ -88,39 +95,40 @@ Value Arguments::get(std::size_t i, const std::string& name, const Value& otherw
   return i < values.size() ? values[i] : otherwise;
 }
 
-/// A thread of the program is one of the computer's, of which only one runs at a time: it is handed the cycle, and
-/// hands it back when it waits.
+/// A thread of the program: a stack of its own, left in the middle of a call when it waits.
 class Program::Fiber final : public Waiting {
  public:
-  explicit Fiber(std::function<void(Fiber&)> work)
-      : thread_([this, work = std::move(work)] {
-          mine_.acquire();
-          try {
-            if (!killed) work(*this);
-          } catch (const Killed&) {
-          } catch (const Halted&) {
-          }
-          ended = true;
-          theirs_.release();
-        }) {}
-  ~Fiber() override {
-    kill();
-    thread_.join();
+  explicit Fiber(std::function<void(Fiber&)> work) : work_(std::move(work)), stack_(new char[kStack]) {
+    getcontext(&own_);
+    own_.uc_stack.ss_sp = stack_.get();
+    own_.uc_stack.ss_size = kStack;
+    own_.uc_link = nullptr;
+    const auto self = reinterpret_cast<std::uintptr_t>(this);
+    makecontext(&own_, reinterpret_cast<void (*)()>(&Fiber::enter), 2, static_cast<unsigned>(self >> 32),
+                static_cast<unsigned>(self));
   }
+  ~Fiber() override { kill(); }
+  Fiber(const Fiber&) = delete;
+  Fiber& operator=(const Fiber&) = delete;
+
   /// Runs until it waits or ends.
   void go() {
     if (ended) return;
     statements = 0;
-    mine_.release();
-    theirs_.acquire();
+    void* mine = nullptr;
+    leaving(&mine, stack_.get(), kStack);
+    swapcontext(&caller_, &own_);
+    arrived(mine, nullptr, nullptr);
   }
   void kill() {
     killed = true;
     go();
   }
   void next_cycle() override {
-    theirs_.release();
-    mine_.acquire();
+    void* mine = nullptr;
+    leaving(&mine, callers_stack_, callers_size_);
+    swapcontext(&own_, &caller_);
+    arrived(mine, &callers_stack_, &callers_size_);
     if (killed) throw Killed{};
   }
 
@@ -128,8 +136,40 @@ class Program::Fiber final : public Waiting {
   int statements = 0, calls = 0;
 
  private:
-  std::binary_semaphore mine_{0}, theirs_{0};
-  std::thread thread_;
+  static void enter(unsigned high, unsigned low) {
+    auto* fiber = reinterpret_cast<Fiber*>((static_cast<std::uintptr_t>(high) << 32) | low);
+    arrived(nullptr, &fiber->callers_stack_, &fiber->callers_size_);
+    fiber->work();
+    leaving(nullptr, fiber->callers_stack_, fiber->callers_size_);
+    setcontext(&fiber->caller_);
+  }
+  void work() {
+    try {
+      if (!killed) work_(*this);
+    } catch (const Killed&) {
+    } catch (const Halted&) {
+    }
+    ended = true;
+  }
+  // AddressSanitizer wants to know which stack is in use.
+#ifdef __SANITIZE_ADDRESS__
+  static void leaving(void** mine, const void* other, std::size_t size) {
+    __sanitizer_start_switch_fiber(mine, other, size);
+  }
+  static void arrived(void* mine, const void** other, std::size_t* size) {
+    __sanitizer_finish_switch_fiber(mine, other, size);
+  }
+#else
+  static void leaving(void**, const void*, std::size_t) {}
+  static void arrived(void*, const void**, std::size_t*) {}
+#endif
+
+  static constexpr std::size_t kStack = 4 << 20;  ///< of which the system gives what is touched
+  std::function<void(Fiber&)> work_;
+  std::unique_ptr<char[]> stack_;
+  ucontext_t own_{}, caller_{};
+  const void* callers_stack_ = nullptr;
+  std::size_t callers_size_ = 0;
 };
 
 Program::Program(const std::string& source, const Builtins& builtins) : builtins_(&builtins), root_(parse(source)) {

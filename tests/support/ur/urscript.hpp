@@ -3,10 +3,8 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <semaphore>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <variant>
 #include <vector>
 

@@ -1,0 +1,254 @@
+// What becomes of a UR arm that moves when something goes wrong; docs/universal-robots.md has a row for each test.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "arm/ur_dashboard.hpp"
+#include "arm/ur_lockstep.hpp"
+#include "robot/random_arm.hpp"
+#include "support/manual_clock.hpp"
+
+namespace steadyhand {
+namespace {
+
+constexpr double kGentle = 13.0;  ///< rad/s^2: the swing's 3.6, and braking at 10 on top of none of it
+
+class UrFaults : public testing::Test {
+ protected:
+  UrFaults() : random(3), model(random_arm(6, random, false)) {
+    model.home = random_joints(6, 1.0, random);
+    arm = std::make_unique<UrLockstep>(model, FakeUrController::Settings{}, clock);
+  }
+
+  /// Swings on for so many seconds, up to 1.8 rad/s, as long as the arm follows; its last state.
+  ArmState run(double seconds) {
+    const Time end = clock.now() + from_seconds(seconds);
+    while (clock.now() < end) {
+      state = arm->receive();
+      if (state.status != ArmStatus::kFollowing) {
+        began = false;
+        continue;
+      }
+      const Time now = state.joints.stamp.made;
+      if (!began) {
+        began = true;
+        begin = now;
+        q0 = state.joints.q;
+        a = (q0 - model.home).mean() > 0.5 ? -0.9 : 0.9;
+      }
+      const double t = to_seconds(now - begin), w = 2.0;
+      const JointVector ones = JointVector::Ones(6);
+      arm->send({{now, now},
+                 q0 + a * (1.0 - std::cos(w * t)) * ones,
+                 a * w * std::sin(w * t) * ones,
+                 a * w * w * std::cos(w * t) * ones});
+      const double behind = t - arm->info().delay;
+      if (behind > 0.0) error = (state.joints.q - q0).mean() - a * (1.0 - std::cos(w * behind));
+    }
+    return state;
+  }
+  /// Moves fast when the fault comes.
+  void swing() {
+    ASSERT_EQ(run(0.9).status, ArmStatus::kFollowing) << state.reason;
+    ASSERT_GT(std::abs(state.joints.dq.mean()), 1.0);
+  }
+  void expect_rest() {
+    EXPECT_LT(arm->controller.arm().dq().norm(), 0.02);
+    EXPECT_LT((arm->controller.target() - arm->controller.arm().q()).norm(), 0.01);
+    EXPECT_FALSE(arm->controller.program_running());
+  }
+  void expect_recovery() {
+    arm->restart();
+    EXPECT_EQ(run(1.0).status, ArmStatus::kFollowing) << state.reason;
+    EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+  }
+
+  std::mt19937 random;
+  RobotModel model;
+  ManualClock clock;
+  std::unique_ptr<UrLockstep> arm;
+  ArmState state;
+  bool began = false;
+  Time begin{0};
+  JointVector q0;
+  double error = 0.0, a = 0.9;
+};
+
+TEST_F(UrFaults, FiveMillisecondsWithoutCableAreBridged) {
+  swing();
+  for (int i = 0; i < 20; ++i) {
+    arm->controller.unplug(3);
+    ASSERT_EQ(run(0.1).status, ArmStatus::kFollowing) << state.reason;
+    EXPECT_LT(std::abs(error), 0.02);
+  }
+  EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+}
+
+TEST_F(UrFaults, TwentyMillisecondsSlowTheArmAndItReturns) {
+  swing();
+  arm->controller.unplug(10);
+  EXPECT_EQ(run(1.0).status, ArmStatus::kFollowing) << state.reason;
+  EXPECT_LT(std::abs(error), 0.02);
+  EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+}
+
+TEST_F(UrFaults, AHundredMillisecondsStopTheArmUntilRestart) {
+  swing();
+  arm->controller.unplug(50);
+  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
+  EXPECT_FALSE(state.reason.empty());
+  expect_rest();
+  expect_recovery();
+}
+
+TEST_F(UrFaults, ASecondStopsTheArmUntilRestart) {
+  swing();
+  arm->controller.unplug(500);
+  EXPECT_EQ(run(1.6).status, ArmStatus::kStopped);
+  EXPECT_FALSE(state.reason.empty());
+  expect_rest();
+  expect_recovery();
+}
+
+TEST_F(UrFaults, AControllerThatLagsIsFollowedLater) {
+  arm->controller.lag(4);
+  swing();
+  EXPECT_LT(std::abs(error), 0.03);
+  EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+}
+
+TEST_F(UrFaults, AControllerThatBeginsToLagStopsTheArm) {
+  swing();
+  arm->controller.lag(40);
+  EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
+  expect_rest();
+  EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+}
+
+TEST_F(UrFaults, AProtectiveStopIsReportedAndStaysUntilUnlocked) {
+  swing();
+  arm->controller.protective_stop();
+  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
+  EXPECT_NE(state.reason.find("protective stop"), std::string_view::npos) << state.reason;
+  arm->restart();
+  EXPECT_EQ(run(0.2).status, ArmStatus::kStopped);  // still locked
+  arm->controller.unlock();
+  expect_recovery();
+}
+
+TEST_F(UrFaults, AnEmergencyStopAndPowerOffAreNamed) {
+  swing();
+  arm->controller.set_safety(UrSafety::kRobotEmergencyStop);
+  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
+  EXPECT_NE(state.reason.find("emergency stop"), std::string_view::npos) << state.reason;
+  arm->controller.set_safety(UrSafety::kNormal);
+  arm->controller.set_mode(UrRobotMode::kPowerOff);
+  arm->restart();
+  EXPECT_EQ(run(0.2).status, ArmStatus::kStopped);
+  EXPECT_NE(state.reason.find("power is off"), std::string_view::npos) << state.reason;
+  arm->controller.set_mode(UrRobotMode::kRunning);
+  arm->restart();
+  EXPECT_EQ(run(1.0).status, ArmStatus::kFollowing) << state.reason;
+}
+
+TEST_F(UrFaults, AProgramStoppedAtThePendantIsAFault) {
+  swing();
+  arm->controller.press_stop();
+  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
+  EXPECT_NE(state.reason.find("stopped or replaced"), std::string_view::npos) << state.reason;
+  expect_rest();
+}
+
+TEST_F(UrFaults, AKilledProgramLeavesTheArmAtRest) {
+  swing();
+  arm->controller.unplug(1000000);  // so that not even a farewell arrives
+  arm->kill_arm();
+  for (int i = 0; i < 300; ++i) arm->controller.step();
+  expect_rest();
+  EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+}
+
+TEST_F(UrFaults, WithoutRemoteControlItSaysSo) {
+  FakeUrController::Settings settings;
+  settings.remote_control = false;
+  arm = std::make_unique<UrLockstep>(model, settings, clock);
+  EXPECT_EQ(run(6.0).status, ArmStatus::kStopped);
+  EXPECT_NE(state.reason.find("remote control"), std::string_view::npos) << state.reason;
+}
+
+/// Over real sockets, with threads: the controller goes and comes back.
+TEST(UrOverTcp, AControllerThatRestartsIsFoundAgain) {
+  std::mt19937 random(3);
+  RobotModel model = random_arm(6, random, false);
+  model.home = random_joints(6, 1.0, random);
+  FakeUrController::Settings settings;
+  auto controller = std::make_unique<FakeUrController>(model, settings);
+  ASSERT_TRUE(controller->listen());
+  settings.rtde_port = controller->rtde_port();
+  settings.script_port = controller->script_port();
+  settings.dashboard_port = controller->dashboard_port();
+  controller->run();
+  MonotonicClock clock;
+  UrSettings ur;
+  ur.host = settings.address;
+  ur.rtde_port = settings.rtde_port;
+  ur.script_port = settings.script_port;
+  ur.silence = 5.0;  // of a machine that has other things to do
+  ur.patience = 20.0;
+  ur.start_within = 20.0;
+  auto arm = UniversalRobotsArm::connect(model, ur, clock);
+  ASSERT_TRUE(arm) << arm.error().message;
+  const auto wait_for = [&](ArmStatus status) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    ArmState state = (*arm)->receive();
+    std::uint64_t last = 0;
+    while (state.status != status && std::chrono::steady_clock::now() < until) {
+      state = (*arm)->receive();
+      EXPECT_GT(state.cycle, last);
+      last = state.cycle;
+    }
+    EXPECT_EQ(state.status, status) << state.reason;
+    return state;
+  };
+  (void)wait_for(ArmStatus::kFollowing);
+  auto dashboard = UrDashboard::connect(ur.host, settings.dashboard_port, std::chrono::seconds(20));
+  ASSERT_TRUE(dashboard) << dashboard.error().message;
+  EXPECT_EQ(*dashboard->ask("robotmode"), "Robotmode: RUNNING");
+  EXPECT_EQ(*dashboard->ask("safetystatus"), "Safetystatus: NORMAL");
+
+  controller.reset();
+  const ArmState lost = wait_for(ArmStatus::kStopped);
+  EXPECT_NE(lost.reason.find("lost"), std::string_view::npos) << lost.reason;
+  controller = std::make_unique<FakeUrController>(model, settings);
+  ASSERT_TRUE(controller->listen());
+  controller->run();
+  (*arm)->restart();
+  (void)wait_for(ArmStatus::kFollowing);
+  arm->reset();
+  controller.reset();
+}
+
+TEST(UrOverTcp, NobodyThereIsAnErrorThatNamesTheAddress) {
+  MonotonicClock clock;
+  std::mt19937 random(3);
+  const RobotModel model = random_arm(6, random, false), seven = random_arm(7, random, false);
+  UrSettings ur;
+  ur.host = "127.0.0.1";
+  ur.rtde_port = 1;
+  ur.patience = 1.0;
+  const auto arm = UniversalRobotsArm::connect(model, ur, clock);
+  ASSERT_FALSE(arm);
+  EXPECT_NE(arm.error().message.find("127.0.0.1:1"), std::string::npos) << arm.error().message;
+  ur.host = "no.such.host.invalid";
+  const auto nowhere = UniversalRobotsArm::connect(model, ur, clock);
+  ASSERT_FALSE(nowhere);
+  EXPECT_NE(nowhere.error().message.find("no.such.host.invalid"), std::string::npos) << nowhere.error().message;
+  const auto wrong = UniversalRobotsArm::connect(seven, ur, clock);
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(wrong.error().message.find("7 joints"), std::string::npos) << wrong.error().message;
+}
+
+}  // namespace
+}  // namespace steadyhand
