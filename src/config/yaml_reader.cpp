@@ -35,8 +35,6 @@ struct YamlMap::File {
   }
 };
 
-namespace {
-
 Result<double> parse_number(const std::string& text) {
   const char *begin = text.data(), *end = begin + text.size();
   if (begin != end && *begin == '+') ++begin;
@@ -51,6 +49,16 @@ Result<double> parse_number(const std::string& text) {
   return value;
 }
 
+std::string describe(const Interval& interval) {
+  if (interval.high == std::numeric_limits<double>::max()) {
+    if (interval.low == 0.0) return interval.low_open ? "positive" : "not negative";
+    return fmt::format("{} {}", interval.low_open ? "more than" : "at least", interval.low);
+  }
+  return fmt::format("{} {} and at most {}", interval.low_open ? "more than" : "at least", interval.low, interval.high);
+}
+
+namespace {
+
 const char* kind(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Map:
@@ -62,14 +70,6 @@ const char* kind(const YAML::Node& node) {
     default:
       return "empty";
   }
-}
-
-std::string describe(const Interval& interval) {
-  if (interval.high == std::numeric_limits<double>::max()) {
-    if (interval.low == 0.0) return interval.low_open ? "positive" : "not negative";
-    return fmt::format("{} {}", interval.low_open ? "more than" : "at least", interval.low);
-  }
-  return fmt::format("{} {} and at most {}", interval.low_open ? "more than" : "at least", interval.low, interval.high);
 }
 
 /// Refuses keys that are no plain words and keys that are there twice.
@@ -284,15 +284,17 @@ std::vector<std::vector<std::string>> YamlMap::text_lists(const std::string& key
   return result;
 }
 
-std::string YamlMap::where(const std::string& key) const {
+std::string YamlMap::place(const std::string& key) const {
   std::string place = file_->at(node_);
   if (node_.IsMap()) {
     for (const auto& entry : node_) {
       if (entry.first.IsScalar() && entry.first.Scalar() == key) place = file_->at(entry.first);
     }
   }
-  return fmt::format("{}: {}", place, full_name(key));
+  return place;
 }
+
+std::string YamlMap::where(const std::string& key) const { return fmt::format("{}: {}", place(key), full_name(key)); }
 
 void YamlMap::fail(const std::string& key, const std::string& reason) {
   if (!file_->first_error) file_->first_error = Error{where(key) + " " + reason};

@@ -26,6 +26,11 @@ struct Interval {
   bool contains(double value) const { return (low_open ? value > low : value >= low) && value <= high; }
 };
 
+/// A finite number in decimal notation, whatever the locale; the error goes behind the name of what it is for.
+Result<double> parse_number(const std::string& text);
+/// For people: "positive", "at least 4 and at most 500".
+std::string describe(const Interval& interval);
+
 /// One mapping of a YAML file, read strictly: a key that nobody asks for, a wrong type, a wrong size, a number that is
 /// not finite or outside its interval are errors that name file, line, key, value, and what would be right.
 ///
@@ -59,6 +64,8 @@ class YamlMap {
   /// A list of lists of `size` texts.
   std::vector<std::vector<std::string>> text_lists(const std::string& key, std::size_t size);
 
+  /// "FILE:LINE" of a key.
+  std::string place(const std::string& key) const;
   /// "FILE:LINE: KEY" of a key, to begin a message with.
   std::string where(const std::string& key) const;
   /// Notes an error of the caller's own about a key.

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "arm/simulated_arm.hpp"
+#include "config/settings_table.hpp"
+#include "serve/server.hpp"
+#include "session/live_session.hpp"
+#include "session/session_recorder.hpp"
+
+namespace steadyhand {
+
+/// Everything that one YAML file, or the command line, may set of a live session. Must stay where it is while a table
+/// describes it.
+struct SessionSettings {
+  std::string robot = "ur5e", profile = "waiter";
+  std::string solver = "profile";  ///< a solver's name, or the profile's own
+  std::string translation_frame = "base", rotation_frame = "base";
+  std::string recording_folder = default_session_folder().string();
+  LiveSettings live;
+  SimulatedArmSettings arm;
+  ServerSettings server;
+  RecordingSettings recording;
+
+  SessionSettings();
+
+  /// Puts together what belongs together, once everything is set. Refuses settings that contradict each other,
+  /// with the origins that the table knows.
+  Status resolve(const SettingsTable& table);
+};
+
+/// A name, unit and range for each.
+SettingsTable describe(SessionSettings& settings);
+
+}  // namespace steadyhand
