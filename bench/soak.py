@@ -3,7 +3,7 @@
 
     bench/soak.py [--seconds 1800] [demo's other options]
 
-Prints the program's summary, its memory over time, and what of the promises it kept. Exit code 1 if one is broken. Deadlines are
+Needs the PyPI package mcap (.deps/venv/bin/python has it). Prints the program's summary, its memory over time, and what of the promises it kept. Exit code 1 if one is broken. Deadlines are
 judged only where real-time priority was granted."""
 
 import argparse
@@ -11,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -35,13 +36,23 @@ def watch(command):
     return process.stdout.read(), process.returncode, [m for m in memory if m]
 
 
+def recorded_states(text):
+    """How many measured states the public MCAP reader's index counts in the session's file."""
+    from mcap.reader import make_reader
+
+    with open(re.search(r"^recorded: (.+)$", text, re.MULTILINE).group(1), "rb") as file:
+        summary = make_reader(file).get_summary()
+    (channel,) = (c.id for c in summary.channels.values() if c.topic == "/joint_state")
+    return summary.statistics.channel_message_counts[channel]
+
+
 def promises(text, memory):
     def number(pattern):
         return float(re.search(pattern, text).group(1))
 
     yield "no command beyond a limit", number(r"looked at, (\d+) beyond") == 0
     yield "no spheres in contact", number(r"(\d+) in contact") == 0
-    yield "recording complete", "were dropped" not in text
+    yield "recording complete", "were dropped" not in text and recorded_states(text) == number(r"control +(\d+) cycles")
     # The first tenth is warming up.
     settled = memory[len(memory) // 10:]
     yield "memory grows by less than 1 MiB", not settled or settled[-1] - settled[0] < 1024
@@ -56,17 +67,22 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=1800.0)
     options, rest = parser.parse_known_args()
-    text, code, memory = watch([PROGRAM, "demo", "--headless", "--seconds", str(options.seconds), *rest])
-    print(text, end="")
-    if code != 0:
-        return code
-    if memory:
-        print(f"memory             {memory[0] / 1024:.1f} MiB at first, {memory[-1] / 1024:.1f} MiB at last, {max(memory) / 1024:.1f} MiB at most")
+    with tempfile.TemporaryDirectory() as folder:
+        text, code, memory = watch([PROGRAM, "demo", "--headless", "--seconds", str(options.seconds), "--sessions", folder, *rest])
+        print(text, end="")
+        if code != 0:
+            return code
+        kept = judge(text, memory)
+    return 0 if kept else 1
+
+
+def judge(text, memory):
+    print(f"memory             {memory[0] / 1024:.1f} MiB at first, {memory[-1] / 1024:.1f} MiB at last, {max(memory) / 1024:.1f} MiB at most")
     kept = True
     for name, holds in promises(text, memory):
         print(f"{'kept  ' if holds else 'BROKEN'}             {name}")
         kept = kept and holds
-    return 0 if kept else 1
+    return kept
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ using Command = std::function<Status()>;
 
 // One file each, NAME_command.cpp: declares the subcommand and its options, and sets `chosen` when it is on the command
 // line.
+void add_config_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
 void add_replay_command(CLI::App& app, Command& chosen);
 void add_report_command(CLI::App& app, Command& chosen);

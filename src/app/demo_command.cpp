@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "app/commands.hpp"
+#include "app/settings_options.hpp"
 #include "arm/simulated_arm.hpp"
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
@@ -34,19 +35,15 @@ constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
 /// Hands of people, in the same package, whole.
 constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse/demo-recording.json",
                                             "physics/demo-laser.json"};
+constexpr Time kRestWithin = std::chrono::milliseconds(2500);
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 
 struct Options {
   std::string input;
   RecordingOptions range;
-  std::string robot = "ur5e", profile = "waiter", solver;
-  bool headless = false, lan = false, no_browser = false, accept_emulated = false;
-  int port = ServerSettings{}.port;
+  bool headless = false, no_browser = false;
   double seconds = 0.0;  ///< 0: until Ctrl-C
-  double rate_hz = LiveSettings{}.planner_rate_hz;
-  double scale = RetargetSettings{}.scale;
-  double yaw_deg = RetargetSettings{}.yaw * 180.0 / M_PI;
-  RecordingSettings recording;
+  SettingsOptions settings;
 };
 
 std::string format_timing(const TimingSummary& us) {
@@ -78,21 +75,12 @@ std::string format_summary(const RobotModel& model, const LiveSummary& s) {
   return text;
 }
 
-Status check(const Options& options) {
+Status check(const Options& options, const SessionSettings& settings) {
   if (!(options.seconds >= 0.0) || options.seconds > 1e7) {
     return Error{fmt::format("--seconds is {}; it must be from 0 (until Ctrl-C) to 1e7", options.seconds)};
   }
-  if (!(options.scale > 0.0) || !std::isfinite(options.scale)) {
-    return Error{fmt::format("--scale is {}; it must be above 0 and finite", options.scale)};
-  }
-  if (!std::isfinite(options.yaw_deg)) return Error{fmt::format("--yaw is {}; it must be finite", options.yaw_deg)};
-  if (options.port < 0 || options.port > 65535) {
-    return Error{fmt::format("--port is {}; it must be from 0 (any) to 65535", options.port)};
-  }
-  if (options.headless && options.lan) return Error{"--headless and --lan exclude each other: headless has no page"};
-  const auto& known = solver_names();
-  if (!options.solver.empty() && std::find(known.begin(), known.end(), options.solver) == known.end()) {
-    return Error{fmt::format("--solver is '{}'; the solvers are {}", options.solver, fmt::join(known, ", "))};
+  if (options.headless && settings.server.lan) {
+    return Error{"--headless and --lan exclude each other: headless has no page"};
   }
   return Done{};
 }
@@ -168,11 +156,8 @@ void open_browser(const std::string& url) {
   (void)posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ);
 }
 
-Result<std::unique_ptr<Server>> start_server(const Options& options, ServerFacts facts, LiveSession& session,
+Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
                                              OperatorDesk& desk, const Clock& clock) {
-  ServerSettings settings;
-  settings.port = static_cast<std::uint16_t>(options.port);
-  settings.lan = options.lan;
   ServerCallbacks callbacks;
   callbacks.now = [&clock] { return clock.now(); };
   callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
@@ -185,13 +170,12 @@ Result<std::unique_ptr<Server>> start_server(const Options& options, ServerFacts
   auto server = Server::start(settings, std::move(facts), std::move(callbacks));
   if (!server) return server.error();
   print_addresses((*server)->urls());
-  if (options.lan) {
+  if (settings.lan) {
     const std::string url = (*server)->urls().back();
     std::cout << "certificate's SHA-256 fingerprint: " << (*server)->fingerprint() << "\n"
               << terminal_qr(url) << std::flush;
   }
   if (!options.no_browser) open_browser((*server)->urls().front());
-  (void)session;
   return server;
 }
 
@@ -200,58 +184,70 @@ void print_notices(SessionRecorder& recorder) {
 }
 
 /// What the recording tells of its session.
-SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& profile, const Options& options) {
+SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& profile, const SessionSettings& settings,
+                                       const SettingsTable& table, double rate_hz) {
+  const RetargetSettings& hand = settings.live.planning.retarget;
   return {{"robot", {{"json", robot_json(model)}}},
+          {"settings", table.values()},
           {"run",
            {{"robot", model.name},
             {"profile", profile.name},
             {"label", profile.label},
             {"weights", describe_weights(profile.ocp)},
-            {"solver", options.solver.empty() ? profile.solver : options.solver},
-            {"rate_hz", fmt::format("{}", options.rate_hz)},
-            {"scale", fmt::format("{}", options.scale)},
-            {"accept_emulated", options.accept_emulated ? "true" : "false"},
-            {"yaw_deg", fmt::format("{}", options.yaw_deg)},
+            {"solver", settings.live.planning.planner.solver},
+            {"rate_hz", fmt::format("{}", rate_hz)},
+            {"scale", fmt::format("{}", hand.scale)},
+            {"accept_emulated", settings.live.planning.gate.accept_emulated ? "true" : "false"},
+            {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
             {"version", STEADYHAND_VERSION}}}};
+}
+
+/// Brings the arm to rest; asked again meanwhile, as fast as its limits allow.
+void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) {
+  session.ask_stop();
+  const Time until = clock.now() + kRestWithin;
+  while (!session.stopped_at_rest() && clock.now() < until) {
+    if (signals.arrived_within(std::chrono::milliseconds(5))) session.ask_stop();
+  }
 }
 
 Status run(Options options) {
   const Places places = Places::standard();
-  if (Status s = check(options); !s) return s;
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
+  if (Status s = options.settings.apply(table); !s) return s;
+  if (Status s = settings.resolve(table); !s) return s;
+  if (Status s = check(options, settings); !s) return s;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
-  const Result<RobotModel> model = open_robot(options.robot, places);
+  const Result<RobotModel> model = open_robot(settings.robot, places);
   if (!model) return model.error();
   int chosen = 0;
-  const Result<std::vector<Profile>> profiles = load_profiles(options.profile, places, chosen);
+  const Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();
   const Profile& profile = (*profiles)[chosen];
 
-  LiveSettings settings;
-  settings.planner_rate_hz = options.rate_hz;
-  settings.planning.gate.accept_emulated = options.accept_emulated;
-  settings.planning.retarget.scale = options.scale;
-  settings.planning.retarget.yaw = options.yaw_deg * M_PI / 180.0;
-  settings.planning.retarget.ramp = PlanningSettings::kRamp;
-  settings.planning.ocp = profile.ocp;
-  settings.planning.planner.solver = options.solver.empty() ? profile.solver : options.solver;
-  settings.planning.planner.tolerance = profile.tolerance;
+  PlanningSettings& planning = settings.live.planning;
+  planning.ocp = profile.ocp;
+  planning.planner.solver = settings.solver == "profile" ? profile.solver : settings.solver;
+  planning.planner.tolerance = profile.tolerance;
 
   const StopSignals signals;
   MonotonicClock clock;
-  SimulatedArm arm(*model, model->home, {}, clock);
-  auto made = LiveSession::make(*model, settings, arm, clock);
+  SimulatedArm arm(*model, model->home, settings.arm, clock);
+  auto made = LiveSession::make(*model, settings.live, arm, clock);
   if (!made) return made.error();
   LiveSession& session = **made;
   ServerFacts facts = describe_session(*model, *profiles, *recordings, session.ocp());
   const std::string hand = facts.recordings.front();
-  OperatorDesk desk(session, *profiles, chosen, settings.planning.retarget, *std::move(recordings));
-  std::cout << fmt::format("{}, {} at {} Hz{}\n", arm.info().name, profile.label, options.rate_hz,
+  OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
+  std::cout << fmt::format("{}, {} at {} Hz{}\n", arm.info().name, profile.label, session.planner_rate_hz(),
                            options.headless ? ", hand: " + hand + ", again and again" : "")
             << std::flush;
 
   const Time begin = clock.now();
-  SessionRecorder recorder(session.ocp(), options.recording, describe_run(*model, profile, options), begin);
+  SessionRecorder recorder(session.ocp(), settings.recording,
+                           describe_run(*model, profile, settings, table, session.planner_rate_hz()), begin);
   desk.on_record([&recorder](bool record) { recorder.ask(record); });
   session.start(recorder.taps());
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
@@ -259,8 +255,11 @@ Status run(Options options) {
   // With a page too, so that there is something to see until somebody takes over.
   (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
   if (!options.headless) {
-    auto started = start_server(options, std::move(facts), session, desk, clock);
-    if (!started) return started.error();
+    auto started = start_server(options, settings.server, std::move(facts), desk, clock);
+    if (!started) {
+      (void)session.finish();  // its threads use what is made here
+      return started.error();
+    }
     server = std::move(*started);
   }
   for (Time published = begin; clock.now() < end && !signals.arrived_within(std::chrono::milliseconds(1));) {
@@ -275,6 +274,7 @@ Status run(Options options) {
     snapshot.recording = recorder.recording();
     server->publish(snapshot);
   }
+  stop(session, signals, clock);
   server.reset();
   const LiveSummary summary = session.finish();
   recorder.finish(summary);
@@ -290,27 +290,14 @@ void add_demo_command(CLI::App& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
   command->add_flag("--headless", options->headless, "Without a page: a recorded hand, over and over");
-  command->add_flag("--lan", options->lan, "Serve the local network too, over HTTPS");
-  command->add_option("--port", options->port, "Of the page on this computer; 0: any")->capture_default_str();
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
-  command->add_flag("--accept-emulated", options->accept_emulated,
-                    "Follow poses whose position the headset guesses (emulated headsets say so of all)");
   command->add_option("--input", options->input,
                       "Recording that may play the hand (formats: see replay); default: bundled hands");
   command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
   command->add_option("--from", options->range.from, "Begin here in the recording, s");
   command->add_option("--until", options->range.until, "End here in the recording, s");
   command->add_option("--seconds", options->seconds, "End after so long; 0: at Ctrl-C")->capture_default_str();
-  command->add_option("--robot", options->robot, "Name, robot file or URDF")->capture_default_str();
-  command->add_option("--profile", options->profile, "Name or file of a profile")->capture_default_str();
-  command->add_option("--rate", options->rate_hz, "Planning, Hz")->capture_default_str();
-  command->add_option("--scale", options->scale, "Metres of the tool per metre of the hand")->capture_default_str();
-  command->add_option("--yaw", options->yaw_deg, "Turn of the operator's axes about the base's z, degrees")
-      ->capture_default_str();
-  command->add_option("--solver", options->solver, "Solver, instead of the profile's own");
-  command->add_option("--sessions", options->recording.folder,
-                      "Folder of the recordings; default: " + default_session_folder().string());
-  command->add_flag("!--no-recording", options->recording.enabled, "Record nothing but what leads to a fault");
+  add_settings_options(*command, options->settings);
   command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

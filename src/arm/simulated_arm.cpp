@@ -36,6 +36,10 @@ void SimulatedArm::restart() {
 }
 
 ArmState SimulatedArm::receive() {
+  if (cycle_ == 0) {  // nobody can have sent commands before
+    now_ = clock_->now();
+    restart();
+  }
   const Time target = now_ + period_;
   const auto late = std::max(Time(0), clock_->now() - target) / period_;  // whole cycles slept through
   clock_->sleep_until(target + late * period_);

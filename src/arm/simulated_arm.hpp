@@ -28,7 +28,7 @@ struct SimulatedArmSettings {
 /// a while.
 class SimulatedArm final : public Arm {
  public:
-  /// Stands at `q`. Model and clock must outlive it.
+  /// Stands at `q`; its time begins with the first receive(). Model and clock must outlive it.
   SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock);
 
   const ArmInfo& info() const override { return info_; }

@@ -6,12 +6,14 @@
 #include <cmath>
 
 #include "session/realtime.hpp"
+#include "session/sustained_rate.hpp"
 
 namespace steadyhand {
 
 namespace {
 
 constexpr int kControlPriority = 80, kPlannerPriority = 60;
+constexpr Time kAfterCycle = std::chrono::microseconds(200);  ///< control has done its work by then
 constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
 constexpr Time kRestWithin = std::chrono::seconds(2);
 
@@ -19,7 +21,14 @@ constexpr Time kRestWithin = std::chrono::seconds(2);
 
 Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
                                                        Clock& clock) {
-  const double fastest = arm.info().rate_hz, rate = settings.planner_rate_hz;
+  LiveSettings resolved = settings;
+  const double fastest = arm.info().rate_hz;
+  double& rate = resolved.planner_rate_hz;
+  if (rate == 0.0) {
+    const Result<double> planning_us = measure_planning_us(model, settings.planning, clock);
+    if (!planning_us) return planning_us.error();
+    rate = sustained_rate(fastest, *planning_us);
+  }
   if (!(rate >= 4.0) || rate > fastest) {
     return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
   }
@@ -28,10 +37,10 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
     return Error{fmt::format("planner's lead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
                              settings.lead, std::max(cycle, period - cycle))};
   }
-  std::unique_ptr<LiveSession> session(new LiveSession(model, settings, arm, clock));
-  PlanningSettings planning = settings.planning;
-  planning.lead = settings.lead > 0.0 ? settings.lead : std::max(cycle, 0.4 * period);
-  auto stage = PlanningStage::make(model, planning, *session->links_, clock);
+  resolved.planning.lead = settings.lead > 0.0 ? settings.lead : std::max(0.6 * cycle, 0.4 * period);
+  resolved.planning.cycle = cycle;
+  std::unique_ptr<LiveSession> session(new LiveSession(model, resolved, arm, clock));
+  auto stage = PlanningStage::make(model, resolved.planning, *session->links_, clock);
   if (!stage) return stage.error();
   session->planning_ = std::move(*stage);
   return session;
@@ -98,11 +107,13 @@ void LiveSession::run_planner() {
     if (const std::string why = make_realtime(kPlannerPriority); !why.empty()) warn("planner: " + why);
   }
   const Time period = from_seconds(1.0 / settings_.planner_rate_hz);
+  const Time cycle = from_seconds(settings_.planning.cycle);
   Time next = clock_->now();
   while (running_.load(std::memory_order_relaxed)) {
-    clock_->sleep_until(next);
-    const Time now = clock_->now();
-    planning_->step(now);
+    // Just after a control cycle: then the time to the next one, where the plan can begin, is the planner's.
+    const Time after_cycle = (next - planning_->control_time() - kAfterCycle) % cycle;
+    clock_->sleep_until(next - (after_cycle < Time(0) ? after_cycle + cycle : after_cycle));
+    planning_->step(clock_->now());
     next += period;
     if (const Time end = clock_->now(); end > next) next += (end - next) / period * period;  // skip, never catch up
   }

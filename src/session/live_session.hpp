@@ -16,8 +16,9 @@
 namespace steadyhand {
 
 struct LiveSettings {
-  double planner_rate_hz = 50.0;  ///< from 4 to the arm's rate
-  /// s, see PlanningSettings::lead, which this sets; 0: two fifths of the planner's period
+  /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
+  double planner_rate_hz = 0.0;
+  /// s, see PlanningSettings::lead, which this sets; 0: two fifths of the planner's period, at least 0.6 of the arm's
   double lead = 0.0;
   bool realtime = true;  ///< ask for real-time priority and locked memory
   PlanningSettings planning;
@@ -81,6 +82,7 @@ class LiveSession {
   LiveSummary finish();
 
   const Ocp& ocp() const { return planning_->ocp(); }
+  double planner_rate_hz() const { return settings_.planner_rate_hz; }
 
  private:
   LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);

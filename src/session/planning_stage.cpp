@@ -49,7 +49,7 @@ PlanningStage::PlanningStage(const RobotModel& model, const PlanningSettings& se
 void PlanningStage::step(Time now) {
   (void)links_->report.read(report_);
   apply_settings();
-  const Time start = now + from_seconds(settings_.lead);
+  const Time start = next_start(now);
 
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
   (void)links_->followed.read(followed_);
@@ -74,6 +74,16 @@ void PlanningStage::step(Time now) {
   view_.plan = followed_;
   view_.tracking_error = (predictor_.at(start).p - X_base_tool.p).norm();
   links_->planner_view.write(view_);
+}
+
+/// Where the next plan begins: in time for a control cycle, and not much before it, since a plan waits for the cycle
+/// that comes after its start.
+Time PlanningStage::next_start(Time now) const {
+  const Time earliest = now + from_seconds(settings_.lead), cycle = from_seconds(settings_.cycle);
+  if (cycle <= Time(0) || report_.now <= Time(0)) return earliest;
+  const Time before = cycle / 8;  // the cycle may come a little early
+  const auto ahead = std::max<std::int64_t>(0, (earliest - report_.now + cycle - Time(1)) / cycle);
+  return std::max(report_.now + ahead * cycle - before, now);
 }
 
 void PlanningStage::apply_settings() {

@@ -14,6 +14,8 @@ namespace steadyhand {
 struct PlanningSettings {
   static constexpr double kRamp = 0.5;  ///< s, RetargetSettings::ramp of live sessions
 
+  /// s of the control cycles; plans begin just before one, the first at least `lead` ahead. 0: anywhere.
+  double cycle = 0.0;
   double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
@@ -36,12 +38,15 @@ class PlanningStage {
                                                      Links& links, const Clock& clock);
   void step(Time now);
 
+  /// Newest control cycle that the last step knew of.
+  Time control_time() const { return report_.now; }
   const Ocp& ocp() const { return planner_->ocp(); }
   const Reach& reach() const { return reach_; }
 
  private:
   PlanningStage(const RobotModel& model, const PlanningSettings& settings, Links& links, const Clock& clock,
                 std::unique_ptr<Planner> planner, const Reach& reach);
+  Time next_start(Time now) const;
   void apply_settings();
   void set_weights(std::span<const JointVector> weights);
   void hear(Time now, const Pose& X_base_tool);

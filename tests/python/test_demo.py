@@ -53,6 +53,9 @@ def test_a_signal_brings_the_arm_to_rest_and_prints_the_summary(number):
         (["--headless", "--profile", "waiterr"], ["waiter"]),
         (["--headless", "--input", "nothing.csv"], ["nothing.csv"]),
         (["--headless", "--robot", "ur6"], ["ur5e"]),
+        (["--headless", "--set", "planner.rat=5"], ["planner.rat", "did you mean 'planner.rate'"]),
+        (["--headless", "--set", "glass.fill=0.2"], ["glass.fill", "--set", "glass.height", "default"]),
+        (["--headless", "--settings", "nothing.yaml"], ["nothing.yaml"]),
         (["--bogus"], ["--bogus"]),
     ],
 )
@@ -61,3 +64,21 @@ def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):
     assert result.returncode == 2, result.stdout + result.stderr
     for word in words:
         assert word in result.stderr, result.stderr
+
+
+def test_config_prints_settings_that_read_back_with_their_origin(tmp_path):
+    config = subprocess.run([PROGRAM, "config", "--rate", "100"], capture_output=True, text=True, timeout=60)
+    assert config.returncode == 0, config.stderr
+    assert re.search(r"^  rate: 100 .*Hz.*\[--rate\]$", config.stdout, re.MULTILINE), config.stdout
+    file = tmp_path / "my.yaml"
+    file.write_text(config.stdout)
+    again = subprocess.run([PROGRAM, "config", "--settings", str(file)], capture_output=True, text=True, timeout=60)
+    assert re.search(rf"^  rate: 100 .*\[{re.escape(str(file))}:\d+\]$", again.stdout, re.MULTILINE), again.stdout
+    strip = lambda text: [re.sub(r" *#.*", "", line) for line in text.splitlines()]
+    assert strip(config.stdout) == strip(again.stdout)
+    demo = run("--headless", "--seconds", 1, "--settings", file, "--no-recording")
+    assert demo.returncode == 0 and "at 100 Hz" in demo.stdout, demo.stdout + demo.stderr
+
+    file.write_text("planner:\n  rates: 100\n")
+    refused = run("--headless", "--settings", file)
+    assert refused.returncode == 2 and f"{file}:2" in refused.stderr and "did you mean 'rate'" in refused.stderr

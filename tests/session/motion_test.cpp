@@ -1,4 +1,6 @@
 // What the operator feels: engaging again and again, the edge of the reach, the arm's own body, singularities.
+#include <fmt/format.h>
+
 #include <random>
 
 #include "session/virtual_session.hpp"
@@ -101,18 +103,25 @@ PushResult push_and_return(VirtualSession& session, const Vector3& away, const V
   session.run(10.0);
   EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
   session.expect_safe();
+  testing::Test::RecordProperty("longest_freeze_ms", fmt::format("{}", 1e3 * result.longest_freeze));
+  testing::Test::RecordProperty("fastest_m_s", fmt::format("{}", result.fastest));
   return result;
 }
 
-TEST(Motion, PushedBeyondTheReachItMovesAlongTheEdgeAndComesBackCalmly) {
-  VirtualSession session;
+/// At planning rates from slow to every control cycle, Hz.
+struct Pushed : testing::TestWithParam<double> {
+  VirtualSession session{VirtualSession::Options::at_rate(GetParam())};
+};
+INSTANTIATE_TEST_SUITE_P(, Pushed, testing::Values(50.0, 500.0),
+                         [](const auto& param) { return fmt::format("At{}Hz", param.param); });
+
+TEST_P(Pushed, BeyondTheReachItMovesAlongTheEdgeAndComesBackCalmly) {
   const PushResult result = push_and_return(session, {0.9, 0.0, 0.0}, {0.0, 0.2, 0.1});
   EXPECT_LE(result.longest_freeze, 0.04);
   EXPECT_LE(result.fastest, kCalm);
 }
 
-TEST(Motion, PushedIntoItselfItMovesAlongAndComesBackCalmly) {
-  VirtualSession session;
+TEST_P(Pushed, IntoItselfItMovesAlongAndComesBackCalmly) {
   const PushResult result = push_and_return(session, {-0.5, 0.0, -0.1}, {0.0, 0.2, 0.05});
   EXPECT_LE(result.longest_freeze, 0.04);
   EXPECT_LE(result.fastest, kCalm);

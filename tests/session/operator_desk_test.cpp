@@ -91,12 +91,13 @@ TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
 TEST(Session, RefusesSettingsOutOfRange) {
   ManualClock clock;
   SimulatedArm arm(ur5e(), ur5e().home, {}, clock);
-  for (const double rate : {0.0, 3.0, 501.0, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double rate : {-1.0, 3.0, 501.0, std::numeric_limits<double>::quiet_NaN()}) {
     LiveSettings settings;
     settings.planner_rate_hz = rate;
     EXPECT_FALSE(LiveSession::make(ur5e(), settings, arm, clock)) << rate;
   }
   LiveSettings settings;
+  settings.planner_rate_hz = 50.0;
   settings.lead = 0.03;  // longer than the period of 0.02 s
   EXPECT_FALSE(LiveSession::make(ur5e(), settings, arm, clock));
 }

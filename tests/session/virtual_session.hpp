@@ -31,6 +31,13 @@ class VirtualSession {
     double solve_time = 0.003;  ///< s that a plan takes to reach control
     double scale = 1.0;
     SimulatedArmSettings arm;
+
+    static Options at_rate(double hz) {
+      Options options;
+      options.planner_rate_hz = hz;
+      options.solve_time = std::min(options.solve_time, 0.4 / hz);
+      return options;
+    }
   };
 
   explicit VirtualSession(const Options& options) : options_(options), arm_(ur5e(), ur5e().home, options.arm, clock_) {
@@ -41,7 +48,8 @@ class VirtualSession {
     planning.retarget.scale = options.scale;
     planning.retarget.yaw = 0.0;
     planning.retarget.ramp = 0.5;
-    planning.lead = 0.4 / options.planner_rate_hz;
+    planning.cycle = 1.0 / options.arm.rate_hz;
+    planning.lead = std::max(0.6 * planning.cycle, 0.4 / options.planner_rate_hz);
     auto stage = PlanningStage::make(ur5e(), planning, planner_side_, clock_);
     EXPECT_TRUE(stage) << stage.error().message;
     planning_ = std::move(*stage);
@@ -140,6 +148,8 @@ class VirtualSession {
   double now() const { return to_seconds(clock_.now()); }
   const Monitor& monitor() const { return *monitor_; }
   Options& options() { return options_; }
+  /// Hand to the first command made from it.
+  TimingSummary latency_us() const { return control_side_.latency_us.summary(); }
   Links& planner_side() { return planner_side_; }
   PlanningStage& planning() { return *planning_; }
 

@@ -1,0 +1,9 @@
+"""Live sessions are recorded: those of the tests not among the user's."""
+
+import atexit
+import os
+import shutil
+import tempfile
+
+os.environ["XDG_DATA_HOME"] = tempfile.mkdtemp(prefix="steadyhand-test-data-")
+atexit.register(shutil.rmtree, os.environ["XDG_DATA_HOME"], ignore_errors=True)

@@ -1,0 +1,91 @@
+"""What operators and networks do to a live session, over real WebSockets. Each test is a row of docs/safety.md."""
+
+import math
+import signal
+import subprocess
+import time
+
+import pytest
+
+from live_client import PROGRAM, Client, Demo
+
+
+def hand(t):
+    return 0.1 * math.sin(2.0 * t), 0.05 * math.sin(1.3 * t), 0.0
+
+
+@pytest.fixture()
+def demo(tmp_path):
+    demo = Demo(tmp_path, "--scale", 1, "--yaw", 0)
+    yield demo
+    text = demo.end()
+    assert " 0 beyond a limit, 0 in contact" in text, text
+
+
+def still(client, seconds=1.0):
+    """Nothing is commanded to move."""
+    commands = []
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        commands += [m["command"] for m in client.messages(0.05) if m["type"] == "state"]
+    return max(abs(a - b) for c in commands[1:] for a, b in zip(c, commands[0])) < 1e-9
+
+
+def test_a_client_that_dies_mid_grip_leaves_the_arm_at_rest(demo):
+    watcher, operator = demo.client(pair=False), demo.client()
+    operator.grip()
+    operator.move(hand, 1.0)
+    operator.socket.close()
+    watcher.wait_for("state", state="ready")
+    watcher.wait_for("lease", holder=0)
+    deadline = time.monotonic() + 30.0
+    while not still(watcher, 0.5):
+        assert time.monotonic() < deadline
+
+    second = demo.client()
+    second.send(type="take")
+    second.wait_for("lease", yours=True)
+    second.move(hand, 0.5)  # its clutch is closed already: no fresh grip
+    assert still(second)
+    second.grip(take=False)
+
+
+def test_of_two_clients_that_want_to_command_one_does(demo):
+    first, second = demo.client(), demo.client()
+    first.grip()
+    commands = []
+    for i in range(10):
+        second.send(type="take")
+        second.wait_for("error", code="taken")
+        second.sample((0.5, 0.5, 0.5), True)
+        first.move(lambda t: (0, 0, 0), 0.1, each=lambda s: commands.append(s))
+    assert all(s["state"] == "engaged" for s in commands[1:])
+    target = commands[0]["target"]["p"]
+    assert all(math.dist(s["target"]["p"], target) < 1e-3 for s in commands), "the other's hand moved the target"
+    second.send(type="request", kind="stop")  # anybody may stop
+    second.wait_for("state", state="stopping")
+
+
+def test_a_client_of_another_version_is_turned_away(demo):
+    client = Client(demo.port, version=999)
+    assert client.wait_for("error")["code"] == "version"
+    deadline = time.monotonic() + 30.0
+    while not client.closed:
+        assert time.monotonic() < deadline
+        client.messages(0.1)
+    demo.client().grip()
+
+
+@pytest.mark.parametrize("after, again", [(0.0, False), (0.1, True), (0.6, False), (1.2, True), (2.3, False)])
+def test_ctrl_c_at_any_moment_ends_in_order(tmp_path, after, again):
+    process = subprocess.Popen([PROGRAM, "demo", "--headless", "--sessions", str(tmp_path)],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert "Hz" in process.stdout.readline()  # from here on signals are waited for
+    time.sleep(after)
+    process.send_signal(signal.SIGINT)
+    if again:
+        time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert " 0 beyond a limit, 0 in contact" in out and "recorded: " in out, out
