@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PROFILES = ("tracking", "anti-slosh", "waiter")
 BLOCK = 10  # problems that one solver solves before the next has its turn
 QUICK_BLOCKS = 2  # per profile
+LONGEST_HORIZON = 128  # kMaxHorizon of src/ocp
 OURS = "steadyhand-realtime"  # drives the closed loops
 
 
@@ -66,9 +67,21 @@ def parse_arguments(argv):
     loops.add_argument("--sample", type=int, metavar="COUNT", help="of these for the peers (default: 20; --quick: 5)")
     loops.add_argument("--budget-us", type=float, default=0.0, metavar="US", help="for a solve (default: 0, none)")
     options = parser.parse_args(argv)
-    options.horizons = options.horizons or ([8] if options.quick else [8, 16, 32, 64])
-    options.solves = options.solves or (500 if options.quick else 2000)
-    options.sample = options.sample or (5 if options.quick else 20)
+    if options.horizons is None:
+        options.horizons = [8] if options.quick else [8, 16, 32, 64]
+    if options.solves is None:
+        options.solves = 500 if options.quick else 2000
+    if options.sample is None:
+        options.sample = min(options.solves, 5 if options.quick else 20)
+    if options.solves < 1:
+        raise InputError(f"--solves is {options.solves}; it must be at least 1")
+    if not 1 <= options.sample <= options.solves:
+        raise InputError(f"--sample is {options.sample}; it must be from 1 to --solves, {options.solves}")
+    if not options.budget_us >= 0.0:
+        raise InputError(f"--budget-us is {options.budget_us}; it must be 0 (none) or more")
+    for horizon in options.horizons:
+        if not 1 <= horizon <= LONGEST_HORIZON:
+            raise InputError(f"--horizons has {horizon}; each must be from 1 to {LONGEST_HORIZON}")
     if options.solvers is None:
         options.solvers = [s for s in SOLVERS if not (options.quick and s == "casadi-c")]
     options.solvers = list(dict.fromkeys(options.solvers))
