@@ -14,6 +14,7 @@ using Command = std::function<Status()>;
 // line.
 void add_config_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
+void add_check_command(CLI::App& app, Command& chosen);
 void add_replay_command(CLI::App& app, Command& chosen);
 void add_report_command(CLI::App& app, Command& chosen);
 void add_describe_command(CLI::App& app, Command& chosen);

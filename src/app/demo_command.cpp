@@ -9,9 +9,9 @@
 #include <iostream>
 #include <memory>
 
+#include "app/arm_choice.hpp"
 #include "app/commands.hpp"
 #include "app/settings_options.hpp"
-#include "arm/simulated_arm.hpp"
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
 #include "record/robot_json.hpp"
@@ -44,6 +44,7 @@ struct Options {
   bool headless = false, no_browser = false;
   double seconds = 0.0;  ///< 0: until Ctrl-C
   SettingsOptions settings;
+  ArmChoice arm;
 };
 
 std::string format_timing(const TimingSummary& us) {
@@ -220,13 +221,14 @@ Status run(Options options) {
   if (Status s = check(options, settings); !s) return s;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
-  const Result<RobotModel> model = open_robot(settings.robot, places);
+  Result<RobotModel> model = open_robot(settings.robot, places);
   if (!model) return model.error();
   int chosen = 0;
   const Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();
   const Profile& profile = (*profiles)[chosen];
 
+  if (Status s = prepare_arm(options.arm, *model); !s) return s;
   PlanningSettings& planning = settings.live.planning;
   planning.ocp = profile.ocp;
   planning.planner.solver = settings.solver == "profile" ? profile.solver : settings.solver;
@@ -234,14 +236,15 @@ Status run(Options options) {
 
   const StopSignals signals;
   MonotonicClock clock;
-  SimulatedArm arm(*model, model->home, settings.arm, clock);
-  auto made = LiveSession::make(*model, settings.live, arm, clock);
+  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings.arm, clock);
+  if (!arm) return arm.error();
+  auto made = LiveSession::make(*model, settings.live, **arm, clock);
   if (!made) return made.error();
   LiveSession& session = **made;
   ServerFacts facts = describe_session(*model, *profiles, *recordings, session.ocp());
   const std::string hand = facts.recordings.front();
   OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
-  std::cout << fmt::format("{}, {} at {} Hz{}\n", arm.info().name, profile.label, session.planner_rate_hz(),
+  std::cout << fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),
                            options.headless ? ", hand: " + hand + ", again and again" : "")
             << std::flush;
 
@@ -253,7 +256,9 @@ Status run(Options options) {
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   std::unique_ptr<Server> server;
   // With a page too, so that there is something to see until somebody takes over.
-  (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
+  // A real arm follows a recording only when nobody else could lead it.
+  const bool plays = options.headless || !options.arm.real();
+  if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
   if (!options.headless) {
     auto started = start_server(options, settings.server, std::move(facts), desk, clock);
     if (!started) {
@@ -266,7 +271,8 @@ Status run(Options options) {
     const Time now = clock.now();
     desk.poll(now);
     print_notices(recorder);
-    if (options.headless && session.stopped_at_rest()) session.ask_reset();  // nobody else is there to do it
+    // Nobody else is there to do it; a real arm that stopped waits for a person.
+    if (options.headless && !options.arm.real() && session.stopped_at_rest()) session.ask_reset();
     if (server == nullptr || now - published < kPublishPeriod) continue;
     published = now;
     SessionSnapshot snapshot = session.snapshot();
@@ -298,6 +304,7 @@ void add_demo_command(CLI::App& app, Command& chosen) {
   command->add_option("--until", options->range.until, "End here in the recording, s");
   command->add_option("--seconds", options->seconds, "End after so long; 0: at Ctrl-C")->capture_default_str();
   add_settings_options(*command, options->settings);
+  add_arm_options(*command, options->arm);
   command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }

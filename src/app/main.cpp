@@ -16,6 +16,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  ./steadyhand demo --headless --seconds 60  a simulated arm follows a recorded hand, live\n"
     "  ./steadyhand config                        the settings of a live session, with unit and origin\n"
+    "  ./steadyhand check --host 192.168.0.10     is this machine fit to lead that arm? Nothing moves\n"
     "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
     "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
     "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
@@ -54,6 +55,7 @@ int main(int argc, char** argv) {
   app.footer(kExamples);
   steadyhand::Command command;
   steadyhand::add_demo_command(app, command);
+  steadyhand::add_check_command(app, command);
   steadyhand::add_config_command(app, command);
   steadyhand::add_replay_command(app, command);
   steadyhand::add_report_command(app, command);

@@ -9,20 +9,16 @@ namespace steadyhand {
 
 void UrLinkMeter::package(Time arrival, double stamp, std::int32_t echo) {
   if (!std::isfinite(stamp) || std::abs(stamp) > 1e9) return;
-  const Time difference = arrival - from_seconds(stamp);
   if (report_.packages++ == 0) {
     first_ = arrival;
-    smallest_ = difference;
   } else {
     const Time passed = from_seconds(stamp - last_stamp_);
     const auto cycles = (passed + period_ / 2) / period_;
     if (cycles > 1) report_.skipped += static_cast<std::uint64_t>(cycles - 1);
     report_.longest_gap = std::max(report_.longest_gap, 1e-3 * static_cast<double>((arrival - last_).count()));
   }
-  smallest_ = std::min(smallest_, difference);
-  // The clocks drift apart by some 1e-5: what counts as the earliest follows slowly.
-  smallest_ += period_ / 20000;
-  late_.add(1e-3 * static_cast<double>((difference - smallest_).count()));
+  const Time due = earliest_.update(from_seconds(stamp), arrival, true);
+  late_.add(1e-3 * static_cast<double>((arrival - due).count()));
   last_ = arrival;
   last_stamp_ = stamp;
   if (echo > seen_ && echo <= sent_ && sent_ - echo < kInFlight) {

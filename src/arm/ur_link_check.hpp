@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "arm/offset_filter.hpp"
 #include "core/histogram.hpp"
 #include "core/time.hpp"
 
@@ -52,7 +53,8 @@ class UrLinkMeter {
   Time period_;
   UrLinkReport report_;
   Histogram late_, round_trip_, wake_;
-  Time first_{0}, last_{0}, smallest_{0};
+  Time first_{0}, last_{0};
+  OffsetFilter earliest_;
   double last_stamp_ = 0.0;
   std::int32_t sent_ = 0, seen_ = 0;
   std::vector<Time> sent_at_ = std::vector<Time>(kInFlight);

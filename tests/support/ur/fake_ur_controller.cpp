@@ -441,6 +441,7 @@ std::string FakeUrController::dashboard(const std::string& command) {
   }
   if (command == "is in remote control") return settings_.remote_control ? "true" : "false";
   if (command == "get robot model") return "UR5";
+  if (command == "get serial number") return "20195500000";
   if (command == "stop") {
     end_program("stopped at the dashboard");
     return "Stopped";

@@ -1,0 +1,86 @@
+#include "app/arm_choice.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <iostream>
+
+#include "arm/ur_arm.hpp"
+#include "config/nearest.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kFirstSpeed = 0.25;  ///< of a real arm, until asked for more
+
+Status ask(const ArmChoice& choice, double speed) {
+  std::cout << fmt::format(
+                   "The arm at {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration. It knows "
+                   "the limits "
+                   "of its joints and its own\nbody, not the table, the walls, or you. Nobody within its reach; a hand "
+                   "on the "
+                   "emergency stop. See docs/universal-robots.md.\n",
+                   choice.host, 100.0 * speed)
+            << std::flush;
+  if (choice.yes) return Done{};
+  if (isatty(STDIN_FILENO) == 0)
+    return Error{"nobody is there to be asked whether the arm may move; --yes says that it may"};
+  std::cout << "Go on? Type yes: " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer != "yes") return Error{"not started"};
+  return Done{};
+}
+
+}  // namespace
+
+void add_host_options(CLI::App& command, ArmChoice& choice) {
+  command.add_option("--host", choice.host, "Name or address of the arm's controller");
+  command.add_option("--rtde-port", choice.rtde_port, "RTDE")->capture_default_str()->group("Ports of the controller");
+  command.add_option("--script-port", choice.script_port, "Programs")
+      ->capture_default_str()
+      ->group("Ports of the controller");
+  command.add_option("--dashboard-port", choice.dashboard_port, "Dashboard")
+      ->capture_default_str()
+      ->group("Ports of the controller");
+}
+
+void add_arm_options(CLI::App& command, ArmChoice& choice) {
+  command.add_option("--arm", choice.arm, "sim (in this program), or ur (Universal Robots; moves hardware)")
+      ->capture_default_str();
+  add_host_options(command, choice);
+  command.add_option("--speed", choice.speed,
+                     "Share of the robot's speeds and accelerations, above 0 to 1; default: 1 simulated, 0.25 real");
+  command.add_flag("--yes", choice.yes, "Do not ask before hardware moves");
+}
+
+Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
+  const std::vector<std::string> known = {"sim", "ur"};
+  if (choice.arm != "sim" && choice.arm != "ur") {
+    return Error{fmt::format("--arm is '{}'; {}", choice.arm, suggestion(choice.arm, known))};
+  }
+  if (choice.real() && choice.host.empty()) return Error{"--arm ur needs --host, the controller's name or address"};
+  if (!choice.real() && !choice.host.empty()) return Error{"--host belongs to --arm ur"};
+  if (choice.speed != 0.0 && !(choice.speed > 0.0 && choice.speed <= 1.0)) {
+    return Error{fmt::format("--speed is {}; it must be above 0, to 1", choice.speed)};
+  }
+  const double speed = choice.speed > 0.0 ? choice.speed : choice.real() ? kFirstSpeed : 1.0;
+  model.velocity_max *= speed;
+  model.acceleration_max *= speed;
+  return choice.real() ? ask(choice, speed) : Status(Done{});
+}
+
+Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model,
+                                      const SimulatedArmSettings& simulated, Clock& clock) {
+  if (!choice.real()) return std::unique_ptr<Arm>(new SimulatedArm(model, model.home, simulated, clock));
+  UrSettings settings;
+  settings.host = choice.host;
+  settings.rtde_port = choice.rtde_port;
+  settings.script_port = choice.script_port;
+  auto arm = UniversalRobotsArm::connect(model, settings, clock);
+  if (!arm) return arm.error();
+  return std::unique_ptr<Arm>(std::move(*arm));
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "arm/simulated_arm.hpp"
+#include "core/clock.hpp"
+#include "core/result.hpp"
+#include "robot/model.hpp"
+
+namespace steadyhand {
+
+/// Which arm follows, as the command line chose it.
+struct ArmChoice {
+  std::string arm = "sim", host;
+  std::uint16_t rtde_port = 30004, script_port = 30002, dashboard_port = 29999;
+  double speed = 0.0;  ///< share of the model's speeds and accelerations; 0: all of it simulated, a quarter of it real
+  bool yes = false;    ///< was asked elsewhere whether hardware may move
+  bool real() const { return arm != "sim"; }
+};
+
+void add_arm_options(CLI::App& command, ArmChoice& choice);
+/// --host and the ports alone, for commands that only listen.
+void add_host_options(CLI::App& command, ArmChoice& choice);
+
+/// Checks the choice, asks once before anything that can move hardware, and lowers the model's limits to the share.
+Status prepare_arm(const ArmChoice& choice, RobotModel& model);
+/// Model and clock must outlive it. @param simulated for the arm that exists in the program only
+Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model,
+                                      const SimulatedArmSettings& simulated, Clock& clock);
+
+}  // namespace steadyhand
