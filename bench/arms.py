@@ -1,0 +1,92 @@
+"""The bundled recording, live, through each arm: in this program, and behind the fake Universal Robots controller.
+
+    ./steadyhand && cmake --build build/release --target fake_ur_controller
+    .deps/venv/bin/python bench/arms.py --seconds 22
+
+A row an arm: error of the glass to its target, what the witness saw of the commands, what was lost or late.
+"""
+
+import argparse
+import os
+import random
+import re
+import signal
+import subprocess
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+FAKE = str(Path(PROGRAM).parent / "fake_ur_controller")
+
+ARMS = {
+    "in this program": None,
+    "UR, clean": [],
+    "UR, CB3 at 125 Hz": ["--cb3"],
+    "UR, RTDE 1": ["--protocol", "1"],
+    "UR, cable out 5 ms every second": ["--unplug-ms", "6", "--every", "1"],
+    "UR, cable out 20 ms every second": ["--unplug-ms", "20", "--every", "1"],
+}
+
+
+def start_fake(arguments):
+    for _ in range(20):
+        address = f"127.{random.randint(1, 254)}.{random.randint(1, 254)}.{random.randint(1, 254)}"
+        ports = ["--rtde-port", "30004", "--script-port", "30002", "--dashboard-port", "29999"]
+        process = subprocess.Popen([FAKE, "--address", address, *ports, *arguments], stdout=subprocess.PIPE, text=True)
+        if process.stdout.readline().startswith("listening"):
+            return address, process
+        process.wait()
+    raise SystemExit("no free address on the loopback")
+
+
+def find(pattern, text, default="-"):
+    match = re.search(pattern, text)
+    return match.group(1).strip() if match else default
+
+
+def drive(arguments, seconds, rate):
+    with tempfile.TemporaryDirectory() as folder:
+        command = [PROGRAM, "demo", "--headless", "--seconds", str(seconds), "--rate", str(rate), "--sessions", folder]
+        controller = ""
+        if arguments is None:
+            out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        else:
+            address, process = start_fake(arguments)
+            try:
+                command += ["--arm", "ur", "--host", address, "--speed", "1", "--yes"]
+                out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+            finally:
+                process.send_signal(signal.SIGTERM)
+                controller, _ = process.communicate(timeout=20)
+        sessions = sorted(Path(folder).glob("**/*.mcap"))
+        report = subprocess.run([PROGRAM, "report", str(sessions[0])], capture_output=True, text=True).stdout if sessions else ""
+    return out, controller, report
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=22.0)
+    parser.add_argument("--rate", type=float, default=50.0, help="of the planner, Hz")
+    parser.add_argument("--verbose", action="store_true", help="what the programs say, too")
+    options = parser.parse_args()
+    print("| arm | error RMS, mm | engaged, s | commands beyond a limit | deadlines missed | late plans | hardest at the arm, rad/s^2 | stops |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name, arguments in ARMS.items():
+        out, controller, report = drive(arguments, options.seconds, options.rate)
+        if options.verbose:
+            print(out, controller, report)
+        cells = [
+            find(r"Position error, RMS[^\d]*([\d.]+)", report),
+            find(r"engaged ([\d.]+) s", out),
+            find(r"(\d+) beyond a limit", out),
+            find(r"cycles, (\d+) deadlines missed", out),
+            find(r"failed, (\d+) came late", out),
+            find(r"largest acceleration ([\d.]+)", controller),
+            find(r"; (.*)\n", controller),
+        ]
+        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

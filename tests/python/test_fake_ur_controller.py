@@ -1,0 +1,105 @@
+"""The fake Universal Robots controller before an independent client, ur-rtde, which connects to it
+and reads. So what the fake does is not merely what our own client expects."""
+
+import contextlib
+import os
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+FAKE = str(Path(PROGRAM).parent / "fake_ur_controller")
+
+
+@contextlib.contextmanager
+def controller(*arguments):
+    """The fake at the usual ports of an address of its own on the loopback."""
+    for _ in range(20):
+        address = f"127.{random.randint(1, 254)}.{random.randint(1, 254)}.{random.randint(1, 254)}"
+        ports = ["--rtde-port", "30004", "--script-port", "30003", "--dashboard-port", "29999"]
+        process = subprocess.Popen([FAKE, "--address", address, *ports, *arguments], stdout=subprocess.PIPE, text=True)
+        if process.stdout.readline().startswith("listening"):
+            break
+        process.wait()
+    else:
+        pytest.fail("no free address")
+    try:
+        yield address, process
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait(timeout=20)
+
+
+@pytest.fixture
+def ur_rtde():
+    return pytest.importorskip("rtde_receive", reason="ur-rtde is not published for this Python")
+
+
+def wait_until(condition, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.01)
+    return condition()
+
+
+def test_ur_rtde_reads_it(ur_rtde):
+    rtde_receive = ur_rtde
+    with controller() as (address, _):
+        receive = rtde_receive.RTDEReceiveInterface(address)
+        assert wait_until(lambda: receive.getTimestamp() > 0.0)
+        assert receive.getRobotMode() == 7 and receive.getSafetyMode() == 1
+        home = receive.getActualQ()
+        assert len(home) == 6 and receive.getTargetQ() == pytest.approx(home, abs=1e-3)
+        receive.disconnect()
+
+
+def test_check_measures_without_moving():
+    with controller() as (address, process):
+        result = subprocess.run([PROGRAM, "check", "--host", address, "--seconds", "2"], capture_output=True, text=True, timeout=60)
+        assert result.returncode == 0, result.stderr
+        for words in ("software 5.12.0, RTDE 2, 500 Hz", "Robotmode: RUNNING", "Safetystatus: NORMAL", "round trip", "verdict"):
+            assert words in result.stdout, result.stdout
+        process.send_signal(signal.SIGTERM)
+        out, _ = process.communicate(timeout=20)
+        assert "largest speed 0.000 rad/s" in out
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["check"], ["--host"]),
+        (["check", "--arm", "sim", "--host", "x"], ["sim"]),
+        (["check", "--host", "127.0.0.1", "--rtde-port", "1", "--seconds", "1"], ["127.0.0.1:1"]),
+        (["check", "--host", "127.0.0.1", "--seconds", "0"], ["--seconds", "0"]),
+        (["check", "--host", "127.0.0.1", "--seconds", "nan"], ["--seconds", "nan"]),
+        (["demo", "--headless", "--arm", "ur"], ["--host"]),
+        (["demo", "--headless", "--arm", "urr", "--host", "x"], ["urr", "'ur'"]),
+        (["demo", "--headless", "--host", "127.0.0.1"], ["--arm ur"]),
+        (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1"], ["--yes"]),
+        (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1", "--speed", "2"], ["--speed", "2"]),
+        (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1", "--rtde-port", "1", "--yes"], ["127.0.0.1:1"]),
+    ],
+)
+def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):
+    result = subprocess.run([PROGRAM, *arguments], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2, result.stdout + result.stderr
+    for word in words:
+        assert word in result.stderr, result.stderr
+
+
+def test_demo_drives_it_and_leaves_it_at_rest():
+    with controller() as (address, process):
+        arguments = ["--headless", "--seconds", "5", "--arm", "ur", "--host", address, "--script-port", "30003", "--yes"]
+        result = subprocess.run([PROGRAM, "demo", *arguments], capture_output=True, text=True, timeout=120)
+        assert result.returncode == 0, result.stderr
+        assert "will MOVE" in result.stdout and "Universal Robots, software 5.12.0" in result.stdout, result.stdout
+        assert " 0 beyond a limit, 0 in contact" in result.stdout, result.stdout
+        process.send_signal(signal.SIGTERM)
+        out, _ = process.communicate(timeout=20)
+        speed = float(out.split("largest speed ")[1].split()[0])
+        assert 0.05 < speed < 0.9, out  # it moved, at a quarter of pi rad/s
