@@ -150,6 +150,7 @@ class Parser {
     if (!place) fail("nothing that can be assigned to");
     auto node = make(Kind::kAssign, scope);
     node->parts.push_back(std::move(left));
+    skip_newlines();  // what is assigned may stand on the next line
     node->parts.push_back(expression());
     return node;
   }
