@@ -8,7 +8,7 @@ namespace steadyhand {
 struct GlassSettings {
   double radius = 0.035;  ///< m, inside, > 0
   double height = 0.11;   ///< m, inside, > fill
-  double fill = 0.10;     ///< m of liquid, > 0
+  double fill = 0.08;     ///< m of liquid, > 0
   double damping = 0.03;  ///< share of critical damping, 0 to 1
 };
 

@@ -162,6 +162,10 @@ void LiveSession::count(const SupervisionChange& change) {
   if (change.to == SupervisionState::kEngaged) {
     engaged_since_ = change.at;
     ++summary_.engagements;
+    if (change.from == SupervisionState::kReady) {  // a fresh grip takes a full glass
+      summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
+      monitor_.reset_liquid();
+    }
   }
   const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
                     change.to == SupervisionState::kFault;
@@ -253,7 +257,7 @@ LiveSummary LiveSession::finish() {
   s.solve_us = links_->solve_us.summary();
   s.wake_us = links_->wake_us.summary();
   s.monitor = monitor_.result();
-  s.spilled = monitor_.liquid().spilled;
+  s.spilled = s.spilled || monitor_.liquid().spilled;
   return s;
 }
 

@@ -11,7 +11,7 @@ const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? 
 const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 const ARTEFACTS = join(ROOT, 'build/artefacts');
 const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-const PATIENCE = 30_000; // ms; far above what anything takes, so that a test ends
+const PATIENCE = 90_000; // ms; far above what anything takes, so that a test ends
 
 let program, browser, address, output = '';
 
@@ -46,22 +46,29 @@ after(async () => {
 });
 
 async function open(options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1000, height: 600 }, ...options.context });
+  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, ...options.context });
   await options.prepare?.(context);
   const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE);
   page.complaints = [];
   page.on('pageerror', (error) => page.complaints.push(String(error)));
   page.on('console', (message) => { if (message.type() === 'error') page.complaints.push(message.text()); });
   page.requests = [];
   page.on('request', (request) => page.requests.push(request.url()));
-  await page.goto(options.watch ? address.replace(/#.*/, '') : newestAddress());
+  await page.goto(options.watch ? address.replace(/#.*/, '') : newestAddress(), { waitUntil: 'commit', timeout: PATIENCE });
   await until(() => page.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
   return page;
 }
 const state = (page) => page.evaluate(() => globalThis.steadyhand.session.state);
 const facts = (page) => page.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
 const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-const shot = (page, name) => page.screenshot({ path: join(ARTEFACTS, `page_${name}.png`) });
+/** Of the page as people see it. */
+async function shot(page, name) {
+  const frames = await page.evaluate(() => { globalThis.steadyhand.stage.setQuality(0); return globalThis.steadyhand.frames(); });
+  await until(() => page.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
+  await page.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
+  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(3));
+}
 const inState = (page, name) => until(async () => (await state(page)).state === name, `the state ${name}`);
 
 /** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */

@@ -51,6 +51,8 @@ async function offerHeadset(): Promise<void> {
   element('enter-vr', HTMLButtonElement).hidden = !vr;
   element('enter-ar', HTMLButtonElement).hidden = !ar;
   element('emulate', HTMLButtonElement).hidden = vr;
+  element('keys', HTMLElement).hidden = headset.session !== null;
+  element('emulator', HTMLElement).hidden = headset.session === null || !headset.simulated;
   element('enter-vr', HTMLButtonElement).textContent = headset.session ? 'Leave VR' : 'Enter VR';
 }
 
@@ -86,9 +88,9 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   last = t;
   ++frames;
   headset.update(frame, t);
-  drag.show(session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t)));
+  drag.show(!headset.session && (session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t))));
   drag.follow();
-  if (session.state) stage.show(session.state, session.isStale(t));
+  if (session.state) stage.show(session.state, session.isStale(t), t);
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);

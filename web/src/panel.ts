@@ -123,6 +123,7 @@ export class Panel {
     const lease = button('lease');
     write(lease, session.yours ? 'Let others drive' : session.holder ? `Client ${session.holder} drives` : 'Drive');
     lease.disabled = !session.paired || (!session.yours && session.holder !== 0);
+    lease.dataset.call = String(!session.yours && !lease.disabled);
     element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
     const yours = session.yours && live;
     element('playback', HTMLSelectElement).disabled = !session.paired || (session.holder !== 0 && !session.yours);

@@ -7,7 +7,7 @@ const RATE = 15;    // points a second
 const POINTS = SPAN * RATE;
 export const PROFILE_COLORS = ['#2f7fd0', '#d1561c', '#138a68', '#8a4fbf', '#a87a00'];
 
-/** Newest POINTS rows of several series; uPlot reads them as they are. */
+/** Newest POINTS rows of several series, the first one times. */
 class History {
   readonly rows: (number | null)[][];
   constructor(series: number) { this.rows = Array.from({ length: series }, () => []); }
@@ -16,8 +16,15 @@ class History {
     const first = this.rows[0]!;
     while (first.length > POINTS || (first.length > 1 && first[first.length - 1]! - first[0]! > SPAN)) this.rows.forEach((row) => row.shift());
   }
-  get data(): uPlot.AlignedData { return this.rows as uPlot.AlignedData; }
+  /** With seconds before the newest row in place of the session's clock. */
+  get data(): uPlot.AlignedData {
+    const times = this.rows[0] as number[], newest = times[times.length - 1] ?? 0;
+    return [times.map((t) => t - newest), ...this.rows.slice(1)] as uPlot.AlignedData;
+  }
 }
+
+/** px, of a plot without its legend. */
+const HEIGHT = 96;
 
 interface Chart { history: History; plot: uPlot; box: HTMLElement }
 
@@ -27,7 +34,7 @@ const milli = (value: Measure): number | null => (value === null ? null : value 
 export class Plots {
   readonly #charts: Record<string, Chart> = {};
   readonly #profiles: Profile[];
-  readonly #sums = new Map<number, { lateral: number; error: number; n: number }>();
+  readonly #sums = new Map<number, { lateral: number; peak: number; error: number; n: number }>();
   #next = 0;
   #missed = -1;
 
@@ -35,30 +42,36 @@ export class Plots {
     this.#profiles = profiles;
     root.replaceChildren();
     const perProfile = profiles.map((p, i) => ({ label: p.name, color: PROFILE_COLORS[i % PROFILE_COLORS.length]! }));
-    this.#make('lateral', 'Lateral acceleration of the liquid, m/s²', perProfile);
-    this.#make('error', 'Target to glass, mm', perProfile);
-    this.#make('solve', 'Solve time, ms', [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }]);
-    this.#make('latency', 'Hand to command, ms', [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }]);
-    this.#make('missed', 'Missed deadlines, each second', [{ label: 'missed', color: '#c62828' }]);
+    const spread = [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }];
+    this.#make('lateral', 'Sideways at the liquid, m/s²', perProfile, 2);
+    this.#make('error', 'Target to glass, mm', perProfile, 50);
+    this.#make('solve', 'Solve time, ms', spread, 0.2);
+    this.#make('latency', 'Hand to command, ms', spread, 10);
+    this.#make('missed', 'Missed deadlines a second', [{ label: 'missed', color: '#c62828' }], 1);
     new ResizeObserver(() => this.resize()).observe(root);
   }
 
-  #make(name: string, title: string, series: { label: string; color: string }[]): void {
+  /** @param least what the axis shows even when all values are smaller */
+  #make(name: string, title: string, series: { label: string; color: string }[], least: number): void {
     const box = document.createElement('figure');
     box.dataset.chart = name;
     const caption = document.createElement('figcaption');
     caption.textContent = title;
+    // Profiles have their colours in the table.
+    if (series[0]!.label === 'p50') {
+      for (const { label, color } of series) caption.append(' ', Object.assign(document.createElement('b'), { textContent: label, style: `color: ${color}` }));
+    }
     box.append(caption);
     this.root.append(box);
     const history = new History(series.length + 1);
     const ink = () => getComputedStyle(this.root).color;
-    const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.25)', width: 1 }, ticks: { show: false }, font: '11px system-ui' };
+    const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.25)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     const plot = new uPlot({
-      width: Math.max(200, box.clientWidth), height: 130,
-      scales: { x: { time: false }, y: { range: (_u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 1, 1e-3) * 1.08] } },
-      axes: [{ ...axis, size: 22, values: (_u, ticks) => ticks.map((t) => `${t.toFixed(0)}`) }, { ...axis, size: 42 }],
+      width: Math.max(120, box.clientWidth), height: HEIGHT,
+      scales: { x: { time: false, range: [-SPAN, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
+      axes: [{ ...axis, size: 18, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (t === 0 ? 'now' : `${t.toFixed(0)} s`)) }, { ...axis, size: 34, gap: 2, space: 24 }],
       cursor: { y: false }, legend: { live: true },
-      series: [{ label: 's' }, ...series.map((s) => ({ label: s.label, stroke: s.color, width: 1.5, points: { show: false } }))],
+      series: [{ label: 's', value: (_u: uPlot, t: number | null) => (t === null ? '–' : t.toFixed(1)) }, ...series.map((s) => ({ label: s.label, stroke: s.color, width: 1.5, points: { show: false }, value: (_u: uPlot, v: number | null) => (v === null ? '–' : v.toFixed(v < 10 ? 2 : 0)) }))],
     }, history.data, box);
     this.#charts[name] = { history, plot, box };
   }
@@ -93,10 +106,11 @@ export class Plots {
     this.#sums.clear();
     const lateral = this.#charts.lateral!.history.rows, error = this.#charts.error!.history.rows;
     this.#profiles.forEach((profile, i) => {
-      const sum = { lateral: 0, error: 0, n: 0 };
+      const sum = { lateral: 0, peak: 0, error: 0, n: 0 };
       lateral[i + 1]!.forEach((value, k) => {
         if (value === null) return;
         sum.lateral += value;
+        sum.peak = Math.max(sum.peak, value);
         sum.error += error[i + 1]![k] ?? 0;
         ++sum.n;
       });
@@ -105,18 +119,21 @@ export class Plots {
     this.table.replaceChildren(...this.#profiles.filter((p) => this.#sums.has(p.index)).map((p) => {
       const row = document.createElement('tr');
       const sum = this.#sums.get(p.index)!;
-      for (const text of [p.label, (sum.lateral / sum.n).toFixed(2), (sum.error / sum.n).toFixed(0), (sum.n / RATE).toFixed(0)]) {
+      for (const text of [p.label, (sum.lateral / sum.n).toFixed(2), sum.peak.toFixed(1), (sum.error / sum.n).toFixed(0), (sum.n / RATE).toFixed(0)]) {
         const cell = document.createElement(row.childElementCount ? 'td' : 'th');
         cell.textContent = text;
         row.append(cell);
       }
+      const color = document.createElement('i');
+      color.style.background = PROFILE_COLORS[p.index % PROFILE_COLORS.length]!;
+      row.firstElementChild!.prepend(color);
       return row;
     }));
   }
 
   resize(): void {
     for (const { plot, box } of Object.values(this.#charts)) {
-      if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height: 130 });
+      if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height: HEIGHT });
     }
   }
 }

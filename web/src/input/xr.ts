@@ -4,6 +4,7 @@ import { heading, toRobot, toRobotRotation } from '../frames';
 import type { Connection } from '../connection';
 import type { Session } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
+import { EmulatedHand } from './emulator';
 
 /** Buttons of the `xr-standard` mapping. */
 const GRIP = 1, A = 4, B = 5;
@@ -16,28 +17,43 @@ class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   constructor() {
     const canvas = document.createElement('canvas');
     canvas.width = 1024;
-    canvas.height = 384;
-    super(new THREE.PlaneGeometry(0.8, 0.3), new THREE.MeshBasicMaterial({ map: new THREE.CanvasTexture(canvas), transparent: true }));
+    canvas.height = 512;
+    const map = new THREE.CanvasTexture(canvas);
+    map.colorSpace = THREE.SRGBColorSpace;
+    super(new THREE.PlaneGeometry(0.72, 0.36), new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }));
     this.#context = canvas.getContext('2d')!;
   }
 
-  write(title: string, color: string, lines: string[]): void {
-    const text = [title, ...lines].join('\n');
+  write(title: string, color: string, warning: string, lines: string[]): void {
+    const text = [title, color, warning, ...lines].join('\n');
     if (text === this.#shown) return;
     this.#shown = text;
     const c = this.#context;
-    c.clearRect(0, 0, 1024, 384);
-    c.fillStyle = 'rgba(18, 22, 27, 0.88)';
+    c.clearRect(0, 0, 1024, 512);
+    c.fillStyle = 'rgba(16, 20, 25, 0.9)';
     c.beginPath();
-    c.roundRect(0, 0, 1024, 384, 40);
+    c.roundRect(0, 0, 1024, 512, 44);
     c.fill();
     c.fillStyle = color;
-    c.fillRect(0, 40, 18, 304);
-    c.font = '600 76px system-ui, sans-serif';
-    c.fillText(title, 60, 110);
-    c.fillStyle = '#e4e8ee';
+    c.beginPath();
+    c.arc(84, 88, 30, 0, 2 * Math.PI);
+    c.fill();
+    c.font = '650 84px system-ui, sans-serif';
+    c.fillText(title, 142, 118);
     c.font = '44px system-ui, sans-serif';
-    lines.forEach((line, i) => c.fillText(line, 60, 190 + 62 * i, 920));
+    lines.forEach((line, i) => {
+      c.fillStyle = i === 0 ? '#c4ccd6' : '#e8edf3';
+      c.fillText(line, 56, 200 + 64 * i, 920);
+    });
+    if (warning) {
+      c.fillStyle = '#e0a100';
+      c.beginPath();
+      c.roundRect(40, 412, 944, 76, 20);
+      c.fill();
+      c.fillStyle = '#1a1d21';
+      c.font = '600 44px system-ui, sans-serif';
+      c.fillText(`⚠ ${warning}`, 64, 464, 900);
+    }
     this.material.map!.needsUpdate = true;
   }
 }
@@ -53,19 +69,20 @@ export class Headset {
   #held: readonly boolean[] = [];
   #scaleAt = 0;
   #constraint = '';
-  readonly #quaternion = new THREE.Quaternion();
+  #wroteAt = 0;
+  readonly #eye = new THREE.Vector3();
+  #mouse: EmulatedHand | null = null;
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly wantLease: () => void, private readonly onStop: () => void,
               private readonly onChange: () => void) {
-    this.#board.position.set(-0.75, 1.5, -1.2);
-    this.#board.rotation.y = 0.45;
+    this.#board.position.set(-0.55, 1.62, -1.2);
     this.#rig.add(this.#board);
     this.#rig.visible = false;
     stage.scene.add(this.#rig);
     for (const index of [0, 1]) {
       const grip = stage.renderer.xr.getControllerGrip(index);
-      const body = new THREE.Mesh(new THREE.CapsuleGeometry(0.018, 0.09, 6, 16), new THREE.MeshStandardMaterial({ color: 0xf0f3f6, roughness: 0.4 }));
+      const body = new THREE.Mesh(new THREE.CapsuleGeometry(0.014, 0.07, 6, 16), new THREE.MeshStandardMaterial({ color: 0xf0f3f6, roughness: 0.4 }));
       body.rotation.x = -Math.PI / 3;
       grip.add(body);
       this.#controllers.push(grip);
@@ -85,10 +102,12 @@ export class Headset {
     const { XRDevice, metaQuest3 } = await import('iwer');
     const device = new XRDevice(metaQuest3);
     device.installRuntime({ forceInstall: true } as never);
-    device.position.set(0, 1.6, 0.25);
-    device.controllers.right?.position.set(0.2, 1.25, -0.15);
-    device.controllers.left?.position.set(-0.2, 1.25, -0.15);
+    device.position.set(-0.5, 1.55, -0.1);
+    device.quaternion.set(-0.1, -0.17, -0.017, 0.98); // towards the arm
+    device.controllers.right?.position.set(-0.18, 1.25, -0.6);
+    device.controllers.left?.position.set(-0.62, 1.2, -0.5);
     this.simulated = true;
+    this.#mouse = new EmulatedHand(device, this.stage.renderer.domElement);
     Object.assign(window, { emulatedHeadset: device });
   }
 
@@ -98,13 +117,15 @@ export class Headset {
     session.addEventListener('end', () => {
       this.session = null;
       this.#rig.visible = false;
-      this.stage.showRoom(true);
+      if (this.#mouse) this.#mouse.running = false;
+      this.stage.present(null);
       this.hand.release('headset');
       this.onChange();
     });
     await this.stage.renderer.xr.setSession(session);
-    this.stage.showRoom(mode === 'immersive-vr');
+    this.stage.present(mode);
     this.#rig.visible = true;
+    if (this.#mouse) this.#mouse.running = true;
     this.#held = [];
     this.onChange();
   }
@@ -112,9 +133,10 @@ export class Headset {
   /** Every frame of the headset. */
   update(frame: XRFrame | undefined, now: number): void {
     if (!this.session || !frame) return;
+    this.#mouse?.fit();
     const space = this.stage.renderer.xr.getReferenceSpace();
     const source = this.#source();
-    this.#write();
+    this.#write(now);
     if (!space || !source?.gamepad || !source.gripSpace) return this.#noController();
     const pressed = source.gamepad.buttons.map((button) => button.pressed);
     const fresh = (button: number): boolean => pressed[button] === true && this.#held[button] !== true;
@@ -168,15 +190,22 @@ export class Headset {
     this.#constraint = constraint;
   }
 
-  #write(): void {
+  #write(now: number): void {
     const state = this.facts.state;
-    if (!state) return;
-    const latency = state.latency_us.p50;
-    this.#board.write(state.state, `#${STATE_COLORS[state.state].toString(16).padStart(6, '0')}`, [
-      state.reason || (this.facts.yours ? 'grip: lead the arm · B: stop' : 'you are watching'),
-      this.facts.constraint() || 'no limit active',
-      `hand to command ${latency === null ? '–' : (latency / 1000).toFixed(0)} ms · scale ${state.controls.scale.toFixed(2)}`,
-    ]);
-    this.stage.camera.getWorldQuaternion(this.#quaternion);
+    if (!state || now - this.#wroteAt < 0.2) return;
+    this.#wroteAt = now;
+    const live = this.facts.status === 'open' && !this.facts.isStale(now);
+    const ms = (us: number | null) => (us === null ? '–' : (us / 1000).toFixed(0));
+    const { p50, p99 } = state.latency_us;
+    this.#board.write(
+      live ? state.state.charAt(0).toUpperCase() + state.state.slice(1) : this.facts.status === 'open' ? 'No news' : 'Not connected',
+      `#${(live ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
+      !live ? 'nothing moves' : this.facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
+      [live ? state.reason || this.facts.advice(now) : 'what you see is old',
+        this.facts.yours ? 'Grip leads · stick scales · A forward · B stops' : this.facts.advice(now),
+        `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}`]);
+    // It turns to whoever looks.
+    this.stage.renderer.xr.getCamera().getWorldPosition(this.#eye);
+    this.#board.lookAt(this.#eye);
   }
 }

@@ -10,6 +10,39 @@ function toMatrix(rows: number[][]): THREE.Matrix4 {
 
 const CALM = new THREE.Color(0x4aa3ff);
 const LIT = new THREE.Color(0xff5a36);
+/** m; a pair that is closer is shown even if the spheres are not. */
+const CLOSE = 0.006;
+
+/** A soap bubble: strong at the edge, so that what is inside stays to be seen. */
+class Bubble extends THREE.ShaderMaterial {
+  constructor() {
+    super({
+      transparent: true, depthWrite: false, uniforms: { color: { value: new THREE.Color() }, strength: { value: 1 } },
+      vertexShader: `
+varying vec3 toEye, outward;
+void main() {
+  vec4 seen = modelViewMatrix * vec4(position, 1.0);
+  toEye = -seen.xyz;
+  outward = normalMatrix * normal;
+  gl_Position = projectionMatrix * seen;
+}`,
+      fragmentShader: `
+uniform vec3 color;
+uniform float strength;
+varying vec3 toEye, outward;
+void main() {
+  float edge = 1.0 - abs(dot(normalize(toEye), normalize(outward)));
+  gl_FragColor = vec4(color, strength * (0.08 + 0.72 * edge * edge));
+  #include <colorspace_fragment>
+}`,
+    });
+  }
+
+  paint(color: THREE.Color, strength: number): void {
+    (this.uniforms.color!.value as THREE.Color).copy(color);
+    this.uniforms.strength!.value = strength;
+  }
+}
 
 /** A plain gripper from the flange to the glass, so that it does not float. */
 function holder(tool: THREE.Object3D): THREE.Object3D {
@@ -40,9 +73,9 @@ export class Arm extends THREE.Group {
   readonly meshes: THREE.Object3D[] = [];
   readonly #links: THREE.Group[] = [];
   readonly #axes: THREE.Vector3[] = [];
-  readonly #spheres: THREE.Mesh<THREE.SphereGeometry, THREE.MeshBasicMaterial>[] = [];
+  readonly #spheres: THREE.Mesh<THREE.SphereGeometry, Bubble>[] = [];
   #spheresShown = false;
-  #nearest: [number, number] = [-1, -1];
+  readonly #nearest: [number, number] = [-1, -1];
 
   constructor(robot: Robot) {
     super();
@@ -60,10 +93,9 @@ export class Arm extends THREE.Group {
     }
     toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
     parent.add(this.tool, holder(this.tool));
-    const geometry = new THREE.SphereGeometry(1, 24, 16);
+    const geometry = new THREE.SphereGeometry(1, 32, 20);
     for (const sphere of robot.spheres) {
-      const material = new THREE.MeshBasicMaterial({ color: CALM, transparent: true, opacity: 0.22, depthWrite: false });
-      const mesh = new THREE.Mesh(geometry, material);
+      const mesh = new THREE.Mesh(geometry, new Bubble());
       mesh.position.set(...(sphere.center as [number, number, number]));
       mesh.scale.setScalar(sphere.radius);
       mesh.visible = false;
@@ -107,12 +139,13 @@ export class Arm extends THREE.Group {
     this.#paintSpheres();
   }
 
-  /** Lights the nearest pair; both are shown when they are closer than 3 cm even if the spheres are not. */
-  nearestPair(pair: [number, number], clearance: number): void {
-    const close = clearance < 0.03;
-    const next: [number, number] = this.#spheresShown || close ? pair : [-1, -1];
-    if (next[0] === this.#nearest[0] && next[1] === this.#nearest[1]) return;
-    this.#nearest = next;
+  /** Lights the nearest pair: always when it holds the arm back or is about to touch. */
+  nearestPair(pair: [number, number], clearance: number, active: boolean): void {
+    const shown = this.#spheresShown || active || clearance < CLOSE;
+    const first = shown ? pair[0] : -1, second = shown ? pair[1] : -1;
+    if (first === this.#nearest[0] && second === this.#nearest[1]) return;
+    this.#nearest[0] = first;
+    this.#nearest[1] = second;
     this.#paintSpheres();
   }
 
@@ -120,8 +153,7 @@ export class Arm extends THREE.Group {
     this.#spheres.forEach((mesh, i) => {
       const lit = i === this.#nearest[0] || i === this.#nearest[1];
       mesh.visible = this.#spheresShown || lit;
-      mesh.material.color.copy(lit ? LIT : CALM);
-      mesh.material.opacity = lit ? 0.5 : 0.22;
+      mesh.material.paint(lit ? LIT : CALM, lit ? 1 : 0.55);
     });
   }
 }

@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 
 /** As the simulated arm's glass, m (src/arm/liquid.hpp). */
-export const GLASS = { radius: 0.035, height: 0.11, fill: 0.1, wall: 0.0025 };
+export const GLASS = { radius: 0.035, height: 0.11, fill: 0.08, wall: 0.0025 };
 
 const SIDES = 40;
 
@@ -19,7 +19,7 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
     }
     geometry.setIndex(index);
     super(geometry, new THREE.MeshPhysicalMaterial({
-      color: 0x8a1c2e, roughness: 0.15, transparent: true, opacity: 0.88, side: THREE.DoubleSide,
+      color: 0x9c1f33, roughness: 0.12, transparent: true, opacity: 0.9, side: THREE.DoubleSide,
     }));
     this.tilt(0, 0);
   }
@@ -28,7 +28,7 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
   tilt(aboutX: number, aboutY: number): void {
     const position = this.geometry.getAttribute('position') as THREE.BufferAttribute;
     const normal = this.geometry.getAttribute('normal') as THREE.BufferAttribute;
-    const rows = SIDES + 1, r = GLASS.radius - GLASS.wall, bottom = -GLASS.height / 2 + GLASS.wall;
+    const rows = SIDES + 1, r = GLASS.radius - GLASS.wall - 0.0005, bottom = -GLASS.height / 2 + GLASS.wall;
     const sx = -Math.tan(Math.max(-1.2, Math.min(1.2, aboutY))), sy = Math.tan(Math.max(-1.2, Math.min(1.2, aboutX)));
     const n = Math.hypot(sx, sy, 1);
     for (let i = 0; i <= SIDES; ++i) {
@@ -62,28 +62,43 @@ export class Glass extends THREE.Group {
   constructor() {
     super();
     const material = new THREE.MeshPhysicalMaterial({
-      color: 0xdfeaf2, roughness: 0.05, metalness: 0, transparent: true, opacity: 0.3, side: THREE.DoubleSide, depthWrite: false,
+      color: 0xe6f0f7, roughness: 0.04, metalness: 0, clearcoat: 1, transparent: true, opacity: 0.28, side: THREE.DoubleSide, depthWrite: false,
     });
     const body = new THREE.Mesh(shell(), material);
     body.castShadow = true;
     body.renderOrder = 2;
-    this.add(this.liquid, body);
+    // The edges by which an eye knows a glass.
+    const edge = new THREE.MeshPhysicalMaterial({ color: 0xffffff, roughness: 0.05, clearcoat: 1, transparent: true, opacity: 0.75 });
+    const rim = new THREE.Mesh(new THREE.TorusGeometry(GLASS.radius - GLASS.wall / 2, GLASS.wall / 2, 10, 56), edge);
+    rim.position.z = GLASS.height / 2;
+    const foot = new THREE.Mesh(new THREE.CylinderGeometry(GLASS.radius, GLASS.radius * 0.96, 0.005, 48).rotateX(Math.PI / 2), edge);
+    foot.position.z = -GLASS.height / 2;
+    rim.renderOrder = foot.renderOrder = 3;
+    this.add(this.liquid, body, rim, foot);
   }
 }
 
 /** The target: where the glass should be. */
 export class Ghost extends THREE.Group {
   readonly #material = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.3, depthWrite: false });
+  readonly #edge = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.9, depthWrite: false });
 
   constructor() {
     super();
     this.add(new THREE.Mesh(shell(), this.#material));
-    const axis = new THREE.Mesh(new THREE.CylinderGeometry(0.0015, 0.0015, 0.2), this.#material);
+    for (const z of [-1, 1]) {
+      const ring = new THREE.Mesh(new THREE.TorusGeometry(GLASS.radius, 0.0014, 8, 56), this.#edge);
+      ring.position.z = (z * GLASS.height) / 2;
+      this.add(ring);
+    }
+    const axis = new THREE.Mesh(new THREE.CylinderGeometry(0.001, 0.001, 0.2), this.#material);
     this.add(axis.rotateX(Math.PI / 2));
   }
 
   paint(color: number, opacity: number): void {
     this.#material.color.setHex(color);
-    this.#material.opacity = opacity;
+    this.#material.opacity = 0.6 * opacity;
+    this.#edge.color.setHex(color);
+    this.#edge.opacity = Math.min(1, 1.7 * opacity);
   }
 }

@@ -5,18 +5,30 @@ import { SCENE_FROM_ROBOT } from '../frames';
 import type { Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
 import { Ghost, Glass } from './glass';
+import { Ribbon } from './ribbon';
+import { Room, TABLE } from './room';
+import { Spill } from './spill';
 
 export const STATE_COLORS: Record<SessionState, number> = {
   idle: 0x8a94a0, ready: 0x2f7fd0, engaged: 0x16a085, holding: 0xe0a100, stopping: 0xd1561c, fault: 0xc62828,
 };
 
-/** Height of the table that the arm stands on, m. */
-const TABLE = 0.75;
+/** Where the glass was: so many states, about two seconds. */
+const TRAIL = 120;
 
 const place = (object: THREE.Object3D, pose: Pose): void => {
   object.position.set(pose.p[0], pose.p[1], pose.p[2]);
   object.quaternion.set(pose.q[0], pose.q[1], pose.q[2], pose.q[3]);
 };
+
+/** Whether pictures are drawn by the processor: virtual machines, remote desktops, browsers without a driver. */
+function drawnInSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl');
+  if (!gl) return true;
+  const name = String(gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
 
 /** Everything that is drawn. The arm's base frame is the group `base`; nothing is allocated from frame to frame. */
 export class Stage {
@@ -28,76 +40,72 @@ export class Stage {
   readonly ghost = new Ghost();
   readonly glass = new Glass();
   arm: Arm | null = null;
-  #room = new THREE.Group();
-  #path: THREE.Line<THREE.BufferGeometry, THREE.LineBasicMaterial>;
-  #reach: THREE.Mesh;
-  #puddle: THREE.Mesh<THREE.CircleGeometry, THREE.MeshStandardMaterial>;
-  #grid: THREE.GridHelper | null = null;
-  #floor: THREE.Mesh<THREE.CircleGeometry, THREE.MeshStandardMaterial>;
-  #spilled = false;
+  readonly #room = new Room();
+  readonly #path = new Ribbon(132, 0.0055, 0.95);
+  readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
+  readonly #past = new Float32Array(TRAIL * 3);
+  #pastCount = 0;
+  #pastAt = 0;
+  readonly #reach: THREE.Mesh;
+  readonly #spill: Spill;
+  readonly #backdrop = new THREE.Color();
+  #shownAt = 0;
   #sun: THREE.DirectionalLight;
   #quality = 0;
   #framesAtQuality = 0;
   #frameTime = 0.016;
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    // The page's own backdrop shines through, and in augmented reality the room.
+    const software = drawnInSoftware();
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
+    this.renderer.toneMappingExposure = 0.95;
     this.renderer.xr.enabled = true;
     this.renderer.xr.setReferenceSpaceType('local-floor');
     const pmrem = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.03).texture;
-    this.scene.environmentIntensity = 0.55;
+    this.scene.environmentIntensity = 0.6;
     pmrem.dispose();
 
     this.base.quaternion.set(...(SCENE_FROM_ROBOT as [number, number, number, number]));
     this.base.position.set(0, TABLE, -0.75);
-    this.scene.add(this.base, this.#room);
-    this.camera.position.set(1.35, 1.5, -2.05); // from the side where the glass is
+    this.#spill = new Spill(reducedMotion);
+    this.scene.add(this.base, this.#room, this.#spill);
+    // Over the operator's shoulder: forward is away and to the left, and nothing stands before the glass.
+    this.camera.position.set(-1.28, 1.47, -0.4);
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.target.set(0, 1.05, -0.85);
+    this.orbit.target.set(0.02, 1.03, -0.97);
     this.orbit.enableDamping = !reducedMotion;
     this.orbit.minDistance = 0.4;
-    this.orbit.maxDistance = 5;
-    this.orbit.maxPolarAngle = 0.55 * Math.PI;
+    this.orbit.maxDistance = 4;
+    this.orbit.maxPolarAngle = 0.53 * Math.PI;
     this.orbit.update();
 
-    const sun = new THREE.DirectionalLight(0xffffff, 2.2);
+    const sun = new THREE.DirectionalLight(0xfff6ea, 2.4);
     this.#sun = sun;
-    sun.position.set(1.4, 3.2, 1.2);
+    sun.position.set(-1.5, 3.4, 0.4);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
+    sun.shadow.radius = 5;
     sun.shadow.bias = -0.0004;
     sun.shadow.normalBias = 0.02;
-    Object.assign(sun.shadow.camera, { left: -1.6, right: 1.6, top: 1.6, bottom: -1.6, near: 0.5, far: 7 });
-    sun.target.position.set(0, 0.6, -0.75);
-    this.scene.add(sun, sun.target, new THREE.HemisphereLight(0xffffff, 0x8899aa, 0.5));
+    Object.assign(sun.shadow.camera, { left: -1.5, right: 1.5, top: 1.5, bottom: -1.5, near: 0.5, far: 6 });
+    sun.target.position.set(0, 0.7, -0.85);
+    const rim = new THREE.DirectionalLight(0xbcd7ff, 0.9);
+    rim.position.set(2.2, 2.0, -2.6);
+    this.scene.add(sun, sun.target, rim, new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 0.45));
 
-    this.#floor = new THREE.Mesh(new THREE.CircleGeometry(6, 64), new THREE.MeshStandardMaterial({ roughness: 0.95 }));
-    this.#floor.rotateX(-Math.PI / 2);
-    this.#floor.receiveShadow = true;
-    const post = new THREE.Mesh(new THREE.CylinderGeometry(0.11, 0.15, TABLE, 48),
-      new THREE.MeshStandardMaterial({ color: 0x3a434e, roughness: 0.6, metalness: 0.3 }));
-    post.position.set(0, TABLE / 2, -0.75);
-    post.castShadow = post.receiveShadow = true;
-    this.#puddle = new THREE.Mesh(new THREE.CircleGeometry(0.16, 40),
-      new THREE.MeshStandardMaterial({ color: 0x8a1c2e, roughness: 0.1, transparent: true, opacity: 0.85 }));
-    this.#puddle.rotateX(-Math.PI / 2);
-    this.#puddle.visible = false;
-    this.#room.add(this.#floor, post, this.#puddle);
-
-    const points = new THREE.BufferGeometry();
-    points.setAttribute('position', new THREE.BufferAttribute(new Float32Array(130 * 3), 3));
-    points.setDrawRange(0, 0);
-    this.#path = new THREE.Line(points, new THREE.LineBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.95 }));
-    this.#path.frustumCulled = false;
     this.#reach = new THREE.Mesh(new THREE.SphereGeometry(1, 48, 24),
       new THREE.MeshBasicMaterial({ color: 0x2f7fd0, wireframe: true, transparent: true, opacity: 0.08 }));
     this.#reach.visible = false;
-    this.base.add(this.ghost, this.#path, this.#reach);
+    this.#trail.paint(0x8a94a0);
+    this.base.add(this.ghost, this.#trail, this.#path, this.#reach);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
+    if (software) this.setQuality(3);
   }
 
   async setRobot(robot: Robot): Promise<void> {
@@ -116,49 +124,63 @@ export class Stage {
   }
 
   setDark(dark: boolean): void {
-    this.scene.background = new THREE.Color(dark ? 0x14171b : 0xe9eef3);
-    this.scene.fog = new THREE.Fog(this.scene.background as THREE.Color, 4, 9);
-    this.#floor.material.color.setHex(dark ? 0x23282f : 0xd5dce3);
-    if (this.#grid) this.#room.remove(this.#grid);
-    this.#grid = new THREE.GridHelper(8, 32, dark ? 0x4a5563 : 0x9aa7b5, dark ? 0x333b46 : 0xb9c3cd);
-    this.#grid.position.y = 0.001;
-    this.#room.add(this.#grid);
+    this.#backdrop.setHex(dark ? 0x14181d : 0xe9eef3);
+    this.scene.environmentIntensity = dark ? 0.42 : 0.6;
+    this.#sun.intensity = dark ? 1.9 : 2.4;
+    this.#room.setDark(dark);
   }
 
-  /** Augmented reality: the real room takes the place of ours. */
-  showRoom(shown: boolean): void { this.#room.visible = shown; }
+  /** In virtual reality there is a backdrop of ours; in augmented reality the real room takes the place of ours. */
+  present(mode: XRSessionMode | null): void {
+    this.#room.visible = mode !== 'immersive-ar';
+    this.scene.background = mode === 'immersive-vr' ? this.#backdrop : null;
+  }
   showReach(shown: boolean): void { this.#reach.visible = shown; }
 
-  show(state: StateMessage, stale: boolean): void {
+  /** @param t s, of the page's clock */
+  show(state: StateMessage, stale: boolean, t: number): void {
+    const color = stale ? STATE_COLORS.idle : STATE_COLORS[state.state];
     this.arm?.pose(state.q);
-    this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity);
+    this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
     place(this.ghost, state.target);
-    this.ghost.paint(stale ? STATE_COLORS.idle : STATE_COLORS[state.state], state.engaged ? 0.42 : 0.2);
+    this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
     this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);
-    if (state.liquid.spilled && !this.#spilled) {
-      this.glass.getWorldPosition(this.#puddle.position);
-      this.#puddle.position.y = 0.004;
+    this.#spill.update(state.liquid.spilled, this.glass, t);
+    this.#path.begin();
+    for (const p of state.path) this.#path.append(p[0], p[1], p[2]);
+    this.#path.end();
+    this.#path.paint(color);
+    if (state.now_s === this.#shownAt) return;
+    // A session that began anew has no past.
+    if (state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1) this.#pastCount = 0;
+    this.#shownAt = state.now_s;
+    this.#past.set(state.tool.p, 3 * this.#pastAt);
+    this.#pastAt = (this.#pastAt + 1) % TRAIL;
+    this.#pastCount = Math.min(TRAIL, this.#pastCount + 1);
+    this.#trail.begin();
+    for (let k = 1; k <= this.#pastCount; ++k) {
+      const i = 3 * ((this.#pastAt - k + TRAIL) % TRAIL);
+      this.#trail.append(this.#past[i]!, this.#past[i + 1]!, this.#past[i + 2]!);
     }
-    this.#spilled = state.liquid.spilled;
-    this.#puddle.visible = this.#spilled;
-    const positions = this.#path.geometry.getAttribute('position') as THREE.BufferAttribute;
-    const count = Math.min(state.path.length, positions.count);
-    for (let k = 0; k < count; ++k) positions.setXYZ(k, state.path[k]![0], state.path[k]![1], state.path[k]![2]);
-    positions.needsUpdate = true;
-    this.#path.geometry.setDrawRange(0, count);
-    this.#path.material.color.setHex(stale ? STATE_COLORS.idle : STATE_COLORS[state.state]);
+    this.#trail.end();
   }
 
   /** Machines that draw slowly get fewer pixels, then no shadows: the hand matters more than the picture. @param dt s, of a frame */
   keepPace(dt: number): void {
     if (this.renderer.xr.isPresenting || document.hidden) return;
     this.#frameTime += 0.05 * (dt - this.#frameTime);
-    if (++this.#framesAtQuality < 25 || this.#frameTime < 0.03 || this.#quality >= 3) return;
+    this.#framesAtQuality += dt > 0.2 ? 8 : 1; // what stutters like that needs no second look
+    if (this.#framesAtQuality < 25 || this.#frameTime < 0.03 || this.#quality >= 3) return;
+    this.setQuality(this.#quality + 1);
+  }
+
+  /** @param quality 0: all; 3: least */
+  setQuality(quality: number): void {
     this.#framesAtQuality = 0;
     this.#frameTime = 0.016;
-    this.#quality += 1;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.7, 0.5, 0.4][this.#quality]!);
-    if (this.#quality >= 2) this.#sun.castShadow = false;
+    this.#quality = quality;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.7, 0.5, 0.4][quality]!);
+    this.#sun.castShadow = quality < 2;
   }
 
   resize(width: number, height: number): void {
@@ -166,7 +188,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     // Tall and narrow screens look from further away.
-    this.camera.fov = width < height ? 62 : 45;
+    this.camera.fov = width < height ? 56 : 40;
     this.camera.updateProjectionMatrix();
   }
 
