@@ -192,9 +192,24 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
       return respond(http::status::method_not_allowed, "Only GET and HEAD are answered.\n");
     }
-    const SiteFile* file = desk_.site->find(view(request.target()));
+    const std::string_view path = view(request.target()).substr(0, view(request.target()).find_first_of("?#"));
+    if (desk_.fetch && (path == "/sessions" || path.substr(0, 10) == "/sessions/")) return fetch(std::string(path));
+    const SiteFile* file = desk_.site->find(path);
     if (!file) return respond(http::status::not_found, "There is no such page.\n");
-    respond(http::status::ok, file->body, file);
+    respond(http::status::ok, file->body, {file->type, file->gzipped, false});
+  }
+
+  void fetch(const std::string& path) {
+    if (desk_.waiting.size() >= ServerCallbacks::kMaxFetches) {
+      return respond(http::status::service_unavailable, "Busy with other requests; try again.\n");
+    }
+    const std::uint64_t number = ++desk_.last_fetch;
+    desk_.waiting[number] = [self = this->shared_from_this()](Result<FreshPage> page) {
+      self->fresh_ = page ? std::move(page->body) : page.error().message + "\n";
+      if (!page) return self->respond(http::status::not_found, self->fresh_);
+      self->respond(http::status::ok, self->fresh_, {page->type, false, page->document});
+    };
+    desk_.fetch(path, number);
   }
 
   void upgrade(std::string_view host) {
@@ -211,23 +226,33 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     client->start(http::request<http::empty_body>(parser_->release()));
   }
 
-  /// body must outlive the answer: a literal or a file of the site.
-  void respond(http::status status, std::string_view body, const SiteFile* file = nullptr) {
+  struct Kind {
+    std::string_view type = "text/plain; charset=utf-8";
+    bool gzipped = false;
+    bool document = false;
+  };
+
+  /// body must outlive the answer: a literal, a file of the site, or fresh_.
+  void respond(http::status status, std::string_view body, const Kind& kind = {}) {
     const auto& request = parser_->get();
     response_.emplace(status, request.version());
     auto& r = *response_;
-    r.set(http::field::content_type, file ? file->type : "text/plain");
-    if (file && file->gzipped) r.set(http::field::content_encoding, "gzip");
+    r.set(http::field::content_type, beast::string_view(kind.type.data(), kind.type.size()));
+    if (kind.gzipped) r.set(http::field::content_encoding, "gzip");
     r.set(http::field::cache_control, "no-cache");
     r.set("X-Content-Type-Options", "nosniff");
     r.set("Referrer-Policy", "no-referrer");
     r.set("Cross-Origin-Opener-Policy", "same-origin");
     r.set("Cross-Origin-Resource-Policy", "same-origin");
     const std::string host(status == http::status::misdirected_request ? "" : view(request[http::field::host]));
+    // A document keeps its scripts, but as a page of nobody's: it may neither ask this server nor read what it keeps.
     r.set("Content-Security-Policy",
-          "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; "
-          "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; connect-src 'self'" +
-              (host.empty() ? "" : (kTls ? " wss://" : " ws://") + host));
+          kind.document ? "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
+                          "sandbox allow-scripts allow-downloads; frame-ancestors 'none'"
+                        : "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+                          "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+                          "connect-src 'self'" +
+                              (host.empty() ? "" : (kTls ? " wss://" : " ws://") + host));
     r.body() = {body.data(), body.size()};
     r.prepare_payload();
     r.keep_alive(request.keep_alive());
@@ -264,6 +289,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
   beast::flat_buffer buffer_{kMaxHeader + 1024};
   std::optional<http::request_parser<http::empty_body>> parser_;
   std::optional<Response> response_;
+  std::string fresh_;  // body of a page that was made for this request
   std::optional<http::response<http::empty_body>> head_;
 };
 

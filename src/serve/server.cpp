@@ -8,6 +8,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -23,6 +24,16 @@ namespace asio = boost::asio;
 namespace ssl = asio::ssl;
 using asio::ip::tcp;
 using boost::system::error_code;
+
+namespace {
+
+/// The way back for answers from other threads, which may outlive the server.
+struct Mailbox {
+  std::mutex mutex;
+  asio::io_context* io = nullptr;  // nullptr: the server has ended
+};
+
+}  // namespace
 
 struct Server::Impl {
   Impl(const ServerSettings& s, ServerFacts f, ServerCallbacks c)
@@ -109,6 +120,23 @@ struct Server::Impl {
     if (on_pairing) on_pairing(all);
   }
 
+  void offer_fetching() {
+    mailbox->io = &io;
+    desk.fetch = [this](const std::string& path, std::uint64_t number) {
+      callbacks.on_fetch(path, [this, mailbox = mailbox, number](Result<FreshPage> page) {
+        const std::lock_guard lock(mailbox->mutex);
+        if (!mailbox->io) return;
+        asio::post(*mailbox->io, [this, number, page = std::move(page)]() mutable {
+          const auto found = desk.waiting.find(number);
+          if (found == desk.waiting.end()) return;
+          const Desk::Answer answer = std::move(found->second);
+          desk.waiting.erase(found);
+          answer(std::move(page));
+        });
+      });
+    };
+  }
+
   Status start() {
     if (!settings.page_folder.empty()) {
       auto loaded = Site::load(settings.page_folder);
@@ -124,6 +152,7 @@ struct Server::Impl {
     desk.hosts = {"127.0.0.1", "localhost"};
     desk.accept_missing_origin = settings.accept_non_browser_clients;
     desk.max_clients = settings.max_clients;
+    if (callbacks.on_fetch) offer_fetching();
     if (Status s = listen(local, {asio::ip::address_v4::loopback(), settings.port}); !s) return s;
     port = local.local_endpoint().port();
     if (settings.lan) {
@@ -144,6 +173,11 @@ struct Server::Impl {
   ~Impl() {
     io.stop();
     if (thread.joinable()) thread.join();
+    {
+      const std::lock_guard lock(mailbox->mutex);
+      mailbox->io = nullptr;
+    }
+    desk.waiting.clear();
     hub.shut_down();
   }
 
@@ -155,6 +189,7 @@ struct Server::Impl {
   Hub hub;
   Desk desk;
   std::optional<ssl::context> tls;
+  const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   std::string fingerprint;
   std::uint16_t port = 0, lan_port = 0;
   LatestValue<SessionSnapshot> newest;

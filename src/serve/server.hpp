@@ -38,7 +38,14 @@ struct ServerFacts {
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
 };
 
-/// What the server tells the session; on_pairing may be empty, the others not. All but `now` are called on the server's
+/// A page that is made when it is asked for.
+struct FreshPage {
+  std::string body;
+  std::string type;       ///< Content-Type
+  bool document = false;  ///< with scripts and styles of its own inside; shown without rights on this server
+};
+
+/// What the server tells the session; on_pairing and on_fetch may be empty, the others not. All but `now` are called on the server's
 /// thread only, one at a time; none may block.
 struct ServerCallbacks {
   /// The session's clock. @pre monotonic
@@ -52,6 +59,10 @@ struct ServerCallbacks {
   std::function<void(std::uint64_t client)> on_lease;
   /// A code was used up: these addresses carry the next one. The loopback's comes first.
   std::function<void(const std::vector<std::string>& urls)> on_pairing;
+  /// Somebody asks for `path`, "/sessions" or something below it, unchecked. The answer may come later and from any
+  /// thread, even after the server's end; an error is answered as 404 with its message. At most kMaxFetches at a time.
+  std::function<void(const std::string& path, std::function<void(Result<FreshPage>)> answer)> on_fetch;
+  static constexpr int kMaxFetches = 8;
 };
 
 /// Counted since the start.

@@ -19,6 +19,8 @@ using namespace std::chrono_literals;
 
 Time clock_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
+using Answer = std::function<void(Result<FreshPage>)>;
+
 /// A server on a free port, and what it told the session.
 class ServerTest : public testing::Test {
  protected:
@@ -33,6 +35,11 @@ class ServerTest : public testing::Test {
     callbacks.on_sample = [this](const OperatorSample& s) { tell([&] { samples_.push_back(s); }); };
     callbacks.on_request = [this](const OperatorRequest& r) { tell([&] { requests_.push_back(r); }); };
     callbacks.on_lease = [this](std::uint64_t c) { tell([&] { leases_.push_back(c); }); };
+    callbacks.on_fetch = [this](const std::string& path, Answer answer) {
+      if (path == "/sessions/never") return tell([&] { unanswered_.push_back(std::move(answer)); });
+      if (path == "/sessions/none") return answer(Error{"no such session"});
+      answer(FreshPage{path, path == "/sessions" ? "application/json" : "text/html", path != "/sessions"});
+    };
     auto started = Server::start(settings, facts, callbacks);
     ASSERT_TRUE(started) << started.error().message;
     server_ = std::move(*started);
@@ -76,6 +83,7 @@ class ServerTest : public testing::Test {
             {"tracked", true},  {"emulated", false}};
   }
 
+  std::vector<Answer> unanswered_;
   std::mutex mutex_;
   std::condition_variable told_;
   std::vector<OperatorSample> samples_;
@@ -107,6 +115,42 @@ TEST_F(ServerTest, ServesAFolder) {
   std::ofstream(folder.path() / "index.html") << "mine";
   start(settings);
   EXPECT_EQ(fetch(server_->port(), "/").body, "mine");
+}
+
+TEST_F(ServerTest, PagesThatAreMadeOnDemandHaveNoRightsHere) {
+  start();
+  const Page list = fetch(server_->port(), "/sessions?again");
+  EXPECT_EQ(list.status, 200u);
+  EXPECT_EQ(list.body, "/sessions");
+  EXPECT_EQ(list.type, "application/json");
+  EXPECT_NE(list.policy.find("default-src 'self'"), std::string::npos);
+  const Page report = fetch(server_->port(), "/sessions/a/report.html");
+  EXPECT_EQ(report.body, "/sessions/a/report.html");
+  EXPECT_NE(report.policy.find("sandbox"), std::string::npos);
+  EXPECT_EQ(report.policy.find("allow-same-origin"), std::string::npos);
+  const Page none = fetch(server_->port(), "/sessions/none");
+  EXPECT_EQ(none.status, 404u);
+  EXPECT_EQ(none.body, "no such session\n");
+  EXPECT_EQ(fetch(server_->port(), "/sessionsx").status, 404u);
+}
+
+TEST_F(ServerTest, AnAnswerThatNeverComesNeitherBlocksNorOutlivesTheServer) {
+  start();
+  std::vector<std::thread> askers;
+  for (int i = 0; i < ServerCallbacks::kMaxFetches; ++i) {
+    askers.emplace_back([port = server_->port()] {
+      try {
+        fetch(port, "/sessions/never");
+      } catch (const std::exception&) {  // the server ended before it was asked
+      }
+    });
+  }
+  ASSERT_TRUE(wait_for([&] { return unanswered_.size() == ServerCallbacks::kMaxFetches; }));
+  EXPECT_EQ(fetch(server_->port(), "/sessions").status, 503u);
+  EXPECT_EQ(fetch(server_->port(), "/").status, 200u);
+  server_.reset();
+  for (std::thread& asker : askers) asker.join();
+  for (const Answer& answer : unanswered_) answer(FreshPage{"late", "text/plain"});
 }
 
 TEST_F(ServerTest, SaysWhenThePortIsTaken) {

@@ -6,6 +6,7 @@ import { Gamepads, Keys } from './input/keys';
 import { Headset } from './input/xr';
 import { element, Panel } from './panel';
 import { Plots } from './plots';
+import { Recordings } from './recordings';
 import { Stage } from './scene/stage';
 import { Session } from './session';
 
@@ -24,7 +25,11 @@ let robot = '';
 
 const connection = new Connection(browserSurroundings(), code, (message) => {
   session.take(message, now());
-  if (message.type === 'state') plots?.take(message);
+  if (message.type === 'state') {
+    plots?.take(message);
+    if (message.recording !== recorded) void recordings.refresh();
+    recorded = message.recording;
+  }
   if (message.type !== 'welcome') return;
   panel.offer(message);
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, message.profiles);
@@ -37,6 +42,8 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (status !== 'open' && hand.source) hand.release(hand.source);
 });
 
+const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement));
+let recorded: boolean | null = null;
 const hand = new Hand(connection, now, () => session.yours);
 const panel = new Panel(session, connection);
 const wantLease = () => panel.takeOver();
@@ -88,13 +95,16 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   last = t;
   ++frames;
   headset.update(frame, t);
-  drag.show(!headset.session && (session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t))));
+  drag.show(!headset.session && !recordings.player && (session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t))));
   drag.follow();
-  if (session.state) stage.show(session.state, session.isStale(t), t);
+  recordings.player?.advance(dt);
+  if (recordings.player) stage.showPast(recordings.player.q());
+  else if (session.state) stage.show(session.state, session.isStale(t), t);
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);
     plots?.draw();
+    recordings.draw();
   }
   stage.keepPace(dt);
   stage.draw();

@@ -51,6 +51,8 @@ export class Stage {
   readonly #backdrop = new THREE.Color();
   #shownAt = 0;
   #sun: THREE.DirectionalLight;
+  readonly #sky = new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5);
+  #dark = false;
   #quality = 0;
   #framesAtQuality = 0;
   #frameTime = 0.016;
@@ -66,11 +68,6 @@ export class Stage {
     this.renderer.toneMappingExposure = 0.95;
     this.renderer.xr.enabled = true;
     this.renderer.xr.setReferenceSpaceType('local-floor');
-    const pmrem = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.03).texture;
-    this.scene.environmentIntensity = 0.6;
-    pmrem.dispose();
-
     this.base.quaternion.set(...(SCENE_FROM_ROBOT as [number, number, number, number]));
     this.base.position.set(0, TABLE, -0.75);
     this.#spill = new Spill(reducedMotion);
@@ -97,7 +94,7 @@ export class Stage {
     sun.target.position.set(0, 0.7, -0.85);
     const rim = new THREE.DirectionalLight(0xbcd7ff, 0.9);
     rim.position.set(2.2, 2.0, -2.6);
-    this.scene.add(sun, sun.target, rim, new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 0.45));
+    this.scene.add(sun, sun.target, rim, this.#sky);
 
     this.#reach = new THREE.Mesh(new THREE.SphereGeometry(1, 48, 24),
       new THREE.MeshBasicMaterial({ color: 0x2f7fd0, wireframe: true, transparent: true, opacity: 0.08 }));
@@ -105,7 +102,7 @@ export class Stage {
     this.#trail.paint(0x8a94a0);
     this.base.add(this.ghost, this.#trail, this.#path, this.#reach);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
-    if (software) this.setQuality(3);
+    this.setQuality(software ? 3 : 0);
   }
 
   async setRobot(robot: Robot): Promise<void> {
@@ -125,9 +122,24 @@ export class Stage {
 
   setDark(dark: boolean): void {
     this.#backdrop.setHex(dark ? 0x14181d : 0xe9eef3);
-    this.scene.environmentIntensity = dark ? 0.42 : 0.6;
-    this.#sun.intensity = dark ? 1.9 : 2.4;
+    this.#dark = dark;
     this.#room.setDark(dark);
+    this.#light();
+  }
+
+  #light(): void {
+    const reflects = this.scene.environment !== null;
+    this.scene.environmentIntensity = this.#dark ? 0.42 : 0.6;
+    this.#sun.intensity = this.#dark ? 1.9 : 2.4;
+    this.#sky.intensity = (reflects ? 0.45 : 1.7) * (this.#dark ? 0.7 : 1);
+  }
+
+  /** What shines in metal and glass. Computed once, which takes a processor without graphics card many seconds. */
+  #reflect(): void {
+    const pmrem = new THREE.PMREMGenerator(this.renderer);
+    this.scene.environment = pmrem.fromScene(new RoomEnvironment(), 0.03, 0.1, 100, { size: 128 }).texture;
+    pmrem.dispose();
+    this.#light();
   }
 
   /** In virtual reality there is a backdrop of ours; in augmented reality the real room takes the place of ours. */
@@ -137,9 +149,20 @@ export class Stage {
   }
   showReach(shown: boolean): void { this.#reach.visible = shown; }
 
+  /** The arm as it was in a recording: alone, for nothing else is known of then. */
+  showPast(q: ArrayLike<number>): void {
+    this.arm?.pose(q);
+    this.#now(false);
+  }
+
+  #now(shown: boolean): void {
+    this.ghost.visible = this.#path.visible = this.#trail.visible = shown;
+  }
+
   /** @param t s, of the page's clock */
   show(state: StateMessage, stale: boolean, t: number): void {
     const color = stale ? STATE_COLORS.idle : STATE_COLORS[state.state];
+    this.#now(true);
     this.arm?.pose(state.q);
     this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
     place(this.ghost, state.target);
@@ -174,13 +197,14 @@ export class Stage {
     this.setQuality(this.#quality + 1);
   }
 
-  /** @param quality 0: all; 3: least */
+  /** @param quality 0: all; 3: least; 4: nothing is drawn, for tests of everything else */
   setQuality(quality: number): void {
     this.#framesAtQuality = 0;
     this.#frameTime = 0.016;
     this.#quality = quality;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.7, 0.5, 0.4][quality]!);
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 1, 0.6, 0.4, 0.4][quality]!);
     this.#sun.castShadow = quality < 2;
+    if (quality < 1 && !this.scene.environment) this.#reflect();
   }
 
   resize(width: number, height: number): void {
@@ -194,6 +218,8 @@ export class Stage {
 
   draw(): void {
     if (!this.renderer.xr.isPresenting) this.orbit.update();
-    this.renderer.render(this.scene, this.camera);
+    if (this.#quality < 4) return this.renderer.render(this.scene, this.camera);
+    this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
+    this.camera.updateMatrixWorld();
   }
 }
