@@ -2,7 +2,8 @@
 // arm's measured state as the server tells it to another client. Screenshots are left in build/artefacts to look at.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
-import { existsSync, mkdirSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
@@ -13,10 +14,11 @@ const ARTEFACTS = join(ROOT, 'build/artefacts');
 const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 const PATIENCE = 90_000; // ms; far above what anything takes, so that a test ends
 
-let program, browser, address, output = '';
+let program, browser, address, sessions, page, output = '';
 
 /** The newest address with its code, from the terminal. */
 const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
+const plainAddress = () => address.replace(/#.*/, '');
 async function until(condition, what) {
   const end = Date.now() + PATIENCE;
   for (;;) {
@@ -29,7 +31,8 @@ async function until(condition, what) {
 
 before(async () => {
   mkdirSync(ARTEFACTS, { recursive: true });
-  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser']);
+  sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
+  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions]);
   program.stdout.on('data', (data) => { output += data; });
   program.stderr.on('data', (data) => { output += data; });
   address = await until(newestAddress, 'the program to print its address');
@@ -43,42 +46,46 @@ after(async () => {
   await browser?.close();
   program?.kill('SIGINT');
   await new Promise((done) => (program ? program.once('exit', done) : done()));
+  rmSync(sessions, { recursive: true, force: true });
 });
 
 async function open(options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, ...options.context });
+  const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
   await options.prepare?.(context);
-  const page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE);
-  page.complaints = [];
-  page.on('pageerror', (error) => page.complaints.push(String(error)));
-  page.on('console', (message) => { if (message.type() === 'error') page.complaints.push(message.text()); });
-  page.requests = [];
-  page.on('request', (request) => page.requests.push(request.url()));
-  await page.goto(options.watch ? address.replace(/#.*/, '') : newestAddress(), { waitUntil: 'commit', timeout: PATIENCE });
-  await until(() => page.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
+  const opened = await context.newPage();
+  opened.setDefaultTimeout(PATIENCE);
+  opened.complaints = [];
+  opened.on('pageerror', (error) => opened.complaints.push(String(error)));
+  opened.on('console', (message) => { if (message.type() === 'error') opened.complaints.push(message.text()); });
+  opened.requests = [];
+  opened.on('request', (request) => opened.requests.push(request.url()));
+  await opened.goto(options.watch ? plainAddress() : newestAddress(), { waitUntil: 'commit', timeout: PATIENCE });
+  await until(() => opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
   // Drawn without a graphics card, a picture takes so long that the hand would fall silent.
-  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
-  return page;
+  await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  return opened;
 }
-const state = (page) => page.evaluate(() => globalThis.steadyhand.session.state);
-const facts = (page) => page.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
+const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
+const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
+const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
 const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
+
 /** Of the page as people see it. */
-async function shot(page, name) {
-  const frames = await page.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
-  await until(() => page.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
-  await page.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
-  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+async function shot(of, name) {
+  const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
+  await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
+  await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
+  await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
 }
-const inState = (page, name) => until(async () => (await state(page)).state === name, `the state ${name}`);
 
 /** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
 async function watch() {
   const context = await browser.newContext();
-  const page = await context.newPage();
-  await page.goto(new URL('/nothing', address).href); // of the same origin, and empty
-  await page.evaluate(() => {
+  const client = await context.newPage();
+  client.setDefaultTimeout(PATIENCE);
+  await client.goto(new URL('/nothing', address).href); // of the same origin, and empty
+  await client.evaluate(() => {
     const session = { state: null, yours: false, paired: false, holder: 0, errors: [] };
     const socket = new WebSocket(`ws://${location.host}/live`);
     socket.onopen = () => socket.send('{"type":"hello","version":1}');
@@ -90,27 +97,24 @@ async function watch() {
     };
     globalThis.steadyhand = { session, connection: { send: (message) => socket.send(JSON.stringify(message)) } };
   });
-  await until(() => state(page), 'a state');
-  return page;
+  await until(() => state(client), 'a state');
+  return client;
 }
 
 /** Until the arm rests: its joints hardly move. */
-const rest = (page) => until(async () => Math.max(...(await state(page)).dq.map(Math.abs)) < 0.01, 'rest');
+const rest = (of) => until(async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.01, 'rest');
 
-async function driver(prepare) {
-  const page = await open({ prepare });
-  await until(() => page.evaluate(() => globalThis.steadyhand.session.paired), 'the page');
-  await page.click('#lease');
-  await until(async () => (await facts(page)).yours, 'the lease');
-  await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'request', kind: 'playback', text: '' }));
-  await until(async () => (await state(page)).controls.playback === -1, 'the recording to end');
-  await inState(page, 'ready');
-  await rest(page);
-  return page;
+/** The lease, which drawing a picture may have cost (3 s without a word), no recording that plays, and an arm that waits. */
+async function ready(of) {
+  await until(async () => (await facts(of)).yours || (await say(of, { type: 'take' }), false), 'the lease');
+  await say(of, { type: 'request', kind: 'playback', text: '' });
+  await until(async () => (await state(of)).controls.playback === -1, 'the recording to end');
+  await inState(of, 'ready');
+  await rest(of);
 }
 
-async function targetOnScreen(page) {
-  return page.evaluate(() => {
+async function targetOnScreen(of) {
+  return of.evaluate(() => {
     const { stage } = globalThis.steadyhand;
     const p = stage.ghost.getWorldPosition(stage.ghost.position.clone()).project(stage.camera);
     const box = stage.renderer.domElement.getBoundingClientRect();
@@ -119,51 +123,52 @@ async function targetOnScreen(page) {
 }
 
 test('opens to an arm that moves, and asks nobody but its own server', async () => {
-  const page = await open({ watch: true });
+  page = await open();
   const first = await state(page);
   await until(async () => distance((await state(page)).q, first.q) > 0.05, 'the arm to move');
   assert.deepEqual(page.requests.filter((url) => !url.startsWith(new URL(address).origin) && !url.startsWith('data:') && !url.startsWith('blob:')), []);
-  await shot(page, 'engaged');
+  await shot(page, 'engaged_light');
   assert.deepEqual(page.complaints, []);
-  await page.context().close();
 });
 
 test('without a server it says so, and that nothing moves', async () => {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 760 }, colorScheme: 'dark', reducedMotion: 'reduce' });
+  const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, colorScheme: 'dark', reducedMotion: 'reduce' });
   await context.routeWebSocket('**/live', () => {}); // opens, and never says a word
-  const page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE);
-  await page.goto(address.replace(/#.*/, ''), { waitUntil: 'commit' });
-  await until(() => page.evaluate(() => document.querySelector('#advice')?.textContent.includes('Nothing moves') && globalThis.steadyhand?.frames() > 1), 'the words');
-  assert.equal(await page.textContent('#state'), 'connecting');
-  assert.equal(await page.evaluate(() => globalThis.steadyhand.stage.orbit.enableDamping), false, 'less motion was asked for');
-  await page.screenshot({ path: join(ARTEFACTS, 'page_empty.png'), timeout: PATIENCE });
+  const lonely = await context.newPage();
+  lonely.setDefaultTimeout(PATIENCE);
+  await lonely.goto(plainAddress(), { waitUntil: 'commit', timeout: PATIENCE });
+  await until(() => lonely.evaluate(() => document.querySelector('#advice')?.textContent.includes('Nothing moves') && globalThis.steadyhand?.frames() > 1), 'the words');
+  assert.equal(await lonely.textContent('#state'), 'connecting');
+  assert.equal(await lonely.evaluate(() => globalThis.steadyhand.stage.orbit.enableDamping), false, 'less motion was asked for');
+  await lonely.screenshot({ path: join(ARTEFACTS, 'page_empty_dark.png'), timeout: PATIENCE });
   await context.close();
 });
 
 test('the profile decides what spills, and the next grip takes a full glass', async () => {
-  const page = await open({ context: { colorScheme: 'dark' } });
-  await until(async () => (await facts(page)).paired, 'the page');
-  await page.click('#lease');
+  await until(async () => (await facts(page)).paired, 'the page to be paired');
+  if (!(await facts(page)).yours) await page.click('#lease');
   await until(async () => (await facts(page)).yours, 'the lease');
   await page.check('input[name=profile][value=tracking]');
   await page.selectOption('#playback', 'carrying');
   await until(async () => (await state(page)).liquid.spilled, 'a spill');
   await until(() => page.isVisible('#spill'), 'the word for it');
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await page.evaluate(() => document.querySelector('#dark').click());
   await shot(page, 'spilled_dark');
-  await page.check('input[name=profile][value=waiter]');
-  await page.selectOption('#playback', 'carrying');
+  await page.evaluate(() => document.querySelector('#dark').click());
+  await page.emulateMedia({ colorScheme: 'light' });
+  await ready(page);
+  await say(page, { type: 'request', kind: 'profile', text: 'waiter' });
+  await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
   await until(async () => !(await state(page)).liquid.spilled, 'a full glass');
-  await page.click('#lease'); // gives it back
-  await until(async () => (await facts(page)).holder === 0, 'the lease to be free');
   assert.deepEqual(page.complaints, []);
-  await page.context().close();
 });
 
 test('dragging the target leads the arm, letting go leaves it, and a watcher may only stop', async () => {
   const watcher = await watch();
-  const page = await driver();
+  await ready(page);
   await shot(page, 'ready');
+  await ready(page);
   const begin = await state(watcher);
   const at = await targetOnScreen(page);
   await page.mouse.move(at.x, at.y);
@@ -175,7 +180,6 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   }
   await until(async () => (await state(watcher)).state === 'engaged', 'engagement');
   await until(async () => distance((await state(watcher)).tool.p, begin.tool.p) > 0.03, 'the glass to follow');
-  await shot(page, 'dragging');
   const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return d[Math.floor(0.99 * d.length)]; });
   assert.ok(delay >= 0, 'the age of input events at their way out was measured');
   console.log(`input event to WebSocket, p99: ${(1000 * delay).toFixed(1)} ms`);
@@ -190,21 +194,27 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   await watcher.evaluate(() => {
     for (let i = 1; i < 20; ++i) globalThis.steadyhand.connection.send({ type: 'sample', sequence: i, t_s: performance.now() / 1000, p: [i, 0, 1], q: [0, 0, 0, 1], clutch: true, tracked: true, emulated: false });
   });
-  await watcher.waitForTimeout(300);
+  await until(async () => (await watcher.evaluate(() => globalThis.steadyhand.session.errors)).includes('no_lease'), 'the refusal');
   assert.equal((await state(page)).state, 'ready');
-  assert.deepEqual(await watcher.evaluate(() => globalThis.steadyhand.session.errors), ['no_lease']);
-  await watcher.evaluate(() => globalThis.steadyhand.connection.send({ type: 'request', kind: 'stop' }));
+  const bytes = await page.evaluate(async () => {
+    const { connection, session } = globalThis.steadyhand, begin = [connection.bytesReceived, session.statesReceived];
+    await new Promise((done) => setTimeout(done, 2000));
+    return [connection.bytesReceived - begin[0], session.statesReceived - begin[1]];
+  });
+  assert.ok(bytes[1] > 0 && bytes[0] / bytes[1] < 4096, 'a state is small');
+  console.log(`one client: ${bytes[0] / 2} bytes/s, ${bytes[1] / 2} states/s`);
+  await say(watcher, { type: 'request', kind: 'stop' });
   await inState(page, 'stopping');
   await page.click('#reset');
   await inState(page, 'ready');
   assert.deepEqual(page.complaints, []);
   await watcher.context().close();
-  await page.context().close();
 });
 
 test('keys lead the arm; Space stops it; profile and weight change while it moves', async () => {
-  const page = await driver();
+  await ready(page);
   const begin = await state(page);
+  await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.down('KeyE');
   await inState(page, 'engaged');
   await page.check('input[name=profile][value=tracking]');
@@ -218,14 +228,46 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await page.keyboard.up('KeyE');
   await rest(page);
   await shot(page, 'stopped');
+  await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
   await page.keyboard.press('Enter');
   await inState(page, 'ready');
   assert.deepEqual(page.complaints, []);
-  await page.context().close();
+});
+
+test('a recording appears in the list, its report opens, and it replays in the scene', async () => {
+  await ready(page);
+  await page.uncheck('#record');
+  await until(async () => !(await state(page)).recording, 'the recording to end');
+  const link = await until(() => page.$('#recordings a'), 'the list');
+  const report = await page.context().newPage();
+  report.setDefaultTimeout(PATIENCE);
+  const complaints = [];
+  report.on('pageerror', (error) => complaints.push(String(error)));
+  const answer = await report.goto(new URL(await link.getAttribute('href'), plainAddress()).href, { timeout: PATIENCE });
+  assert.equal(answer.status(), 200);
+  await until(() => report.$('canvas, svg'), 'its plots');
+  assert.deepEqual(complaints, []);
+  await report.close();
+  await page.click('#recordings button');
+  await until(() => page.isVisible('#past'), 'the time line');
+  const seek = (at) => page.evaluate((t) => {
+    const range = document.querySelector('#past-at');
+    range.value = String(t * Number(range.max));
+    range.dispatchEvent(new Event('input'));
+    return [...globalThis.steadyhand.recordings.player.q()];
+  }, at);
+  assert.ok(distance(await seek(0), await seek(0.5)) > 0.01, 'another time, another posture');
+  await shot(page, 'replay');
+  await page.click('#past-close');
+  assert.ok(!(await page.isVisible('#past')));
+  await ready(page);
+  await page.check('#record');
+  await until(async () => (await state(page)).recording, 'a new recording');
+  assert.deepEqual(page.complaints, []);
 });
 
 test('an emulated headset engages, moves, feels limits, loses tracking, scales, stops', async () => {
-  const page = await driver();
+  await ready(page);
   await page.click('#emulate');
   await page.waitForSelector('#enter-vr:not([hidden])');
   await page.click('#enter-vr');
@@ -260,7 +302,7 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await shot(page, 'vr_holding');
   await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = true; });
   await press('squeeze', 0);
-  await inState(page, 'ready');
+  await ready(page);
   const { scale, yaw } = (await state(page)).controls;
   await page.evaluate(() => globalThis.emulatedHeadset.controllers.right.updateAxis('thumbstick', 'y-axis', -1));
   await until(async () => (await state(page)).controls.scale > scale, 'the stick to scale');
@@ -272,30 +314,37 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await press('b-button', 0);
   await page.evaluate(() => globalThis.steadyhand.headset.session.end());
   await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'the end');
-  await page.keyboard.press('Enter');
+  await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
+  await say(page, { type: 'request', kind: 'reset' });
   await inState(page, 'ready');
   assert.deepEqual(page.complaints, []);
-  await page.context().close();
 });
 
 test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', async () => {
+  await page.context().close();
   const watcher = await watch();
   let socket;
-  const page = await driver((context) => context.routeWebSocket('**/live', (ws) => { socket = { page: ws, server: ws.connectToServer() }; }));
+  page = await open({ prepare: (context) => context.routeWebSocket('**/live', (ws) => { socket = { page: ws, server: ws.connectToServer() }; }) });
+  await until(async () => (await facts(page)).paired, 'the page to be paired');
+  await ready(page);
   await page.keyboard.down('KeyD');
   await inState(watcher, 'engaged');
+  await page.evaluate(() => {
+    const words = document.querySelector('#state');
+    globalThis.said = [];
+    new MutationObserver(() => globalThis.said.push(words.textContent)).observe(words, { childList: true, characterData: true, subtree: true });
+  });
   await socket.server.close();
   await socket.page.close();
-  await until(() => page.evaluate(() => document.querySelector('#state').textContent === 'not connected'), 'the page');
-  await shot(page, 'not_connected');
+  await until(() => page.evaluate(() => globalThis.said.includes('not connected')), 'the words');
   await until(async () => (await state(watcher)).state !== 'engaged' && (await facts(watcher)).holder === 0, 'the arm to disengage');
-  await until(() => page.evaluate(() => globalThis.steadyhand.session.paired), 'the page');
+  await until(async () => (await facts(page)).paired, 'the page to be paired');
   await rest(watcher);
   const left = await state(watcher);
   await page.waitForTimeout(700); // the key is still held
   assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002);
   await page.keyboard.up('KeyD');
-  await inState(page, 'ready');
+  await ready(page);
   await page.keyboard.down('KeyD');
   await inState(watcher, 'engaged');
   await page.keyboard.up('KeyD');
@@ -305,13 +354,13 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
 });
 
 test('fits a phone, where a watcher sees controls that it cannot use', async () => {
-  const page = await open({ watch: true, context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true } });
-  await page.waitForTimeout(500);
-  await shot(page, 'phone');
-  assert.ok(await page.isDisabled('#lateral'));
-  assert.ok(await page.isVisible('#pairing'));
-  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
-  const unlabelled = await page.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
+  const phone = await open({ watch: true, context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true } });
+  await phone.waitForTimeout(500);
+  await shot(phone, 'phone');
+  assert.ok(await phone.isDisabled('#lateral'));
+  assert.ok(await phone.isVisible('#pairing'));
+  assert.equal(await phone.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
+  const unlabelled = await phone.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
   assert.equal(unlabelled, 0);
-  await page.context().close();
+  await phone.context().close();
 });

@@ -122,8 +122,9 @@ setInterval(() => {
   drag.report();
 }, 11);
 
+element('blind', HTMLElement).hidden = !stage.blind;
 void offerHeadset();
 connection.start();
 
 /** For tests and the curious: what the page knows. */
-Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, frames: () => frames } });
+Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, recordings, frames: () => frames } });

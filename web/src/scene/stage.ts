@@ -4,6 +4,7 @@ import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment
 import { SCENE_FROM_ROBOT } from '../frames';
 import type { Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
+import { blindRenderer } from './blind';
 import { Ghost, Glass } from './glass';
 import { Ribbon } from './ribbon';
 import { Room, TABLE } from './room';
@@ -21,18 +22,20 @@ const place = (object: THREE.Object3D, pose: Pose): void => {
   object.quaternion.set(pose.q[0], pose.q[1], pose.q[2], pose.q[3]);
 };
 
-/** Whether pictures are drawn by the processor: virtual machines, remote desktops, browsers without a driver. */
-function drawnInSoftware(): boolean {
-  const gl = document.createElement('canvas').getContext('webgl');
-  if (!gl) return true;
+/** Who draws: the processor does in virtual machines, remote desktops and browsers without a driver. */
+function drawing(): 'hardware' | 'software' | 'nothing' {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  if (!gl) return 'nothing';
   const name = String(gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
   gl.getExtension('WEBGL_lose_context')?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) ? 'software' : 'hardware';
 }
 
 /** Everything that is drawn. The arm's base frame is the group `base`; nothing is allocated from frame to frame. */
 export class Stage {
   readonly renderer: THREE.WebGLRenderer;
+  /** The browser cannot draw: no WebGL 2. */
+  readonly blind: boolean;
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.PerspectiveCamera(45, 1, 0.05, 30);
   readonly orbit: OrbitControls;
@@ -59,8 +62,10 @@ export class Stage {
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
     // The page's own backdrop shines through, and in augmented reality the room.
-    const software = drawnInSoftware();
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: true, powerPreference: 'high-performance' });
+    const drawnBy = drawing(), software = drawnBy !== 'hardware';
+    this.blind = drawnBy === 'nothing';
+    this.renderer = this.blind ? blindRenderer(canvas)
+      : new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
@@ -204,7 +209,7 @@ export class Stage {
     this.#quality = quality;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 1, 0.6, 0.4, 0.4][quality]!);
     this.#sun.castShadow = quality < 2;
-    if (quality < 1 && !this.scene.environment) this.#reflect();
+    if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }
 
   resize(width: number, height: number): void {

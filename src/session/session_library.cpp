@@ -1,0 +1,136 @@
+#include "session/session_library.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "record/session_file.hpp"
+#include "session/past_session.hpp"
+
+namespace steadyhand {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kMotionPeriod = 1.0 / 30.0;  ///< s between two looks at the arm; the page fills in between
+
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+FreshPage list(const fs::path& folder) {
+  Json sessions = Json::array();
+  for (const SessionEntry& entry : list_sessions(folder)) {
+    sessions.push_back({{"name", entry.name},
+                        {"duration_s", entry.duration},
+                        {"bytes", entry.bytes},
+                        {"complete", entry.complete},
+                        {"run", entry.run},
+                        {"summary", entry.summary}});
+  }
+  return {dump({{"sessions", std::move(sessions)}}), "application/json"};
+}
+
+Result<FreshPage> motion(const fs::path& file) {
+  SessionParts parts;
+  parts.states = true;
+  parts.state_period = kMotionPeriod;
+  const Result<SessionFile> session = load_session(file, parts);
+  if (!session) return session.error();
+  if (session->states.empty()) return Error{session->name + ": the arm never said where it was"};
+  // Written by hand: a session of hours would be a tree of millions of nodes.
+  std::string t, q;
+  for (const JointState& state : session->states) {
+    fmt::format_to(std::back_inserter(t), "{}{:.4f}", t.empty() ? "" : ",", to_seconds(state.stamp.made));
+    q += q.empty() ? "[" : ",[";
+    for (Eigen::Index i = 0; i < state.q.size(); ++i) {
+      fmt::format_to(std::back_inserter(q), "{}{:.5f}", i > 0 ? "," : "", state.q[i]);
+    }
+    q += "]";
+  }
+  return FreshPage{fmt::format("{{\"name\":{},\"t_s\":[{}],\"q\":[{}]}}", dump(session->name), t, q),
+                   "application/json"};
+}
+
+Result<FreshPage> report(const fs::path& file) {
+  static std::atomic<unsigned> made{0};
+  std::error_code error;
+  const fs::path page = fs::temp_directory_path(error) / fmt::format("steadyhand-report-{}-{}.html", ::getpid(), ++made);
+  if (error) return Error{"no folder for temporary files: " + error.message()};
+  const Result<std::string> written = write_session_report(file, page);
+  std::string body;
+  if (written) {
+    std::ifstream stream(page, std::ios::binary);
+    body.assign(std::istreambuf_iterator<char>(stream), {});
+  }
+  fs::remove(page, error);
+  if (!written) return written.error();
+  return FreshPage{std::move(body), "text/html; charset=utf-8", true};
+}
+
+/// Names that SessionRecorder gives: nothing that leaves the folder.
+bool is_name(const std::string& text) {
+  const auto fits = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '_' ||
+           c == '.';
+  };
+  return !text.empty() && text.size() <= 128 && text.front() != '.' && std::all_of(text.begin(), text.end(), fits);
+}
+
+}  // namespace
+
+SessionLibrary::SessionLibrary(fs::path folder) : folder_(std::move(folder)), thread_([this] { work(); }) {}
+
+SessionLibrary::~SessionLibrary() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void SessionLibrary::fetch(const std::string& path, Answer answer) {
+  {
+    const std::lock_guard lock(mutex_);
+    asked_.emplace_back(path, std::move(answer));
+  }
+  changed_.notify_all();
+}
+
+Result<FreshPage> SessionLibrary::read(const std::string& path) const {
+  if (path == "/sessions") return list(folder_);
+  const std::string_view prefix = "/sessions/";
+  const std::size_t slash = path.find('/', prefix.size());
+  if (path.compare(0, prefix.size(), prefix) == 0 && slash != std::string::npos) {
+    const std::string name = path.substr(prefix.size(), slash - prefix.size()), part = path.substr(slash + 1);
+    const fs::path file = folder_ / (name + ".mcap");
+    if (is_name(name) && part == "motion") return motion(file);
+    if (is_name(name) && part == "report.html") return report(file);
+  }
+  return Error{"there is /sessions, and of each session /sessions/NAME/motion and /sessions/NAME/report.html"};
+}
+
+void SessionLibrary::work() {
+  // Linux counts a priority for each thread, and 0 is the one that calls.
+  (void)setpriority(PRIO_PROCESS, 0, 10);
+  for (std::unique_lock lock(mutex_);;) {
+    changed_.wait(lock, [this] { return ending_ || !asked_.empty(); });
+    if (asked_.empty()) return;
+    const auto [path, answer] = std::move(asked_.front());
+    asked_.pop_front();
+    lock.unlock();
+    answer(read(path));
+    lock.lock();
+  }
+}
+
+}  // namespace steadyhand
