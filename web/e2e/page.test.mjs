@@ -180,9 +180,9 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   }
   await until(async () => (await state(watcher)).state === 'engaged', 'engagement');
   await until(async () => distance((await state(watcher)).tool.p, begin.tool.p) > 0.03, 'the glass to follow');
-  const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return d[Math.floor(0.99 * d.length)]; });
-  assert.ok(delay >= 0, 'the age of input events at their way out was measured');
-  console.log(`input event to WebSocket, p99: ${(1000 * delay).toFixed(1)} ms`);
+  const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return [d[Math.floor(0.5 * d.length)], d[Math.floor(0.99 * d.length)]]; });
+  assert.ok(delay[0] >= 0, 'the age of input events at their way out was measured');
+  console.log(`input event to WebSocket: median ${(1000 * delay[0]).toFixed(1)} ms, p99 ${(1000 * delay[1]).toFixed(1)} ms`);
   await page.mouse.up();
   await inState(watcher, 'ready');
   await rest(watcher);
@@ -278,23 +278,30 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
       Object.defineProperty(source.gamepad, 'hapticActuators', { value: [{ pulse: () => { ++globalThis.pulses; } }] });
     }
   });
-  const begin = await state(page);
+  await page.evaluate(() => {
+    globalThis.felt = false;
+    setInterval(() => { globalThis.felt ||= globalThis.steadyhand.session.state.constraint.kind !== 'none'; }, 10);
+  });
   const press = (button, value) => page.evaluate(([b, v]) => globalThis.emulatedHeadset.controllers.right.updateButtonValue(b, v), [button, value]);
   const place = (y) => page.evaluate((to) => { globalThis.emulatedHeadset.controllers.right.position.y = to; }, y);
+  /** Grips and lifts the hand; once more if this machine was so slow that the hand counted as silent. */
+  const lift = (by, done) => until(async () => {
+    await press('squeeze', 0);
+    await inState(page, 'ready');
+    await place(1.2);
+    await press('squeeze', 1);
+    await inState(page, 'engaged');
+    for (let i = 1; i <= 25; ++i) {
+      await place(1.2 + (by * i) / 25);
+      await page.waitForTimeout(30);
+    }
+    await page.waitForTimeout(300);
+    return done();
+  }, 'the hand to lift the glass');
+  const begin = await state(page);
   await press('trigger', 1); // for a gripper: it moves nothing
-  await press('squeeze', 1);
-  await inState(page, 'engaged');
-  for (let i = 1; i <= 20; ++i) {
-    await place(1.25 + 0.01 * i);
-    await page.waitForTimeout(30);
-  }
-  await until(async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04, 'the glass to rise with the hand');
-  for (let i = 1; i <= 60; ++i) {
-    await place(1.45 + 0.02 * i);
-    await page.waitForTimeout(20);
-  }
-  await until(async () => (await state(page)).constraint.kind !== 'none', 'a limit to hold the arm back');
-  await until(() => page.evaluate(() => globalThis.pulses > 0), 'the controller to pulse');
+  await lift(0.2, async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04);
+  await lift(1.0, () => page.evaluate(() => globalThis.felt && globalThis.pulses > 0));
   await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = false; });
   await until(async () => (await state(page)).state !== 'engaged', 'the arm to hold');
   assert.notEqual((await state(page)).reason, '');

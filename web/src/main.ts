@@ -120,6 +120,7 @@ setInterval(() => {
   keys.update(dt);
   gamepads.update(dt);
   drag.report();
+  headset.repeat(t);
 }, 11);
 
 element('blind', HTMLElement).hidden = !stage.blind;

@@ -2,6 +2,7 @@ import * as THREE from 'three';
 import type { Hand } from '../hand';
 import { heading, toRobot, toRobotRotation } from '../frames';
 import type { Connection } from '../connection';
+import type { Pose } from '../protocol';
 import type { Session } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { EmulatedHand } from './emulator';
@@ -72,6 +73,7 @@ export class Headset {
   #wroteAt = 0;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
+  #last: { pose: Pose | null; gripped: boolean; guessed: boolean; at: number } | null = null;
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly wantLease: () => void, private readonly onStop: () => void,
@@ -137,7 +139,7 @@ export class Headset {
     const space = this.stage.renderer.xr.getReferenceSpace();
     const source = this.#source();
     this.#write(now);
-    if (!space || !source?.gamepad || !source.gripSpace) return this.#noController();
+    if (!space || !source?.gamepad || !source.gripSpace) return this.#noController(now);
     const pressed = source.gamepad.buttons.map((button) => button.pressed);
     const fresh = (button: number): boolean => pressed[button] === true && this.#held[button] !== true;
     const pose = frame.getPose(source.gripSpace, space);
@@ -149,7 +151,7 @@ export class Headset {
     if (gripped || this.hand.source === 'headset') this.hand.grab('headset');
     if (this.hand.source === 'headset') {
       const known = pose && { p: toRobot(pose.transform.position), q: toRobotRotation(pose.transform.orientation) };
-      this.hand.report('headset', known ?? null, gripped, known ? pose.emulatedPosition && !this.simulated : false);
+      this.#report(known ?? null, gripped, known ? pose.emulatedPosition && !this.simulated : false, now);
       if (!gripped) this.hand.release('headset');
     }
     this.#held = pressed;
@@ -162,9 +164,21 @@ export class Headset {
     return all.find((one) => one.gamepad!.buttons[GRIP]?.pressed) ?? all.find((one) => one.handedness === 'right') ?? all[0];
   }
 
-  #noController(): void {
+  #noController(now: number): void {
     // Switched off, or put down: the server must hear that there is no pose rather than nothing.
-    if (this.hand.source === 'headset') this.hand.report('headset', null, this.hand.clutch, false);
+    if (this.hand.source === 'headset') this.#report(null, this.hand.clutch, false, now);
+  }
+
+  #report(pose: Pose | null, gripped: boolean, guessed: boolean, now: number): void {
+    this.#last = { pose, gripped, guessed, at: now };
+    this.hand.report('headset', pose, gripped, guessed);
+  }
+
+  /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */
+  repeat(now: number): void {
+    const last = this.#last;
+    if (!this.simulated || !this.session || this.hand.source !== 'headset' || !last || now - last.at < 0.03) return;
+    this.hand.report('headset', last.pose, last.gripped, last.guessed);
   }
 
   #setForward(frame: XRFrame, space: XRReferenceSpace): void {
