@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "app/arm_choice.hpp"
 #include "app/commands.hpp"
@@ -20,6 +21,7 @@
 #include "session/live_session.hpp"
 #include "session/operator_desk.hpp"
 #include "session/replay.hpp"
+#include "session/session_library.hpp"
 #include "session/session_recorder.hpp"
 #include "session/stop_signals.hpp"
 
@@ -41,6 +43,7 @@ constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 struct Options {
   std::string input;
   RecordingOptions range;
+  std::string page;
   bool headless = false, no_browser = false;
   double seconds = 0.0;  ///< 0: until Ctrl-C
   SettingsOptions settings;
@@ -158,7 +161,7 @@ void open_browser(const std::string& url) {
 }
 
 Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
-                                             OperatorDesk& desk, const Clock& clock) {
+                                             OperatorDesk& desk, SessionLibrary& library, const Clock& clock) {
   ServerCallbacks callbacks;
   callbacks.now = [&clock] { return clock.now(); };
   callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
@@ -168,6 +171,9 @@ Result<std::unique_ptr<Server>> start_server(const Options& options, const Serve
   };
   callbacks.on_lease = [&desk](std::uint64_t) { desk.change_hands(); };
   callbacks.on_pairing = print_addresses;
+  callbacks.on_fetch = [&library](const std::string& path, SessionLibrary::Answer answer) {
+    library.fetch(path, std::move(answer));
+  };
   auto server = Server::start(settings, std::move(facts), std::move(callbacks));
   if (!server) return server.error();
   print_addresses((*server)->urls());
@@ -219,6 +225,7 @@ Status run(Options options) {
   if (Status s = options.settings.apply(table); !s) return s;
   if (Status s = settings.resolve(table); !s) return s;
   if (Status s = check(options, settings); !s) return s;
+  settings.server.page_folder = options.page;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
   Result<RobotModel> model = open_robot(settings.robot, places);
@@ -254,13 +261,15 @@ Status run(Options options) {
   desk.on_record([&recorder](bool record) { recorder.ask(record); });
   session.start(recorder.taps());
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
+  std::optional<SessionLibrary> library;
   std::unique_ptr<Server> server;
   // With a page too, so that there is something to see until somebody takes over.
   // A real arm follows a recording only when nobody else could lead it.
   const bool plays = options.headless || !options.arm.real();
   if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
   if (!options.headless) {
-    auto started = start_server(options, settings.server, std::move(facts), desk, clock);
+    library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder);
+    auto started = start_server(options, settings.server, std::move(facts), desk, *library, clock);
     if (!started) {
       (void)session.finish();  // its threads use what is made here
       return started.error();
@@ -297,6 +306,7 @@ void add_demo_command(CLI::App& app, Command& chosen) {
   CLI::App* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
   command->add_flag("--headless", options->headless, "Without a page: a recorded hand, over and over");
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
+  command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
   command->add_option("--input", options->input,
                       "Recording that may play the hand (formats: see replay); default: bundled hands");
   command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");

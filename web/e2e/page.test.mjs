@@ -71,10 +71,12 @@ const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.co
 const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
 
-/** Of the page as people see it. */
-async function shot(of, name) {
+/** Of the page as people see it: drawn, and then given time to hear what happened meanwhile. */
+async function shot(of, name, drawnAnew = false) {
   const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
   await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
+  if (!drawnAnew) await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  await of.waitForTimeout(700);
   await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
   await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
 }
@@ -306,7 +308,7 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await until(async () => (await state(page)).state !== 'engaged', 'the arm to hold');
   assert.notEqual((await state(page)).reason, '');
   await rest(page);
-  await shot(page, 'vr_holding');
+  await shot(page, 'vr_holding', true); // the emulator wipes its canvas with every frame
   await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = true; });
   await press('squeeze', 0);
   await ready(page);

@@ -202,12 +202,13 @@ export class Stage {
     this.setQuality(this.#quality + 1);
   }
 
-  /** @param quality 0: all; 3: least; 4: nothing is drawn, for tests of everything else */
+  /** @param quality 0: all; 3: least; 4: the last picture stays, for tests of everything else */
   setQuality(quality: number): void {
     this.#framesAtQuality = 0;
     this.#frameTime = 0.016;
     this.#quality = quality;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 1, 0.6, 0.4, 0.4][quality]!);
+    if (quality >= 4) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 1, 0.6, 0.4][quality]!);
     this.#sun.castShadow = quality < 2;
     if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }
