@@ -97,12 +97,19 @@ class WebSocket:
         self.stream.sendall(bytes([0x81, 0x80 | len(body)]) + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(body)))
 
     def hear(self, kind):
+        body = b""
         while True:
             first, length = self.file.read(2)
             if length in (126, 127):
                 length = struct.unpack(">H" if length == 126 else ">Q", self.file.read(2 if length == 126 else 8))[0]
-            body = self.file.read(length)
-            if first & 15 == 1 and (message := json.loads(body))["type"] == kind:
+            part = self.file.read(length)
+            if first & 15 > 1:  # ping, close
+                continue
+            body += part
+            if not first & 128:  # goes on in the next frame
+                continue
+            message, body = json.loads(body), b""
+            if message["type"] == kind:
                 return message
 
     def __enter__(self):
