@@ -19,12 +19,17 @@ let program, browser, address, sessions, page, output = '';
 /** The newest address with its code, from the terminal. */
 const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
 const plainAddress = () => address.replace(/#.*/, '');
+/** What the page knew at last, for whoever reads that a test failed. */
+const news = async () => (page ? page.evaluate(() => {
+  const { session, hand } = globalThis.steadyhand;
+  return `${session.state?.state}: ${session.state?.reason}; lease ${session.yours}, hand ${hand.source} ${hand.clutch}`;
+}).catch(String) : 'no page');
 async function until(condition, what) {
   const end = Date.now() + PATIENCE;
   for (;;) {
     const value = await condition();
     if (value) return value;
-    if (Date.now() > end) assert.fail(`waited in vain for ${what}\n${output}`);
+    if (Date.now() > end) assert.fail(`waited in vain for ${what}; ${await news()}\n${output}`);
     await new Promise((done) => setTimeout(done, 50));
   }
 }
@@ -276,23 +281,27 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await until(() => page.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session');
   await page.evaluate(() => {
     globalThis.pulses = 0;
-    for (const source of globalThis.steadyhand.headset.session.inputSources) {
-      Object.defineProperty(source.gamepad, 'hapticActuators', { value: [{ pulse: () => { ++globalThis.pulses; } }] });
-    }
-  });
-  await page.evaluate(() => {
     globalThis.felt = false;
-    setInterval(() => { globalThis.felt ||= globalThis.steadyhand.session.state.constraint.kind !== 'none'; }, 10);
+    setInterval(() => {
+      const { session, headset } = globalThis.steadyhand;
+      globalThis.felt ||= session.state.constraint.kind !== 'none';
+      for (const { gamepad } of headset.session?.inputSources ?? []) { // they come with the first frames
+        if (gamepad && !gamepad.hapticActuators?.[0]?.counted) {
+          Object.defineProperty(gamepad, 'hapticActuators', { configurable: true, value: [{ counted: true, pulse: () => { ++globalThis.pulses; } }] });
+        }
+      }
+    }, 10);
   });
   const press = (button, value) => page.evaluate(([b, v]) => globalThis.emulatedHeadset.controllers.right.updateButtonValue(b, v), [button, value]);
   const place = (y) => page.evaluate((to) => { globalThis.emulatedHeadset.controllers.right.position.y = to; }, y);
-  /** Grips and lifts the hand; once more if this machine was so slow that the hand counted as silent. */
+  /** Grips and lifts the hand; once more if this machine was so slow that the hand counted as silent or lost. */
   const lift = (by, done) => until(async () => {
     await press('squeeze', 0);
-    await inState(page, 'ready');
     await place(1.2);
+    await page.waitForTimeout(300);
     await press('squeeze', 1);
-    await inState(page, 'engaged');
+    await page.waitForTimeout(500);
+    if ((await state(page)).state !== 'engaged') return false;
     for (let i = 1; i <= 25; ++i) {
       await place(1.2 + (by * i) / 25);
       await page.waitForTimeout(30);
