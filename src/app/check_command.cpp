@@ -90,7 +90,7 @@ Result<Measured> measure(RtdeClient& client, double seconds, const StopSignals& 
   Measured measured;
   Time asked = clock.now();
   while (clock.now() < end) {
-    if (!client.wait(std::chrono::milliseconds(500))) return Error{"no word from the controller for 0.5 s"};
+    if (!client.wait(kPatience)) return Error{"no word from the controller for 3 s"};
     const Socket::Outcome outcome = client.fill();
     const Time arrival = clock.now();
     if (outcome == Socket::Outcome::kClosed) return Error{"the controller closed the connection while it was measured"};
