@@ -298,9 +298,11 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   const lift = (by, done) => until(async () => {
     await press('squeeze', 0);
     await place(1.2);
+    await until(() => page.evaluate(() => !globalThis.steadyhand.hand.clutch), 'a frame that sees the hand open');
     await page.waitForTimeout(300);
     await press('squeeze', 1);
-    await page.waitForTimeout(500);
+    await until(() => page.evaluate(() => globalThis.steadyhand.hand.clutch), 'a frame that sees the grip');
+    await page.waitForTimeout(300);
     if ((await state(page)).state !== 'engaged') return false;
     for (let i = 1; i <= 25; ++i) {
       await place(1.2 + (by * i) / 25);
@@ -309,6 +311,11 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
     await page.waitForTimeout(300);
     return done();
   }, 'the hand to lift the glass');
+  const scaleTo = async (value) => {
+    await say(page, { type: 'request', kind: 'scale', value });
+    await until(async () => (await state(page)).controls.scale === value, 'the scale');
+  };
+  await scaleTo(2); // so that the little that a slow machine sees of the motion is enough
   const begin = await state(page);
   await press('trigger', 1); // for a gripper: it moves nothing
   await lift(0.2, async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04);
@@ -321,6 +328,7 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = true; });
   await press('squeeze', 0);
   await ready(page);
+  await scaleTo(0.5);
   const { scale, yaw } = (await state(page)).controls;
   await page.evaluate(() => globalThis.emulatedHeadset.controllers.right.updateAxis('thumbstick', 'y-axis', -1));
   await until(async () => (await state(page)).controls.scale > scale, 'the stick to scale');
