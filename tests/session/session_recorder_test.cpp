@@ -140,6 +140,18 @@ TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
   EXPECT_FALSE(full);  // its header does not fit
 }
 
+TEST_F(Recorded, ADiskThatIsNearlyFullIsLeftAlone) {
+  settings.keep_free_gb = 1e6;
+  SessionRecorder recorder = make();
+  EXPECT_FALSE(recorder.recording());
+  LiveTaps taps = recorder.taps();
+  run(taps, 1.5);
+  EXPECT_TRUE(files().empty());
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("GB"), std::string::npos) << notices[0];
+}
+
 TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
   SessionRecorder recorder = make();
   LiveTaps taps = recorder.taps();

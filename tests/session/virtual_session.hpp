@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <functional>
 #include <memory>
 
@@ -59,7 +60,12 @@ class VirtualSession {
     monitor_ = std::make_unique<Monitor>(ur5e(), GlassSettings{});
     next_step_ = next_sample_ = clock_.now();
   }
-  VirtualSession() : VirtualSession(Options{}) {}
+  /// At 50 Hz, where a test takes a moment; STEADYHAND_TEST_RATE runs all of them at another rate.
+  VirtualSession() : VirtualSession(Options::at_rate(usual_rate())) {}
+  static double usual_rate() {
+    const char* rate = std::getenv("STEADYHAND_TEST_RATE");
+    return rate == nullptr ? 50.0 : std::atof(rate);
+  }
 
   /// What the hand does at a time: each 11 ms its sample goes through `channel`, which calls `deliver` for what
   /// arrives.
