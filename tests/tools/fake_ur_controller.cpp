@@ -3,6 +3,7 @@
 #include "support/ur/fake_ur_controller.hpp"
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <signal.h>
 
 #include <CLI/CLI.hpp>
@@ -49,6 +50,10 @@ int main(int argc, char** argv) {
   std::cout << fmt::format("listening at {}: rtde {} script {} dashboard {}\n", settings.address,
                            controller.rtde_port(), controller.script_port(), controller.dashboard_port())
             << std::flush;
+  // A controller is a real-time machine; where that is not granted, it is one that stalls at times.
+  sched_param priority{};
+  priority.sched_priority = 85;
+  (void)sched_setscheduler(0, SCHED_FIFO, &priority);
   controller.lag(lag);
   controller.run();
   const timespec wait{every > 0.0 ? static_cast<time_t>(every) : 1, 0};
