@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <optional>
 
 #include "record/crc32.hpp"
@@ -132,7 +133,9 @@ class Reader {
   void note_chunk(Fields fields) {
     const auto first = fields.number<std::uint64_t>(), last = fields.number<std::uint64_t>();
     ++overview_.chunks;
-    if (last > 0) note_time(Time(first), Time(last));
+    // Times that cannot be are not worth an error here: what is inside is not looked at either.
+    constexpr std::uint64_t kLatest = std::numeric_limits<std::int64_t>::max();
+    if (last > 0 && first <= last && last <= kLatest) note_time(Time(first), Time(last));
   }
 
   void note_time(Time first, Time last) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -22,7 +23,13 @@ double number(const Json& json) {
 }
 
 Time time(const Json& json) {
-  return std::chrono::seconds(json.at("sec").get<std::int64_t>()) + Time(json.at("nsec").get<std::int64_t>());
+  const Json &sec = json.at("sec"), &nsec = json.at("nsec");
+  const bool whole = sec.is_number_integer() && nsec.is_number_integer();
+  constexpr std::int64_t kMost = 9'000'000'000, kSecond = 1'000'000'000;
+  if (!whole || std::abs(sec.get<double>()) > kMost || std::abs(nsec.get<double>()) >= kSecond) {
+    throw std::runtime_error("a timestamp is expected");
+  }
+  return std::chrono::seconds(sec.get<std::int64_t>()) + Time(nsec.get<std::int64_t>());
 }
 
 Vector3 vector3(const Json& json) { return {number(json.at("x")), number(json.at("y")), number(json.at("z"))}; }

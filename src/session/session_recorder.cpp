@@ -75,6 +75,15 @@ Result<Recorder> SessionRecorder::create(const fs::path& path) const {
   return recorder;
 }
 
+std::string SessionRecorder::no_room() const {
+  std::error_code failed;
+  const fs::space_info space = fs::space(settings_.folder, failed);
+  const double free_gb = 1e-9 * static_cast<double>(space.available);
+  if (failed || free_gb >= settings_.keep_free_gb) return {};
+  return fmt::format("{}: {:.1f} GB are free on its disk, and {} GB are to stay so", settings_.folder.string(), free_gb,
+                     settings_.keep_free_gb);
+}
+
 void SessionRecorder::begin_file() {
   std::error_code failed;
   fs::create_directories(settings_.folder, failed);
@@ -82,8 +91,8 @@ void SessionRecorder::begin_file() {
     wanted_ = false;
     return notice(fmt::format("not recorded: {}: cannot be made: {}", settings_.folder.string(), failed.message()));
   }
-  std::string failure;
-  for (int i = 1; i < 100; ++i) {  // another session may have begun in the same second
+  std::string failure = no_room();
+  for (int i = 1; i < 100 && failure.empty(); ++i) {  // another session may have begun in the same second
     path_ = settings_.folder / (i == 1 ? stem_ + ".mcap" : fmt::format("{}_{}.mcap", stem_, i));
     if (fs::exists(path_, failed)) continue;
     Result<Recorder> recorder = create(path_);
@@ -93,7 +102,6 @@ void SessionRecorder::begin_file() {
       return;
     }
     failure = recorder.error().message;
-    if (!fs::exists(path_, failed)) break;
   }
   wanted_ = false;
   notice("not recorded: " + failure);
@@ -196,6 +204,11 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     SessionSnapshot statistics = now;
     statistics.now = at;
     write(statistics);
+    if (const std::string why = file_ ? no_room() : ""; !why.empty()) {
+      wanted_ = false;
+      end_file();
+      notice("the recording ended, the session goes on: " + why);
+    }
   }
   if (fault_) write_flight();
 }
