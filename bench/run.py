@@ -1,4 +1,4 @@
-"""`./steadyhand bench`: the same sequence of problems through our solver, the paper's own stack and other peers.
+"""`./steadyhand bench`: our solvers, the paper's own stack and other peers on the same problems.
 
 README.md says how they are compared.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 
 warnings.filterwarnings("ignore", category=FutureWarning, module="casadi")
 
+import closed_loops
 from comparison import LEGEND, as_json, compare, table
 from formulation import Arm, Formulation
 from kkt import Judge
@@ -24,6 +25,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PROFILES = ("tracking", "anti-slosh", "waiter")
 BLOCK = 10  # problems that one solver solves before the next has its turn
 QUICK_BLOCKS = 2  # per profile
+LONGEST_HORIZON = 128  # kMaxHorizon of src/ocp
+OURS = "steadyhand-realtime"  # drives the closed loops
 
 
 class InputError(Exception):
@@ -53,10 +56,32 @@ def parse_arguments(argv):
     parser.add_argument(
         "--quick",
         action="store_true",
-        help=f"{QUICK_BLOCKS * BLOCK} problems of each profile, and no casadi-c unless asked for: under two minutes",
+        help=f"{QUICK_BLOCKS * BLOCK} problems of each profile, short closed loops, and no casadi-c unless asked for",
     )
     parser.add_argument("--json", metavar="FILE", type=Path, help="write all figures, problem by problem")
+    loops = parser.add_argument_group("closed loops", "our solver along easy and hard sequences, peers on a sample")
+    loops.add_argument("--only", choices=("problems", "closed-loops"), help="one half of the benchmark (default: both)")
+    loops.add_argument("--sequences", nargs="+", metavar="NAME", help="(default: all)")
+    loops.add_argument("--horizons", nargs="+", type=int, metavar="N", help="(default: 8 16 32 64; --quick: 8)")
+    loops.add_argument("--solves", type=int, metavar="COUNT", help="of each combination (default: 2000; --quick: 500)")
+    loops.add_argument("--sample", type=int, metavar="COUNT", help="of these for the peers (default: 20; --quick: 5)")
+    loops.add_argument("--budget-us", type=float, default=0.0, metavar="US", help="for a solve (default: 0, none)")
     options = parser.parse_args(argv)
+    if options.horizons is None:
+        options.horizons = [8] if options.quick else [8, 16, 32, 64]
+    if options.solves is None:
+        options.solves = 500 if options.quick else 2000
+    if options.sample is None:
+        options.sample = min(options.solves, 5 if options.quick else 20)
+    if options.solves < 1:
+        raise InputError(f"--solves is {options.solves}; it must be at least 1")
+    if not 1 <= options.sample <= options.solves:
+        raise InputError(f"--sample is {options.sample}; it must be from 1 to --solves, {options.solves}")
+    if not options.budget_us >= 0.0:
+        raise InputError(f"--budget-us is {options.budget_us}; it must be 0 (none) or more")
+    for horizon in options.horizons:
+        if not 1 <= horizon <= LONGEST_HORIZON:
+            raise InputError(f"--horizons has {horizon}; each must be from 1 to {LONGEST_HORIZON}")
     if options.solvers is None:
         options.solvers = [s for s in SOLVERS if not (options.quick and s == "casadi-c")]
     options.solvers = list(dict.fromkeys(options.solvers))
@@ -143,33 +168,18 @@ def run_profile(workers, judge, blocks, profile):
     return answers, verdicts
 
 
-def bench(options):
-    program = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
-    with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as temporary:
-        folder = options.problems
-        if folder is None:
-            folder = Path(temporary)
-            say("replaying the bundled recording for its problems")
-            profiles = [argument for profile in options.profiles for argument in ("--profile", profile)]
-            run_program(program, "replay", "--dump-problems", "--out", str(folder), *profiles)
-        blocks = {profile: select(load_problems(folder, profile), options.quick) for profile in options.profiles}
+def replayed_problems(program, options, folder):
+    """Blocks of each profile's problems."""
+    if options.problems is None:
+        say("replaying the bundled recording for its problems")
+        profiles = [argument for profile in options.profiles for argument in ("--profile", profile)]
+        run_program(program, "replay", "--dump-problems", "--out", str(folder), *profiles)
+    source = options.problems or folder
+    return {profile: select(load_problems(source, profile), options.quick) for profile in options.profiles}
 
-    problems = [problem for of_profile in blocks.values() for block in of_profile for problem in block]
-    check_alike(problems)
-    first = problems[0]
-    description = json.loads(run_program(program, "describe", first["robot"]))
-    paths = {"program": program, "cache": ROOT / "build" / "bench", "acados": ROOT / ".deps" / "acados" / "acados"}
 
-    workers = [Worker(name, description, problems, paths) for name in options.solvers]
-    for worker in workers:
-        worker.wait_until_ready()
-    judge = Judge(Formulation(Arm.from_description(description), first["dt"], first["horizon"]))
-
-    spheres, pairs = len(description["spheres"]), len(description["pairs"])
-    print(
-        f"{description['name']}: {spheres} spheres, {pairs} pairs; horizon {first['horizon']} x {first['dt']} s; "
-        f"tolerance {first['tolerance']:g}"
-    )
+def bench_problems(workers, judge, blocks):
+    """Every solver on the planner's problems of one replay."""
     results = {}
     for profile, of_profile in blocks.items():
         answers, verdicts = run_profile(workers, judge, of_profile, profile)
@@ -177,8 +187,38 @@ def bench(options):
         print(f"\n{profile}: {rows[0].problems} problems\n{table(rows)}", flush=True)
         results[profile] = as_json(rows, answers, verdicts)
     print(f"\n{LEGEND}")
-    for worker in workers:
-        worker.close()
+    return results
+
+
+def bench(options):
+    program = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+    with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as temporary:
+        folder = Path(temporary)
+        blocks = replayed_problems(program, options, folder)
+        problems = [problem for of_profile in blocks.values() for block in of_profile for problem in block]
+        check_alike(problems)
+        first = problems[0]
+        description = json.loads(run_program(program, "describe", first["robot"]))
+        paths = {"program": program, "cache": ROOT / "build" / "bench", "acados": ROOT / ".deps" / "acados" / "acados"}
+
+        workers = [Worker(name, description, problems, paths) for name in options.solvers]
+        for worker in workers:
+            worker.wait_until_ready()
+        print(
+            f"{description['name']}: {len(description['spheres'])} spheres, {len(description['pairs'])} pairs; "
+            f"horizon {first['horizon']} x {first['dt']} s; tolerance {first['tolerance']:g}"
+        )
+        results = {}
+        if options.only != "closed-loops":
+            judge = Judge(Formulation(Arm.from_description(description), first["dt"], first["horizon"]))
+            results |= bench_problems(workers, judge, blocks)
+        if options.only != "problems":
+            print("\nclosed loops")
+            peers = [worker for worker in workers if worker.name != OURS]
+            loops = closed_loops.run(Path(program).with_name("bench_solvers"), options, peers, PAPER, folder)
+            results["closed_loops"] = [{**loop.figures, "peers_us": loop.peers} for loop in loops]
+        for worker in workers:
+            worker.close()
     if options.json:
         options.json.write_text(json.dumps(results, indent=1) + "\n")
 

@@ -4,13 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "closed_loop.hpp"
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
-#include "ocp/evaluation.hpp"
+#include "record/problem_json.hpp"
 
 namespace steadyhand::bench {
 namespace {
@@ -20,9 +21,10 @@ struct Options {
   std::vector<std::string> solvers{"realtime"}, profiles{"tracking", "anti-slosh", "waiter"}, sequences;
   std::vector<int> horizons{8};
   int solves = 2000;  ///< of each combination
-  int compare = 0;    ///< how many of them are solved by FATROP too, cold
+  int sample = 0;     ///< how many of them are solved by FATROP too, cold, and written
   unsigned seed = 1;
   SolveBudget budget;
+  std::filesystem::path problems;  ///< folder for the sampled problems
   bool json = false;
 };
 
@@ -49,7 +51,7 @@ struct Comparison {
   }
 };
 
-nlohmann::json run(const Options& options, const RobotModel& model, const Reach& reach, const Sequence& sequence,
+Result<nlohmann::json> run(const Options& options, const RobotModel& model, const Reach& reach, const Sequence& sequence,
                    const Profile& profile, int horizon, const std::string& name) {
   OcpSettings settings = profile.ocp;
   settings.horizon = horizon;
@@ -64,7 +66,8 @@ nlohmann::json run(const Options& options, const RobotModel& model, const Reach&
   double iterations = 0.0;
   int most = 0, unsolved = 0, infeasible = 0;
   Comparison comparison;
-  const int every = options.compare > 0 ? std::max(1, options.solves / options.compare) : 0;
+  std::vector<ProblemRecord> sampled;
+  const int every = options.sample > 0 ? std::max(1, options.solves / options.sample) : 0;
   for (int i = 0; i < options.solves; ++i) {
     loop.pose();
     Solution& solution = loop.solution();
@@ -75,7 +78,8 @@ nlohmann::json run(const Options& options, const RobotModel& model, const Reach&
     most = std::max(most, solution.iterations);
     unsolved += solution.status != SolveStatus::kSolved;
     infeasible += solution.status == SolveStatus::kInfeasible;
-    if (every > 0 && i % every == 0) {
+    if (every > 0 && i % every == every / 2) {
+      sampled.push_back(to_record(ocp, loop.instance(), loop.warm_start().guess(), profile.tolerance));
       Trajectory still(ocp.dof(), horizon);
       for (StateVector& x : still.x) x = loop.instance().x0;
       reference->solve(loop.instance(), still, nullptr, {}, cold);
@@ -86,7 +90,11 @@ nlohmann::json run(const Options& options, const RobotModel& model, const Reach&
   std::sort(times.begin(), times.end());
   double total = 0.0;
   for (const double t : times) total += t;
-  return {{"solver", name},
+  if (!options.problems.empty()) {
+    const std::string file = fmt::format("{}-{}-{}-{}.json", name, sequence.name, profile.name, horizon);
+    if (Status s = write_problems(sampled, options.problems / file); !s) return s.error();
+  }
+  return nlohmann::json{{"solver", name},
           {"sequence", sequence.name},
           {"hard", sequence.hard},
           {"profile", profile.name},
@@ -125,6 +133,9 @@ int main_with(const Options& options) {
       return fail({fmt::format("--horizon is {}; it must be from 1 to {}", horizon, kMaxHorizon)});
     }
   }
+  if (options.sample < 0 || options.sample > options.solves) {
+    return fail({fmt::format("--sample is {}; it must be from 0 to --solves, {}", options.sample, options.solves)});
+  }
   if (options.solves < 1) return fail({fmt::format("--solves is {}; it must be at least 1", options.solves)});
   const auto model = open_robot(options.robot);
   if (!model) return fail(model.error());
@@ -148,7 +159,7 @@ int main_with(const Options& options) {
   if (!options.json) {
     fmt::print("{:9} {:16} {:11} {:>3} {:>8} {:>8} {:>8} {:>8} {:>9} {:>6} {:>4} {:>8} {:>10}  {}\n", "solver",
                "sequence", "profile", "N", "mean us", "p50", "p99", "p99.9", "worst", "it.", "most", "unsolved",
-               "infeasible", options.compare ? "FATROP cold: same/ours better/worse/only FATROP/only ours" : "");
+               "infeasible", options.sample ? "FATROP cold: same/ours better/worse/only FATROP/only ours" : "");
   }
   for (const std::string& name : options.solvers) {
     for (const Sequence& sequence : *sequences) {
@@ -158,7 +169,9 @@ int main_with(const Options& options) {
       }
       for (const Profile& profile : profiles) {
         for (const int horizon : options.horizons) {
-          const nlohmann::json r = run(options, *model, reach, sequence, profile, horizon, name);
+          const auto result = run(options, *model, reach, sequence, profile, horizon, name);
+          if (!result) return fail(result.error());
+          const nlohmann::json& r = *result;
           if (options.json) {
             std::cout << r.dump() << std::endl;
             continue;
@@ -166,7 +179,7 @@ int main_with(const Options& options) {
           const auto number = [&](const char* key) { return r[key].get<double>(); };
           const auto count = [&](const char* key) { return r[key].get<int>(); };
           std::string compared;
-          if (options.compare) {
+          if (options.sample) {
             compared = fmt::format("{}/{}/{}/{}/{}", count("same"), count("better"), count("worse"),
                                    count("only_fatrop"), count("only_ours"));
           }
@@ -195,7 +208,8 @@ int main(int argc, char** argv) {
   app.add_option("--profile", options.profiles, "Profiles")->capture_default_str();
   app.add_option("--horizon", options.horizons, "Horizons, intervals")->capture_default_str();
   app.add_option("--solves", options.solves, "Solves of each combination")->capture_default_str();
-  app.add_option("--compare", options.compare, "How many of them FATROP solves too, from a cold start");
+  app.add_option("--sample", options.sample, "How many of them FATROP solves too, from a cold start");
+  app.add_option("--problems", options.problems, "Folder for the sampled problems, in the form that `solve` reads");
   app.add_option("--seed", options.seed, "Of sequences and noise")->capture_default_str();
   app.add_option("--budget-us", options.budget.time_us, "Time budget of a solve, 0: none")->capture_default_str();
   app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();

@@ -60,6 +60,10 @@ def test_refuses_problems(text, message, tmp_path, capsys):
         (["--solvers", "ipopt"], "there is no 'ipopt'; there are steadyhand-fatrop"),
         (["--problems", "/nowhere"], "No such file or directory"),
         (["--json", "/nowhere/bench.json"], "does not exist"),
+        (["--solves", "0"], "--solves is 0"),
+        (["--solves", "5", "--sample", "6"], "--sample is 6; it must be from 1 to --solves, 5"),
+        (["--budget-us", "nan"], "--budget-us is nan"),
+        (["--horizons", "8", "129"], "--horizons has 129; each must be from 1 to 128"),
     ],
 )
 def test_refuses_arguments(arguments, message, capsys):
@@ -101,6 +105,7 @@ def test_short_run(tmp_path):
     subprocess.run(replay, check=True, capture_output=True, timeout=300)
     figures = tmp_path / "bench.json"
     options = ["--quick", "--profiles", "waiter", "--problems", str(tmp_path), "--json", str(figures)]
+    options += ["--sequences", "recording-500Hz", "jumps", "--solves", "100", "--sample", "2"]
     command = [sys.executable, str(ROOT / "bench" / "run.py"), *options, "--solvers", "steadyhand-fatrop", "casadi"]
     result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
@@ -109,3 +114,16 @@ def test_short_run(tmp_path):
     assert (ours["solver"], paper["solver"]) == ("steadyhand-fatrop", "casadi")
     assert ours["same"] + ours["other_minimum"] == 20
     assert ours["violation"] < 1e-6
+    loops = json.loads(figures.read_text())["closed_loops"]
+    assert [loop["sequence"] for loop in loops] == ["recording-500Hz", "jumps"]
+    for loop in loops:
+        assert (loop["unsolved"], loop["compared"]) == (0, 2)
+        assert set(loop["peers_us"]) == {"steadyhand-fatrop", "casadi"}
+    assert "verdict: the worst solve" in result.stdout
+
+
+def test_names_the_sequences(tmp_path, capfd):
+    write_problems(tmp_path, json.dumps([GOOD]))
+    options = ["--problems", str(tmp_path), "--profiles", "tracking", "--only", "closed-loops", "--sequences", "rest"]
+    assert main([*options, "--solvers", "steadyhand-fatrop"]) == 2
+    assert "the sequences are recording-20Hz" in capfd.readouterr().err

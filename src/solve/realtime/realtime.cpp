@@ -139,7 +139,7 @@ class Realtime final : public Solver {
         // A minimiser that is not a solution lies outside of bounds: locally infeasible.
         if (std::max(now.dual, now.centrality) <= kConverged * last_mu) return Outcome::kGaveUp;
       } else if (std::max(now.dual, now.centrality) <= kCloseEnough * barrier_.mu()) {
-        barrier_.set_mu(std::max(last_mu, std::min(0.2 * barrier_.mu(), std::pow(barrier_.mu(), 1.5))));
+        barrier_.set_mu(std::max(last_mu, std::min(0.2 * barrier_.mu(), std::pow(barrier_.mu(), 1.75))));
         continue;
       }
       if (budget.spent()) return Outcome::kGaveUp;
@@ -240,7 +240,7 @@ class Realtime final : public Solver {
 
   static constexpr double kColdMu = 0.1;
   static constexpr double kWarmMu = 3e-3, kLeastWarmMu = 1e-5, kMostWarmMu = 1e-2;
-  static constexpr double kCloseEnough = 10.0;  ///< residuals / mu at which mu is lowered
+  static constexpr double kCloseEnough = 100.0;  ///< residuals / mu at which mu is lowered
   static constexpr double kConverged = 0.1;     ///< residuals / mu at which the last minimiser is reached
 
   const Ocp& ocp_;

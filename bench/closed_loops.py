@@ -1,0 +1,128 @@
+"""Our solver in closed loop on easy and hard sequences (`bench_solvers`), and the peers on problems sampled from there."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+
+from peers import PeerError
+
+PERIOD_US = 2000.0  # of the control loop that could have a new plan in each of its cycles
+PEER_HORIZON = 8  # the peers are built for this one
+
+
+@dataclass
+class Loop:
+    """One sequence under one profile and horizon; `peers`: mean us of each on the samples."""
+
+    figures: dict  # as bench_solvers prints it
+    peers: dict
+
+    def ratio(self, peer):
+        return self.peers[peer] / self.figures["mean_us"] if peer in self.peers else None
+
+
+def run_loops(program, options, folder):
+    """Yields the figures of each combination as it is done."""
+    command = [program, "--json", "--problems", folder]
+    for name, values in (
+        ("sequence", options.sequences),
+        ("profile", options.profiles),
+        ("horizon", options.horizons),
+        ("solves", [options.solves]),
+        ("sample", [options.sample]),
+        ("budget-us", [options.budget_us]),
+    ):
+        if values:
+            command += [f"--{name}", *values]
+    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)
+    for line in process.stdout:
+        yield json.loads(line)
+    if process.wait() != 0:
+        raise PeerError(f"`{' '.join(map(str, command))}` ended with exit code {process.returncode}, see above")
+
+
+def run_peers(figures, workers, folder):
+    """Mean time in us of each worker on the problems that were sampled from one loop."""
+    if figures["horizon"] != PEER_HORIZON:
+        return {}
+    name = "-".join(str(figures[key]) for key in ("solver", "sequence", "profile", "horizon"))
+    problems = json.loads((folder / f"{name}.json").read_text())
+    if not problems:
+        return {}
+    return {worker.name: float(np.mean([a.time_us for a in worker.solve(problems)])) for worker in workers}
+
+
+def heading(peers):
+    return (
+        f"{'sequence':<17}{'profile':<12}{'N':>3}{'mean us':>9}{'p50':>8}{'p99':>8}{'p99.9':>9}{'worst':>9}"
+        f"{'iterations':>12}{'unsolved':>9}{'infeasible':>11}{'same':>6}{'lower':>6}{'higher':>7}{'only F.':>8}"
+        + "".join(f"{peer + ' /':>13}" for peer in peers)
+    )
+
+
+def line(loop, peers):
+    f = loop.figures
+    ratios = "".join("            -" if loop.ratio(p) is None else f"{loop.ratio(p):13.0f}" for p in peers)
+    iterations = f"{f['iterations']:.1f} ({f['most_iterations']})"
+    return (
+        f"{f['sequence']:<17}{f['profile']:<12}{f['horizon']:>3}{f['mean_us']:9.1f}{f['p50_us']:8.1f}"
+        f"{f['p99_us']:8.1f}{f['p999_us']:9.1f}{f['worst_us']:9.0f}{iterations:>12}{f['unsolved']:>9}"
+        f"{f['infeasible']:>11}{f['same']:>6}{f['better']:>6}{f['worse']:>7}{f['only_fatrop']:>8}" + ratios
+    )
+
+
+LEGEND = """\
+unsolved    not converged to the tolerance (infeasible: nor inside the constraints)
+same, lower, higher, only F.  of the sampled problems, solved by FATROP too, from a cold start: objective within 1e-4, lower, higher than
+            FATROP's, feasible for FATROP only
+peer /      mean time of the peer on the sampled problems / our mean time on all, at N = 8"""
+
+
+def summary(loops, paper):
+    """What came out over all sequences, horizon by horizon, and whether the worst solve fits the period."""
+    lines = []
+    for horizon in dict.fromkeys(loop.figures["horizon"] for loop in loops):
+        chosen = [loop for loop in loops if loop.figures["horizon"] == horizon]
+        total = {key: sum(loop.figures[key] for loop in chosen) for key in COUNTS}
+        lines.append(
+            f"N = {horizon}: {total['solves']} solves, {total['unsolved']} not converged, {total['infeasible']} infeasible; of "
+            f"{total['compared']} compared with FATROP cold {total['same']} same, {total['better']} lower, "
+            f"{total['worse']} higher, {total['only_fatrop']} feasible for FATROP only, {total['only_ours']} for ours only"
+        )
+        for hard, word in ((False, "nominal"), (True, "hard")):
+            some = [loop for loop in chosen if loop.figures["hard"] == hard and paper in loop.peers]
+            if some:
+                ratios = [loop.ratio(paper) for loop in some]
+                tail, worst = (min(l.peers[paper] / l.figures[key] for l in some) for key in ("p999_us", "worst_us"))
+                lines.append(
+                    f"  {word} sequences: the paper's stack takes {min(ratios):.0f} to {max(ratios):.0f} times our mean, "
+                    f"at least {tail:.0f} times our p99.9 and {worst:.0f} times our worst"
+                )
+        worst = max(loop.figures["worst_us"] for loop in chosen)
+        fits = "fits" if worst <= PERIOD_US else "does not fit"
+        lines.append(f"  verdict: the worst solve, {worst:.0f} us, {fits} the period of {PERIOD_US:.0f} us")
+    return "\n".join(lines)
+
+
+COUNTS = ("solves", "unsolved", "infeasible", "compared", "same", "better", "worse", "only_fatrop", "only_ours")
+
+
+def run(program, options, workers, paper, folder):
+    """Prints table and summary; returns the loops. The loops come first: no peer runs beside them."""
+    loops = []
+    for figures in run_loops(program, options, folder):
+        loops.append(Loop(figures, {}))
+        if sys.stderr.isatty():
+            print(f"\rclosed loops: {len(loops)} done ", end="", file=sys.stderr, flush=True)
+    if sys.stderr.isatty():
+        print("\r" + " " * 40 + "\r", end="", file=sys.stderr)
+    peers = [worker.name for worker in workers]
+    print(heading(peers))
+    for loop in loops:
+        loop.peers = run_peers(loop.figures, workers, folder)
+        print(line(loop, peers), flush=True)
+    print(f"\n{LEGEND}\n\n{summary(loops, paper)}")
+    return loops
