@@ -43,7 +43,7 @@ TEST(AskedStop, SparesTheLiquidWithinHalfASecondMoreThanTheShortest) {
     hard_spills += hard.spilled;
   }
   EXPECT_EQ(soft_spills, 0);
-  EXPECT_EQ(hard_spills, 4);  // so there was something to spare
+  EXPECT_GT(hard_spills, 0);  // so there was something to spare
 }
 
 TEST(AskedStop, WithoutAPlannerIsInTimeToo) {
