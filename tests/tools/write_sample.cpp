@@ -12,7 +12,7 @@ namespace {
 /// Operator samples at 90 Hz, target, reference, plan and step at 20 Hz, command and state at 500 Hz, in order of time.
 Status write_recording(const ReportInput& input, const std::filesystem::path& path) {
   const ProfileResult& profile = input.profiles.front();
-  Result<Recorder> recorder = Recorder::create(path, {.names = profile.names, .run = {{"recording", input.recording}}});
+  Result<Recorder> recorder = Recorder::create(path, {{}, profile.names, false, {{"recording", input.recording}}});
   if (!recorder) return recorder.error();
 
   std::size_t step = 0, sample = 0;
