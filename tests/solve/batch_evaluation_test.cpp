@@ -22,7 +22,7 @@ struct Fixture {
     point.x[0] = problem.instance.x0;
     for (int k = 0; k < horizon; ++k) {
       point.u[k] = random_joints(dof, 5.0, problem.random);
-      point.x[k + 1] = random_joints(2 * dof, 2.0, problem.random);
+      point.x[k + 1] << random_joints(dof, 2.0, problem.random), random_joints(dof, 2.0, problem.random);
     }
     for (int column = 0; column < order.columns(); ++column) {
       const int k = order.node(column);
