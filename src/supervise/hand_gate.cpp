@@ -64,6 +64,7 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   }
   if (age > settings_.age_max) {
     ++dropped_;
+    opened_ = opened_ || !sample.clutch;  // letting go holds however late it is heard
     return report_.verdict = HandVerdict::kStale;
   }
 

@@ -132,6 +132,19 @@ TEST(HandGate, WhatComesLateIsDropped) {
   EXPECT_EQ(hand.gate.report().good, hand.now - kPeriod);
 }
 
+TEST(HandGate, AGripCountsAfterAnOpenClutchThatWasHeardLate) {
+  Hand hand;
+  hand.gate.forget();
+  const std::uint64_t grips = hand.gate.report().grips;
+  EXPECT_EQ(hand.say(hand.next()), HandVerdict::kGood);
+  EXPECT_EQ(hand.gate.report().grips, grips);  // nobody saw it open
+  OperatorSample open = hand.next();
+  open.clutch = false;
+  EXPECT_EQ(hand.gate.update(open, hand.now + std::chrono::milliseconds(250)), HandVerdict::kStale);
+  EXPECT_EQ(hand.say(hand.next()), HandVerdict::kGood);
+  EXPECT_EQ(hand.gate.report().grips, grips + 1);
+}
+
 TEST(HandGate, AClockThatWasSetNeedsAFreshGrip) {
   for (const double step : {-3600.0, -2.0, 5.0}) {
     Hand hand;
