@@ -24,10 +24,14 @@ class AllocationGuard {
   std::size_t count() const { return allocation_count; }
 };
 
-inline void* counted_allocation(std::size_t size, std::size_t alignment) {
+inline void* counted_or_null(std::size_t size, std::size_t alignment) noexcept {
   if (counting_allocations) ++allocation_count;
   const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-  if (void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment)) return memory;
+  return std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
+}
+
+inline void* counted_allocation(std::size_t size, std::size_t alignment) {
+  if (void* memory = counted_or_null(size, alignment)) return memory;
   throw std::bad_alloc();
 }
 
@@ -45,6 +49,13 @@ inline void* counted_allocation(std::size_t size, std::size_t alignment) {
 }
 [[gnu::noinline]] void* operator new[](std::size_t size, std::align_val_t alignment) {
   return steadyhand::counted_allocation(size, static_cast<std::size_t>(alignment));
+}
+// The sanitizers' own would meet our delete.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return steadyhand::counted_or_null(size, alignof(std::max_align_t));
+}
+[[gnu::noinline]] void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return steadyhand::counted_or_null(size, alignof(std::max_align_t));
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
