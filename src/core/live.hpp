@@ -21,6 +21,9 @@ enum class SupervisionState : std::uint8_t {
   kFault,     ///< the arm or a part of the program failed: nothing moves until a reset
 };
 
+/// As recordings and the protocol call it, e.g. "engaged".
+std::string_view to_string(SupervisionState state);
+
 /// The state of supervision changed.
 struct SupervisionChange {
   Time at{0};
@@ -31,6 +34,8 @@ struct SupervisionChange {
 
 /// Which limit of the optimal control problem holds the arm back.
 enum class ConstraintKind : std::uint8_t { kNone, kPosition, kVelocity, kAcceleration, kSelfCollision, kReach };
+/// As recordings and the protocol call it, e.g. "self_collision".
+std::string_view to_string(ConstraintKind kind);
 
 struct ActiveConstraint {
   ConstraintKind kind = ConstraintKind::kNone;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <iterator>
 
-#include "supervise/supervisor.hpp"
+#include "core/live.hpp"
 
 namespace steadyhand {
 namespace {
@@ -245,12 +245,10 @@ void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {
 }
 
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {
-  static constexpr std::string_view kKinds[] = {"none",         "position",       "velocity",
-                                                "acceleration", "self_collision", "reach"};
   out.push_back('{');
   append_time(out, "timestamp", at);
   append(out, ",\"kind\":");
-  append_text(out, kKinds[static_cast<int>(constraint.kind)]);
+  append_text(out, to_string(constraint.kind));
   fmt::format_to(std::back_inserter(out), ",\"first\":{},\"second\":{}}}", constraint.first, constraint.second);
 }
 

@@ -246,42 +246,6 @@ void append_time(Buffer& out, std::string_view key, Time t) {
   fmt::format_to(std::back_inserter(out), "{:.6f}", to_seconds(t));
 }
 
-std::string_view name_of(SupervisionState state) {
-  switch (state) {
-    case SupervisionState::kIdle:
-      return "idle";
-    case SupervisionState::kReady:
-      return "ready";
-    case SupervisionState::kEngaged:
-      return "engaged";
-    case SupervisionState::kHolding:
-      return "holding";
-    case SupervisionState::kStopping:
-      return "stopping";
-    case SupervisionState::kFault:
-      return "fault";
-  }
-  return "fault";
-}
-
-std::string_view name_of(ConstraintKind kind) {
-  switch (kind) {
-    case ConstraintKind::kNone:
-      return "none";
-    case ConstraintKind::kPosition:
-      return "position";
-    case ConstraintKind::kVelocity:
-      return "velocity";
-    case ConstraintKind::kAcceleration:
-      return "acceleration";
-    case ConstraintKind::kSelfCollision:
-      return "self_collision";
-    case ConstraintKind::kReach:
-      return "reach";
-  }
-  return "none";
-}
-
 std::string_view name_of(Refusal refusal) {
   switch (refusal) {
     case Refusal::kMalformed:
@@ -387,10 +351,10 @@ std::string state_message(const SessionSnapshot& s) {
   Buffer out;
   append(out, "{\"type\":\"state\"");
   append_time(out, "now_s", s.now);
-  append_text(out, "state", name_of(s.state));
+  append_text(out, "state", to_string(s.state));
   append_text(out, "reason", s.reason);
   append(out, ",\"constraint\":{\"kind\":\"");
-  append(out, name_of(s.constraint.kind));
+  append(out, to_string(s.constraint.kind));
   fmt::format_to(std::back_inserter(out), "\",\"first\":{},\"second\":{}}}", s.constraint.first, s.constraint.second);
   append_vector(out, "q", s.measured.q);
   append_vector(out, "dq", s.measured.dq);

@@ -48,24 +48,6 @@ constexpr Transition kTransitions[] = {
 
 std::span<const Transition> transitions() { return kTransitions; }
 
-std::string_view to_string(SupervisionState state) {
-  switch (state) {
-    case State::kIdle:
-      return "idle";
-    case State::kReady:
-      return "ready";
-    case State::kEngaged:
-      return "engaged";
-    case State::kHolding:
-      return "holding";
-    case State::kStopping:
-      return "stopping";
-    case State::kFault:
-      return "fault";
-  }
-  return "unknown";
-}
-
 bool Supervisor::happened(Event event, const SupervisionInput& input) const {
   const HandReport& hand = input.hand;
   const auto passed = [&](double seconds, Time since) { return to_seconds(input.now - since) > seconds; };

@@ -54,7 +54,6 @@ struct Transition {
 
 /// All of them.
 std::span<const Transition> transitions();
-std::string_view to_string(SupervisionState state);
 
 /// The one place that decides what the arm may do. Pure logic, no clock of its own; control thread; allocates nothing.
 class Supervisor {
