@@ -40,9 +40,10 @@ Status list(const Options& options) {
 Status run(const Options& options) {
   if (options.session.empty()) return list(options);
   const fs::path page = options.out.empty() ? fs::path(options.session).replace_extension(".html") : options.out;
-  const Result<std::string> table = write_session_report(options.session, page);
-  if (!table) return table.error();
-  std::cout << *table << "\nreport: " << page.string() << "\n";
+  const Result<ReportInput> report = load_session_report(options.session);
+  if (!report) return report.error();
+  if (Status s = write_report(*report, page); !s) return s.error();
+  std::cout << format_table(report->profiles) << "\nreport: " << page.string() << "\n";
   return Done{};
 }
 

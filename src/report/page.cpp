@@ -155,13 +155,13 @@ std::string thinning_note(const Thinning& thinning) {
 
 }  // namespace
 
-Status write_report(const ReportInput& input, const std::filesystem::path& path) {
-  if (input.profiles.empty()) return Error{fmt::format("{}: a report needs at least one profile", path.string())};
+Result<std::string> report_page(const ReportInput& input) {
+  if (input.profiles.empty()) return Error{"a report needs at least one profile"};
   std::vector<Metrics> metrics;
   double duration = 0;
   for (const ProfileResult& profile : input.profiles) {
     if (profile.steps.empty()) {
-      return Error{fmt::format("{}: profile {} has no planning steps to report", path.string(), profile.name)};
+      return Error{fmt::format("profile {} has no planning steps to report", profile.name)};
     }
     metrics.push_back(evaluate(profile.steps, profile.commands, profile.limits));
     duration = std::max(duration, profile.steps.back().t_s - profile.steps.front().t_s);
@@ -172,22 +172,27 @@ Status write_report(const ReportInput& input, const std::filesystem::path& path)
                     command = escape(input.command), card_html = cards(input, metrics),
                     table_html = tables(input, metrics), meaning_html = meanings(), note = thinning_note(thinning),
                     data = page_data(input, thinning);
-  const std::string page = fill(embedded::page_html, {{"recording", recording},
-                                                      {"rate", rate},
-                                                      {"scale", scale},
-                                                      {"duration", length},
-                                                      {"command", command},
-                                                      {"cards", card_html},
-                                                      {"tables", table_html},
-                                                      {"meanings", meaning_html},
-                                                      {"thinning", note},
-                                                      {"data", data},
-                                                      {"page_css", embedded::page_css},
-                                                      {"page_js", embedded::page_js},
-                                                      {"uplot_css", embedded::uplot_css},
-                                                      {"uplot_js", embedded::uplot_js}});
+  return fill(embedded::page_html, {{"recording", recording},
+                                    {"rate", rate},
+                                    {"scale", scale},
+                                    {"duration", length},
+                                    {"command", command},
+                                    {"cards", card_html},
+                                    {"tables", table_html},
+                                    {"meanings", meaning_html},
+                                    {"thinning", note},
+                                    {"data", data},
+                                    {"page_css", embedded::page_css},
+                                    {"page_js", embedded::page_js},
+                                    {"uplot_css", embedded::uplot_css},
+                                    {"uplot_js", embedded::uplot_js}});
+}
+
+Status write_report(const ReportInput& input, const std::filesystem::path& path) {
+  const Result<std::string> page = report_page(input);
+  if (!page) return Error{path.string() + ": " + page.error().message};
   std::ofstream file(path, std::ios::binary);
-  file << page;
+  file << *page;
   file.close();
   if (!file) return Error{fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno))};
   return Done{};

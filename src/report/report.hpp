@@ -29,9 +29,10 @@ struct ReportInput {
   std::vector<ProfileResult> profiles;
 };
 
-/// Writes one HTML file that needs nothing else: metrics, the paper's plots, planner and limits, for all profiles side
-/// by side. Equal input gives equal bytes. Fails if there is no profile, a profile has no steps, or the file cannot be
-/// written.
+/// One HTML page that needs nothing else: metrics, the paper's plots, planner and limits, for all profiles side by
+/// side. Equal input gives equal bytes. Fails if there is no profile or a profile has no steps.
+Result<std::string> report_page(const ReportInput& input);
+/// Writes that page; fails also if the file cannot be written.
 Status write_report(const ReportInput& input, const std::filesystem::path& path);
 
 /// The metrics as text for a terminal: a row per metric, a column per profile, at most 100 columns wide for up to four

@@ -5,12 +5,11 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "session/planning_stage.hpp"
+
 namespace steadyhand {
 
 namespace {
-
-/// After so long without a word the live session takes the device for gone (PlanningSettings::silence).
-constexpr double kSilence = 0.25;
 
 double number_or(const std::string& text, double otherwise) {
   char* end = nullptr;
@@ -33,7 +32,7 @@ Result<Recording> hand_of_session(const SessionFile& session, const RecordingOpt
   for (OperatorSample sample : session.samples) {
     if (recording.samples.empty() && heard == Time(0)) begin = last = sample.stamp.made;
     const Time now = sample.stamp.made;
-    if (to_seconds(now - heard) > kSilence) gate.forget();
+    if (to_seconds(now - heard) > PlanningSettings::kSilence) gate.forget();
     heard = now;
     const HandVerdict verdict = gate.update(sample, now);
     const bool dropped = verdict == HandVerdict::kOutOfOrder || verdict == HandVerdict::kStale ||
@@ -79,15 +78,14 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   return report;
 }
 
-Result<std::string> write_session_report(const std::filesystem::path& path, const std::filesystem::path& page) {
+Result<ReportInput> load_session_report(const std::filesystem::path& path) {
   SessionParts parts;
   parts.steps = parts.commands = true;
   Result<SessionFile> session = load_session(path, parts);
   if (!session) return session.error();
   Result<ReportInput> report = report_of_session(*std::move(session), "./steadyhand report " + path.string());
   if (!report) return Error{path.string() + ": " + report.error().message};
-  if (Status s = write_report(*report, page); !s) return s.error();
-  return format_table(report->profiles);
+  return report;
 }
 
 }  // namespace steadyhand

@@ -18,7 +18,7 @@ Result<Recording> hand_of_session(const SessionFile& session, const RecordingOpt
 /// The report of what was driven. Fails if no plan was.
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command);
 
-/// Reads a session and writes its report. @return the table of its figures for a terminal
-Result<std::string> write_session_report(const std::filesystem::path& session, const std::filesystem::path& page);
+/// Reads a session for its report. Fails as load_session and report_of_session.
+Result<ReportInput> load_session_report(const std::filesystem::path& session);
 
 }  // namespace steadyhand

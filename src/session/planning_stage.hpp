@@ -12,7 +12,8 @@
 namespace steadyhand {
 
 struct PlanningSettings {
-  static constexpr double kRamp = 0.5;  ///< s, RetargetSettings::ramp of live sessions
+  static constexpr double kSilence = 0.25;  ///< s, of live sessions
+  static constexpr double kRamp = 0.5;      ///< s, RetargetSettings::ramp of live sessions
 
   /// s of the control cycles; plans begin just before one, the first at least `lead` ahead. 0: anywhere.
   double cycle = 0.0;
@@ -20,8 +21,8 @@ struct PlanningSettings {
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
-  double tap_period = 0.02;  ///< s between steps that taps are told of; those that failed always are
-  double silence = 0.25;     ///< s without a sample after which a closed clutch means nothing
+  double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
+  double silence = kSilence;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot

@@ -2,14 +2,10 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "record/session_file.hpp"
 #include "session/past_session.hpp"
@@ -61,19 +57,11 @@ Result<FreshPage> motion(const fs::path& file) {
 }
 
 Result<FreshPage> report(const fs::path& file) {
-  static std::atomic<unsigned> made{0};
-  std::error_code error;
-  const fs::path page = fs::temp_directory_path(error) / fmt::format("steadyhand-report-{}-{}.html", ::getpid(), ++made);
-  if (error) return Error{"no folder for temporary files: " + error.message()};
-  const Result<std::string> written = write_session_report(file, page);
-  std::string body;
-  if (written) {
-    std::ifstream stream(page, std::ios::binary);
-    body.assign(std::istreambuf_iterator<char>(stream), {});
-  }
-  fs::remove(page, error);
-  if (!written) return written.error();
-  return FreshPage{std::move(body), "text/html; charset=utf-8", true};
+  const Result<ReportInput> input = load_session_report(file);
+  if (!input) return input.error();
+  Result<std::string> page = report_page(*input);
+  if (!page) return page.error();
+  return FreshPage{*std::move(page), "text/html; charset=utf-8", true};
 }
 
 /// Names that SessionRecorder gives: nothing that leaves the folder.
