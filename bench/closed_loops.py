@@ -59,13 +59,13 @@ def heading(peers):
     return (
         f"{'sequence':<17}{'profile':<12}{'N':>3}{'mean us':>9}{'p50':>8}{'p99':>8}{'p99.9':>9}{'worst':>9}"
         f"{'iterations':>12}{'unsolved':>9}{'infeasible':>11}{'same':>6}{'lower':>6}{'higher':>7}{'only F.':>8}"
-        + "".join(f"{peer + ' /':>13}" for peer in peers)
+        + "".join(f"{peer + ' /':>21}" for peer in peers)
     )
 
 
 def line(loop, peers):
     f = loop.figures
-    ratios = "".join("            -" if loop.ratio(p) is None else f"{loop.ratio(p):13.0f}" for p in peers)
+    ratios = "".join(" " * 20 + "-" if loop.ratio(p) is None else f"{loop.ratio(p):21.0f}" for p in peers)
     iterations = f"{f['iterations']:.1f} ({f['most_iterations']})"
     return (
         f"{f['sequence']:<17}{f['profile']:<12}{f['horizon']:>3}{f['mean_us']:9.1f}{f['p50_us']:8.1f}"

@@ -16,11 +16,9 @@ constexpr double kFirstSpeed = 0.25;  ///< of a real arm, until asked for more
 
 Status ask(const ArmChoice& choice, double speed) {
   std::cout << fmt::format(
-                   "The arm at {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration. It knows "
-                   "the limits "
-                   "of its joints and its own\nbody, not the table, the walls, or you. Nobody within its reach; a hand "
-                   "on the "
-                   "emergency stop. See docs/universal-robots.md.\n",
+                   "The arm at {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration.\n"
+                   "It knows the limits of its joints and its own body, not the table, the walls, or you.\n"
+                   "Nobody within its reach; a hand on the emergency stop. See docs/universal-robots.md.\n",
                    choice.host, 100.0 * speed)
             << std::flush;
   if (choice.yes) return Done{};
