@@ -64,6 +64,7 @@ struct OperatorRequest {
     kWeight,    ///< `text`: name of an objective, `value`: its weight, >= 0
     kScale,     ///< `value`: metres of the tool for each metre of the hand, > 0
     kYaw,       ///< `value`: turn of the operator's frame, rad
+    kRate,      ///< `value`: planning steps a second, Hz
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
     kRecord,    ///< `value` 0 or 1: whether the session is recorded
   };

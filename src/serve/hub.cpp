@@ -166,8 +166,8 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if (kind == OperatorRequest::Kind::kWeight && !holds(facts_.objectives)) {
     return refuse(client, Refusal::kUnknown, "no term of the objective has this name");
   }
-  if (kind == OperatorRequest::Kind::kScale && value <= 0.0) {
-    return refuse(client, Refusal::kMalformed, "'value' of a scale must be above 0");
+  if ((kind == OperatorRequest::Kind::kScale || kind == OperatorRequest::Kind::kRate) && value <= 0.0) {
+    return refuse(client, Refusal::kMalformed, "'value' of a scale or rate must be above 0");
   }
   callbacks_.on_request(message.request);
 }

@@ -18,7 +18,7 @@ using Kind = OperatorRequest::Kind;
 // A hand that is further away than this, or a clock that far from its zero, is a mistake.
 constexpr double kFarthest = 1000.0;   // m
 constexpr double kLongest = 1e9;       // s
-constexpr double kLargestValue = 1e6;  // of a request: weights, scale, yaw
+constexpr double kLargestValue = 1e6;  // of a request: weights, scale, yaw, rate
 constexpr double kNormTolerance = 1e-3;
 
 /// Reads an object's members one by one; the first mistake stays, and `finish` refuses members that nobody asked for.
@@ -136,10 +136,11 @@ struct RequestName {
   bool value;  // takes 'value'
 };
 constexpr RequestName kRequests[] = {
-    {"stop", Kind::kStop, false, false},        {"reset", Kind::kReset, false, false},
-    {"profile", Kind::kProfile, true, false},   {"weight", Kind::kWeight, true, true},
-    {"scale", Kind::kScale, false, true},       {"yaw", Kind::kYaw, false, true},
-    {"playback", Kind::kPlayback, true, false}, {"record", Kind::kRecord, false, true},
+    {"stop", Kind::kStop, false, false},      {"reset", Kind::kReset, false, false},
+    {"profile", Kind::kProfile, true, false}, {"weight", Kind::kWeight, true, true},
+    {"scale", Kind::kScale, false, true},     {"yaw", Kind::kYaw, false, true},
+    {"rate", Kind::kRate, false, true},       {"playback", Kind::kPlayback, true, false},
+    {"record", Kind::kRecord, false, true},
 };
 
 RequestMessage read_request(Reader& reader) {
@@ -155,7 +156,7 @@ RequestMessage read_request(Reader& reader) {
     }
     return message;
   }
-  reader.fail("'kind' must be one of stop, reset, profile, weight, scale, yaw, playback, record");
+  reader.fail("'kind' must be one of stop, reset, profile, weight, scale, yaw, rate, playback, record");
   return message;
 }
 

@@ -16,6 +16,16 @@ constexpr int kControlPriority = 80, kPlannerPriority = 60;
 constexpr Time kAfterCycle = std::chrono::microseconds(200);  ///< control has done its work by then
 constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
 constexpr Time kRestWithin = std::chrono::seconds(2);
+constexpr double kLatePeriods = 4.0;  ///< of the planner without a plan, before supervision may call it late
+
+/// s, the longest lead that leaves the planner its rate (Hz) on an arm with this cycle (s).
+double longest_lead(double cycle, double rate) { return std::max(cycle, 1.0 / rate - cycle); }
+
+/// s, PlanningSettings::lead for this rate (Hz).
+double lead_at(const LiveSettings& settings, double cycle, double rate) {
+  if (settings.lead > 0.0) return std::min(settings.lead, longest_lead(cycle, rate));
+  return std::max(0.6 * cycle, 0.4 / rate);
+}
 
 }  // namespace
 
@@ -32,12 +42,12 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
   if (!(rate >= 4.0) || rate > fastest) {
     return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
   }
-  const double cycle = 1.0 / fastest, period = 1.0 / rate;
-  if (!(settings.lead >= 0.0) || settings.lead > std::max(cycle, period - cycle)) {
+  const double cycle = 1.0 / fastest;
+  if (!(settings.lead >= 0.0) || settings.lead > longest_lead(cycle, rate)) {
     return Error{fmt::format("planner's lead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
-                             settings.lead, std::max(cycle, period - cycle))};
+                             settings.lead, longest_lead(cycle, rate))};
   }
-  resolved.planning.lead = settings.lead > 0.0 ? settings.lead : std::max(0.6 * cycle, 0.4 * period);
+  resolved.planning.lead = lead_at(settings, cycle, rate);
   resolved.planning.cycle = cycle;
   std::unique_ptr<LiveSession> session(new LiveSession(model, resolved, arm, clock));
   auto stage = PlanningStage::make(model, resolved.planning, *session->links_, clock);
@@ -53,11 +63,12 @@ LiveSession::LiveSession(const RobotModel& model, const LiveSettings& settings, 
       clock_(&clock),
       links_(std::make_unique<Links>()),
       monitor_(model, settings.glass),
+      planner_rate_hz_(settings.planner_rate_hz),
       arm_kinematics_(model) {
   settings_.control.arm_delay = arm.info().delay;
   settings_.control.check.command_rate_hz = arm.info().rate_hz;
   settings_.control.supervisor.planner_late_after =
-      std::max(settings_.control.supervisor.planner_late_after, 4.0 / settings_.planner_rate_hz);
+      std::max(settings_.control.supervisor.planner_late_after, kLatePeriods / settings_.planner_rate_hz);
   control_ = std::make_unique<ControlStage>(model, settings_.control, *links_);
 }
 
@@ -106,10 +117,16 @@ void LiveSession::run_planner() {
   if (settings_.realtime) {
     if (const std::string why = make_realtime(kPlannerPriority); !why.empty()) warn("planner: " + why);
   }
-  const Time period = from_seconds(1.0 / settings_.planner_rate_hz);
+  double rate = settings_.planner_rate_hz;
+  Time period = from_seconds(1.0 / rate), next = clock_->now();
   const Time cycle = from_seconds(settings_.planning.cycle);
-  Time next = clock_->now();
   while (running_.load(std::memory_order_relaxed)) {
+    if (const double asked = planner_rate_hz_.load(std::memory_order_relaxed); asked != rate) {
+      rate = asked;
+      period = from_seconds(1.0 / rate);
+      next = clock_->now();
+      planning_->set_lead(lead_at(settings_, settings_.planning.cycle, rate));
+    }
     // Just after a control cycle: then the time to the next one, where the plan can begin, is the planner's.
     const Time after_cycle = (next - planning_->control_time() - kAfterCycle) % cycle;
     clock_->sleep_until(next - (after_cycle < Time(0) ? after_cycle + cycle : after_cycle));
@@ -213,12 +230,22 @@ void LiveSession::refresh() {
   s.missed_deadlines = control_view_.missed_deadlines;
   s.rejected_plans = control_view_.rejected_plans + planner_view_.failed;
   s.samples = planner_view_.samples;
-  s.planner_rate_hz = settings_.planner_rate_hz;
+  s.planner_rate_hz = planner_rate_hz_;
 
   const std::lock_guard lock(mutex_);
   snapshot_ = s;
   stopped_at_rest_ =
       control_view_.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
+}
+
+Status LiveSession::set_planner_rate(double rate_hz) {
+  const double slowest = kLatePeriods / settings_.control.supervisor.planner_late_after;
+  const double fastest = settings_.control.check.command_rate_hz;
+  if (!(rate_hz >= slowest) || rate_hz > fastest) {
+    return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz", rate_hz, slowest, fastest)};
+  }
+  planner_rate_hz_ = rate_hz;
+  return Done{};
 }
 
 SessionSnapshot LiveSession::snapshot() const {

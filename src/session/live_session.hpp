@@ -74,6 +74,10 @@ class LiveSession {
   /// Weights, scale, yaw; one thread at a time.
   void set(const OperatorSettings& settings) { links_->settings.write(settings); }
 
+  /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
+  /// would take the planner for late, or beyond the arm's.
+  Status set_planner_rate(double rate_hz);
+
   /// One look at the session, any thread.
   SessionSnapshot snapshot() const;
   /// The arm stands, after a stop or by a fault. Any thread.
@@ -82,7 +86,7 @@ class LiveSession {
   LiveSummary finish();
 
   const Ocp& ocp() const { return planning_->ocp(); }
-  double planner_rate_hz() const { return settings_.planner_rate_hz; }
+  double planner_rate_hz() const { return planner_rate_hz_; }
 
  private:
   LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
@@ -104,6 +108,7 @@ class LiveSession {
   Monitor monitor_;
   LiveTaps taps_;
   std::atomic<bool> running_{false}, draining_{false};
+  std::atomic<double> planner_rate_hz_;
   std::thread control_thread_, planner_thread_, writer_thread_;
 
   // ---- of the writer thread

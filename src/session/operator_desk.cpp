@@ -58,6 +58,8 @@ Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
       controls_.yaw = request.value;
       send();
       return Done{};
+    case Kind::kRate:
+      return session_->set_planner_rate(request.value);
     case Kind::kPlayback:
       return play(request.text, now);
     case Kind::kRecord:

@@ -38,6 +38,8 @@ class PlanningStage {
   static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
                                                      Links& links, const Clock& clock);
   void step(Time now);
+  /// s, PlanningSettings::lead from the next step on.
+  void set_lead(double lead) { settings_.lead = lead; }
 
   /// Newest control cycle that the last step knew of.
   Time control_time() const { return report_.now; }

@@ -51,6 +51,8 @@ TEST_F(Desk, TellsWhatIsChosen) {
   EXPECT_EQ(desk->controls().playback, 0);
   EXPECT_TRUE(ask(Kind::kPlayback, ""));
   EXPECT_EQ(desk->controls().playback, -1);
+  EXPECT_TRUE(ask(Kind::kRate, "", 100.0));
+  EXPECT_EQ(session->planner_rate_hz(), 100.0);
   EXPECT_TRUE(ask(Kind::kStop));
   EXPECT_TRUE(ask(Kind::kReset));
 }
@@ -77,7 +79,8 @@ TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
        {Bad{Kind::kProfile, "waitr", 0, "waiter"}, Bad{Kind::kWeight, "latteral", 1, "lateral"},
         Bad{Kind::kWeight, "lateral", -1, "-1"}, Bad{Kind::kWeight, "lateral", nan, "nan"},
         Bad{Kind::kScale, "", 0, "scale"}, Bad{Kind::kScale, "", nan, "scale"}, Bad{Kind::kYaw, "", 100, "yaw"},
-        Bad{Kind::kYaw, "", nan, "yaw"}, Bad{Kind::kPlayback, "stil", 0, "still"}}) {
+        Bad{Kind::kYaw, "", nan, "yaw"}, Bad{Kind::kPlayback, "stil", 0, "still"}, Bad{Kind::kRate, "", 2, "16 to 500"},
+        Bad{Kind::kRate, "", 501, "501"}, Bad{Kind::kRate, "", nan, "nan"}}) {
     const Status status = ask(bad.kind, bad.text, bad.value);
     ASSERT_FALSE(status) << bad.text << bad.value;
     EXPECT_NE(status.error().message.find(bad.word), std::string::npos) << status.error().message;

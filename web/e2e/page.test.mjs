@@ -155,7 +155,7 @@ test('the profile decides what spills, and the next grip takes a full glass', as
   await until(async () => (await facts(page)).paired, 'the page to be paired');
   if (!(await facts(page)).yours) await page.click('#lease');
   await until(async () => (await facts(page)).yours, 'the lease');
-  await page.check('input[name=profile][value=tracking]');
+  await page.click('input[name=profile][value=tracking]');
   await page.selectOption('#playback', 'carrying');
   await until(async () => (await state(page)).liquid.spilled, 'a spill');
   await until(() => page.isVisible('#spill'), 'the word for it');
@@ -224,8 +224,13 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.down('KeyE');
   await inState(page, 'engaged');
-  await page.check('input[name=profile][value=tracking]');
+  await page.click('input[name=profile][value=tracking]');
   await until(async () => (await state(page)).controls.lateral_weight === 0, 'the profile');
+  await page.selectOption('#rate', '100');
+  const slower = await until(async () => { const now = await state(page); return now.planner_rate_hz === 100 && now; }, "the planner's rate");
+  await until(async () => (await state(page)).cycles > slower.cycles + 200, 'control cycles');
+  const later = await state(page);
+  assert.ok((later.plans - slower.plans) / (later.cycles - slower.cycles) < 0.3, 'five control cycles for each plan');
   await page.fill('#lateral', '10');
   await until(async () => (await state(page)).controls.lateral_weight === 10, 'the weight');
   await until(async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');

@@ -20,8 +20,15 @@ const show = (value: Measure | undefined, factor: number, digits: number, unit: 
 const button = (id: string) => element(id, HTMLButtonElement);
 const input = (id: string) => element(id, HTMLInputElement);
 
-/** Controls and words of the page. What it shows of a choice is what the server says, not what was clicked. */
+/** Hz, of the planner, that are offered beside the one it has. */
+const RATES = [50, 100, 250, 500];
+
+/** s for which a control shows what was chosen; then, what the server says. */
+const ANSWER_WITHIN = 1;
+
+/** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
 export class Panel {
+  readonly #chosenAt = new Map<EventTarget, number>();
   readonly #sliders: { node: HTMLInputElement; output: HTMLElement; read(): number | undefined; label(value: number): string }[] = [];
   #profiles: HTMLInputElement[] = [];
 
@@ -42,7 +49,11 @@ export class Panel {
       this.takeLease();
       this.ask('playback', { text: (event.target as HTMLSelectElement).value });
     };
+    for (const kind of ['input', 'change']) {
+      addEventListener(kind, (event) => { if (event.target) this.#chosenAt.set(event.target, performance.now() / 1000); }, { capture: true });
+    }
     input('record').onchange = () => this.ask('record', { value: input('record').checked ? 1 : 0 });
+    element('rate', HTMLSelectElement).onchange = (event) => this.ask('rate', { value: Number((event.target as HTMLSelectElement).value) });
     const controls = () => this.session.state?.controls;
     this.#slider('lateral', () => controls()?.lateral_weight, (v) => v.toFixed(1), (value) => this.ask('weight', { text: 'lateral', value }));
     this.#slider('vertical', () => controls()?.vertical_weight, (v) => v.toFixed(1), (value) => this.ask('weight', { text: 'vertical', value }));
@@ -99,7 +110,18 @@ export class Panel {
     list.replaceChildren(new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name)));
   }
 
-  /** A few times a second. */
+  #showRate(rate: number, yours: boolean, now: number): void {
+    const list = element('rate', HTMLSelectElement);
+    list.disabled = !yours;
+    if (!this.#isAnswered(list, now) || list.value === String(rate)) return;
+    const rates = [...new Set([...RATES, rate])].sort((a, b) => a - b);
+    list.replaceChildren(...rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
+  }
+
+  /** Whether the server's word may replace what this control shows. */
+  #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
+
+  /** A few times a second; now in s of performance.now(). */
   draw(now: number): void {
     const { session } = this;
     const state = session.state;
@@ -134,14 +156,15 @@ export class Panel {
       const value = read();
       if (value === undefined) continue;
       write(output, label(value));
-      if (document.activeElement !== node) node.value = String(value);
+      if (this.#isAnswered(node, now)) node.value = String(value);
     }
     if (!state) return;
-    this.#profiles.forEach((choice, i) => { choice.checked = i === state.controls.profile; });
-    if (document.activeElement !== input('record')) input('record').checked = state.recording;
+    const profile = this.#profiles[state.controls.profile];
+    if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) profile.checked = true;
+    if (this.#isAnswered(input('record'), now)) input('record').checked = state.recording;
+    this.#showRate(state.planner_rate_hz, yours, now);
     const list = element('playback', HTMLSelectElement);
-    const playing = session.welcome?.recordings[state.controls.playback] ?? '';
-    if (document.activeElement !== list) list.value = playing;
+    if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
     write(element('counters', HTMLElement),
       `Planner ${state.planner_rate_hz.toFixed(0)} Hz, ${state.plans} plans, ${state.rejected_plans} refused; control ${state.cycles} cycles, ${state.missed_deadlines} late. Network there and back ${trip}.`);

@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'playback' | 'record';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'rate' | 'playback' | 'record';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
