@@ -97,7 +97,7 @@ Status OperatorDesk::set_weight(const std::string& name, double value) {
 
 Status OperatorDesk::play(const std::string& name, Time now) {
   if (name.empty()) {
-    end_playback();
+    if (playback_) end_playback();
     return Done{};
   }
   const Result<int> index =

@@ -1,133 +1,17 @@
 // The page in a real browser against the real program with its simulated arm: `node --test web/e2e`. What is asserted is the
 // arm's measured state as the server tells it to another client. Screenshots are left in build/artefacts to look at.
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { join, resolve } from 'node:path';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { chromium } from 'playwright-core';
+import {
+  address, ARTEFACTS, browser, cable, distance, facts, finish, inState, isEngaged, lead, open, PATIENCE, plainAddress, ready, rest, say, shot, start, state,
+  targetOnScreen, until, watch,
+} from './harness.mjs';
 
-const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
-const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
-const ARTEFACTS = join(ROOT, 'build/artefacts');
-const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-const PATIENCE = 90_000; // ms; far above what anything takes, so that a test ends
-
-let program, browser, address, sessions, page, output = '';
-
-/** The newest address with its code, from the terminal. */
-const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
-const plainAddress = () => address.replace(/#.*/, '');
-/** What the page knew at last, for whoever reads that a test failed. */
-const news = async () => (page ? page.evaluate(() => {
-  const { session, hand } = globalThis.steadyhand;
-  return `${session.state?.state}: ${session.state?.reason}; lease ${session.yours}, hand ${hand.source} ${hand.clutch}`;
-}).catch(String) : 'no page');
-async function until(condition, what) {
-  const end = Date.now() + PATIENCE;
-  for (;;) {
-    const value = await condition();
-    if (value) return value;
-    if (Date.now() > end) assert.fail(`waited in vain for ${what}; ${await news()}\n${output}`);
-    await new Promise((done) => setTimeout(done, 50));
-  }
-}
-
-before(async () => {
-  mkdirSync(ARTEFACTS, { recursive: true });
-  sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
-  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions]);
-  program.stdout.on('data', (data) => { output += data; });
-  program.stderr.on('data', (data) => { output += data; });
-  address = await until(newestAddress, 'the program to print its address');
-  browser = await chromium.launch({
-    executablePath: BROWSER,
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
-  });
-});
-
-after(async () => {
-  await browser?.close();
-  program?.kill('SIGINT');
-  await new Promise((done) => (program ? program.once('exit', done) : done()));
-  rmSync(sessions, { recursive: true, force: true });
-});
-
-async function open(options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
-  await options.prepare?.(context);
-  const opened = await context.newPage();
-  opened.setDefaultTimeout(PATIENCE);
-  opened.complaints = [];
-  opened.on('pageerror', (error) => opened.complaints.push(String(error)));
-  opened.on('console', (message) => { if (message.type() === 'error') opened.complaints.push(message.text()); });
-  opened.requests = [];
-  opened.on('request', (request) => opened.requests.push(request.url()));
-  await opened.goto(options.watch ? plainAddress() : newestAddress(), { waitUntil: 'commit', timeout: PATIENCE });
-  await until(() => opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
-  // Drawn without a graphics card, a picture takes so long that the hand would fall silent.
-  await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
-  return opened;
-}
-const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
-const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
-const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
-const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
-
-/** Of the page as people see it: drawn, and then given time to hear what happened meanwhile. */
-async function shot(of, name, drawnAnew = false) {
-  const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
-  await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
-  if (!drawnAnew) await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
-  await of.waitForTimeout(700);
-  await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
-  await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
-}
-
-/** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
-async function watch() {
-  const context = await browser.newContext();
-  const client = await context.newPage();
-  client.setDefaultTimeout(PATIENCE);
-  await client.goto(new URL('/nothing', address).href); // of the same origin, and empty
-  await client.evaluate(() => {
-    const session = { state: null, yours: false, paired: false, holder: 0, errors: [] };
-    const socket = new WebSocket(`ws://${location.host}/live`);
-    socket.onopen = () => socket.send('{"type":"hello","version":1}');
-    socket.onmessage = (event) => {
-      const message = JSON.parse(event.data);
-      if (message.type === 'state') session.state = message;
-      if (message.type === 'lease') Object.assign(session, { holder: message.holder, yours: message.yours });
-      if (message.type === 'error') session.errors.push(message.code);
-    };
-    globalThis.steadyhand = { session, connection: { send: (message) => socket.send(JSON.stringify(message)) } };
-  });
-  await until(() => state(client), 'a state');
-  return client;
-}
-
-/** Until the arm rests: its joints hardly move. */
-const rest = (of) => until(async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.01, 'rest');
-
-/** The lease, which drawing a picture may have cost (3 s without a word), no recording that plays, and an arm that waits. */
-async function ready(of) {
-  await until(async () => (await facts(of)).yours || (await say(of, { type: 'take' }), false), 'the lease');
-  await say(of, { type: 'request', kind: 'playback', text: '' });
-  await until(async () => (await state(of)).controls.playback === -1, 'the recording to end');
-  await inState(of, 'ready');
-  await rest(of);
-}
-
-async function targetOnScreen(of) {
-  return of.evaluate(() => {
-    const { stage } = globalThis.steadyhand;
-    const p = stage.ghost.getWorldPosition(stage.ghost.position.clone()).project(stage.camera);
-    const box = stage.renderer.domElement.getBoundingClientRect();
-    return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
-  });
-}
+let page;
+const key = (code) => ({ grip: () => page.keyboard.down(code), release: () => page.keyboard.up(code) });
+before(start);
+after(finish);
 
 test('opens to an arm that moves, and asks nobody but its own server', async () => {
   page = await open();
@@ -177,16 +61,20 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   await shot(page, 'ready');
   await ready(page);
   const begin = await state(watcher);
-  const at = await targetOnScreen(page);
-  await page.mouse.move(at.x, at.y);
-  await page.waitForTimeout(300);
-  await page.mouse.down();
-  for (let i = 1; i <= 20; ++i) {
-    await page.mouse.move(at.x + 4 * i, at.y - 3 * i);
-    await page.waitForTimeout(30);
-  }
-  await until(async () => (await state(watcher)).state === 'engaged', 'engagement');
-  await until(async () => distance((await state(watcher)).tool.p, begin.tool.p) > 0.03, 'the glass to follow');
+  const mouse = {
+    release: () => page.mouse.up(),
+    grip: async () => {
+      const at = await targetOnScreen(page);
+      await page.mouse.move(at.x, at.y);
+      await page.waitForTimeout(300);
+      await page.mouse.down();
+      for (let i = 1; i <= 20; ++i) {
+        await page.mouse.move(at.x + 4 * i, at.y - 3 * i);
+        await page.waitForTimeout(30);
+      }
+    },
+  };
+  await lead(watcher, mouse, async () => (await isEngaged(watcher)) && distance((await state(watcher)).tool.p, begin.tool.p) > 0.03, 'the glass to follow');
   const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return [d[Math.floor(0.5 * d.length)], d[Math.floor(0.99 * d.length)]]; });
   assert.ok(delay[0] >= 0, 'the age of input events at their way out was measured');
   console.log(`input event to WebSocket: median ${(1000 * delay[0]).toFixed(1)} ms, p99 ${(1000 * delay[1]).toFixed(1)} ms`);
@@ -222,8 +110,7 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await ready(page);
   const begin = await state(page);
   await page.evaluate(() => document.activeElement?.blur());
-  await page.keyboard.down('KeyE');
-  await inState(page, 'engaged');
+  await lead(page, key('KeyE'), () => isEngaged(page), 'a key to lead the arm');
   await page.click('input[name=profile][value=tracking]');
   await until(async () => (await state(page)).controls.lateral_weight === 0, 'the profile');
   await page.selectOption('#rate', '100');
@@ -233,8 +120,8 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   assert.ok((later.plans - slower.plans) / (later.cycles - slower.cycles) < 0.3, 'five control cycles for each plan');
   await page.fill('#lateral', '10');
   await until(async () => (await state(page)).controls.lateral_weight === 10, 'the weight');
-  await until(async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');
   await page.evaluate(() => document.activeElement?.blur());
+  await lead(page, key('KeyE'), async () => (await isEngaged(page)) && (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');
   await page.keyboard.press('Space');
   await inState(page, 'stopping');
   await page.keyboard.up('KeyE');
@@ -345,6 +232,11 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await press('b-button', 0);
   await page.evaluate(() => globalThis.steadyhand.headset.session.end());
   await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'the end');
+  await page.click('#enter-ar');
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session in the real room');
+  assert.equal(await page.evaluate(() => globalThis.steadyhand.stage.scene.background), null, 'the real room is the backdrop');
+  await page.evaluate(() => globalThis.steadyhand.headset.session.end());
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'its end');
   await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
   await say(page, { type: 'request', kind: 'reset' });
   await inState(page, 'ready');
@@ -352,21 +244,19 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
 });
 
 test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', async () => {
-  await page.context().close();
+  await page?.context().close();
   const watcher = await watch();
-  let socket;
-  page = await open({ prepare: (context) => context.routeWebSocket('**/live', (ws) => { socket = { page: ws, server: ws.connectToServer() }; }) });
+  const wire = await cable();
+  page = await open({ cable: wire });
   await until(async () => (await facts(page)).paired, 'the page to be paired');
   await ready(page);
-  await page.keyboard.down('KeyD');
-  await inState(watcher, 'engaged');
+  await lead(page, key('KeyD'), () => isEngaged(watcher), 'a key to lead the arm');
   await page.evaluate(() => {
     const words = document.querySelector('#state');
     globalThis.said = [];
     new MutationObserver(() => globalThis.said.push(words.textContent)).observe(words, { childList: true, characterData: true, subtree: true });
   });
-  await socket.server.close();
-  await socket.page.close();
+  wire.cut();
   await until(() => page.evaluate(() => globalThis.said.includes('not connected')), 'the words');
   await until(async () => (await state(watcher)).state !== 'engaged' && (await facts(watcher)).holder === 0, 'the arm to disengage');
   await until(async () => (await facts(page)).paired, 'the page to be paired');
@@ -376,12 +266,66 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
   assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002);
   await page.keyboard.up('KeyD');
   await ready(page);
-  await page.keyboard.down('KeyD');
-  await inState(watcher, 'engaged');
+  await lead(page, key('KeyD'), () => isEngaged(watcher), 'a fresh grip to lead the arm');
   await page.keyboard.up('KeyD');
   await inState(watcher, 'ready');
   await watcher.context().close();
   await page.context().close();
+  wire.remove();
+});
+
+test('a finger leads the arm on a phone, and a gamepad leads and stops it', async () => {
+  const phone = await open({
+    context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true },
+    prepare: (context) => context.addInitScript(() => {
+      globalThis.pads = [];
+      navigator.getGamepads = () => globalThis.pads;
+    }),
+  });
+  await until(async () => (await facts(phone)).paired, 'the page to be paired');
+  await ready(phone);
+  const devices = await phone.context().newCDPSession(phone);
+  const finger = (type, ...touchPoints) => devices.send('Input.dispatchTouchEvent', { type, touchPoints });
+  let touches = false;
+  const touch = {
+    release: async () => {
+      if (touches) await finger('touchEnd'); // without a finger it is an error
+      touches = false;
+    },
+    grip: async () => {
+      const at = await targetOnScreen(phone);
+      await finger('touchStart', at);
+      touches = true;
+      for (let i = 1; i <= 20; ++i) {
+        await finger('touchMove', { x: at.x + 2 * i, y: at.y - 3 * i });
+        await phone.waitForTimeout(30);
+      }
+    },
+  };
+  let begin = await state(phone);
+  await lead(phone, touch, async () => (await isEngaged(phone)) && distance((await state(phone)).tool.p, begin.tool.p) > 0.03, 'the glass to follow the finger');
+  await touch.release();
+  await inState(phone, 'ready');
+  await rest(phone);
+
+  begin = await state(phone);
+  const gamepad = (axes, ...held) => phone.evaluate(([sticks, pressed]) => {
+    globalThis.pads = [null, { mapping: 'standard', axes: sticks, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i) })) }];
+  }, [axes, held]);
+  const RIGHT_BUMPER = 5, B = 1;
+  await gamepad([0, 0, 0, 0.5]);
+  await phone.waitForTimeout(500);
+  assert.ok(distance((await state(phone)).tool.p, begin.tool.p) < 0.002, 'a stick alone moves nothing');
+  const sinking = { release: () => gamepad([0, 0, 0, 0]), grip: () => gamepad([0, 0, 0, 0.5], RIGHT_BUMPER) };
+  await lead(phone, sinking, async () => (await isEngaged(phone)) && (await state(phone)).tool.p[2] < begin.tool.p[2] - 0.04, 'the glass to sink');
+  await gamepad([0, 0, 0, 0.5], RIGHT_BUMPER, B);
+  await inState(phone, 'stopping');
+  await rest(phone);
+  await gamepad([0, 0, 0, 0]);
+  await phone.tap('#reset');
+  await inState(phone, 'ready');
+  assert.deepEqual(phone.complaints, []);
+  await phone.context().close();
 });
 
 test('fits a phone, where a watcher sees controls that it cannot use', async () => {

@@ -1,0 +1,172 @@
+// The real program with its simulated arm, and real browsers that look at it: for tests and measurements of the page.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { connect, createServer } from 'node:net';
+import { tmpdir } from 'node:os';
+import { join, resolve } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
+const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
+export const ARTEFACTS = join(ROOT, 'build/artefacts');
+const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+export const PATIENCE = 90_000; // ms; far above what anything takes, so that a test ends
+
+export let browser, address;
+let program, sessions, newest, output = '';
+
+/** The newest address with its code, from the terminal. */
+export const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
+export const plainAddress = () => address.replace(/#.*/, '');
+/** What the page knew at last, for whoever reads that a test failed. */
+const news = async () => (newest ? newest.evaluate(() => {
+  const { session, hand } = globalThis.steadyhand;
+  return `${session.state?.state}: ${session.state?.reason}; lease ${session.yours}, hand ${hand.source} ${hand.clutch}`;
+}).catch(String) : 'no page');
+/** Asks until there is an answer, and returns it. */
+export async function until(condition, what) {
+  const end = Date.now() + PATIENCE;
+  for (;;) {
+    const value = await condition();
+    if (value) return value;
+    if (Date.now() > end) assert.fail(`waited in vain for ${what}; ${await news()}\n${output}`);
+    await new Promise((done) => setTimeout(done, 50));
+  }
+}
+
+/** The program with a simulated arm, on a port of its own, and a browser that draws in software. */
+export async function start() {
+  mkdirSync(ARTEFACTS, { recursive: true });
+  sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
+  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions]);
+  program.stdout.on('data', (data) => { output += data; });
+  program.stderr.on('data', (data) => { output += data; });
+  address = await until(newestAddress, 'the program to print its address');
+  browser = await chromium.launch({
+    executablePath: BROWSER,
+    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+  });
+}
+
+export async function finish() {
+  await browser?.close();
+  program?.kill('SIGINT');
+  if (program?.exitCode === null) await new Promise((done) => program.once('exit', done));
+  rmSync(sessions, { recursive: true, force: true });
+}
+
+/** The page, paired by the newest code, or watching; with its arm, and drawing nothing until it is asked to. */
+export async function open(options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
+  await options.prepare?.(context);
+  const opened = await context.newPage();
+  newest = opened;
+  opened.setDefaultTimeout(PATIENCE);
+  opened.complaints = [];
+  opened.on('pageerror', (error) => opened.complaints.push(String(error)));
+  opened.on('console', (message) => { if (message.type() === 'error') opened.complaints.push(message.text()); });
+  opened.requests = [];
+  opened.on('request', (request) => opened.requests.push(request.url()));
+  const to = options.watch ? plainAddress() : newestAddress();
+  await opened.goto(options.cable?.to(to) ?? to, { waitUntil: 'commit', timeout: PATIENCE });
+  await until(() => opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
+  // Drawn without a graphics card, a picture takes so long that the hand would fall silent.
+  await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  return opened;
+}
+export const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
+export const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
+export const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
+export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+export const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
+
+/** Of the page as people see it: drawn, and then given time to hear what happened meanwhile. */
+export async function shot(of, name, drawnAnew = false) {
+  const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
+  await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
+  if (!drawnAnew) await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  await of.waitForTimeout(700);
+  await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
+  await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+}
+
+/** A cable to the program that can be pulled: addresses at its far end, and what cuts it. */
+export async function cable() {
+  const ends = new Set();
+  const { hostname, port } = new URL(address);
+  const server = createServer((near) => {
+    const far = connect(Number(port), hostname);
+    for (const [one, other] of [[near, far], [far, near]]) {
+      ends.add(one);
+      one.on('error', () => {}).on('close', () => { ends.delete(one); other.destroy(); });
+      one.pipe(other);
+    }
+  });
+  await new Promise((done) => server.listen(0, hostname, done));
+  return {
+    to: (url) => url.replace(`:${port}/`, `:${server.address().port}/`),
+    cut: () => ends.forEach((end) => end.destroy()),
+    remove: () => { server.close(); ends.forEach((end) => end.destroy()); },
+  };
+}
+
+/** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
+export async function watch() {
+  const context = await browser.newContext();
+  const client = await context.newPage();
+  client.setDefaultTimeout(PATIENCE);
+  await client.goto(new URL('/nothing', address).href); // of the same origin, and empty
+  await client.evaluate(() => {
+    const session = { state: null, yours: false, paired: false, holder: 0, errors: [] };
+    const socket = new WebSocket(`ws://${location.host}/live`);
+    socket.onopen = () => socket.send('{"type":"hello","version":1}');
+    socket.onmessage = (event) => {
+      const message = JSON.parse(event.data);
+      if (message.type === 'state') session.state = message;
+      if (message.type === 'lease') Object.assign(session, { holder: message.holder, yours: message.yours });
+      if (message.type === 'error') session.errors.push(message.code);
+    };
+    globalThis.steadyhand = { session, connection: { send: (message) => socket.send(JSON.stringify(message)) } };
+  });
+  await until(() => state(client), 'a state');
+  return client;
+}
+
+/** Until the arm rests: its joints hardly move. */
+export const rest = (of) => until(async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.01, 'rest');
+
+/** The lease, which drawing a picture may have cost (3 s without a word), no recording that plays, and an arm that waits. */
+export async function ready(of) {
+  await until(async () => (await facts(of)).yours || (await say(of, { type: 'take' }), false), 'the lease');
+  await say(of, { type: 'request', kind: 'playback', text: '' });
+  await until(async () => (await state(of)).controls.playback === -1, 'the recording to end');
+  await inState(of, 'ready');
+  await rest(of);
+}
+
+export async function targetOnScreen(of) {
+  return of.evaluate(() => {
+    const { stage } = globalThis.steadyhand;
+    const p = stage.ghost.getWorldPosition(stage.ghost.position.clone()).project(stage.camera);
+    const box = stage.renderer.domElement.getBoundingClientRect();
+    return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
+  });
+}
+
+/**
+ * Takes the arm in hand until that has done its work; anew where the machine was so slow that the hand counted as silent.
+ * @param {{grip(): Promise<unknown>, release(): Promise<unknown>}} hand
+ * @param {() => Promise<boolean>} done
+ */
+export const lead = (of, hand, done, what) => until(async () => {
+  await hand.release();
+  await inState(of, 'ready');
+  await hand.grip();
+  for (let i = 0; i < 60; ++i) {
+    if (await done()) return true;
+    await of.waitForTimeout(50);
+  }
+  return false;
+}, what);
+export const isEngaged = async (of) => (await state(of)).state === 'engaged';
