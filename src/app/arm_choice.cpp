@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <iostream>
 
 #include "arm/ur_arm.hpp"
 #include "config/nearest.hpp"
+#ifdef STEADYHAND_ROS2
+#include "ros2/ros2_arm.hpp"
+#endif
 
 namespace steadyhand {
 
@@ -16,10 +20,11 @@ constexpr double kFirstSpeed = 0.25;  ///< of a real arm, until asked for more
 
 Status ask(const ArmChoice& choice, double speed) {
   std::cout << fmt::format(
-                   "The arm at {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration.\n"
+                   "The arm {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration.\n"
                    "It knows the limits of its joints and its own body, not the table, the walls, or you.\n"
-                   "Nobody within its reach; a hand on the emergency stop. See docs/universal-robots.md.\n",
-                   choice.host, 100.0 * speed)
+                   "Nobody within its reach; a hand on the emergency stop. See docs/{}.\n",
+                   choice.arm == "ur" ? "at " + choice.host : "behind the ROS 2 controller", 100.0 * speed,
+                   choice.arm == "ur" ? "universal-robots.md" : "ros2.md")
             << std::flush;
   if (choice.yes) return Done{};
   if (isatty(STDIN_FILENO) == 0)
@@ -33,6 +38,16 @@ Status ask(const ArmChoice& choice, double speed) {
 
 }  // namespace
 
+Status has_ros2(const ArmChoice& choice) {
+#ifndef STEADYHAND_ROS2
+  if (choice.arm == "ros2") {
+    return Error{"this program was built without ROS 2: install cyclonedds-dev and cyclonedds-tools and build again"};
+  }
+#endif
+  (void)choice;
+  return Done{};
+}
+
 void add_host_options(CLI::App& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
   command.add_option("--rtde-port", choice.rtde_port, "RTDE")->capture_default_str()->group("Ports of the controller");
@@ -45,7 +60,11 @@ void add_host_options(CLI::App& command, ArmChoice& choice) {
 }
 
 void add_arm_options(CLI::App& command, ArmChoice& choice) {
-  command.add_option("--arm", choice.arm, "sim (in this program), or ur (Universal Robots; moves hardware)")
+  command
+      .add_option(
+          "--arm", choice.arm,
+          "sim (in this program), ros2 (a joint trajectory controller), or ur (Universal Robots, directly); the "
+          "last two move hardware")
       ->capture_default_str();
   add_host_options(command, choice);
   command.add_option("--speed", choice.speed,
@@ -54,12 +73,14 @@ void add_arm_options(CLI::App& command, ArmChoice& choice) {
 }
 
 Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
-  const std::vector<std::string> known = {"sim", "ur"};
-  if (choice.arm != "sim" && choice.arm != "ur") {
+  const std::vector<std::string> known = {"sim", "ros2", "ur"};
+  if (std::find(known.begin(), known.end(), choice.arm) == known.end()) {
     return Error{fmt::format("--arm is '{}'; {}", choice.arm, suggestion(choice.arm, known))};
   }
-  if (choice.real() && choice.host.empty()) return Error{"--arm ur needs --host, the controller's name or address"};
-  if (!choice.real() && !choice.host.empty()) return Error{"--host belongs to --arm ur"};
+  if (Status s = has_ros2(choice); !s) return s;
+  if (choice.arm == "ur" && choice.host.empty())
+    return Error{"--arm ur needs --host, the controller's name or address"};
+  if (choice.arm != "ur" && !choice.host.empty()) return Error{"--host belongs to --arm ur"};
   if (choice.speed != 0.0 && !(choice.speed > 0.0 && choice.speed <= 1.0)) {
     return Error{fmt::format("--speed is {}; it must be above 0, to 1", choice.speed)};
   }
@@ -69,9 +90,19 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   return choice.real() ? ask(choice, speed) : Status(Done{});
 }
 
-Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model,
-                                      const SimulatedArmSettings& simulated, Clock& clock) {
-  if (!choice.real()) return std::unique_ptr<Arm>(new SimulatedArm(model, model.home, simulated, clock));
+Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
+                                      Clock& clock) {
+  if (!choice.real()) return std::unique_ptr<Arm>(new SimulatedArm(model, model.home, session.arm, clock));
+#ifdef STEADYHAND_ROS2
+  if (choice.arm == "ros2") {
+    Ros2Settings settings = session.ros2;
+    settings.realtime = session.live.realtime;
+    auto arm = Ros2Arm::connect(model, settings, clock);
+    if (!arm) return arm.error();
+    if (const auto states = (*arm)->wait_for_states(); !states) return states.error();
+    return std::unique_ptr<Arm>(std::move(*arm));
+  }
+#endif
   UrSettings settings;
   settings.host = choice.host;
   settings.rtde_port = choice.rtde_port;

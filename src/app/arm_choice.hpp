@@ -5,10 +5,10 @@
 #include <memory>
 #include <string>
 
-#include "arm/simulated_arm.hpp"
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "robot/model.hpp"
+#include "session/settings.hpp"
 
 namespace steadyhand {
 
@@ -27,8 +27,10 @@ void add_host_options(CLI::App& command, ArmChoice& choice);
 
 /// Checks the choice, asks once before anything that can move hardware, and lowers the model's limits to the share.
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);
-/// Model and clock must outlive it. @param simulated for the arm that exists in the program only
-Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model,
-                                      const SimulatedArmSettings& simulated, Clock& clock);
+/// Fails with what to install, if ROS 2 is chosen and this program was built without it.
+Status has_ros2(const ArmChoice& choice);
+/// Model and clock must outlive it.
+Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
+                                      Clock& clock);
 
 }  // namespace steadyhand

@@ -243,7 +243,7 @@ Status run(Options options) {
 
   const StopSignals signals;
   MonotonicClock clock;
-  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings.arm, clock);
+  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
   if (!arm) return arm.error();
   auto made = LiveSession::make(*model, settings.live, **arm, clock);
   if (!made) return made.error();

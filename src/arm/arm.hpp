@@ -31,7 +31,7 @@ struct ArmInfo {
 };
 
 /// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.
-/// receive() and send() belong to the control thread and allocate nothing.
+/// receive(), follow() and send() belong to the control thread and allocate nothing.
 class Arm {
  public:
   virtual ~Arm() = default;
@@ -39,6 +39,9 @@ class Arm {
 
   /// Waits for the arm's next cycle. A caller that comes late gets the newest state, not those it missed.
   virtual ArmState receive() = 0;
+  /// The commands from now on are samples of this plan, which was checked to its end, where it rests. Comes before the
+  /// first of them, as often as the plan changes. For arms that are sent motions: to others it means nothing.
+  virtual void follow(const Plan& plan) { (void)plan; }
   /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it: an arm may
   /// refuse a step, or limits exceeded, with a stop of its own.
   virtual void send(const JointCommand& command) = 0;

@@ -21,6 +21,7 @@ ControlStage::ControlStage(const RobotModel& model, const ControlSettings& setti
 
 const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const Time now = state.joints.stamp.made;
+  output_.follows = nullptr;
   const bool first = view_.cycles == 0;
   const std::uint64_t missed = first ? 0 : state.cycle - last_cycle_ - 1;
   last_cycle_ = state.cycle;
@@ -114,6 +115,7 @@ void ControlStage::take_plan(Time now) {
 
 void ControlStage::follow(const Plan& plan) {
   tracker_.follow(plan);
+  output_.follows = &tracker_.plan();
   links_->followed.write(plan);
 }
 

@@ -28,7 +28,8 @@ class ControlStage {
 
   struct Output {
     JointCommand command;
-    bool restart_arm = false;  ///< call Arm::restart()
+    bool restart_arm = false;       ///< call Arm::restart()
+    const Plan* follows = nullptr;  ///< if it changed in this cycle: what the command is a sample of
   };
   /// @param state as the arm reports it now; its time is the cycle's
   const Output& step(const ArmState& state);

@@ -108,6 +108,7 @@ void LiveSession::run_control() {
     links_->wake_us.add(1e6 * to_seconds(clock_->now() - state.joints.stamp.made));
     const ControlStage::Output& output = control_->step(state);
     if (output.restart_arm) arm_->restart();
+    if (output.follows != nullptr) arm_->follow(*output.follows);
     arm_->send(output.command);
   }
 }

@@ -97,6 +97,19 @@ SettingsTable describe(SessionSettings& s) {
   t.add("arm.command_timeout", "s", "without a command: it stops by itself", s.arm.command_timeout, up_to(10.0));
   t.add("arm.start_time", "s", "until it follows", s.arm.start_time, at_most(60.0));
 
+  Ros2Settings& ros2 = s.ros2;
+  t.add("ros2.domain", "", "-1: that of ROS_DOMAIN_ID, else 0", ros2.domain, {-1.0, 232.0});
+  t.add("ros2.controller", "joint trajectory controller that leads the arm", ros2.controller);
+  t.add("ros2.joint_states", "topic that tells where the joints are", ros2.joint_states);
+  t.add("ros2.prefix", "of the joints' and frames' names on the ROS side", ros2.prefix);
+  t.add("ros2.joints", "their names there from the base, with commas; empty: the robot's", ros2.joints);
+  t.add("ros2.rate", "Hz", "trajectories sent", ros2.rate_hz, {5.0, 500.0});
+  t.add("ros2.lead", "s", "from a command to its execution", ros2.lead, up_to(0.5));
+  t.add("ros2.silence", "s", "without joint states: it counts as stopped", ros2.silence, up_to(0.5));
+  t.add("ros2.servo_delay", "s", "by which the arm lags behind its controller", ros2.servo_delay, at_most(0.5));
+  t.add("ros2.control_rate", "Hz", "control cycles, by this computer's clock", ros2.control_rate_hz, {20.0, 500.0});
+  t.add("ros2.start_within", "s", "until controller and joint states are there", ros2.start_within, up_to(60.0));
+
   GlassSettings& glass = live.glass;
   t.add("glass.radius", "m", "inside", glass.radius, up_to(1.0));
   t.add("glass.height", "m", "inside", glass.height, up_to(2.0));

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "arm/ros2_settings.hpp"
 #include "arm/simulated_arm.hpp"
 #include "config/settings_table.hpp"
 #include "serve/server.hpp"
@@ -19,6 +20,7 @@ struct SessionSettings {
   std::string recording_folder = default_session_folder().string();
   LiveSettings live;
   SimulatedArmSettings arm;
+  Ros2Settings ros2;
   ServerSettings server;
   RecordingSettings recording;
 

@@ -6,8 +6,12 @@
 
 #include "arm/simulated_arm.hpp"
 #include "arm/ur_lockstep.hpp"
+#include "plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
+#ifdef STEADYHAND_ROS2
+#include "support/ros2/lockstep.hpp"
+#endif
 
 namespace steadyhand {
 namespace {
@@ -29,6 +33,24 @@ ArmMaker universal_robots(const std::string& name, const FakeUrController::Setti
           }};
 }
 
+/// Where Cyclone DDS is installed.
+std::vector<ArmMaker> ros2() {
+#ifdef STEADYHAND_ROS2
+  const auto maker = [](const std::string& name, const ReferenceController::Settings& settings) {
+    return ArmMaker{name, [settings](const RobotModel& model, Clock& clock) {
+                      return std::make_unique<Ros2Lockstep>(model, settings, clock);
+                    }};
+  };
+  ReferenceController::Settings plain, desired, deferred;
+  desired.parameters.interpolate_from_desired_state = true;
+  desired.permuted = false;
+  deferred.parameters.allow_trajectory_replacement = true;
+  return {maker("ros2", plain), maker("ros2_from_desired_state", desired), maker("ros2_replacement", deferred)};
+#else
+  return {};
+#endif
+}
+
 std::vector<ArmMaker> makers() {
   SimulatedArmSettings ideal, slow, noisy;
   ideal.latency = ideal.servo_lag = ideal.quantisation = 0.0;
@@ -39,13 +61,15 @@ std::vector<ArmMaker> makers() {
   cb3.version = {3, 15, 8, 106339};
   old_protocol.version = cb3.version;
   old_protocol.newest_protocol = 1;
-  return {simulated("simulated", {}),
-          simulated("ideal", ideal),
-          simulated("slow", slow),
-          simulated("noisy", noisy),
-          universal_robots("ur", e_series),
-          universal_robots("ur_cb3", cb3),
-          universal_robots("ur_protocol_1", old_protocol)};
+  std::vector<ArmMaker> all = {simulated("simulated", {}),
+                               simulated("ideal", ideal),
+                               simulated("slow", slow),
+                               simulated("noisy", noisy),
+                               universal_robots("ur", e_series),
+                               universal_robots("ur_cb3", cb3),
+                               universal_robots("ur_protocol_1", old_protocol)};
+  for (ArmMaker& maker : ros2()) all.push_back(std::move(maker));
+  return all;
 }
 
 class ArmContract : public testing::TestWithParam<ArmMaker> {
@@ -57,6 +81,12 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
 
   JointCommand command(const JointVector& q, const JointVector& dq, Time t) const {
     return {{t, t}, q, dq, JointVector::Zero(6)};
+  }
+  /// As a session does it: first the plan, which leads from the command to rest.
+  void send(const JointCommand& command) {
+    make_straight_stop(model, command, 0.0, plan);
+    arm->follow(plan);
+    arm->send(command);
   }
   /// Receives until the arm follows; the last state.
   ArmState wait_until_following() {
@@ -75,8 +105,8 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
     while (to_seconds(state.joints.stamp.made - begin) < seconds && state.status == ArmStatus::kFollowing) {
       const double t = to_seconds(state.joints.stamp.made - begin);
       const JointVector ones = JointVector::Ones(6);
-      arm->send(command(q0 + amplitude * (1.0 - std::cos(speed * t)) * ones,
-                        amplitude * speed * std::sin(speed * t) * ones, state.joints.stamp.made));
+      send(command(q0 + amplitude * (1.0 - std::cos(speed * t)) * ones, amplitude * speed * std::sin(speed * t) * ones,
+                   state.joints.stamp.made));
       state = arm->receive();
       largest_error = std::max(largest_error, (state.joints.q - q0).cwiseAbs().maxCoeff() -
                                                   amplitude * (1.0 - std::cos(std::min(M_PI, speed * t))));
@@ -88,6 +118,7 @@ class ArmContract : public testing::TestWithParam<ArmMaker> {
   RobotModel model;
   ManualClock clock;
   std::unique_ptr<Arm> arm;
+  Plan plan;
   double largest_error = -1.0;
 };
 

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+namespace steadyhand {
+
+/// How to reach an arm through ROS 2. docs/ros2.md has the whole story.
+struct Ros2Settings {
+  int domain = -1;                                                 ///< -1: ROS_DOMAIN_ID, else 0
+  std::string controller = "/scaled_joint_trajectory_controller";  ///< its node; listens at CONTROLLER/joint_trajectory
+  std::string joint_states = "/joint_states";
+  std::string prefix;         ///< of the joints' and frames' names on the ROS side
+  std::string joints;         ///< names of the joints from the base, with commas between; empty: those of the robot
+  double rate_hz = 100.0;     ///< of trajectories
+  double lead = 0.05;         ///< s between a command and its execution; all that is sent comes this much ahead
+  double silence = 0.035;     ///< s without joint states after which the arm counts as stopped
+  double servo_delay = 0.03;  ///< s by which the arm lags behind its controller's set-points, about
+  double control_rate_hz = 500.0;  ///< of control cycles, by our own clock
+  double settle = 0.5;             ///< s in which the controller takes over where the arm stands, at the start
+  double start_within = 5.0;       ///< s in which controller and joint states have to be there
+  double start_tolerance = 0.02;   ///< rad, most that the joints may move in that
+  bool realtime = false;           ///< ask for real-time priority for the threads that talk
+  double command_timeout = 0.1;    ///< s without a command after which the arm counts as stopped
+};
+
+}  // namespace steadyhand

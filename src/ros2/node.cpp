@@ -1,0 +1,124 @@
+#include "ros2/node.hpp"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+
+namespace steadyhand {
+
+namespace {
+
+constexpr int kLastDomain = 232;  ///< beyond it DDS's ports end
+constexpr int kPriority = 70;     ///< between control and planner
+constexpr int kAtOnce = 8;        ///< messages taken in one go
+
+using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
+
+Error failure(const std::string& what, dds_return_t code) {
+  return Error{fmt::format("{}: {} (Cyclone DDS; CYCLONEDDS_URI may hold a configuration that is wrong)", what,
+                           dds_strretcode(code))};
+}
+
+/// On DDS the topics of ROS begin with rt.
+std::string dds_name(const std::string& topic) { return (topic.starts_with('/') ? "rt" : "rt/") + topic; }
+
+Qos make_qos(bool reliable) {
+  Qos qos(dds_create_qos(), dds_delete_qos);
+  dds_qset_reliability(qos.get(), reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_MSECS(100));
+  dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, reliable ? 1 : kAtOnce);
+  return qos;
+}
+
+void hear(dds_entity_t reader, void* listener) {
+  const auto& heard = *static_cast<const std::function<void(const void*, Ros2PublisherId)>*>(listener);
+  std::array<void*, kAtOnce> messages{};
+  std::array<dds_sample_info_t, kAtOnce> infos;
+  for (;;) {
+    messages[0] = nullptr;  // DDS lends its own
+    const dds_return_t count = dds_take(reader, messages.data(), infos.data(), kAtOnce, kAtOnce);
+    if (count <= 0) return;
+    for (int i = 0; i < count; ++i) {
+      if (infos[i].valid_data) heard(messages[i], infos[i].publication_handle);
+    }
+    (void)dds_return_loan(reader, messages.data(), count);
+  }
+}
+
+}  // namespace
+
+Result<int> ros2_domain_of_environment() {
+  const char* text = std::getenv("ROS_DOMAIN_ID");
+  if (text == nullptr || *text == '\0') return 0;
+  int domain = -1;
+  const char* end = text + std::strlen(text);
+  const auto [stop, error] = std::from_chars(text, end, domain);
+  if (error != std::errc() || stop != end || domain < 0 || domain > kLastDomain) {
+    return Error{fmt::format("ROS_DOMAIN_ID is '{}'; it must be a whole number from 0 to {}", text, kLastDomain)};
+  }
+  return domain;
+}
+
+void prefer_this_thread() {
+  sched_param priority{};
+  priority.sched_priority = kPriority;
+  (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
+}
+
+Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime) {
+  if (domain < 0 || domain > kLastDomain) {
+    return Error{fmt::format("ROS 2 domain is {}; it must be from 0 to {}", domain, kLastDomain)};
+  }
+  Qos qos(dds_create_qos(), dds_delete_qos);
+  constexpr std::string_view kEnclave = "enclave=/;";  // what ROS looks for in a participant
+  dds_qset_userdata(qos.get(), kEnclave.data(), kEnclave.size());
+  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_NONE);
+  dds_entity_t participant = 0;
+  std::thread([&] {  // the threads of DDS inherit this one's priority
+    if (realtime) prefer_this_thread();
+    participant = dds_create_participant(static_cast<dds_domainid_t>(domain), qos.get(), nullptr);
+  })
+      .join();
+  if (participant < 0) return failure(fmt::format("ROS 2 domain {} cannot be joined", domain), participant);
+  return std::unique_ptr<Ros2Node>(new Ros2Node(domain, participant));
+}
+
+Ros2Node::~Ros2Node() { (void)dds_delete(participant_); }
+
+Result<dds_entity_t> Ros2Node::make_topic(const dds_topic_descriptor_t& type, const std::string& topic) {
+  const dds_entity_t entity = dds_create_topic(participant_, &type, dds_name(topic).c_str(), nullptr, nullptr);
+  if (entity < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be made", topic), entity);
+  return entity;
+}
+
+Result<dds_entity_t> Ros2Node::make_writer(const dds_topic_descriptor_t& type, const std::string& topic,
+                                           Time lifespan) {
+  const Result<dds_entity_t> entity = make_topic(type, topic);
+  if (!entity) return entity.error();
+  const Qos qos = make_qos(true);
+  if (lifespan > Time(0)) dds_qset_lifespan(qos.get(), lifespan.count());
+  const dds_entity_t writer = dds_create_writer(participant_, *entity, qos.get(), nullptr);
+  if (writer < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be published", topic), writer);
+  return writer;
+}
+
+Status Ros2Node::make_reader(const dds_topic_descriptor_t& type, const std::string& topic, Heard heard) {
+  const Result<dds_entity_t> entity = make_topic(type, topic);
+  if (!entity) return entity.error();
+  const Qos qos = make_qos(false);
+  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  listeners_.push_back(std::make_unique<Heard>(std::move(heard)));
+  const Listener listener(dds_create_listener(listeners_.back().get()), dds_delete_listener);
+  dds_lset_data_available(listener.get(), hear);
+  const dds_entity_t reader = dds_create_reader(participant_, *entity, qos.get(), listener.get());
+  if (reader < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be subscribed", topic), reader);
+  return Done{};
+}
+
+}  // namespace steadyhand

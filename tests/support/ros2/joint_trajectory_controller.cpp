@@ -1,0 +1,182 @@
+#include "support/ros2/joint_trajectory_controller.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+using Point = JointTrajectory::Point;
+
+/// Position, speed, acceleration at t of the polynomial of degree 1, 3 or 5 that has those of both ends; of what both
+/// ends give.
+std::array<double, 3> interpolate(const Point& a, const Point& b, std::size_t i, double T, double t) {
+  const bool speeds = !a.dq.empty() && !b.dq.empty();
+  const bool accelerations = speeds && !a.ddq.empty() && !b.ddq.empty();
+  const double d = b.q[i] - a.q[i];
+  std::array<double, 6> c{a.q[i], 0, 0, 0, 0, 0};
+  if (!speeds) {
+    c[1] = d / T;
+  } else if (!accelerations) {
+    const double v0 = a.dq[i], v1 = b.dq[i];
+    c[1] = v0;
+    c[2] = (3.0 * d - (2.0 * v0 + v1) * T) / (T * T);
+    c[3] = (-2.0 * d + (v0 + v1) * T) / (T * T * T);
+  } else {
+    const double v0 = a.dq[i], v1 = b.dq[i], a0 = a.ddq[i], a1 = b.ddq[i], T2 = T * T;
+    c[1] = v0;
+    c[2] = 0.5 * a0;
+    c[3] = (20.0 * d - (8.0 * v1 + 12.0 * v0) * T - (3.0 * a0 - a1) * T2) / (2.0 * T2 * T);
+    c[4] = (-30.0 * d + (14.0 * v1 + 16.0 * v0) * T + (3.0 * a0 - 2.0 * a1) * T2) / (2.0 * T2 * T2);
+    c[5] = (12.0 * d - 6.0 * (v1 + v0) * T + (a1 - a0) * T2) / (2.0 * T2 * T2 * T);
+  }
+  std::array<double, 3> value{};
+  for (int k = 5; k >= 0; --k) {  // Horner, with both derivatives
+    value[2] = value[2] * t + 2.0 * value[1];
+    value[1] = value[1] * t + value[0];
+    value[0] = value[0] * t + c[k];
+  }
+  return value;
+}
+
+std::vector<double> list(const JointVector& values) { return {values.begin(), values.end()}; }
+
+}  // namespace
+
+std::string JointTrajectoryController::refusal(const JointTrajectory& t, Time now) const {
+  if (t.joints.empty()) return "no joint names";
+  if (t.joints.size() != settings_.joints.size() && !settings_.allow_partial_joints_goal) {
+    return fmt::format("{} joints of {}", t.joints.size(), settings_.joints.size());
+  }
+  for (auto name = t.joints.begin(); name != t.joints.end(); ++name) {
+    if (std::find(settings_.joints.begin(), settings_.joints.end(), *name) == settings_.joints.end()) {
+      return fmt::format("joint '{}' is not the controller's", *name);
+    }
+    if (std::find(t.joints.begin(), name, *name) != name) return fmt::format("joint '{}' is named twice", *name);
+  }
+  if (t.points.empty()) return "no points";
+  if (t.stamp != Time(0) && t.stamp + t.points.back().from_start < now) return "it ends in the past";
+  Time last(-1);
+  for (const Point& point : t.points) {
+    if (point.from_start <= last) return "times do not increase";
+    last = point.from_start;
+    if (point.q.size() != t.joints.size()) return "a point lacks positions";
+    if (!point.dq.empty() && point.dq.size() != t.joints.size()) return "a point has too many or too few velocities";
+    if (!point.ddq.empty() && point.ddq.size() != t.joints.size()) {
+      return "a point has too many or too few accelerations";
+    }
+  }
+  if (settings_.allow_nonzero_velocity_at_trajectory_end) return {};
+  for (const double speed : t.points.back().dq) {
+    if (speed != 0.0) return "the last point is not at rest";
+  }
+  return {};
+}
+
+std::string JointTrajectoryController::accept(const JointTrajectory& t, Time now) {
+  if (std::string why = refusal(t, now); !why.empty()) return why;
+  const std::size_t n = settings_.joints.size();
+  Motion motion{t.stamp, t.points};
+  const auto sort = [&](std::vector<double>& values, double other) {
+    if (values.empty()) return;
+    std::vector<double> sorted(n, other);
+    for (std::size_t i = 0; i < t.joints.size(); ++i) {
+      const auto at = std::find(settings_.joints.begin(), settings_.joints.end(), t.joints[i]);
+      sorted[at - settings_.joints.begin()] = values[i];
+    }
+    values = std::move(sorted);
+  };
+  for (Point& point : motion.points) {
+    sort(point.q, NAN);  // NAN: stays where it is
+    sort(point.dq, 0.0);
+    sort(point.ddq, 0.0);
+  }
+  waiting_ = std::move(motion);
+  return {};
+}
+
+void JointTrajectoryController::begin(Motion motion, Time now, const JointVector& q, const JointVector& dq) {
+  const bool from_desired = settings_.interpolate_from_desired_state && desired_.q.size() == q.size();
+  before_ = {Time(0), list(from_desired ? desired_.q : q), list(from_desired ? desired_.dq : dq),
+             list(from_desired ? desired_.ddq : JointVector(JointVector::Zero(q.size())))};
+  before_at_ = now;
+  motion_ = std::move(motion);
+  if (motion_.stamp == Time(0)) motion_.stamp = now;
+  for (Point& point : motion_.points) {
+    for (std::size_t i = 0; i < point.q.size(); ++i) {
+      if (std::isnan(point.q[i])) point.q[i] = q[i];
+    }
+  }
+  active_ = true;
+  held_ = false;
+  aborted_.clear();
+}
+
+void JointTrajectoryController::hold(const JointVector& q) {
+  const JointVector zero = JointVector::Zero(q.size());
+  desired_ = {q, zero, zero};
+  active_ = false;
+  held_ = true;
+}
+
+void JointTrajectoryController::sample(Time now) {
+  const Time at = now - motion_.stamp;
+  const std::vector<Point>& points = motion_.points;
+  const std::size_t n = settings_.joints.size();
+  desired_.q.resize(n);
+  desired_.dq.setZero(n);
+  desired_.ddq.setZero(n);
+  const auto take = [&](const Point& a, const Point& b, Time from, Time to) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto value = interpolate(a, b, i, to_seconds(to - from), to_seconds(at - from));
+      desired_.q[i] = value[0];
+      desired_.dq[i] = value[1];
+      desired_.ddq[i] = value[2];
+    }
+  };
+  if (at < points.front().from_start) {
+    return take(before_, points.front(), before_at_ - motion_.stamp, points.front().from_start);
+  }
+  for (std::size_t k = 0; k + 1 < points.size(); ++k) {
+    if (at < points[k + 1].from_start) {
+      return take(points[k], points[k + 1], points[k].from_start, points[k + 1].from_start);
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) desired_.q[i] = points.back().q[i];
+}
+
+void JointTrajectoryController::keep_tolerances(Time now, const JointVector& q) {
+  const double error = (desired_.q - q).cwiseAbs().maxCoeff();
+  const Time end = motion_.stamp + motion_.points.back().from_start;
+  if (now < end) {
+    if (settings_.trajectory <= 0.0 || error <= settings_.trajectory) return;
+    aborted_ = "beyond the tolerance on the way";
+    return hold(q);
+  }
+  if (settings_.goal <= 0.0 || error <= settings_.goal) {
+    active_ = false;
+  } else if (settings_.goal_time > 0.0 && to_seconds(now - end) > settings_.goal_time) {
+    aborted_ = "not at the goal in time";
+    hold(q);
+  }
+}
+
+const JointTrajectoryController::State& JointTrajectoryController::update(Time now, const JointVector& q,
+                                                                          const JointVector& dq) {
+  if (desired_.q.size() == 0) hold(q);
+  const bool deferred = settings_.allow_trajectory_replacement && waiting_ && waiting_->stamp > now;
+  if (waiting_ && !deferred) {
+    begin(*std::move(waiting_), now, q, dq);
+    waiting_.reset();
+  }
+  if (motion_.points.empty() || held_) return desired_;
+  sample(now);
+  if (active_) keep_tolerances(now, q);
+  return desired_;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,175 @@
+#include "support/ros2/reference_controller.hpp"
+
+#include <algorithm>
+
+namespace steadyhand {
+
+namespace {
+
+/// A UR stops protectively at about that much more than it is led with.
+constexpr double kHardwareSpeed = 1.2, kHardwareAcceleration = 8.0;
+
+std::vector<double> list(const dds_sequence_double& values) {
+  return {values._buffer, values._buffer + values._length};
+}
+
+JointTrajectory read(const JointTrajectoryMessage& message) {
+  JointTrajectory t;
+  t.stamp = std::chrono::seconds(message.header.stamp.sec) + Time(message.header.stamp.nanosec);
+  for (std::uint32_t i = 0; i < message.joint_names._length; ++i) {
+    t.joints.emplace_back(message.joint_names._buffer[i]);
+  }
+  for (std::uint32_t i = 0; i < message.points._length; ++i) {
+    const JointTrajectoryPointMessage& point = message.points._buffer[i];
+    t.points.push_back({std::chrono::seconds(point.time_from_start.sec) + Time(point.time_from_start.nanosec),
+                        list(point.positions), list(point.velocities), list(point.accelerations)});
+  }
+  return t;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ReferenceController>> ReferenceController::make(const RobotModel& model, const JointVector& q,
+                                                                       const Settings& settings) {
+  Settings complete = settings;
+  complete.parameters.joints.clear();
+  for (const Joint& joint : model.joints) complete.parameters.joints.push_back(settings.prefix + joint.name);
+  std::unique_ptr<ReferenceController> made(new ReferenceController(model, q, complete));
+  if (Status joined = made->join(); !joined) return joined.error();
+  return made;
+}
+
+ReferenceController::ReferenceController(const RobotModel& model, const JointVector& q, const Settings& settings)
+    : settings_(settings), model_(model), controller_(settings.parameters), now_(settings.epoch) {
+  model_.velocity_max *= kHardwareSpeed;
+  model_.acceleration_max *= kHardwareAcceleration;
+  SimulatedArmSettings arm;
+  arm.rate_hz = settings.rate_hz;
+  arm.latency = 0.0;
+  arm.servo_lag = settings.servo_lag;
+  arm.start_time = 0.0;
+  arm_ = std::make_unique<SimulatedArm>(model_, q, arm, arm_clock_);
+  desired_ = {q, JointVector::Zero(q.size()), JointVector::Zero(q.size())};
+}
+
+ReferenceController::~ReferenceController() { stop(); }
+
+Status ReferenceController::join() {
+  auto node = Ros2Node::open(settings_.domain);
+  if (!node) return node.error();
+  auto states = (*node)->publish<JointStateMessage>(settings_.joint_states);
+  if (!states) return states.error();
+  states_ = *states;
+  Status listens = (*node)->listen<JointTrajectoryMessage>(
+      settings_.controller + "/joint_trajectory",
+      [this](const JointTrajectoryMessage& message, Ros2PublisherId) { hear(message); });
+  if (!listens) return listens.error();
+  node_ = std::move(*node);
+  return Done{};
+}
+
+/// On a thread of DDS.
+void ReferenceController::hear(const JointTrajectoryMessage& message) {
+  if (unplugged_ > 0 || deaf_ > 0) return;
+  JointTrajectory trajectory = read(message);
+  const std::lock_guard lock(mutex_);
+  last_trajectory_ = trajectory;
+  incoming_.emplace_back(cycle_now_ + static_cast<std::uint64_t>(lag_), std::move(trajectory));
+}
+
+JointTrajectory ReferenceController::last_trajectory() const {
+  const std::lock_guard lock(mutex_);
+  return last_trajectory_;
+}
+
+void ReferenceController::take_in() {
+  const std::lock_guard lock(mutex_);
+  while (!incoming_.empty() && incoming_.front().first <= cycle_) {
+    const std::string why = controller_.accept(incoming_.front().second, now_);
+    incoming_.pop_front();
+    ++(why.empty() ? accepted_ : refused_);
+    if (!why.empty()) last_refusal_ = why;
+  }
+}
+
+void ReferenceController::measure(const JointTrajectoryController::State& desired) {
+  if (past_.size() == 2) {
+    const double dt = period();
+    largest_.q = std::max(largest_.q, (desired.q - past_[1]).cwiseAbs().maxCoeff());
+    largest_.dq = std::max(largest_.dq, ((desired.q - 2.0 * past_[1] + past_[0]) / dt).cwiseAbs().maxCoeff());
+    largest_.ddq = largest_.dq / dt;
+    past_.erase(past_.begin());
+  }
+  past_.push_back(desired.q);
+}
+
+void ReferenceController::step() {
+  ++cycle_;
+  cycle_now_ = cycle_;
+  now_ += from_seconds(period());
+  const ArmState state = arm_->receive();
+  take_in();
+  desired_ = controller_.update(now_, state.joints.q, state.joints.dq);
+  measure(desired_);
+  if (state.status == ArmStatus::kStopped) {
+    last_stop_ = state.reason;
+  } else {
+    arm_->send({{state.joints.stamp.made, state.joints.stamp.made}, desired_.q, desired_.dq, desired_.ddq});
+  }
+  if (!controller_.aborted().empty()) last_stop_ = controller_.aborted();
+  if (unplugged_ > 0) {
+    --unplugged_;
+  } else {
+    outgoing_.emplace_back(cycle_ + static_cast<std::uint64_t>(lag_), std::pair(now_, state.joints));
+  }
+  if (deaf_ > 0) --deaf_;
+  send_states();
+}
+
+void ReferenceController::send_states() {
+  while (!outgoing_.empty() && outgoing_.front().first <= cycle_) {
+    auto [stamp, joints] = outgoing_.front().second;
+    outgoing_.pop_front();
+    std::vector<std::string> names = settings_.parameters.joints;
+    std::vector<double> q(joints.q.begin(), joints.q.end()), dq(joints.dq.begin(), joints.dq.end());
+    if (settings_.permuted) {
+      for (auto* values : {&q, &dq}) std::reverse(values->begin(), values->end());
+      std::reverse(names.begin(), names.end());
+    }
+    if (hidden_) {
+      names.pop_back();
+      q.pop_back();
+      dq.pop_back();
+    }
+    std::vector<char*> pointers;
+    for (std::string& name : names) pointers.push_back(name.data());
+    std::string frame;
+    JointStateMessage message{};
+    message.header.stamp = {static_cast<std::int32_t>(stamp / std::chrono::seconds(1)),
+                            static_cast<std::uint32_t>((stamp % std::chrono::seconds(1)).count())};
+    message.header.frame_id = frame.data();
+    message.name = sequence_of<decltype(message.name)>(pointers);
+    message.position = sequence_of<decltype(message.position)>(q);
+    message.velocity = sequence_of<decltype(message.velocity)>(dq);
+    (void)states_.send(message);
+  }
+}
+
+void ReferenceController::run() {
+  running_ = true;
+  thread_ = std::thread([this] {
+    MonotonicClock clock;
+    const Time cycle = from_seconds(period());
+    for (Time next = clock.now() + cycle; running_; next += cycle) {
+      clock.sleep_until(next);
+      step();  // and, where it slept through cycles, one after the other: it has no clock but its cycles
+    }
+  });
+}
+
+void ReferenceController::stop() {
+  running_ = false;
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "arm/simulated_arm.hpp"
+#include "ros2/node.hpp"
+#include "support/manual_clock.hpp"
+#include "support/ros2/joint_trajectory_controller.hpp"
+
+namespace steadyhand {
+
+/// A ROS 2 machine with a joint trajectory controller and a joint state broadcaster, over DDS, and the simulated arm
+/// behind them. Its clock is its own, as another computer's is. One thread calls everything but what says otherwise.
+class ReferenceController {
+ public:
+  struct Settings {
+    int domain = 0;
+    std::string controller = "/scaled_joint_trajectory_controller", joint_states = "/joint_states";
+    std::string prefix;
+    bool permuted = true;  ///< joint states name the joints in another order than the arm's, as those of a UR do
+    double rate_hz = 500.0;
+    double servo_lag = 0.03;                         ///< s, of the arm
+    Time epoch = std::chrono::hours(24 * 20000);     ///< its clock's time in the first cycle
+    JointTrajectoryController::Settings parameters;  ///< joints: set by the model
+  };
+
+  /// The model must outlive it. The arm stands at `q`. Fails with what DDS says.
+  static Result<std::unique_ptr<ReferenceController>> make(const RobotModel& model, const JointVector& q,
+                                                           const Settings& settings);
+  ~ReferenceController();
+
+  /// One control cycle.
+  void step();
+  double period() const { return 1.0 / settings_.rate_hz; }
+  /// Cycles in real time, on a thread of its own, until stop().
+  void run();
+  void stop();
+
+  // ---- faults; any thread
+  /// What comes and goes in the next cycles is lost.
+  void unplug(int cycles) { unplugged_ = cycles; }
+  /// The same for what comes only.
+  void deafen(int cycles) { deaf_ = cycles; }
+  /// Everything that goes out or comes in does so that many cycles later.
+  void lag(int cycles) { lag_ = cycles; }
+  /// Joint states lack one joint.
+  void hide_joint(bool hidden) { hidden_ = hidden; }
+  /// Its clock is set. Not while run() does.
+  void set_clock(Time change) { now_ += change; }
+
+  SimulatedArm& arm() { return *arm_; }
+  const JointTrajectoryController::State& desired() const { return desired_; }
+  /// Largest steps of what the joints are to do, from cycle to cycle: rad, rad/s; and rad/s^2, by differences.
+  struct Largest {
+    double q = 0.0, dq = 0.0, ddq = 0.0;
+  };
+  const Largest& largest() const { return largest_; }
+  void forget_largest() { largest_ = {}; }
+  std::uint64_t accepted() const { return accepted_; }
+  std::uint64_t refused() const { return refused_; }
+  const std::string& last_refusal() const { return last_refusal_; }
+  /// Why the arm or the controller stopped last; empty: they did not.
+  const std::string& last_stop() const { return last_stop_; }
+  /// The last trajectory that came.
+  JointTrajectory last_trajectory() const;
+  Ros2Node& node() { return *node_; }
+
+ private:
+  ReferenceController(const RobotModel& model, const JointVector& q, const Settings& settings);
+  Status join();
+  void hear(const JointTrajectoryMessage& message);
+  void take_in();
+  void send_states();
+  void measure(const JointTrajectoryController::State& desired);
+
+  Settings settings_;
+  RobotModel model_;  ///< with limits at which hardware stops: far beyond those that plans keep
+  ManualClock arm_clock_;
+  std::unique_ptr<SimulatedArm> arm_;
+  JointTrajectoryController controller_;
+  JointTrajectoryController::State desired_;
+  Time now_;
+  std::uint64_t cycle_ = 0;
+  std::vector<JointVector> past_;  ///< two set-points before this one
+  Largest largest_;
+  std::uint64_t accepted_ = 0, refused_ = 0;
+  std::string last_refusal_, last_stop_;
+
+  mutable std::mutex mutex_;                                        ///< of what came
+  std::deque<std::pair<std::uint64_t, JointTrajectory>> incoming_;  ///< cycle in which it counts
+  JointTrajectory last_trajectory_;
+  std::deque<std::pair<std::uint64_t, std::pair<Time, JointState>>> outgoing_;
+
+  std::atomic<int> unplugged_{0}, deaf_{0}, lag_{0};
+  std::atomic<bool> hidden_{false}, running_{false};
+  std::atomic<std::uint64_t> cycle_now_{0};
+  Ros2Publisher<JointStateMessage> states_;
+  std::thread thread_;
+  std::unique_ptr<Ros2Node> node_;  ///< last: goes first
+};
+
+}  // namespace steadyhand
