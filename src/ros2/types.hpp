@@ -1,8 +1,7 @@
 #pragma once
 
 #include <dds/dds.h>
-
-#include "messages.h"  // made from messages.idl by idlc
+#include <messages.h>  // made from messages.idl by idlc
 
 namespace steadyhand {
 

@@ -70,6 +70,7 @@ class Ros2Lockstep final : public Arm {
     if (!made) throw std::runtime_error(made.error().message);
     arm_ = *std::move(made);
   }
+  const Ros2Settings& ros2() const { return ros2_; }
   /// As if the program, or the ROS machine, had been killed.
   void kill_arm() { arm_.reset(); }
   void kill_controller() { controller.reset(); }
