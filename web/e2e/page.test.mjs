@@ -19,6 +19,8 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
   await until(async () => distance((await state(page)).q, first.q) > 0.05, 'the arm to move');
   assert.deepEqual(page.requests.filter((url) => !url.startsWith(new URL(address).origin) && !url.startsWith('data:') && !url.startsWith('blob:')), []);
   await shot(page, 'engaged_light');
+  await page.locator('#plots .u-over').first().hover();
+  await until(async () => /\d/.test(await page.locator('#plots .u-legend:visible').first().textContent()), 'the values under the pointer');
   assert.deepEqual(page.complaints, []);
 });
 

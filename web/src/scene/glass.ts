@@ -19,7 +19,7 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
     }
     geometry.setIndex(index);
     super(geometry, new THREE.MeshPhysicalMaterial({
-      color: 0x9c1f33, roughness: 0.12, transparent: true, opacity: 0.9, side: THREE.DoubleSide,
+      color: 0x9c1f33, roughness: 0.12, transparent: true, opacity: 0.9, side: THREE.DoubleSide, forceSinglePass: true,
     }));
     this.tilt(0, 0);
   }
@@ -63,6 +63,7 @@ export class Glass extends THREE.Group {
     super();
     const material = new THREE.MeshPhysicalMaterial({
       color: 0xe6f0f7, roughness: 0.04, metalness: 0, clearcoat: 1, transparent: true, opacity: 0.28, side: THREE.DoubleSide, depthWrite: false,
+      forceSinglePass: true, // two passes have three.js look up the program anew with every frame
     });
     const body = new THREE.Mesh(shell(), material);
     body.castShadow = true;

@@ -25,7 +25,7 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
     }
     geometry.setIndex(index);
     geometry.setDrawRange(0, 0);
-    super(geometry, new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side: THREE.DoubleSide }));
+    super(geometry, new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side: THREE.DoubleSide, forceSinglePass: true }));
     this.capacity = capacity;
     this.#points = new Float32Array(capacity * 3);
     this.frustumCulled = false;
