@@ -15,6 +15,7 @@ from pathlib import Path
 warnings.filterwarnings("ignore", category=FutureWarning, module="casadi")
 
 import closed_loops
+import growth
 from comparison import LEGEND, as_json, compare, table
 from formulation import Arm, Formulation
 from kkt import Judge
@@ -60,7 +61,7 @@ def parse_arguments(argv):
     )
     parser.add_argument("--json", metavar="FILE", type=Path, help="write all figures, problem by problem")
     loops = parser.add_argument_group("closed loops", "our solver along easy and hard sequences, peers on a sample")
-    loops.add_argument("--only", choices=("problems", "closed-loops"), help="one half of the benchmark (default: both)")
+    loops.add_argument("--only", choices=("problems", "closed-loops", "growth"), help="one part (default: all)")
     loops.add_argument("--sequences", nargs="+", metavar="NAME", help="(default: all)")
     loops.add_argument("--horizons", nargs="+", type=int, metavar="N", help="(default: 8 16 32 64; --quick: 8)")
     loops.add_argument("--solves", type=int, metavar="COUNT", help="of each combination (default: 2000; --quick: 500)")
@@ -190,37 +191,55 @@ def bench_problems(workers, judge, blocks):
     return results
 
 
+def bench_growth(program, options, folder):
+    """Our solver alone, on problems of growing size."""
+    description = json.loads(run_program(program, "describe", "ur5e"))
+    print("\ngrowth of our solver's time")
+    loops = Path(program).with_name("bench_solvers")
+    return {"growth": growth.run(loops, description, ROOT / "robots" / "ur5e.yaml", options, folder)}
+
+
 def bench(options):
     program = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+    results = {}
     with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as temporary:
         folder = Path(temporary)
-        blocks = replayed_problems(program, options, folder)
-        problems = [problem for of_profile in blocks.values() for block in of_profile for problem in block]
-        check_alike(problems)
-        first = problems[0]
-        description = json.loads(run_program(program, "describe", first["robot"]))
-        paths = {"program": program, "cache": ROOT / "build" / "bench", "acados": ROOT / ".deps" / "acados" / "acados"}
-
-        workers = [Worker(name, description, problems, paths) for name in options.solvers]
-        for worker in workers:
-            worker.wait_until_ready()
-        print(
-            f"{description['name']}: {len(description['spheres'])} spheres, {len(description['pairs'])} pairs; "
-            f"horizon {first['horizon']} x {first['dt']} s; tolerance {first['tolerance']:g}"
-        )
-        results = {}
-        if options.only != "closed-loops":
-            judge = Judge(Formulation(Arm.from_description(description), first["dt"], first["horizon"]))
-            results |= bench_problems(workers, judge, blocks)
-        if options.only != "problems":
-            print("\nclosed loops")
-            peers = [worker for worker in workers if worker.name != OURS]
-            loops = closed_loops.run(Path(program).with_name("bench_solvers"), options, peers, PAPER, folder)
-            results["closed_loops"] = [{**loop.figures, "peers_us": loop.peers} for loop in loops]
-        for worker in workers:
-            worker.close()
+        if options.only != "growth":
+            results |= bench_against_peers(program, options, folder)
+        if options.only == "growth" or (options.only is None and not options.quick):
+            results |= bench_growth(program, options, folder)
     if options.json:
         options.json.write_text(json.dumps(results, indent=1) + "\n")
+
+
+def bench_against_peers(program, options, folder):
+    """Problems of one replay, and closed loops."""
+    blocks = replayed_problems(program, options, folder)
+    problems = [problem for of_profile in blocks.values() for block in of_profile for problem in block]
+    check_alike(problems)
+    first = problems[0]
+    description = json.loads(run_program(program, "describe", first["robot"]))
+    paths = {"program": program, "cache": ROOT / "build" / "bench", "acados": ROOT / ".deps" / "acados" / "acados"}
+
+    workers = [Worker(name, description, problems, paths) for name in options.solvers]
+    for worker in workers:
+        worker.wait_until_ready()
+    print(
+        f"{description['name']}: {len(description['spheres'])} spheres, {len(description['pairs'])} pairs; "
+        f"horizon {first['horizon']} x {first['dt']} s; tolerance {first['tolerance']:g}"
+    )
+    results = {}
+    if options.only != "closed-loops":
+        judge = Judge(Formulation(Arm.from_description(description), first["dt"], first["horizon"]))
+        results |= bench_problems(workers, judge, blocks)
+    if options.only != "problems":
+        print("\nclosed loops")
+        peers = [worker for worker in workers if worker.name != OURS]
+        loops = closed_loops.run(Path(program).with_name("bench_solvers"), options, peers, PAPER, folder)
+        results["closed_loops"] = [{**loop.figures, "peers_us": loop.peers} for loop in loops]
+    for worker in workers:
+        worker.close()
+    return results
 
 
 def main(argv):

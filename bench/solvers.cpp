@@ -51,8 +51,8 @@ struct Comparison {
   }
 };
 
-Result<nlohmann::json> run(const Options& options, const RobotModel& model, const Reach& reach, const Sequence& sequence,
-                   const Profile& profile, int horizon, const std::string& name) {
+Result<nlohmann::json> run(const Options& options, const RobotModel& model, const Reach& reach,
+                           const Sequence& sequence, const Profile& profile, int horizon, const std::string& name) {
   OcpSettings settings = profile.ocp;
   settings.horizon = horizon;
   const Ocp ocp(model, settings);
@@ -62,7 +62,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
   cold.prepare(ocp);
   ClosedLoop loop(ocp, *ocp.weights(settings.weights), sequence, reach, options.seed);
 
-  std::vector<double> times;
+  std::vector<double> times, times_of_iterations;
   double iterations = 0.0;
   int most = 0, unsolved = 0, infeasible = 0;
   Comparison comparison;
@@ -74,6 +74,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
     solver->solve(loop.instance(), loop.warm_start().guess(), loop.warm_start().multipliers(), options.budget,
                   solution);
     times.push_back(solution.time_us);
+    times_of_iterations.push_back(solution.time_us / std::max(1, solution.iterations));
     iterations += solution.iterations;
     most = std::max(most, solution.iterations);
     unsolved += solution.status != SolveStatus::kSolved;
@@ -88,6 +89,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
     loop.advance();
   }
   std::sort(times.begin(), times.end());
+  std::sort(times_of_iterations.begin(), times_of_iterations.end());
   double total = 0.0;
   for (const double t : times) total += t;
   if (!options.problems.empty()) {
@@ -95,26 +97,27 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
     if (Status s = write_problems(sampled, options.problems / file); !s) return s.error();
   }
   return nlohmann::json{{"solver", name},
-          {"sequence", sequence.name},
-          {"hard", sequence.hard},
-          {"profile", profile.name},
-          {"horizon", horizon},
-          {"solves", options.solves},
-          {"mean_us", total / options.solves},
-          {"p50_us", percentile(times, 0.5)},
-          {"p99_us", percentile(times, 0.99)},
-          {"p999_us", percentile(times, 0.999)},
-          {"worst_us", times.back()},
-          {"iterations", iterations / options.solves},
-          {"most_iterations", most},
-          {"unsolved", unsolved},
-          {"infeasible", infeasible},
-          {"compared", comparison.compared},
-          {"better", comparison.better},
-          {"same", comparison.same},
-          {"worse", comparison.worse},
-          {"only_fatrop", comparison.only_fatrop},
-          {"only_ours", comparison.only_ours}};
+                        {"sequence", sequence.name},
+                        {"hard", sequence.hard},
+                        {"profile", profile.name},
+                        {"horizon", horizon},
+                        {"solves", options.solves},
+                        {"mean_us", total / options.solves},
+                        {"p50_us", percentile(times, 0.5)},
+                        {"p99_us", percentile(times, 0.99)},
+                        {"p999_us", percentile(times, 0.999)},
+                        {"worst_us", times.back()},
+                        {"iteration_us", percentile(times_of_iterations, 0.5)},
+                        {"iterations", iterations / options.solves},
+                        {"most_iterations", most},
+                        {"unsolved", unsolved},
+                        {"infeasible", infeasible},
+                        {"compared", comparison.compared},
+                        {"better", comparison.better},
+                        {"same", comparison.same},
+                        {"worse", comparison.worse},
+                        {"only_fatrop", comparison.only_fatrop},
+                        {"only_ours", comparison.only_ours}};
 }
 
 int main_with(const Options& options) {
