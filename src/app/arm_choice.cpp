@@ -48,6 +48,8 @@ Status has_ros2(const ArmChoice& choice) {
   return Done{};
 }
 
+double ArmChoice::share() const { return speed > 0.0 ? speed : real() ? kFirstSpeed : 1.0; }
+
 void add_host_options(CLI::App& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
   command.add_option("--rtde-port", choice.rtde_port, "RTDE")->capture_default_str()->group("Ports of the controller");
@@ -84,7 +86,7 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (choice.speed != 0.0 && !(choice.speed > 0.0 && choice.speed <= 1.0)) {
     return Error{fmt::format("--speed is {}; it must be above 0, to 1", choice.speed)};
   }
-  const double speed = choice.speed > 0.0 ? choice.speed : choice.real() ? kFirstSpeed : 1.0;
+  const double speed = choice.share();
   model.velocity_max *= speed;
   model.acceleration_max *= speed;
   return choice.real() ? ask(choice, speed) : Status(Done{});

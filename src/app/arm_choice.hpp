@@ -19,6 +19,8 @@ struct ArmChoice {
   double speed = 0.0;  ///< share of the model's speeds and accelerations; 0: all of it simulated, a quarter of it real
   bool yes = false;    ///< was asked elsewhere whether hardware may move
   bool real() const { return arm != "sim"; }
+  /// `speed`, or what stands for none.
+  double share() const;
 };
 
 void add_arm_options(CLI::App& command, ArmChoice& choice);

@@ -20,6 +20,7 @@
 #include "serve/terminal_qr.hpp"
 #include "session/live_session.hpp"
 #include "session/operator_desk.hpp"
+#include "session/realtime.hpp"
 #include "session/replay.hpp"
 #include "session/session_library.hpp"
 #include "session/session_recorder.hpp"
@@ -161,9 +162,14 @@ void open_browser(const std::string& url) {
 }
 
 Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
-                                             OperatorDesk& desk, SessionLibrary& library, const Clock& clock) {
+                                             OperatorDesk& desk, SessionLibrary& library, const Clock& clock,
+                                             bool realtime) {
   ServerCallbacks callbacks;
   callbacks.now = [&clock] { return clock.now(); };
+  callbacks.on_thread = [realtime] {
+    name_thread("server");
+    if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
+  };
   callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
   callbacks.on_request = [&desk, &clock](const OperatorRequest& request) {
     if (Status s = desk.apply(request, clock.now()); !s)
@@ -192,7 +198,7 @@ void print_notices(SessionRecorder& recorder) {
 
 /// What the recording tells of its session.
 SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& profile, const SessionSettings& settings,
-                                       const SettingsTable& table, double rate_hz) {
+                                       const SettingsTable& table, const ArmChoice& arm, double rate_hz) {
   const RetargetSettings& hand = settings.live.planning.retarget;
   return {{"robot", {{"json", robot_json(model)}}},
           {"settings", table.values()},
@@ -204,6 +210,8 @@ SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& p
             {"solver", settings.live.planning.planner.solver},
             {"rate_hz", fmt::format("{}", rate_hz)},
             {"scale", fmt::format("{}", hand.scale)},
+            {"arm", arm.arm},
+            {"speed", fmt::format("{}", arm.share())},
             {"accept_emulated", settings.live.planning.gate.accept_emulated ? "true" : "false"},
             {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
             {"version", STEADYHAND_VERSION}}}};
@@ -257,7 +265,7 @@ Status run(Options options) {
 
   const Time begin = clock.now();
   SessionRecorder recorder(session.ocp(), settings.recording,
-                           describe_run(*model, profile, settings, table, session.planner_rate_hz()), begin);
+                           describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()), begin);
   desk.on_record([&recorder](bool record) { recorder.ask(record); });
   session.start(recorder.taps());
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
@@ -269,7 +277,8 @@ Status run(Options options) {
   if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
   if (!options.headless) {
     library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder);
-    auto started = start_server(options, settings.server, std::move(facts), desk, *library, clock);
+    auto started = start_server(options, settings.server, std::move(facts), desk, *library, clock,
+                                settings.live.realtime);
     if (!started) {
       (void)session.finish();  // its threads use what is made here
       return started.error();

@@ -166,7 +166,10 @@ struct Server::Impl {
     urls = make_urls();
     accept(local, nullptr);
     tick();
-    thread = std::thread([this] { io.run(); });
+    thread = std::thread([this] {
+      if (callbacks.on_thread) callbacks.on_thread();
+      io.run();
+    });
     return Done{};
   }
 

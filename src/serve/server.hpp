@@ -45,11 +45,13 @@ struct FreshPage {
   bool document = false;  ///< with scripts and styles of its own inside; shown without rights on this server
 };
 
-/// What the server tells the session; on_pairing and on_fetch may be empty, the others not. All but `now` are called on the server's
-/// thread only, one at a time; none may block.
+/// What the server tells the session; on_thread, on_pairing and on_fetch may be empty, the others not. All but `now`
+/// are called on the server's thread only, one at a time; none may block.
 struct ServerCallbacks {
   /// The session's clock. @pre monotonic
   std::function<Time()> now;
+  /// Runs first on the server's thread, to set its priority; may be empty.
+  std::function<void()> on_thread;
   /// The lease holder's hand. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both of the
   /// session's clock. Finite, in order, at most 250 ms old.
   std::function<void(const OperatorSample&)> on_sample;

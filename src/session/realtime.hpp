@@ -7,6 +7,9 @@ namespace steadyhand {
 /// Keeps the program's memory from being paged out. @return empty if it worked, else why not and what would help
 std::string lock_memory();
 
+/// Real-time priorities of a session's threads: what waits least comes first.
+constexpr int kControlPriority = 80, kPlannerPriority = 60, kServerPriority = 40;
+
 /// Gives the calling thread a real-time priority (SCHED_FIFO), 1 to 99. @return as lock_memory
 std::string make_realtime(int priority);
 

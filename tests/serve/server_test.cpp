@@ -32,9 +32,15 @@ class ServerTest : public testing::Test {
     facts.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
     ServerCallbacks callbacks;
     callbacks.now = clock_now;
+    callbacks.on_thread = [this] { tell([&] { thread_ = std::this_thread::get_id(); }); };
     callbacks.on_sample = [this](const OperatorSample& s) { tell([&] { samples_.push_back(s); }); };
     callbacks.on_request = [this](const OperatorRequest& r) { tell([&] { requests_.push_back(r); }); };
-    callbacks.on_lease = [this](std::uint64_t c) { tell([&] { leases_.push_back(c); }); };
+    callbacks.on_lease = [this](std::uint64_t c) {
+      tell([&] {
+        EXPECT_EQ(thread_, std::this_thread::get_id());
+        leases_.push_back(c);
+      });
+    };
     callbacks.on_fetch = [this](const std::string& path, Answer answer) {
       if (path == "/sessions/never") return tell([&] { unanswered_.push_back(std::move(answer)); });
       if (path == "/sessions/none") return answer(Error{"no such session"});
@@ -89,6 +95,7 @@ class ServerTest : public testing::Test {
   std::vector<OperatorSample> samples_;
   std::vector<OperatorRequest> requests_;
   std::vector<std::uint64_t> leases_;
+  std::thread::id thread_;  ///< told by on_thread
   std::unique_ptr<Server> server_;
 };
 
