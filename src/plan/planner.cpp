@@ -51,7 +51,9 @@ const Plan& Planner::update(const Reference& reference) {
 
   // Between the solution's last node and rest lies a stop that the problem does not know: it may need to begin earlier.
   fault_ = PlanFault::kNotFinite;
-  if (solution_.status == SolveStatus::kSolved || solution_.status == SolveStatus::kFeasible) {
+  // Without an iteration, for lack of time, what is feasible is the guess: nothing was planned.
+  const bool improved = solution_.status == SolveStatus::kFeasible && solution_.iterations > 0;
+  if (solution_.status == SolveStatus::kSolved || improved) {
     for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
       make_plan(reference, intervals);
       fault_ = check_plan(candidate_, instance_.x0, settings_.check, kinematics_);

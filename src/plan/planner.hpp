@@ -34,6 +34,9 @@ class Planner {
   /// Weights for the next plans, in the order of ocp().objectives().
   void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
 
+  /// us for the next solves; 0: as long as they take
+  void set_time_budget(double us) { settings_.budget.time_us = us; }
+
   /// The plan from reference.start on. Times must not go backwards. With origin kPrevious it is the last plan
   /// unchanged.
   const Plan& update(const Reference& reference);

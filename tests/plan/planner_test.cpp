@@ -93,6 +93,27 @@ TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
   EXPECT_EQ(next.x[0].head(6), good.x[good.intervals].head(6));
 }
 
+/// Planning a step of the way, and once more by a planner whose solver has no time for it.
+TEST(Planner, KeepsTheLastPlanWhenTheSolverRunsOutOfTime) {
+  for (const std::string& solver : solver_names()) {
+    Loop loop(8);
+    for (int i = 0; i < 10; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+    const Plan good = loop.planner->plan();
+    PlannerSettings hurried;
+    hurried.solver = solver;
+    hurried.budget.time_us = 1e-3;
+    const auto planner = Planner::make(loop.model, loop.settings, hurried);
+    ASSERT_TRUE(planner) << planner.error().message;
+    (*planner)->continue_from(good);
+    const Plan& kept = (*planner)->update(loop.reference(from_seconds(0.5)));
+    EXPECT_NE((*planner)->fault(), PlanFault::kNone) << solver;
+    EXPECT_EQ(kept.origin, PlanOrigin::kPrevious);
+    EXPECT_EQ(kept.start, good.start);
+    ASSERT_EQ(kept.intervals, good.intervals);
+    for (int k = 0; k <= good.intervals; ++k) EXPECT_EQ(kept.x[k], good.x[k]);
+  }
+}
+
 TEST(Planner, RefusesBadSettings) {
   Loop loop(9);
   const auto message = [&](OcpSettings ocp, PlannerSettings planner) {
