@@ -77,7 +77,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   view_.measured = state.joints;
   view_.at_rest = at_rest_;
   view_.missed_deadlines += missed;
-  links_->report.write({now, after, supervisor_.engagements(), soft_});
+  links_->report.write({now, after, supervisor_.engagements(), supervisor_.grip(), soft_});
   links_->control_view.write(view_);
   if (input.arm_follows) links_->taps.commands.push(last_);
   links_->taps.states.push(state.joints);

@@ -16,7 +16,14 @@ struct ControlReport {
   Time now{0};
   SupervisionState state = SupervisionState::kIdle;
   std::uint64_t engagement = 0;  ///< see Supervisor::engagements
+  std::uint64_t grip = 0;        ///< see Supervisor::grip
   bool soft_stop = false;        ///< stopping, and the planner has still time to do it
+};
+
+/// A sample and whose it is: grips of one hand are not those of another.
+struct HeldSample {
+  OperatorSample sample;
+  std::uint64_t holder = 0;  ///< Links::holder when it came in
 };
 
 /// Control thread to whoever looks.
@@ -74,7 +81,7 @@ struct TapRings {
 
 /// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.
 struct Links {
-  SpscRing<OperatorSample> samples{256};   ///< input to planner
+  SpscRing<HeldSample> samples{256};       ///< input to planner
   LatestValue<OperatorSettings> settings;  ///< main to planner
   LatestValue<HandReport> hand;            ///< planner to control
   LatestValue<Plan> plan;                  ///< planner to control
@@ -83,7 +90,7 @@ struct Links {
   LatestValue<ControlView> control_view;   ///< control to main
   LatestValue<PlannerView> planner_view;   ///< planner to main
   std::atomic<bool> stop_asked{false}, reset_asked{false};  ///< any thread to control, which takes them back
-  std::atomic<bool> release_asked{false};                   ///< any thread to planner, which takes it back
+  std::atomic<std::uint64_t> holder{0};  ///< any thread: counts whose hand it is; each must open its clutch first
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check
   Histogram latency_us;  ///< written by control: hand to the first command made from it

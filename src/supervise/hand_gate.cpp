@@ -40,7 +40,7 @@ bool is_finite(const Pose& pose) {
 }  // namespace
 
 void HandGate::forget() {
-  any_ = opened_ = lost_ = false;
+  any_ = opened_ = gripped_ = lost_ = false;
   report_.clutch = report_.trusted = false;
 }
 
@@ -71,9 +71,10 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   HandVerdict verdict = judge_pose(sample);
   if (!sample.clutch) {
     opened_ = true;
-    lost_ = false;
+    gripped_ = lost_ = false;
   } else if (opened_ && is_finite(sample.X_operator_hand)) {
     opened_ = false;
+    gripped_ = true;
     ++report_.grips;
   }
   if (verdict != HandVerdict::kGood) {
@@ -92,7 +93,7 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   }
   last_ = sample;
   any_ = true;
-  report_.clutch = sample.clutch;
+  report_.clutch = gripped_;
   report_.trusted = verdict == HandVerdict::kGood;
   return report_.verdict = verdict;
 }

@@ -40,7 +40,7 @@ struct HandGateSettings {
 struct HandReport {
   Time heard{0};                             ///< when the last sample of any kind arrived
   Time good{0};                              ///< when the last good one arrived
-  bool clutch = false;                       ///< of the last sample in order
+  bool clutch = false;                       ///< closed by the last sample in order, in a grip that counts
   bool trusted = false;                      ///< its pose may be followed
   HandVerdict verdict = HandVerdict::kGood;  ///< why not
   std::uint64_t grips = 0;                   ///< how often the clutch was seen to close, each after it was seen open
@@ -69,6 +69,7 @@ class HandGate {
   HandReport report_;
   bool any_ = false;        ///< last_ is set
   bool opened_ = false;     ///< the clutch was seen open since forget() and the last grip
+  bool gripped_ = false;    ///< it closed after that, and has stayed closed
   bool lost_ = false;       ///< the pose went bad while the clutch was closed
   OperatorSample last_;     ///< in order, of any verdict
   OperatorSample trusted_;  ///< last good one

@@ -27,6 +27,7 @@ constexpr Transition kTransitions[] = {
     {State::kEngaged, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
     {State::kEngaged, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
     {State::kEngaged, Event::kReleased, State::kReady, "released"},
+    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm follows a new grip"},  // the release went by unseen
     {State::kEngaged, Event::kHandLost, State::kHolding, ""},
     {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
 

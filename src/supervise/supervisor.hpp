@@ -67,6 +67,8 @@ class Supervisor {
   std::string_view reason() const { return reason_; }
   /// Counts every time that following begins, also after holding: each starts from where the arm is.
   std::uint64_t engagements() const { return engagements_; }
+  /// HandReport::grips when the state changed last: while following, the grip that is followed.
+  std::uint64_t grip() const { return grips_used_; }
 
  private:
   bool happened(SupervisionEvent event, const SupervisionInput& input) const;

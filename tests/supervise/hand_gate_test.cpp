@@ -164,11 +164,13 @@ TEST(HandGate, AClientThatBeginsWithAClosedClutchHasToOpenIt) {
   Hand source;
   for (int i = 0; i < 5; ++i) (void)gate.update(source.next(), source.now);
   EXPECT_EQ(gate.report().grips, 0u);
+  EXPECT_FALSE(gate.report().clutch);
   OperatorSample open = source.next();
   open.clutch = false;
   (void)gate.update(open, source.now);
   (void)gate.update(source.next(), source.now);
   EXPECT_EQ(gate.report().grips, 1u);
+  EXPECT_TRUE(gate.report().clutch);
 }
 
 /// Whatever comes in, a good verdict is never further from the last good one than a hand can get in the time.

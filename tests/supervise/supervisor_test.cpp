@@ -188,7 +188,7 @@ TEST(Supervisor, RandomInputs) {
     input.off_plan = seldom(random) && seldom(random);
     const State before = supervisor.state();
     const Transition* row = supervisor.update(input);
-    ASSERT_EQ(row != nullptr, before != supervisor.state());
+    ASSERT_EQ(row != nullptr && row->to != row->from, before != supervisor.state());
     if (supervisor.state() == State::kEngaged) {
       ASSERT_TRUE(input.hand.clutch && input.hand.trusted);
       if (before == State::kReady) {
