@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "session/recording_folder.hpp"
 #include "session/replay.hpp"
 
 namespace steadyhand {
@@ -99,12 +100,24 @@ void SessionRecorder::begin_file() {
     if (recorder) {
       file_.emplace(*std::move(recorder));
       recording_ = true;
-      return;
+      return make_room();
     }
     failure = recorder.error().message;
   }
   wanted_ = false;
   notice("not recorded: " + failure);
+}
+
+/// What the oldest recordings take is needed for this one.
+void SessionRecorder::make_room() {
+  if (settings_.folder_max_gb <= 0.0) return;
+  const Pruned pruned =
+      prune_recordings(settings_.folder, static_cast<std::uintmax_t>(1e9 * settings_.folder_max_gb), path_);
+  if (pruned.files == 0) return;
+  notice(fmt::format("deleted the {} oldest recordings, up to {} ({:.1f} GB): {} is to hold at most {} GB "
+                     "(recording.folder_max)",
+                     pruned.files, pruned.newest, 1e-9 * static_cast<double>(pruned.bytes), settings_.folder.string(),
+                     settings_.folder_max_gb));
 }
 
 void SessionRecorder::end_file() {

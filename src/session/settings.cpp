@@ -120,6 +120,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("recording.folder", "of the files", s.recording_folder);
   t.add("recording.keep_free", "GB", "that stay free on the disk: the recording ends before", s.recording.keep_free_gb,
         at_most(1e6));
+  t.add("recording.folder_max", "GB", "of recordings in the folder: the oldest beyond are deleted; 0: none are",
+        s.recording.folder_max_gb, at_most(1e6));
   t.add("recording.plan_rate", "Hz", "plans and references written, at most", s.recording.plan_rate_hz, up_to(1000.0));
   t.add("recording.flight", "s", "before a fault that go to a file of their own; 0: none", s.recording.flight_seconds,
         at_most(600.0));
