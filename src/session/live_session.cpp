@@ -12,8 +12,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr int kControlPriority = 80, kPlannerPriority = 60;
-constexpr Time kAfterCycle = std::chrono::microseconds(200);  ///< control has done its work by then
+constexpr Time kWakeSlack = std::chrono::microseconds(100);  ///< that the planner's thread may wake late
 constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
 constexpr Time kRestWithin = std::chrono::seconds(2);
 constexpr double kLatePeriods = 4.0;  ///< of the planner without a plan, before supervision may call it late
@@ -24,7 +23,7 @@ double longest_lead(double cycle, double rate) { return std::max(cycle, 1.0 / ra
 /// s, PlanningSettings::lead for this rate (Hz).
 double lead_at(const LiveSettings& settings, double cycle, double rate) {
   if (settings.lead > 0.0) return std::min(settings.lead, longest_lead(cycle, rate));
-  return std::max(0.6 * cycle, 0.4 / rate);
+  return PlanningSettings::default_lead(1.0 / rate);
 }
 
 }  // namespace
@@ -48,6 +47,7 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
                              settings.lead, longest_lead(cycle, rate))};
   }
   resolved.planning.lead = lead_at(settings, cycle, rate);
+  resolved.planning.planner.budget.time_us = 1e6 * resolved.planning.lead;
   resolved.planning.cycle = cycle;
   std::unique_ptr<LiveSession> session(new LiveSession(model, resolved, arm, clock));
   auto stage = PlanningStage::make(model, resolved.planning, *session->links_, clock);
@@ -121,16 +121,18 @@ void LiveSession::run_planner() {
   double rate = settings_.planner_rate_hz;
   Time period = from_seconds(1.0 / rate), next = clock_->now();
   const Time cycle = from_seconds(settings_.planning.cycle);
+  double lead = settings_.planning.lead;
   while (running_.load(std::memory_order_relaxed)) {
     if (const double asked = planner_rate_hz_.load(std::memory_order_relaxed); asked != rate) {
       rate = asked;
       period = from_seconds(1.0 / rate);
       next = clock_->now();
-      planning_->set_lead(lead_at(settings_, settings_.planning.cycle, rate));
+      lead = lead_at(settings_, settings_.planning.cycle, rate);
+      planning_->set_lead(lead);
     }
-    // Just after a control cycle: then the time to the next one, where the plan can begin, is the planner's.
-    const Time after_cycle = (next - planning_->control_time() - kAfterCycle) % cycle;
-    clock_->sleep_until(next - (after_cycle < Time(0) ? after_cycle + cycle : after_cycle));
+    // Just in time for a control cycle, where the plan can begin: earlier, hands would grow old waiting for it.
+    const Time too_late = (next - planning_->control_time() + from_seconds(lead) + kWakeSlack) % cycle;
+    clock_->sleep_until(next - (too_late < Time(0) ? too_late + cycle : too_late));
     planning_->step(clock_->now());
     next += period;
     if (const Time end = clock_->now(); end > next) next += (end - next) / period * period;  // skip, never catch up
@@ -180,7 +182,7 @@ void LiveSession::count(const SupervisionChange& change) {
   if (change.to == SupervisionState::kEngaged) {
     engaged_since_ = change.at;
     ++summary_.engagements;
-    if (change.from == SupervisionState::kReady) {  // a fresh grip takes a full glass
+    if (change.from != SupervisionState::kHolding) {  // a fresh grip takes a full glass
       summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
       monitor_.reset_liquid();
     }

@@ -18,7 +18,8 @@ namespace steadyhand {
 struct LiveSettings {
   /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
   double planner_rate_hz = 0.0;
-  /// s, see PlanningSettings::lead, which this sets; 0: two fifths of the planner's period, at least 0.6 of the arm's
+  /// s, see PlanningSettings::lead, which this sets; 0: PlanningSettings::default_lead. It is also the solver's budget:
+  /// a plan that takes longer would begin in the past.
   double lead = 0.0;
   bool realtime = true;  ///< ask for real-time priority and locked memory
   PlanningSettings planning;
@@ -65,9 +66,9 @@ class LiveSession {
   std::vector<std::string> warnings() const;
 
   /// The operator's hand. One thread at a time.
-  void feed(const OperatorSample& sample) { links_->samples.push(sample); }
+  void feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
   /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
-  void release_hand() { links_->release_asked = true; }
+  void release_hand() { ++links_->holder; }
   /// Any thread.
   void ask_stop() { links_->stop_asked = true; }
   void ask_reset() { links_->reset_asked = true; }

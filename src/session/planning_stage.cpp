@@ -108,18 +108,28 @@ void PlanningStage::set_weights(std::span<const JointVector> weights) {
 
 /// Takes in what the hand did since the last step.
 void PlanningStage::hear(Time now, const Pose& X_base_tool) {
-  OperatorSample sample;
-  while (links_->samples.pop(sample)) {
+  HeldSample held;
+  while (links_->samples.pop(held)) {
+    const OperatorSample& sample = held.sample;
     ++view_.samples;
     links_->taps.samples.push(sample);
+    change_holder(held.holder);
     if (gate_.update(sample, now) != HandVerdict::kGood) continue;
     trusted_ = sample;
-    if (following_ && sample.clutch) send_target(retargeter_.update(sample, X_base_tool));
+    const bool followed = gate_.report().clutch && gate_.report().grips == report_.grip;
+    if (following_ && followed) send_target(retargeter_.update(sample, X_base_tool));
   }
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
-  const bool released = links_->release_asked.exchange(false, std::memory_order_relaxed);
-  if (released || to_seconds(now - gate_.report().heard) > settings_.silence) gate_.forget();
+  change_holder(links_->holder);  // who may not have said anything yet
+  if (to_seconds(now - gate_.report().heard) > settings_.silence) gate_.forget();
   links_->hand.write(gate_.report());
+}
+
+/// In the order of the samples: what the next hand did counts, however soon after the last one.
+void PlanningStage::change_holder(std::uint64_t holder) {
+  if (holder == holder_) return;
+  holder_ = holder;
+  gate_.forget();
 }
 
 /// Begins and ends following as control decided.

@@ -18,6 +18,8 @@ struct PlanningSettings {
   /// s of the control cycles; plans begin just before one, the first at least `lead` ahead. 0: anywhere.
   double cycle = 0.0;
   double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
+  /// A lead that leaves as much as sustained_rate() asks for. @param period of planning, s
+  static double default_lead(double period) { return 0.4 * period; }
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
@@ -38,8 +40,11 @@ class PlanningStage {
   static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
                                                      Links& links, const Clock& clock);
   void step(Time now);
-  /// s, PlanningSettings::lead from the next step on.
-  void set_lead(double lead) { settings_.lead = lead; }
+  /// s, PlanningSettings::lead from the next step on, and the solver's time.
+  void set_lead(double lead) {
+    settings_.lead = lead;
+    planner_->set_time_budget(1e6 * lead);
+  }
 
   /// Newest control cycle that the last step knew of.
   Time control_time() const { return report_.now; }
@@ -53,6 +58,7 @@ class PlanningStage {
   void apply_settings();
   void set_weights(std::span<const JointVector> weights);
   void hear(Time now, const Pose& X_base_tool);
+  void change_holder(std::uint64_t holder);
   void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
   void send_target(const Target& target);
   void plan_following(Time start);
@@ -74,7 +80,7 @@ class PlanningStage {
   ControlReport report_;
   OperatorSettings operator_settings_;
   Plan followed_, sent_;  ///< what control follows, as far as known; what was sent last
-  std::uint64_t engagement_ = 0;
+  std::uint64_t engagement_ = 0, holder_ = 0;
   bool following_ = false;
   Time resting_since_{0};
   std::vector<JointVector> weights_, rest_weights_;

@@ -66,6 +66,38 @@ TEST_F(Faults, SilenceDisengagesAndReconnectingMovesNothing) {
   EXPECT_TRUE(session.grip());
 }
 
+/// Samples of another person's hand, elsewhere.
+OperatorSample of_another_hand(OperatorSample sample) {
+  sample.X_operator_hand.p += Vector3(0.8, -0.5, 0.3);
+  return sample;
+}
+
+TEST_F(Faults, AnotherHandsFirstGripIsFollowedHoweverSoonItComes) {
+  bool changed = false;
+  session.channel = [&](const OperatorSample& s) {
+    if (!changed) {  // all of this between two steps of the planner
+      session.deliver(s);
+      ++session.planner_side().holder;
+      OperatorSample open = of_another_hand(s);
+      open.stamp.hand -= std::chrono::milliseconds(1);
+      open.clutch = false;
+      session.deliver(open);
+      changed = true;
+    }
+    session.deliver(of_another_hand(s));
+  };
+  EXPECT_LT(largest_move([&] { session.run(1.0); }), 0.002);  // it takes hold of the glass where that is
+  EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+  EXPECT_EQ(session.view.reason, "the arm follows a new grip");
+}
+
+TEST_F(Faults, AnotherHandThatComesWithItsClutchClosedIsNotFollowed) {
+  ++session.planner_side().holder;
+  session.channel = [&](const OperatorSample& s) { session.deliver(of_another_hand(s)); };
+  expect_rest_within(1.5, State::kReady);
+  EXPECT_TRUE(session.grip());
+}
+
 TEST_F(Faults, PacketsLostAtRandomAreNotNoticed) {
   std::mt19937 random(1);
   std::bernoulli_distribution lost(0.3);
@@ -219,6 +251,23 @@ TEST_F(Faults, ASolverThatFailsLeavesTheArmAtRestAndRecovers) {
   EXPECT_GT(session.planner_view.failed, 5u);
   session.planner_side().settings.write(good);
   EXPECT_TRUE(session.run_until([&] { return session.state() == State::kEngaged; }, 1.0)) << session.view.reason;
+}
+
+TEST(Budget, ASolverThatHasNoTimeIsAPlannerThatIsLate) {
+  VirtualSession::Options options;
+  options.budget.time_us = 1e-3;
+  VirtualSession session(options);
+  session.hand = sweeping({0.15, 0.2, 0.1});
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  const JointVector q = session.last_command.q;
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kHolding; }, 0.5));
+  EXPECT_EQ(session.view.reason, "the planner is late");
+  session.run(1.0);
+  EXPECT_EQ(session.state(), State::kHolding);
+  EXPECT_EQ(session.last_command.q, q);
+  EXPECT_GT(session.planner_view.failed, 10u);
+  session.expect_safe();
 }
 
 TEST_F(Faults, AnArmThatStopsByItselfIsAFaultUntilReset) {

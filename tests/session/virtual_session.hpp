@@ -31,6 +31,7 @@ class VirtualSession {
     double planner_rate_hz = 50.0;
     double solve_time = 0.003;  ///< s that a plan takes to reach control
     double scale = 1.0;
+    SolveBudget budget;
     SimulatedArmSettings arm;
 
     static Options at_rate(double hz) {
@@ -50,7 +51,8 @@ class VirtualSession {
     planning.retarget.yaw = 0.0;
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / options.arm.rate_hz;
-    planning.lead = std::max(0.6 * planning.cycle, 0.4 / options.planner_rate_hz);
+    planning.planner.budget = options.budget;
+    planning.lead = PlanningSettings::default_lead(1.0 / options.planner_rate_hz);
     auto stage = PlanningStage::make(ur5e(), planning, planner_side_, clock_);
     EXPECT_TRUE(stage) << stage.error().message;
     planning_ = std::move(*stage);
@@ -80,7 +82,7 @@ class VirtualSession {
 
   void deliver(OperatorSample sample) {
     sample.stamp.made = clock_.now();
-    planner_side_.samples.push(sample);
+    planner_side_.samples.push({sample, planner_side_.holder});
   }
 
   void run(double seconds) {
