@@ -74,6 +74,7 @@ class Client:
             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
         self.parts = b""  # of a message in several frames
         self.buffer, self.state, self.closed, self.sequence = b"", None, False, 0
+        self.echo = None  # of the newest pong: its now_s, when it came
         while b"\r\n\r\n" not in self.buffer:
             self.buffer += self._more()
         head, self.buffer = self.buffer.split(b"\r\n\r\n", 1)
@@ -116,11 +117,18 @@ class Client:
                 self.parts += payload
                 if not final:
                     continue
+                came = time.monotonic()
                 found.append(json.loads(self.parts))
                 self.parts = b""
                 if found[-1]["type"] == "state":
                     self.state = found[-1]
+                if found[-1]["type"] == "pong":
+                    self.echo = found[-1]["now_s"], came
         return found
+
+    def ping(self):
+        now = time.monotonic()
+        self.send(type="ping", t_s=now, **({"echo_s": self.echo[0], "held_s": now - self.echo[1]} if self.echo else {}))
 
     def wait_for(self, kind, seconds=30.0, **members):
         """The first message of this type with these members."""
@@ -148,7 +156,7 @@ class Client:
                     if message["type"] == "state":
                         if each:
                             each(message)
-                        self.send(type="ping", t_s=time.monotonic(), echo_s=message["now_s"], held_s=0.0)
+                        self.ping()
 
     def grip(self, take=True):
         """Takes the lease, opens and closes the clutch; until the arm follows."""
