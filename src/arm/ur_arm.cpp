@@ -108,6 +108,8 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
   period_ = from_seconds(1.0 / info_.rate_hz);
   program_.session = kFirstSession;
   program_.velocity_max = model.velocity_max;
+  program_.acceleration_max = model.acceleration_max;
+  program_.state_period = 1.0 / info_.rate_hz;
   program_text_ = make_ur_program(program_);
   const std::string digits = std::to_string(kFirstSession);
   session_at_[0] = program_text_.find(digits);

@@ -20,7 +20,7 @@ namespace steadyhand {
 struct UrSettings {
   std::string host;
   std::uint16_t rtde_port = 30004, script_port = 30002;
-  UrProgramSettings program;  ///< its session and speeds are set by the arm
+  UrProgramSettings program;  ///< its session, limits and state_period are set by the arm
   double silence = 0.04;      ///< s without a word from the controller after which the arm counts as stopped
   double start_within = 5.0;  ///< s in which the controller has to start the program
   double start_tolerance =

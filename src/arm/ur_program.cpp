@@ -13,6 +13,7 @@ namespace {
 constexpr const char* kProgram = R"(def steadyhand():
   step = get_steptime()
   fastest = [{velocities}]
+  rejoin = [{rejoin}]
   bridged = {bridged}
   patience = {timeout} / step
   brake = {braking} * step
@@ -101,8 +102,8 @@ constexpr const char* kProgram = R"(def steadyhand():
           if not (norm(behind[i]) <= away):
             away = norm(behind[i])
           end
-          if norm(goal_dq[i] - dq[i]) > slip:
-            slip = norm(goal_dq[i] - dq[i])
+          if norm(goal_dq[i] - dq[i]) > slip * rejoin[i] * step:
+            slip = norm(goal_dq[i] - dq[i]) / (rejoin[i] * step)
           end
           i = i + 1
         end
@@ -111,16 +112,17 @@ constexpr const char* kProgram = R"(def steadyhand():
           if not (away <= {return_tolerance}):
             ended = -4
           elif away < 0.00001:
-            if slip < 0.2 * brake:
+            if slip < 0.2:
               returning = False
             end
           end
           while i < 6:
+            most = rejoin[i] * step
             change = goal_dq[i] + 20.0 * behind[i] - dq[i]
-            if change > brake:
-              change = brake
-            elif change < -brake:
-              change = -brake
+            if change > most:
+              change = most
+            elif change < -most:
+              change = -most
             end
             dq[i] = dq[i] + change
             q[i] = q[i] + dq[i] * step
@@ -159,10 +161,17 @@ end
 
 std::string make_ur_program(const UrProgramSettings& s) {
   using R = UrRegisters;
-  std::vector<std::string> velocities;
-  for (const double v : s.velocity_max) velocities.push_back(fmt::format("{:.4f}", 1.1 * v));
+  const auto list = [](const JointVector& values, double times) {
+    std::vector<std::string> texts;
+    for (const double value : values) texts.push_back(fmt::format("{:.4f}", times * value));
+    return fmt::format("{}", fmt::join(texts, ", "));
+  };
+  // Where RTDE tells of some cycles only, set-points of the others are not lost. The hundredth is for rounding.
+  std::string bridged = fmt::format("{}.01", s.bridged);
+  if (s.state_period > 0.0) bridged += fmt::format(" + {:.4f} / step - 1.0", s.state_period);
   return fmt::format(
-      fmt::runtime(kProgram), fmt::arg("velocities", fmt::join(velocities, ", ")), fmt::arg("bridged", s.bridged),
+      fmt::runtime(kProgram), fmt::arg("velocities", list(s.velocity_max, 1.1)),
+      fmt::arg("rejoin", list(s.acceleration_max, s.rejoin)), fmt::arg("bridged", bridged),
       fmt::arg("timeout", s.timeout), fmt::arg("braking", s.braking), fmt::arg("owner", R::kOwner),
       fmt::arg("session", s.session), fmt::arg("state", R::kState), fmt::arg("cycle", R::kCycle),
       fmt::arg("input_session", R::kSession), fmt::arg("answers", R::kAnswers), fmt::arg("mode", R::kMode),

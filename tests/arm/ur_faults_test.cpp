@@ -13,7 +13,7 @@
 namespace steadyhand {
 namespace {
 
-constexpr double kGentle = 13.0;  ///< rad/s^2: the swing's 3.6, and braking at 10 on top of none of it
+constexpr double kGentle = 1.3 * 15.0 + 0.5;  ///< rad/s^2: on the way back to the set-points, as plans may and a bit
 
 class UrFaults : public testing::Test {
  protected:

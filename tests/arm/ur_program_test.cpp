@@ -80,6 +80,7 @@ class ProgramHost {
 UrProgramSettings settings() {
   UrProgramSettings s;
   s.velocity_max = JointVector::Constant(6, 3.0);
+  s.acceleration_max = JointVector::Constant(6, 7.0);
   return s;
 }
 
@@ -130,6 +131,48 @@ TEST(UrProgram, SlowsDownInAGapAndReturnsWithoutAStep) {
   EXPECT_LT(furthest, 0.01);
   EXPECT_LT(host.hardest, 10.5);
   EXPECT_NEAR(host.q, swing(1298).q, 1e-4);
+}
+
+/// Plans may accelerate harder than the arm brakes in a gap: on its way back it must be able to keep up with them.
+TEST(UrProgram, ReturnsToSetPointsThatAccelerateAsPlansMay) {
+  UrProgramSettings fast = settings();
+  fast.acceleration_max = JointVector::Constant(6, 15.0);
+  ProgramHost host(fast);
+  const auto plan = [](int k) -> Swing {  // 0.2 s each way at 15 rad/s^2, back and forth
+    const double t = std::max(0, k - 50) * 0.002, u = std::fmod(t, 0.8);
+    const double a = u < 0.2 || u >= 0.6 ? 15.0 : -15.0;
+    const double v = u < 0.2 ? 15.0 * u : u < 0.6 ? 15.0 * (0.4 - u) : 15.0 * (u - 0.8);
+    const double q = u < 0.2   ? 7.5 * u * u
+                     : u < 0.6 ? 0.6 - 7.5 * (0.4 - u) * (0.4 - u)
+                               : 7.5 * (0.8 - u) * (0.8 - u);
+    return {0.5 + q, v, a};
+  };
+  double late = 0.0;
+  for (int k = 0; k < 1300; ++k) {
+    ASSERT_TRUE(host.cycle()) << host.error() << " " << k;
+    const Swing s = plan(k);
+    if (k < 200 || k % 300 >= 8) host.set_point(s.q, s.dq, s.ddq);
+    if (k > 200 && k % 300 > 150) late = std::max(late, std::abs(host.q - plan(k - 1).q));
+  }
+  EXPECT_EQ(host.state(), UrProgramState::kFollowing);
+  EXPECT_LT(late, 1e-3);
+  EXPECT_LT(host.hardest, 1.3 * 15.0 + 0.5);
+}
+
+/// RTDE 1 tells of each fourth cycle of a 500 Hz controller; what is commanded then lasts until the next.
+TEST(UrProgram, SetPointsForEachFourthCycleAreNotLostOnes) {
+  UrProgramSettings old = settings();
+  old.state_period = 0.008;
+  ProgramHost host(old);
+  for (int k = 0; k < 1300; ++k) {
+    ASSERT_TRUE(host.cycle()) << host.error();
+    ASSERT_NEAR(host.q, k > 80 ? swing(k - 1).q : host.q, 1e-6) << k;
+    if (k == 100) host.hardest = 0.0;  // until it swings, what is said of its acceleration is not true
+    const Swing s = swing(k);
+    if (k % 4 == 0) host.set_point(s.q, s.dq, s.ddq);
+  }
+  EXPECT_EQ(host.state(), UrProgramState::kFollowing);
+  EXPECT_LT(host.hardest, 2.0);
 }
 
 TEST(UrProgram, EndsAtRestWhenSetPointsStopComing) {
