@@ -114,7 +114,7 @@ Result<Measured> measure(RtdeClient& client, double seconds, const StopSignals& 
   return measured;
 }
 
-void print(const Measured& m) {
+UrLinkVerdict print(const Measured& m) {
   const UrLinkReport& r = m.report;
   std::cout << fmt::format(
       "measured           {:.1f} s, {} states, {} left out by the controller, {} packets sent again\n"
@@ -134,9 +134,10 @@ void print(const Measured& m) {
                           ? "FIT WITH CARE: at times the arm slows down for lack of set-points"
                           : "NOT FIT: the arm would stop for lack of set-points";
   std::cout << "verdict            " << words << "\n";
+  return j.verdict;
 }
 
-Status run(const Options& options) {
+Status run(const Options& options, int& exit_code) {
   if (options.arm.arm != "ur") return Error{fmt::format("--arm is '{}'; only ur has a link to check", options.arm.arm)};
   if (options.arm.host.empty()) return Error{"check needs --host, the name or address of the arm's controller"};
   if (!(options.seconds >= 1.0) || options.seconds > 86400.0) {
@@ -164,13 +165,13 @@ Status run(const Options& options) {
   thread.join();
   for (const std::string& note : notes) std::cout << "note: " << note << "\n";
   if (!measured) return measured.error();
-  print(*measured);
+  if (print(*measured) == UrLinkVerdict::kUnfit) exit_code = 1;
   return Done{};
 }
 
 }  // namespace
 
-void add_check_command(CLI::App& app, Command& chosen) {
+void add_check_command(CLI::App& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
   options->arm.arm = "ur";
   CLI::App* command = app.add_subcommand("check", "Is this machine and network fit to lead that arm? Nothing moves");
@@ -179,7 +180,9 @@ void add_check_command(CLI::App& app, Command& chosen) {
   command->add_option("--seconds", options->seconds, "Measure for so long")->capture_default_str();
   command->add_flag("--unlock-protective-stop", options->unlock,
                     "Ask the dashboard to unlock a protective stop first: only after you have seen why it stopped");
-  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+  command->footer("Exit code 1 if the verdict is NOT FIT.");
+  command->callback(
+      [options, &chosen, &exit_code] { chosen = [options, &exit_code] { return run(*options, exit_code); }; });
 }
 
 }  // namespace steadyhand

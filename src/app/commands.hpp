@@ -14,7 +14,8 @@ using Command = std::function<Status()>;
 // line.
 void add_config_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
-void add_check_command(CLI::App& app, Command& chosen);
+/// @param exit_code becomes 1 if the link is not fit
+void add_check_command(CLI::App& app, Command& chosen, int& exit_code);
 void add_replay_command(CLI::App& app, Command& chosen);
 void add_report_command(CLI::App& app, Command& chosen);
 void add_describe_command(CLI::App& app, Command& chosen);

@@ -27,7 +27,7 @@ constexpr const char* kExamples =
     "  ./steadyhand bench                         our solver beside its peers\n"
     "  ./steadyhand test                          every test\n"
     "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
-    "Exit codes: 0 done; 2 bad input, with the reason on stderr.";
+    "Exit codes: 0 done; 1 check: not fit; 2 bad input, with the reason on stderr.";
 
 /// CLI11 would only say that a command is missing.
 std::optional<std::string> unknown_command(const CLI::App& app, int argc, char** argv) {
@@ -54,8 +54,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.footer(kExamples);
   steadyhand::Command command;
+  int exit_code = 0;
   steadyhand::add_demo_command(app, command);
-  steadyhand::add_check_command(app, command);
+  steadyhand::add_check_command(app, command, exit_code);
   steadyhand::add_config_command(app, command);
   steadyhand::add_replay_command(app, command);
   steadyhand::add_report_command(app, command);
@@ -73,7 +74,7 @@ int main(int argc, char** argv) {
     const steadyhand::Status status = command();
     if (!status) return fail(status.error().message);
     std::cout.flush();
-    return std::cout ? 0 : fail("cannot write to stdout");
+    return std::cout ? exit_code : fail("cannot write to stdout");
   } catch (const std::exception& error) {  // out of memory and the like
     return fail(error.what());
   }

@@ -101,7 +101,8 @@ def test_ur_rtde_reads_moves_and_stops_it(ur_rtde):
 def test_check_measures_without_moving():
     with controller() as (address, process):
         result = subprocess.run([PROGRAM, "check", "--host", address, "--seconds", "2"], capture_output=True, text=True, timeout=60)
-        assert result.returncode == 0, result.stderr
+        # On a machine that is busy with other things the verdict is what it is; then the exit code says so too.
+        assert result.returncode == (1 if "NOT FIT" in result.stdout else 0), result.stderr
         for words in ("software 5.12.0, RTDE 2, 500 Hz", "Robotmode: RUNNING", "Safetystatus: NORMAL", "round trip", "verdict"):
             assert words in result.stdout, result.stdout
         process.send_signal(signal.SIGTERM)
@@ -132,9 +133,9 @@ def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):
         assert word in result.stderr, result.stderr
 
 
-def test_demo_drives_it_and_leaves_it_at_rest():
+def test_demo_drives_it_and_leaves_it_at_rest(tmp_path):
     with controller() as (address, process):
-        arguments = ["--headless", "--seconds", "5", "--arm", "ur", "--host", address, "--script-port", "30003", "--yes"]
+        arguments = ["--headless", "--seconds", "5", "--arm", "ur", "--host", address, "--script-port", "30003", "--yes", "--sessions", tmp_path]
         result = subprocess.run([PROGRAM, "demo", *arguments], capture_output=True, text=True, timeout=120)
         assert result.returncode == 0, result.stderr
         assert "will MOVE" in result.stdout and "Universal Robots, software 5.12.0" in result.stdout, result.stdout
