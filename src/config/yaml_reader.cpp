@@ -162,7 +162,8 @@ std::vector<std::string> YamlMap::keys() const {
 std::string YamlMap::text(const std::string& key, const std::optional<std::string>& fallback) {
   const YAML::Node node = find(key, !fallback);
   if (!node.IsDefined()) return fallback.value_or("");
-  if (!node.IsScalar() || node.Scalar().empty()) {
+  const bool may_be_empty = fallback && fallback->empty();
+  if (!node.IsScalar() || (node.Scalar().empty() && !may_be_empty)) {
     fail_at(node, full_name(key), fmt::format("is {}; a text is expected", node.IsScalar() ? "empty" : kind(node)));
     return "";
   }
