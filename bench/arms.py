@@ -1,6 +1,7 @@
-"""The bundled recording, live, through each arm: in this program, and behind the fake Universal Robots controller.
+"""The bundled recording, live, through each arm: in this program, behind the fake Universal Robots controller, and over DDS
+behind the reference controller of ROS 2.
 
-    ./steadyhand && cmake --build build/release --target fake_ur_controller
+    ./steadyhand && cmake --build build/release --target fake_ur_controller reference_controller
     .deps/venv/bin/python bench/arms.py --seconds 22
 
 A row an arm: error of the glass to its target, what the witness saw of the commands, what was lost or late.
@@ -18,6 +19,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
 FAKE = str(Path(PROGRAM).parent / "fake_ur_controller")
+REFERENCE = str(Path(PROGRAM).parent / "reference_controller")
+LOOPBACK = (  # DDS stays on this computer
+    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo'/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<Peers><Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>"
+)
 
 ARMS = {
     "in this program": None,
@@ -26,6 +33,12 @@ ARMS = {
     "UR, RTDE 1": ["--protocol", "1"],
     "UR, cable out 5 ms every second": ["--unplug-ms", "6", "--every", "1"],
     "UR, cable out 20 ms every second": ["--unplug-ms", "20", "--every", "1"],
+    "ROS 2, clean": ["ros2"],
+    "ROS 2, interpolates from the desired state": ["ros2", "--interpolate-from-desired-state"],
+    "ROS 2, replaces at the stamp": ["ros2", "--allow-trajectory-replacement"],
+    "ROS 2, lags by 8 ms each way": ["ros2", "--lag", "4"],
+    "ROS 2, nothing through for 5 ms every second": ["ros2", "--unplug-ms", "6", "--every", "1"],
+    "ROS 2, nothing through for 20 ms every second": ["ros2", "--unplug-ms", "20", "--every", "1"],
 }
 
 
@@ -52,10 +65,19 @@ def drive(arguments, seconds, rate):
         if arguments is None:
             out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         else:
-            address, process = start_fake(arguments)
+            environment = {**os.environ, "ROS_DOMAIN_ID": str(random.randint(1, 100)), "CYCLONEDDS_URI": LOOPBACK}
+            if arguments[:1] == ["ros2"]:
+                process = subprocess.Popen(
+                    [REFERENCE, *arguments[1:]], stdout=subprocess.PIPE, text=True, env=environment
+                )
+                process.stdout.readline()  # ready
+                command += ["--arm", "ros2"]
+            else:
+                address, process = start_fake(arguments)
+                command += ["--arm", "ur", "--host", address]
             try:
-                command += ["--arm", "ur", "--host", address, "--speed", "1", "--yes"]
-                out = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+                command += ["--speed", "1", "--yes"]
+                out = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
             finally:
                 process.send_signal(signal.SIGTERM)
                 controller, _ = process.communicate(timeout=20)
@@ -68,11 +90,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=22.0)
     parser.add_argument("--rate", type=float, default=50.0, help="of the planner, Hz")
+    parser.add_argument("--only", default="", help="arms whose row begins so")
     parser.add_argument("--verbose", action="store_true", help="what the programs say, too")
     options = parser.parse_args()
     print("| arm | error RMS, mm | engaged, s | commands beyond a limit | deadlines missed | late plans | hardest at the arm, rad/s^2 | stops |")
     print("|---|---|---|---|---|---|---|---|")
     for name, arguments in ARMS.items():
+        if not name.startswith(options.only):
+            continue
         out, controller, report = drive(arguments, options.seconds, options.rate)
         if options.verbose:
             print(out, controller, report)

@@ -9,6 +9,7 @@
 
 #include "app/arm_choice.hpp"
 #include "app/commands.hpp"
+#include "app/settings_options.hpp"
 #include "arm/rtde_client.hpp"
 #include "arm/ur_dashboard.hpp"
 #include "arm/ur_link_check.hpp"
@@ -16,6 +17,10 @@
 #include "arm/ur_program.hpp"
 #include "session/realtime.hpp"
 #include "session/stop_signals.hpp"
+#ifdef STEADYHAND_ROS2
+#include "config/robot_file.hpp"
+#include "ros2/ros2_link_check.hpp"
+#endif
 
 namespace steadyhand {
 
@@ -27,6 +32,7 @@ constexpr int kPriority = 80;
 
 struct Options {
   ArmChoice arm;
+  SettingsOptions settings;  ///< of ROS 2
   double seconds = 60.0;
   bool unlock = false;
 };
@@ -137,12 +143,52 @@ UrLinkVerdict print(const Measured& m) {
   return j.verdict;
 }
 
+#ifdef STEADYHAND_ROS2
+Status run_ros2(const Options& options, int& exit_code) {
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
+  if (Status s = options.settings.apply(table); !s) return s;
+  const auto model = open_robot(settings.robot);
+  if (!model) return model.error();
+  const StopSignals signals;
+  std::cout << fmt::format("ROS 2              {}, {}/joint_trajectory; nothing moves\n", settings.ros2.joint_states,
+                           settings.ros2.controller)
+            << std::flush;
+  const auto measured =
+      measure_ros2_link(*model, settings.ros2, options.seconds, [&signals] { return signals.arrived_within(Time(0)); });
+  if (!measured) return measured.error();
+  const Ros2LinkReport& r = *measured;
+  std::cout << fmt::format(
+      "measured           {:.1f} s, {} states of this arm, {} of others; {} publishers, {} controllers listen\n"
+      "this machine       wakes late by {}\n"
+      "states             come late by {}; longest gap {:.2f} ms\n",
+      r.seconds, r.states, r.strangers, r.publishers, r.controllers, format_times(r.wake), format_times(r.late),
+      r.longest_gap / 1e3);
+  const Ros2LinkJudgement j = judge(r, settings.ros2);
+  for (const std::string& finding : j.findings) std::cout << "to change          " << finding << "\n";
+  std::cout << fmt::format("verdict            {}\n",
+                           j.fit ? "FIT: joint states never stayed away for as long as stops the arm"
+                                 : "NOT FIT: the arm would stop, or not start");
+  if (!j.fit) exit_code = 1;
+  return Done{};
+}
+#endif
+
 Status run(const Options& options, int& exit_code) {
-  if (options.arm.arm != "ur") return Error{fmt::format("--arm is '{}'; only ur has a link to check", options.arm.arm)};
-  if (options.arm.host.empty()) return Error{"check needs --host, the name or address of the arm's controller"};
+  if (options.arm.arm != "ur" && options.arm.arm != "ros2") {
+    return Error{fmt::format("--arm is '{}'; only ros2 and ur have a link to check", options.arm.arm)};
+  }
+  if (Status s = has_ros2(options.arm); !s) return s;
+  if (options.arm.arm == "ros2" && !options.arm.host.empty()) return Error{"--host belongs to --arm ur"};
+  if (options.arm.arm == "ur" && options.arm.host.empty()) {
+    return Error{"check needs --host, the name or address of the arm's controller"};
+  }
   if (!(options.seconds >= 1.0) || options.seconds > 86400.0) {
     return Error{fmt::format("--seconds is {}; it must be from 1 to 86400", options.seconds)};
   }
+#ifdef STEADYHAND_ROS2
+  if (options.arm.arm == "ros2") return run_ros2(options, exit_code);
+#endif
   const StopSignals signals;
   auto socket = Socket::connect(options.arm.host, options.arm.rtde_port, kPatience);
   if (!socket) return socket.error();
@@ -175,7 +221,10 @@ void add_check_command(CLI::App& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
   options->arm.arm = "ur";
   CLI::App* command = app.add_subcommand("check", "Is this machine and network fit to lead that arm? Nothing moves");
-  command->add_option("--arm", options->arm.arm, "ur (Universal Robots)")->capture_default_str();
+  command->add_option("--arm", options->arm.arm, "ur (Universal Robots), or ros2")->capture_default_str();
+  command->add_option("--settings", options->settings.file, "YAML file of settings, for ros2");
+  command->add_option("--set", options->settings.assignments, "KEY=VALUE of any setting, also several")
+      ->expected(1, -1);
   add_host_options(*command, options->arm);
   command->add_option("--seconds", options->seconds, "Measure for so long")->capture_default_str();
   command->add_flag("--unlock-protective-stop", options->unlock,

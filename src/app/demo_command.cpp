@@ -12,6 +12,7 @@
 
 #include "app/arm_choice.hpp"
 #include "app/commands.hpp"
+#include "app/ros2_side.hpp"
 #include "app/settings_options.hpp"
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
@@ -162,8 +163,8 @@ void open_browser(const std::string& url) {
 }
 
 Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
-                                             OperatorDesk& desk, SessionLibrary& library, const Clock& clock,
-                                             bool realtime) {
+                                             OperatorDesk& desk, Ros2Side& ros2, SessionLibrary& library,
+                                             const Clock& clock, bool realtime) {
   ServerCallbacks callbacks;
   callbacks.now = [&clock] { return clock.now(); };
   callbacks.on_thread = [realtime] {
@@ -175,7 +176,10 @@ Result<std::unique_ptr<Server>> start_server(const Options& options, const Serve
     if (Status s = desk.apply(request, clock.now()); !s)
       std::cout << "refused: " + s.error().message + "\n" << std::flush;
   };
-  callbacks.on_lease = [&desk](std::uint64_t) { desk.change_hands(); };
+  callbacks.on_lease = [&desk, &ros2](std::uint64_t client) {
+    ros2.lead_at_page(client != 0);
+    desk.change_hands();
+  };
   callbacks.on_pairing = print_addresses;
   callbacks.on_fetch = [&library](const std::string& path, SessionLibrary::Answer answer) {
     library.fetch(path, std::move(answer));
@@ -265,22 +269,28 @@ Status run(Options options) {
 
   const Time begin = clock.now();
   SessionRecorder recorder(session.ocp(), settings.recording,
-                           describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()), begin);
+                           describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()),
+                           begin);
   desk.on_record([&recorder](bool record) { recorder.ask(record); });
   session.start(recorder.taps());
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   std::optional<SessionLibrary> library;
+  Ros2Side ros2;
   std::unique_ptr<Server> server;
+  if (Status s = ros2.open(options.arm, *model, settings, clock, desk); !s) {
+    (void)session.finish();  // its threads use what is made here
+    return s;
+  }
   // With a page too, so that there is something to see until somebody takes over.
   // A real arm follows a recording only when nobody else could lead it.
-  const bool plays = options.headless || !options.arm.real();
+  const bool plays = (options.headless || !options.arm.real()) && settings.ros2.hand.empty();
   if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
   if (!options.headless) {
     library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder);
-    auto started = start_server(options, settings.server, std::move(facts), desk, *library, clock,
-                                settings.live.realtime);
+    auto started =
+        start_server(options, settings.server, std::move(facts), desk, ros2, *library, clock, settings.live.realtime);
     if (!started) {
-      (void)session.finish();  // its threads use what is made here
+      (void)session.finish();
       return started.error();
     }
     server = std::move(*started);
@@ -288,6 +298,7 @@ Status run(Options options) {
   for (Time published = begin; clock.now() < end && !signals.arrived_within(std::chrono::milliseconds(1));) {
     const Time now = clock.now();
     desk.poll(now);
+    ros2.poll(now, session);
     print_notices(recorder);
     // Nobody else is there to do it; a real arm that stopped waits for a person.
     if (options.headless && !options.arm.real() && session.stopped_at_rest()) session.ask_reset();
@@ -300,6 +311,7 @@ Status run(Options options) {
   }
   stop(session, signals, clock);
   server.reset();
+  ros2.close();
   const LiveSummary summary = session.finish();
   recorder.finish(summary);
   for (const std::string& line : session.warnings()) std::cout << "note: " << line << "\n";

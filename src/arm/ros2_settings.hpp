@@ -9,6 +9,8 @@ struct Ros2Settings {
   int domain = -1;                                                 ///< -1: ROS_DOMAIN_ID, else 0
   std::string controller = "/scaled_joint_trajectory_controller";  ///< its node; listens at CONTROLLER/joint_trajectory
   std::string joint_states = "/joint_states";
+  std::string hand;           ///< topic of poses that lead the arm as the operator's hand does; empty: none
+  bool show = false;          ///< publish for RViz, and listen to `hand`, also with other arms
   std::string prefix;         ///< of the joints' and frames' names on the ROS side
   std::string joints;         ///< names of the joints from the base, with commas between; empty: those of the robot
   double rate_hz = 100.0;     ///< of trajectories

@@ -16,8 +16,8 @@ namespace steadyhand {
 /// Who sent a message: another number for each publisher that this process has heard.
 using Ros2PublisherId = std::uint64_t;
 
-/// The ROS 2 domain that the environment names in ROS_DOMAIN_ID; 0 if it does not. Fails on what is no domain.
-Result<int> ros2_domain_of_environment();
+/// A ROS 2 domain: `wanted`, or, if that is -1, the one that ROS_DOMAIN_ID names, or 0. Fails on what is no domain.
+Result<int> ros2_domain(int wanted = -1);
 
 /// Asks for real-time priority for the calling thread and those that it makes, below that of control; without it they
 /// are as slow as the machine is busy.

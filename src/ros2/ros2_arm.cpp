@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ros2/stamps.hpp"
 #include "ros2/trajectory.hpp"
 
 namespace steadyhand {
@@ -18,19 +19,6 @@ constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its 
 constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
 constexpr Time kMargin = std::chrono::milliseconds(20);
-
-Time time_of(const builtin_interfaces_msg_dds__Time_& stamp) {
-  return std::chrono::seconds(stamp.sec) + Time(stamp.nanosec);
-}
-
-template <typename Stamp>
-Stamp stamp_of(Time time) {
-  constexpr Time kSecond = std::chrono::seconds(1);
-  Stamp stamp{};
-  stamp.sec = static_cast<std::int32_t>(time / kSecond);
-  stamp.nanosec = static_cast<std::uint32_t>((time % kSecond).count());
-  return stamp;
-}
 
 dds_sequence_double numbers(JointVector& values) {
   dds_sequence_double sequence{};
@@ -56,21 +44,17 @@ Result<std::unique_ptr<Ros2Arm>> Ros2Arm::make(const RobotModel& model, const Ro
   if (!(s.silence + 1.0 / s.rate_hz < s.lead)) {
     return Error{
         fmt::format("ros2.lead is {} s; it must be more than ros2.silence and the time between two trajectories "
-                    "together, {} s: otherwise what was held up on its way would still be sent, too late",
+                    "together, {:.4g} s: otherwise what was held up on its way would still be sent, too late",
                     s.lead, s.silence + 1.0 / s.rate_hz)};
   }
   if ((s.lead + to_seconds(kMargin)) * s.control_rate_hz > Order::kCommands) {
-    return Error{fmt::format("ros2.lead is {} s; at {} Hz it can be {} s at most", s.lead, s.control_rate_hz,
+    return Error{fmt::format("ros2.lead is {} s; at {} Hz it can be {:.4g} s at most", s.lead, s.control_rate_hz,
                              Order::kCommands / s.control_rate_hz - to_seconds(kMargin))};
   }
-  int domain = s.domain;
-  if (domain < 0) {
-    const Result<int> of_environment = ros2_domain_of_environment();
-    if (!of_environment) return of_environment.error();
-    domain = *of_environment;
-  }
+  const Result<int> domain = ros2_domain(s.domain);
+  if (!domain) return domain.error();
   std::unique_ptr<Ros2Arm> arm(new Ros2Arm(model, s, clock, *std::move(names)));
-  if (Status joined = arm->join(domain); !joined) return joined.error();
+  if (Status joined = arm->join(*domain); !joined) return joined.error();
   return arm;
 }
 

@@ -48,11 +48,9 @@ int main(int argc, char** argv) {
     std::cerr << error.message << "\n";
     return 2;
   };
-  if (settings.domain < 0) {
-    const auto domain = ros2_domain_of_environment();
-    if (!domain) return fail(domain.error());
-    settings.domain = *domain;
-  }
+  const auto domain = ros2_domain(settings.domain);
+  if (!domain) return fail(domain.error());
+  settings.domain = *domain;
   const auto model = open_robot(robot);
   if (!model) return fail(model.error());
   // A controller is a real-time machine; where that is not granted, it is one that stalls at times.

@@ -1,0 +1,126 @@
+// What a ROS 2 machine sees of a session, and how its poses lead it.
+#include <gtest/gtest.h>
+
+#include "robot/random_arm.hpp"
+#include "ros2/ros2_bridge.hpp"
+#include "support/manual_clock.hpp"
+#include "support/ros2/lockstep.hpp"
+
+namespace steadyhand {
+namespace {
+
+class Ros2BridgeTest : public testing::Test {
+ protected:
+  Ros2BridgeTest() : random(2), model(random_arm(6, random, false)) {
+    settings.domain = isolated_ros2_domain();
+    settings.prefix = "left_";
+    settings.hand = "/hand" + std::to_string(getpid());
+    frame = "left_" + model.link_names.front();
+    auto opened = Ros2Bridge::open(model, glass, settings, clock,
+                                   [this](const OperatorSample& sample) { samples.push_back(sample); });
+    auto joined = Ros2Node::open(settings.domain);
+    EXPECT_TRUE(opened && joined);
+    bridge = std::move(*opened);
+    peer = std::move(*joined);
+  }
+  /// Poses as a VR bridge sends them.
+  void send(Ros2Publisher<PoseStampedMessage>& publisher, const Pose& pose, std::string in) {
+    const PoseStampedMessage message{
+        {{0, 0}, in.data()}, {{pose.p.x(), pose.p.y(), pose.p.z()}, {pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()}}};
+    EXPECT_TRUE(publisher.send(message));
+  }
+
+  std::mt19937 random;
+  RobotModel model;
+  ManualClock clock;
+  GlassSettings glass;
+  Ros2Settings settings;
+  std::string frame;
+  std::vector<OperatorSample> samples;
+  std::unique_ptr<Ros2Node> peer;
+  std::unique_ptr<Ros2Bridge> bridge;
+};
+
+TEST_F(Ros2BridgeTest, ShowsTargetPathAndLiquid) {
+  SessionSnapshot snapshot;
+  snapshot.target.X_base_tool = {{0.1, 0.2, 0.3}, Quaternion(Eigen::AngleAxisd(0.5, Vector3::UnitZ()))};
+  snapshot.path_nodes = 3;
+  for (int k = 0; k < 3; ++k) snapshot.path[k].p = {1.0 * k, 0.0, 0.5};
+  snapshot.X_base_tool.p = {0.4, 0.5, 0.6};
+  snapshot.liquid.tilt_x = 0.1;
+  Pose target;
+  std::vector<double> path;
+  std::vector<Pose> markers;
+  std::vector<std::string> frames;
+  const auto pose_of = [](const auto& pose) {
+    return Pose{{pose.position.x, pose.position.y, pose.position.z},
+                Quaternion(pose.orientation.w, pose.orientation.x, pose.orientation.y, pose.orientation.z)};
+  };
+  ASSERT_TRUE(peer->listen<PoseStampedMessage>("/steadyhand/target", [&](const auto& message, auto) {
+    target = pose_of(message.pose);
+    frames.emplace_back(message.header.frame_id);
+  }));
+  ASSERT_TRUE(peer->listen<PathMessage>("/steadyhand/path", [&](const auto& message, auto) {
+    for (std::uint32_t i = 0; i < message.poses._length; ++i) {
+      path.push_back(message.poses._buffer[i].pose.position.x);
+    }
+    frames.emplace_back(message.header.frame_id);
+  }));
+  ASSERT_TRUE(peer->listen<MarkerArrayMessage>("/steadyhand/liquid", [&](const auto& message, auto) {
+    for (std::uint32_t i = 0; i < message.markers._length; ++i) {
+      markers.push_back(pose_of(message.markers._buffer[i].pose));
+      frames.emplace_back(message.markers._buffer[i].header.frame_id);
+    }
+  }));
+  bridge->publish(snapshot);
+  EXPECT_LT((target.p - snapshot.target.X_base_tool.p).norm(), 1e-12);
+  EXPECT_LT(target.q.angularDistance(snapshot.target.X_base_tool.q), 1e-12);
+  EXPECT_EQ(path, (std::vector<double>{0.0, 1.0, 2.0}));
+  ASSERT_EQ(markers.size(), 2u);
+  EXPECT_LT((markers[0].p - snapshot.X_base_tool.p).norm(), 1e-12);
+  EXPECT_NEAR(markers[1].q.angularDistance(markers[0].q), 0.1, 1e-9);
+  EXPECT_EQ(frames, std::vector<std::string>(4, frame));
+}
+
+TEST_F(Ros2BridgeTest, PosesAreAHandThatGripsWhileTheyCome) {
+  auto publisher = peer->publish<PoseStampedMessage>(settings.hand);
+  ASSERT_TRUE(publisher);
+  const Pose pose{{0.1, 0.2, 0.3}, Quaternion(Eigen::AngleAxisd(0.5, Vector3::UnitX()))};
+  for (int i = 0; i < 10; ++i) {
+    send(*publisher, pose, i % 2 == 0 ? frame : "");
+    clock.advance(0.02);
+    bridge->poll(clock.now());
+  }
+  ASSERT_EQ(samples.size(), 10u);
+  EXPECT_FALSE(samples.front().clutch);  // a fresh grip begins open
+  for (const OperatorSample& sample : samples) {
+    EXPECT_TRUE(sample.tracked);
+    EXPECT_TRUE(sample.clutch || &sample == &samples.front());
+    EXPECT_LT((sample.X_operator_hand.p - pose.p).norm(), 1e-12);
+    EXPECT_LT(sample.X_operator_hand.q.angularDistance(pose.q), 1e-12);
+  }
+  for (int i = 0; i < 50; ++i) {
+    clock.advance(0.02);
+    bridge->poll(clock.now());
+  }
+  ASSERT_EQ(samples.size(), 11u);  // once
+  EXPECT_FALSE(samples.back().clutch);
+  for (const bool closed : {false, true}) {
+    send(*publisher, pose, frame);
+    EXPECT_EQ(samples.back().clutch, closed);
+  }
+}
+
+TEST_F(Ros2BridgeTest, WhatIsNoPoseInTheBasesFrameIsIgnored) {
+  auto publisher = peer->publish<PoseStampedMessage>(settings.hand);
+  ASSERT_TRUE(publisher);
+  send(*publisher, {}, "world");
+  send(*publisher, {{NAN, 0.0, 0.0}, Quaternion::Identity()}, frame);
+  send(*publisher, {Vector3::Zero(), Quaternion(0.0, 0.0, 0.0, 0.0)}, frame);
+  send(*publisher, {Vector3::Zero(), Quaternion(INFINITY, 0.0, 0.0, 0.0)}, frame);
+  EXPECT_TRUE(samples.empty());
+  EXPECT_EQ(bridge->ignored(), 4u);
+}
+
+}  // namespace
+}  // namespace steadyhand

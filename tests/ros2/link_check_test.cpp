@@ -1,0 +1,69 @@
+// Whether a ROS 2 machine is fit to lead an arm through, from arrivals that are made up.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "ros2/ros2_link_check.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// 10 s of states at 500 Hz that take `delay(i)` s.
+Ros2LinkReport measure(const std::function<double(int)>& delay, int publishers = 1) {
+  Ros2LinkMeter meter;
+  Time last{0};
+  for (int i = 1; i <= 5000; ++i) {
+    const Time arrival = std::max(last + Time(1000), from_seconds(50.0 + 0.002 * i + delay(i)));
+    last = arrival;
+    meter.state(arrival, from_seconds(1000.0 + 0.002 * i), static_cast<Ros2PublisherId>(7 + i % publishers));
+    meter.woke(std::chrono::microseconds(20));
+  }
+  return meter.report(1);
+}
+
+bool says(const Ros2LinkReport& report, const char* word) {
+  for (const std::string& line : judge(report, {}).findings) {
+    if (line.find(word) != std::string::npos) return true;
+  }
+  return false;
+}
+
+TEST(Ros2Link, AQuietOneIsFit) {
+  const Ros2LinkReport r = measure([](int) { return 3e-4; });
+  EXPECT_EQ(r.states, 5000u);
+  EXPECT_NEAR(r.seconds, 10.0, 0.01);
+  EXPECT_NEAR(r.longest_gap, 2000.0, 1.0);
+  EXPECT_TRUE(judge(r, {}).fit);
+  EXPECT_TRUE(judge(r, {}).findings.empty());
+}
+
+TEST(Ros2Link, SilenceThatStopsTheArmIsUnfit) {
+  const auto held_up = [](double seconds) { return measure([=](int i) { return i % 2000 == 500 ? seconds : 3e-4; }); };
+  EXPECT_TRUE(judge(held_up(0.025), {}).fit);
+  EXPECT_TRUE(says(held_up(0.025), "stayed away"));
+  EXPECT_FALSE(judge(held_up(0.08), {}).fit);
+}
+
+TEST(Ros2Link, SaysWhatToChange) {
+  EXPECT_TRUE(says(Ros2LinkReport{}, "is the driver running"));
+  EXPECT_TRUE(says(measure([](int) { return 3e-4; }, 2), "2 publishers"));
+  Ros2LinkReport r = measure([](int) { return 3e-4; });
+  r.controllers = 0;
+  EXPECT_TRUE(says(r, "no controller listens"));
+  EXPECT_FALSE(judge(r, {}).fit);
+  r = measure([](int) { return 3e-4; });
+  r.commanders = 3;
+  EXPECT_TRUE(says(r, "somebody else sent 3"));
+  r = measure([](int) { return 3e-4; });
+  r.stamped = false;
+  EXPECT_TRUE(says(r, "no stamps"));
+  r = measure([](int) { return 3e-4; });
+  r.wake.max = 20000.0;
+  EXPECT_TRUE(says(r, "wakes up to 20.0 ms"));
+  r = measure([](int) { return 3e-4; });
+  r.seconds = 100.0;
+  EXPECT_TRUE(says(r, "come at 50 Hz"));
+}
+
+}  // namespace
+}  // namespace steadyhand
