@@ -42,18 +42,19 @@ struct Options {
   std::string solver;
   fs::path out = "out";
   bool dump_problems = false;
+  std::vector<SettingsChange> changes;                                              ///< of a session's settings
   std::string command;                                                              ///< as typed, for the report
   bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false;  ///< given on the command line
 };
 
 /// The hand of a session that was recorded, and the options as that session had them where none were given.
-Result<Recording> open_session(Options& options, const Places& places) {
+Result<SessionHand> open_session(Options& options, const Places& places) {
   if (!options.range.track.empty()) {
     return Error{fmt::format("{}: is a session and has no track \"{}\"; leave the track out", options.recording,
                              options.range.track)};
   }
   SessionParts parts;
-  parts.samples = true;
+  parts.samples = parts.settings = true;
   const Result<SessionFile> session = load_session(options.recording, parts);
   if (!session) return session.error();
   const auto take = [&](const char* key, bool own, double& value) {
@@ -69,7 +70,15 @@ Result<Recording> open_session(Options& options, const Places& places) {
   options.retarget.accept_emulated = true;  // the gate has judged them
   HandGateSettings gate;
   gate.accept_emulated = session->run("accept_emulated") == "true";
-  return hand_of_session(*session, options.range, gate);
+  Result<SessionHand> hand = hand_of_session(*session, options.range, gate);
+  if (!hand) return hand;
+  // What is given on the command line holds throughout.
+  for (SettingsChange& change : hand->changes) {
+    if (options.own_scale) change.scale = options.retarget.scale;
+    if (options.own_yaw) change.yaw = options.yaw_deg * M_PI / 180.0;
+    if (options.own_profiles) change.weights.clear();
+  }
+  return hand;
 }
 
 Result<ProfileResult> run_profile(const Options& options, const RobotModel& model, const Recording& recording,
@@ -78,6 +87,7 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
   settings.rate_hz = options.rate_hz;
   settings.retarget = options.retarget;
   settings.ocp = profile.ocp;
+  settings.changes = options.changes;
   settings.planner.solver = options.solver.empty() ? profile.solver : options.solver;
   settings.planner.tolerance = profile.tolerance;
 
@@ -170,7 +180,11 @@ Status run(Options options) {
     options.range.until = std::min(options.range.until, kBundledSeconds);
   }
   Result<Recording> recording = Error{};
-  if (is_mcap(options.recording)) recording = open_session(options, places);
+  if (is_mcap(options.recording)) {
+    Result<SessionHand> hand = open_session(options, places);
+    if (hand) options.changes = std::move(hand->changes);
+    recording = hand ? Result<Recording>(std::move(hand->recording)) : hand.error();
+  }
   const auto frame = [](const std::string& name) { return name == "tool" ? MotionFrame::kTool : MotionFrame::kBase; };
   options.retarget.translation_frame = frame(options.translation_frame);
   options.retarget.rotation_frame = frame(options.rotation_frame);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <utility>
 
 #include "core/live.hpp"
 
@@ -227,6 +228,22 @@ void append_json(JsonBuffer& out, const SupervisionChange& change) {
   append_text(out, change.reason);
   out.push_back(',');
   append_flag(out, "is_failure", change.is_failure);
+  out.push_back('}');
+}
+
+void append_json(JsonBuffer& out, const SettingsChange& change) {
+  out.push_back('{');
+  append_time(out, "timestamp", change.at);
+  append(out, ",\"weights\":");
+  char before = '{';
+  for (const auto& [name, values] : change.weights) {
+    out.push_back(std::exchange(before, ','));
+    append_numbers(out, name, Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values)));
+  }
+  append(out, change.weights.empty() ? "{},\"scale\":" : "},\"scale\":");
+  append_number(out, change.scale);
+  append(out, ",\"yaw\":");
+  append_number(out, change.yaw);
   out.push_back('}');
 }
 

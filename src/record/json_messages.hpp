@@ -7,6 +7,7 @@
 
 #include "core/arrows.hpp"
 #include "core/live.hpp"
+#include "record/settings_change.hpp"
 #include "record/step.hpp"
 
 /// The arrow structs as JSON, one object each, in SI units; schemas.hpp describes them. Numbers are the shortest that
@@ -24,6 +25,7 @@ void append_json(JsonBuffer& out, const JointCommand& command);
 void append_json(JsonBuffer& out, const JointState& state);
 void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names);
 void append_json(JsonBuffer& out, const SupervisionChange& change);
+void append_json(JsonBuffer& out, const SettingsChange& change);
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
 void append_json(JsonBuffer& out, const SessionSnapshot& snapshot);  ///< its statistics

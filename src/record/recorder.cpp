@@ -35,6 +35,7 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   plan_step_ = add("/plan_step", plan_step_schema(), joints);
   if (!settings.live) return;
   supervision_ = add("/supervision", supervision_schema());
+  operator_settings_ = add("/operator_settings", operator_settings_schema());
   liquid_ = add("/liquid", liquid_schema());
   active_constraint_ = add("/active_constraint", active_constraint_schema());
   statistics_ = add("/statistics", statistics_schema());
@@ -86,6 +87,11 @@ Status Recorder::write(const PlanStep& step) {
 Status Recorder::write(const SupervisionChange& change) {
   append_json(message_, change);
   return send(supervision_, {change.at, change.at});
+}
+
+Status Recorder::write(const SettingsChange& change) {
+  append_json(message_, change);
+  return send(operator_settings_, {change.at, change.at});
 }
 
 Status Recorder::write(Time at, const LiquidState& liquid) {

@@ -36,6 +36,7 @@ class Recorder {
   Status write(const PlanStep& step);                               ///< /plan_step
   // of a live session
   Status write(const SupervisionChange& change);              ///< /supervision
+  Status write(const SettingsChange& change);                 ///< /operator_settings
   Status write(Time at, const LiquidState& liquid);           ///< /liquid
   Status write(Time at, const ActiveConstraint& constraint);  ///< /active_constraint
   Status write(const SessionSnapshot& snapshot);              ///< /statistics
@@ -57,7 +58,7 @@ class Recorder {
   RunNames names_;
   JsonBuffer message_;
   std::uint16_t operator_sample_, target_, reference_, plan_, joint_command_, joint_state_, plan_step_;
-  std::uint16_t supervision_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0;
+  std::uint16_t supervision_ = 0, operator_settings_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0;
 };
 
 }  // namespace steadyhand

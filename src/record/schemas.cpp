@@ -127,6 +127,15 @@ Schema supervision_schema() {
                  {"is_failure", flag("the arm stops, and nobody asked for it")}});
 }
 
+Schema operator_settings_schema() {
+  return finish("steadyhand.OperatorSettings", "What the operator has set, in force from here on",
+                {{"timestamp", time("since when")},
+                 {"weights", described({{"type", "object"}, {"additionalProperties", joints("weights")}},
+                                       "of each term of the objective")},
+                 {"scale", number("metres of the tool for each metre of the hand")},
+                 {"yaw", number("turn of the operator's axes about the base's z, rad")}});
+}
+
 Schema liquid_schema() {
   return finish("steadyhand.Liquid", "The liquid's surface in the glass, simulated from the measured motion",
                 {{"timestamp", time("when")},

@@ -19,6 +19,7 @@ Schema joint_command_schema();
 Schema joint_state_schema();
 Schema plan_step_schema();
 Schema supervision_schema();
+Schema operator_settings_schema();
 Schema liquid_schema();
 Schema active_constraint_schema();
 Schema statistics_schema();

@@ -86,6 +86,20 @@ PlanStep plan_step(const Json& json, const std::vector<std::string>& terms) {
   return step;
 }
 
+SettingsChange settings_change(const Json& json, const McapMessage& message) {
+  SettingsChange change;
+  change.at = message.log;
+  for (const auto& [name, values] : json.at("weights").items()) {
+    for (const Json& value : values) change.weights[name].push_back(number(value));
+  }
+  change.scale = number(json.at("scale"));
+  change.yaw = number(json.at("yaw"));
+  if (!(change.scale > 0.0) || !std::isfinite(change.scale) || !std::isfinite(change.yaw)) {
+    throw std::runtime_error(fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));
+  }
+  return change;
+}
+
 /// Everything that exceptions of the JSON library may leave.
 void read_message(const McapMessage& message, const SessionParts& parts, SessionFile& session) {
   const auto is = [&](bool wanted, std::string_view topic) { return wanted && message.topic == topic; };
@@ -108,6 +122,8 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   } else if (is(parts.changes, "/supervision")) {
     const Json json = parsed();
     session.changes.push_back({message.log, json.at("from"), json.at("to"), json.at("reason")});
+  } else if (is(parts.settings, "/operator_settings")) {
+    session.settings.push_back(settings_change(parsed(), message));
   }
 }
 

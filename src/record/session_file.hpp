@@ -8,6 +8,7 @@
 #include "core/arrows.hpp"
 #include "core/result.hpp"
 #include "record/mcap_reader.hpp"
+#include "record/settings_change.hpp"
 #include "record/step.hpp"
 
 namespace steadyhand {
@@ -18,6 +19,7 @@ struct SessionParts {
   bool states = false;        ///< measured states,
   double state_period = 0.0;  ///< s, at least so far apart
   bool changes = false;
+  bool settings = false;
 };
 
 /// What Recorder has written, read back. Times count from the session's begin.
@@ -36,6 +38,7 @@ struct SessionFile {
   std::vector<JointCommand> commands;
   std::vector<JointState> states;
   std::vector<Change> changes;
+  std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
 
   /// An entry of the metadata `run`; empty if it is not there.
   std::string run(const std::string& key) const;

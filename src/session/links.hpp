@@ -55,6 +55,12 @@ struct OperatorSettings {
   double yaw = 0.0;                                 ///< rad
 };
 
+/// They are in force from here on.
+struct AppliedSettings {
+  Time at{0};
+  OperatorSettings settings;
+};
+
 /// A planning step that asked the solver, as far as the report tells of it.
 struct PlanningRecord {
   Time at{0};  ///< where its plan begins
@@ -72,6 +78,7 @@ struct TapRings {
   // written by the planner thread
   SpscRing<OperatorSample> samples{1024};
   SpscRing<Target> targets{1024};
+  SpscRing<AppliedSettings> settings{64};
   SpscRing<PlanningRecord> steps{64};  ///< some of all: see PlanningSettings::tap_period
   // written by the control thread
   SpscRing<JointCommand> commands{2048};

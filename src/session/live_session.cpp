@@ -171,6 +171,7 @@ void LiveSession::drain() {
   TapRings& rings = links_->taps;
   empty(rings.samples, taps_.sample, nothing);
   empty(rings.targets, taps_.target, nothing);
+  empty(rings.settings, taps_.settings, nothing);
   empty(rings.steps, taps_.step, nothing);
   empty(rings.commands, taps_.command, [&](const JointCommand& command) { monitor_.update(command); });
   empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
@@ -281,7 +282,7 @@ LiveSummary LiveSession::finish() {
   s.cycles = control_view_.cycles;
   s.missed_deadlines = control_view_.missed_deadlines;
   const TapRings& rings = links_->taps;
-  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.steps.dropped() + rings.commands.dropped() +
+  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.settings.dropped() + rings.steps.dropped() + rings.commands.dropped() +
                 rings.states.dropped() + rings.changes.dropped();
   s.latency_us = links_->latency_us.summary();
   s.solve_us = links_->solve_us.summary();

@@ -32,6 +32,7 @@ struct LiveSettings {
 struct LiveTaps {
   std::function<void(const OperatorSample&)> sample;
   std::function<void(const Target&)> target;
+  std::function<void(const AppliedSettings&)> settings;
   std::function<void(const PlanningRecord&)> step;
   std::function<void(const JointCommand&)> command;
   std::function<void(const JointState&)> state;

@@ -19,7 +19,7 @@ double number_or(const std::string& text, double otherwise) {
 
 }  // namespace
 
-Result<Recording> hand_of_session(const SessionFile& session, const RecordingOptions& range,
+Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
                                   const HandGateSettings& settings) {
   if (!(range.from >= 0.0) || !(range.until > range.from)) {
     return Error{fmt::format("the range is from {} s to {} s; it must start at 0 s or later and end after its start",
@@ -51,11 +51,13 @@ Result<Recording> hand_of_session(const SessionFile& session, const RecordingOpt
                              recording.samples.size(), session.samples.size())};
   }
   const Time first = recording.samples.front().stamp.hand;
+  std::vector<SettingsChange> changes = session.settings;
+  for (SettingsChange& change : changes) change.at -= first;
   for (OperatorSample& sample : recording.samples) {
     sample.stamp.hand -= first;
     sample.stamp.made = sample.stamp.hand;
   }
-  return recording;
+  return SessionHand{std::move(recording), std::move(changes)};
 }
 
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command) {

@@ -12,7 +12,11 @@ namespace steadyhand {
 /// The operator's hand of a session that was recorded, as the live gate let it through: samples that were dropped are
 /// not in it, and those whose pose could not be trusted have an open clutch. Fails as load_session, on a range that is
 /// none, and if fewer than 2 samples are left.
-Result<Recording> hand_of_session(const SessionFile& session, const RecordingOptions& range,
+struct SessionHand {
+  Recording recording;
+  std::vector<SettingsChange> changes;  ///< of the operator's settings, by the recording's time; some before its begin
+};
+Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
                                   const HandGateSettings& gate);
 
 /// The report of what was driven. Fails if no plan was.

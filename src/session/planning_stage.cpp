@@ -48,7 +48,7 @@ PlanningStage::PlanningStage(const RobotModel& model, const PlanningSettings& se
 
 void PlanningStage::step(Time now) {
   (void)links_->report.read(report_);
-  apply_settings();
+  apply_settings(now);
   const Time start = next_start(now);
 
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
@@ -86,12 +86,13 @@ Time PlanningStage::next_start(Time now) const {
   return std::max(report_.now + ahead * cycle - before, now);
 }
 
-void PlanningStage::apply_settings() {
+void PlanningStage::apply_settings(Time now) {
   OperatorSettings& settings = operator_settings_;
   if (!links_->settings.read(settings)) return;
   retargeter_.set_scale(settings.scale);
   retargeter_.set_yaw(settings.yaw);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
+  links_->taps.settings.push({now, settings});
 }
 
 void PlanningStage::set_weights(std::span<const JointVector> weights) {

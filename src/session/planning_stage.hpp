@@ -55,7 +55,7 @@ class PlanningStage {
   PlanningStage(const RobotModel& model, const PlanningSettings& settings, Links& links, const Clock& clock,
                 std::unique_ptr<Planner> planner, const Reach& reach);
   Time next_start(Time now) const;
-  void apply_settings();
+  void apply_settings(Time now);
   void set_weights(std::span<const JointVector> weights);
   void hear(Time now, const Pose& X_base_tool);
   void change_holder(std::uint64_t holder);

@@ -48,6 +48,7 @@ class Run {
 
   /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
   Status step(Time now, Time next, ReplayResult& result) {
+    if (Status s = change_settings(now); !s) return s;
     const Reference reference = predictor_.predict(now);
     if (Status s = tap(reference); !s) return s;
     const Plan& plan = planner_->update(reference);
@@ -69,7 +70,22 @@ class Run {
     return Done{};
   }
 
+  /// What the operator had changed by then.
+  Status change_settings(Time now) {
+    for (; changed_ < settings_.changes.size() && settings_.changes[changed_].at <= now; ++changed_) {
+      const SettingsChange& change = settings_.changes[changed_];
+      retargeter_.set_scale(change.scale);
+      retargeter_.set_yaw(change.yaw);
+      if (change.weights.empty()) continue;
+      const Result<std::vector<JointVector>> weights = planner_->ocp().weights(change.weights);
+      if (!weights) return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), weights.error().message)};
+      planner_->set_weights(*weights);
+    }
+    return Done{};
+  }
+
   Status feed(const OperatorSample& sample) {
+    if (Status s = change_settings(sample.stamp.hand); !s) return s;
     if (Status s = tap(sample); !s) return s;
     arm_.set_position(tracker_.update(sample.stamp.hand).q);
     const Target target = retargeter_.update(sample, {arm_.p(), Quaternion(arm_.R())});
@@ -108,6 +124,7 @@ class Run {
   StepDescriber describer_;
   Kinematics arm_;
   std::int64_t commands_ = 0;
+  std::size_t changed_ = 0;  ///< how many of the changes are in force
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "predict/predictor.hpp"
 #include "record/problem_json.hpp"
 #include "record/recorder.hpp"
+#include "record/settings_change.hpp"
 #include "record/step.hpp"
 #include "retarget/retargeter.hpp"
 
@@ -21,6 +22,8 @@ struct ReplaySettings {
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
   OcpSettings ocp;
   PlannerSettings planner;
+  /// What the operator changed on the way, in order; times count from the recording's first sample.
+  std::vector<SettingsChange> changes;
 };
 
 /// What one run leaves, beside what the recorder wrote.
@@ -43,7 +46,7 @@ RunNames run_names(const RobotModel& model);
 
 /// Sends a recording through retargeting, prediction, planning and tracking, in the recording's own time, as it would
 /// go live with a planner that needs no time and an arm that follows exactly. Equal input gives equal results, but for
-/// solve times.
+/// solve times. Fails on settings or changes out of range, with the reason.
 Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
                             const ReplayTaps& taps);
 

@@ -162,9 +162,22 @@ LiveTaps SessionRecorder::taps() {
     keep(change, &Flight::changes);
     if (change.is_failure) fault_ = change;
   };
+  taps.settings = [this](const AppliedSettings& applied) { write_settings(applied); };
   taps.step = [this](const PlanningRecord& record) { write_step(record); };
   taps.look = [this](const SessionSnapshot& snapshot) { look(snapshot); };
   return taps;
+}
+
+void SessionRecorder::write_settings(const AppliedSettings& applied) {
+  SettingsChange& change = operator_settings_.emplace();
+  change.at = applied.at - begin_;
+  for (int i = 0; i < applied.settings.objectives; ++i) {
+    const JointVector& weights = applied.settings.weights[i];
+    change.weights[names_.terms[i]].assign(weights.begin(), weights.end());
+  }
+  change.scale = applied.settings.scale;
+  change.yaw = applied.settings.yaw;
+  write(change);
 }
 
 void SessionRecorder::write_step(const PlanningRecord& record) {
@@ -201,10 +214,15 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
 
 /// Once a round: what has no arrow of its own, and what was asked for.
 void SessionRecorder::look(const SessionSnapshot& now) {
-  if (wanted_ && !file_) begin_file();
+  const bool begins = wanted_ && !file_;
+  if (begins) begin_file();
   if (!wanted_ && file_) end_file();
   const Time at = now.now - begin_;
   if (at < Time(0)) return;
+  if (begins && operator_settings_) {
+    operator_settings_->at = at;
+    write(*operator_settings_);
+  }
   write(at, now.liquid);
   if (flight_) flight_->liquid.push({at, now.liquid});
   const ActiveConstraint& c = now.constraint;

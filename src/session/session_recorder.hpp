@@ -78,6 +78,7 @@ class SessionRecorder {
   void write(const Message&... message);
   template <typename Message>
   Message from_begin(Message message) const;
+  void write_settings(const AppliedSettings& applied);
   void write_step(const PlanningRecord& record);
   void look(const SessionSnapshot& snapshot);
   /// Why there is no room for a recording; empty if there is.
@@ -102,6 +103,7 @@ class SessionRecorder {
   std::filesystem::path path_;
   Time next_plan_{0}, next_statistics_{0};
   ActiveConstraint constraint_;
+  std::optional<SettingsChange> operator_settings_;  ///< in force
 
   struct Flight {
     explicit Flight(double seconds);

@@ -5,6 +5,7 @@
 #include "record/robot_json.hpp"
 #include "record/session_file.hpp"
 #include "session/past_session.hpp"
+#include "session/replay.hpp"
 #include "session/virtual_session.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -45,7 +46,7 @@ struct Recorded : testing::Test {
   }
   static SessionFile read(const fs::path& path) {
     SessionParts parts;
-    parts.samples = parts.commands = parts.states = parts.changes = true;
+    parts.samples = parts.commands = parts.states = parts.changes = parts.settings = true;
     auto session = load_session(path, parts);
     EXPECT_TRUE(session) << session.error().message;
     return *std::move(session);
@@ -152,6 +153,69 @@ TEST_F(Recorded, ADiskThatIsNearlyFullIsLeftAlone) {
   EXPECT_NE(notices[0].find("GB"), std::string::npos) << notices[0];
 }
 
+/// At the begin of each file those that are in force, then every change, at its time.
+TEST_F(Recorded, WhatTheOperatorSetComesBackAndIsReplayed) {
+  settings.enabled = false;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  AppliedSettings applied;
+  applied.at = now;
+  applied.settings.objectives = static_cast<int>(ocp.objectives().size());
+  const auto weights = ocp.weights(load_profile("waiter")->ocp.weights);
+  ASSERT_TRUE(weights);
+  std::copy(weights->begin(), weights->end(), applied.settings.weights.begin());
+  applied.settings.scale = 1.0;
+  applied.settings.yaw = 0.0;
+  taps.settings(applied);
+  run(taps, 1.0);
+  recorder.ask(true);
+  run(taps, 2.0);
+  applied.at = now;
+  applied.settings.scale = 0.25;
+  applied.settings.weights[1].setConstant(7.0);
+  taps.settings(applied);
+  run(taps, 1.0);
+  recorder.finish({});
+
+  SessionFile session = read(files()[0]);
+  EXPECT_NEAR(session.duration(), 3.0, 0.02);
+  ASSERT_EQ(session.settings.size(), 2u);
+  EXPECT_NEAR(to_seconds(session.settings[0].at), 1.0, 0.02);
+  EXPECT_EQ(session.settings[1].at, from_seconds(3.0));
+  EXPECT_EQ(session.settings[1].scale, 0.25);
+  const auto back = ocp.weights(session.settings[1].weights);
+  ASSERT_TRUE(back) << back.error().message;
+  for (std::size_t i = 0; i < back->size(); ++i) EXPECT_EQ((*back)[i], applied.settings.weights[i]) << i;
+
+  for (OperatorSample& sample : session.samples) {  // a hand that moves
+    sample.X_operator_hand = sweeping({0.1, 0.1, 0.05})(to_seconds(sample.stamp.hand));
+  }
+  auto hand = hand_of_session(session, {}, {});
+  ASSERT_TRUE(hand) << hand.error().message;
+  EXPECT_NEAR(to_seconds(hand->changes[1].at), 2.0, 0.02);
+  ReplaySettings same, changed;
+  same.ocp = changed.ocp = load_profile("waiter")->ocp;
+  changed.changes = hand->changes;
+  same.changes = {hand->changes[0]};
+  const auto driven = replay(ur5e(), hand->recording, changed, {}), without = replay(ur5e(), hand->recording, same, {});
+  ASSERT_TRUE(driven && without);
+  const auto apart = [&](double from, double until) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < driven->commands.size(); ++i) {
+      const double t = to_seconds(driven->commands[i].stamp.made);
+      if (t < from || t >= until) continue;
+      most = std::max(most, (driven->commands[i].q - without->commands[i].q).cwiseAbs().maxCoeff());
+    }
+    return most;
+  };
+  EXPECT_EQ(apart(0.0, 1.98), 0.0);
+  EXPECT_GT(apart(2.0, 3.0), 0.01);
+  changed.changes[1].weights["nothing"] = {1.0};
+  const auto refused = replay(ur5e(), hand->recording, changed, {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("nothing"), std::string::npos) << refused.error().message;
+}
+
 TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
   SessionRecorder recorder = make();
   LiveTaps taps = recorder.taps();
@@ -174,11 +238,11 @@ TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
   ASSERT_EQ(session->samples.size(), 300u);
   const auto hand = hand_of_session(*session, {}, {});
   ASSERT_TRUE(hand) << hand.error().message;
-  EXPECT_EQ(hand->samples.size(), 298u);  // without the one that is no number and the one that came out of order
+  EXPECT_EQ(hand->recording.samples.size(), 298u);  // without the one that is no number and the one that came out of order
   int open = 0;
-  for (std::size_t i = 1; i < hand->samples.size(); ++i) {
-    EXPECT_GT(hand->samples[i].stamp.hand, hand->samples[i - 1].stamp.hand);
-    open += i > 30 && !hand->samples[i].clutch;
+  for (std::size_t i = 1; i < hand->recording.samples.size(); ++i) {
+    EXPECT_GT(hand->recording.samples[i].stamp.hand, hand->recording.samples[i - 1].stamp.hand);
+    open += i > 30 && !hand->recording.samples[i].clutch;
   }
   EXPECT_GT(open, 0);   // where it could not be trusted
   EXPECT_LT(open, 20);  // and it was trusted again
