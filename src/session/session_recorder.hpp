@@ -18,7 +18,7 @@ struct RecordingSettings {
   bool enabled = true;           ///< from the beginning; the operator may change it
   std::filesystem::path folder;  ///< of the files; empty: default_session_folder()
   double keep_free_gb = 1.0;     ///< GB that stay free on the disk: with less, no file begins, and the one at hand ends
-  double folder_max_gb = 5.0;    ///< GB of recordings in the folder, beyond which the oldest go; 0: all stay
+  double folder_max_gb = 0.0;    ///< GB of recordings in the folder, beyond which the oldest go; 0: all stay
   double plan_rate_hz = 20.0;    ///< plans and references written a second, at most; > 0
   double flight_seconds = 10.0;  ///< s before a fault that go to a file of their own; 0: none
 };
