@@ -108,7 +108,7 @@ def main():
             find(r"cycles, (\d+) deadlines missed", out),
             find(r"failed, (\d+) came late", out),
             find(r"largest acceleration ([\d.]+)", controller),
-            find(r"; (.*)\n", controller),
+            find(r"; ([^;]*)\n", controller),
         ]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 

@@ -73,6 +73,7 @@ TEST_F(Ros2BridgeTest, ShowsTargetPathAndLiquid) {
     }
   }));
   bridge->publish(snapshot);
+  peer.reset();  // whose callbacks use what is here
   EXPECT_LT((target.p - snapshot.target.X_base_tool.p).norm(), 1e-12);
   EXPECT_LT(target.q.angularDistance(snapshot.target.X_base_tool.q), 1e-12);
   EXPECT_EQ(path, (std::vector<double>{0.0, 1.0, 2.0}));

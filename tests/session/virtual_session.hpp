@@ -122,6 +122,10 @@ class VirtualSession {
     if (output.restart_arm) arm_.restart();
     on_command(output.command);
     arm_.send(output.command);
+    // What an arm is told to follow is what its commands are samples of, whatever goes wrong.
+    if (output.follows != nullptr) followed_ = *output.follows;
+    const JointCommand planned = sample(followed_, output.command.stamp.made);
+    EXPECT_TRUE(planned.q == output.command.q && planned.dq == output.command.dq) << to_seconds(now);
     last_command = output.command;
     JointCommand command;
     while (control_side_.taps.commands.pop(command)) monitor_->update(command);

@@ -180,14 +180,17 @@ class FastDds : public testing::Test {
 TEST_F(FastDds, ItsJointStatesAreHeardReliableOrNot) {
   for (const bool reliable : {true, false}) {
     const std::string name = own(reliable ? "/reliable" : "/best_effort");
-    std::mutex mutex;
-    std::vector<std::string> names;
-    std::vector<double> q, dq;
-    ASSERT_TRUE(node->listen<JointStateMessage>(name, [&](const JointStateMessage& m, Ros2PublisherId) {
-      const std::lock_guard lock(mutex);
-      names.assign(m.name._buffer, m.name._buffer + m.name._length);
-      q.assign(m.position._buffer, m.position._buffer + m.position._length);
-      dq.assign(m.velocity._buffer, m.velocity._buffer + m.velocity._length);
+    struct Heard {
+      std::mutex mutex;
+      std::vector<std::string> names;
+      std::vector<double> q, dq;
+    };
+    const auto heard = std::make_shared<Heard>();  // more may come until the node ends
+    ASSERT_TRUE(node->listen<JointStateMessage>(name, [heard](const JointStateMessage& m, Ros2PublisherId) {
+      const std::lock_guard lock(heard->mutex);
+      heard->names.assign(m.name._buffer, m.name._buffer + m.name._length);
+      heard->q.assign(m.position._buffer, m.position._buffer + m.position._length);
+      heard->dq.assign(m.velocity._buffer, m.velocity._buffer + m.velocity._length);
     }));
     dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
     qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
@@ -198,13 +201,13 @@ TEST_F(FastDds, ItsJointStatesAreHeardReliableOrNot) {
     FastJointState state{{12, 34, "base"}, {"elbow", "wrist"}, {0.25, -1.5}, {1e-3, 2e3}, {}};
     EXPECT_TRUE(wait_until([&] {
       writer->write(&state);
-      const std::lock_guard lock(mutex);
-      return !names.empty();
+      const std::lock_guard lock(heard->mutex);
+      return !heard->names.empty();
     }));
-    const std::lock_guard lock(mutex);
-    EXPECT_EQ(names, state.names);
-    EXPECT_EQ(q, state.q);
-    EXPECT_EQ(dq, state.dq);
+    const std::lock_guard lock(heard->mutex);
+    EXPECT_EQ(heard->names, state.names);
+    EXPECT_EQ(heard->q, state.q);
+    EXPECT_EQ(heard->dq, state.dq);
   }
 }
 
