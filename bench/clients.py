@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/python"))
-from live_client import Client, Demo  # noqa: E402
+from live_client import Client, Demo, run_soon  # noqa: E402
 
 
 def hand(t):
@@ -56,6 +56,7 @@ class Watcher:
 def run(clients, hertz, seconds, rest):
     with tempfile.TemporaryDirectory() as folder:
         demo = Demo(folder, "--scale", 1, "--yaw", 0, *rest)
+        run_soon(True)
         leader = demo.client()
         leader.grip()
         watchers = [Watcher(demo.port) for _ in range(clients - 1)]
@@ -73,6 +74,7 @@ def run(clients, hertz, seconds, rest):
             time.sleep(max(0.0, begin + tick / hertz - time.monotonic()))
         elapsed = time.monotonic() - begin
         watched = sum(w.bytes for w in watchers)
+        run_soon(False)
         text = demo.end()
     return text, leader.sequence, tick / elapsed, watched / elapsed / 1e6, lost
 

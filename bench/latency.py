@@ -10,14 +10,13 @@ plan begins (the rest), and how late the computer woke the control thread, which
 
 import argparse
 import math
-import os
 import re
 import sys
 import tempfile
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests/python"))
-from live_client import Demo  # noqa: E402
+from live_client import Demo, run_soon  # noqa: E402
 from mcap.reader import make_reader  # noqa: E402
 
 
@@ -30,26 +29,18 @@ def percentiles(values):
     return values[len(values) // 2], values[min(len(values) - 1, int(0.99 * len(values)))]
 
 
-def run_soon():
-    """Where it is permitted: what this client waits for its turn between stamp and sending is not the program's latency."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(20))
-    except PermissionError:
-        pass
-
-
 def measure(rate, seconds, rest):
     """(median, p99) in ms of hand to command, hand to server, solve with check, and how late control woke; how many plans came late."""
     with tempfile.TemporaryDirectory() as folder:
         demo = Demo(folder, "--scale", 1, "--yaw", 0, "--rate", rate, *rest)
-        run_soon()
+        run_soon(True)
         client = demo.client()
         client.grip()
         for _ in range(round(seconds / 2.0)):
             client.move(hand, 2.0)  # begins where it ends
             if client.state["state"] != "engaged":  # this client was not let run for a while
                 client.grip(take=False)
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        run_soon(False)
         text = demo.end()
         with open(next(Path(folder).glob("*.mcap")), "rb") as file:
             to_server = percentiles([(m.log_time - m.publish_time) / 1e6 for _, _, m in make_reader(file).iter_messages(["/operator_sample"])])
