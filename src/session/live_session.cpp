@@ -12,7 +12,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kWakeSlack = std::chrono::microseconds(100);  ///< that the planner's thread may wake late
+constexpr Time kWakeSlack = std::chrono::microseconds(300);  ///< that the planner's thread may wake late
 constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
 constexpr Time kRestWithin = std::chrono::seconds(2);
 constexpr double kLatePeriods = 4.0;  ///< of the planner without a plan, before supervision may call it late
