@@ -53,9 +53,16 @@ class UrLockstep final : public Arm {
       step();
       clock_->sleep_until(now_);
     }
-    return arm_->receive();
+    around_arm(true);
+    const ArmState state = arm_->receive();
+    around_arm(false);
+    return state;
   }
-  void send(const JointCommand& command) override { arm_->send(command); }
+  void send(const JointCommand& command) override {
+    around_arm(true);
+    arm_->send(command);
+    around_arm(false);
+  }
   void restart() override { arm_->restart(); }
   /// As if the program had been killed.
   void kill_arm() { arm_.reset(); }
@@ -72,6 +79,8 @@ class UrLockstep final : public Arm {
  public:
   FakeUrController controller;
   std::function<void()> each_cycle;  ///< called after each cycle of the controller
+  /// Called before (true) and after (false) the arm does something, without the controller.
+  std::function<void(bool begins)> around_arm = [](bool) {};
 
  private:
   Time now_;
