@@ -62,16 +62,19 @@ void add_host_options(CLI::App& command, ArmChoice& choice) {
 }
 
 void add_arm_options(CLI::App& command, ArmChoice& choice) {
-  command
-      .add_option(
-          "--arm", choice.arm,
-          "sim (in this program), ros2 (a joint trajectory controller), or ur (Universal Robots, directly); the "
-          "last two move hardware")
-      ->capture_default_str();
+  command.add_option(
+      "--arm", choice.arm,
+      "sim (in this program; the default), ros2 (a joint trajectory controller), or ur (Universal Robots, "
+      "directly); the last two move hardware. Also a setting: arm.kind");
   add_host_options(command, choice);
   command.add_option("--speed", choice.speed,
                      "Share of the robot's speeds and accelerations, above 0 to 1; default: 1 simulated, 0.25 real");
   command.add_flag("--yes", choice.yes, "Do not ask before hardware moves");
+}
+
+void ArmChoice::complete(const SessionSettings& settings) {
+  if (arm.empty()) arm = settings.arm_kind;
+  if (arm == "ur" && host.empty()) host = settings.arm_host;
 }
 
 Status prepare_arm(const ArmChoice& choice, RobotModel& model) {

@@ -247,6 +247,7 @@ Status run(Options options) {
   if (!profiles) return profiles.error();
   const Profile& profile = (*profiles)[chosen];
 
+  options.arm.complete(settings);
   if (Status s = prepare_arm(options.arm, *model); !s) return s;
   PlanningSettings& planning = settings.live.planning;
   planning.ocp = profile.ocp;

@@ -88,6 +88,8 @@ SettingsTable describe(SessionSettings& s) {
         at_most(5.0));
   t.add("control.realtime", "ask for real-time priority and locked memory", live.realtime);
 
+  t.add("arm.kind", "which arm follows: in this program, or hardware", s.arm_kind, {"sim", "ros2", "ur"});
+  t.add("arm.host", "name or address of the controller of ur", s.arm_host);
   t.add("arm.rate", "Hz", "control cycles of the simulated arm", s.arm.rate_hz, {20.0, 500.0});
   t.add("arm.latency", "s", "from a command to its effect", s.arm.latency, at_most(0.1));
   t.add("arm.servo_lag", "s", "time constant of its servo", s.arm.servo_lag, at_most(0.1));

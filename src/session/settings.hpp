@@ -16,6 +16,8 @@ namespace steadyhand {
 struct SessionSettings {
   std::string robot = "ur5e", profile = "waiter";
   std::string solver = "profile";  ///< a solver's name, or the profile's own
+  std::string arm_kind = "sim";    ///< sim, ros2 or ur
+  std::string arm_host;            ///< of ur
   std::string translation_frame = "base", rotation_frame = "base";
   std::string recording_folder = default_session_folder().string();
   LiveSettings live;

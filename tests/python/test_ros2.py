@@ -184,3 +184,14 @@ def test_nobody_there_and_another_domain(domain, tmp_path):
         environment["ROS_DOMAIN_ID"] = "233"
         done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
         assert done.returncode == 2 and "ROS_DOMAIN_ID is '233'" in done.stderr
+
+
+def test_the_arm_is_a_setting_too(domain, tmp_path):
+    command = [PROGRAM, "demo", "--headless", "--yes", "--sessions", str(tmp_path), "--set", "ros2.start_within=0.2"]
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+    done = subprocess.run(
+        [*command, "arm.kind=ros2"], capture_output=True, text=True, env=environment, timeout=60
+    )
+    assert done.returncode == 2 and "/joint_states" in done.stderr
+    done = subprocess.run([*command, "arm.kind=ros"], capture_output=True, text=True, env=environment, timeout=60)
+    assert done.returncode == 2 and "arm.kind" in done.stderr
