@@ -37,7 +37,10 @@ JOINTS = [
     "wrist_3_joint",
 ]
 # For machines that stall: a tenth of the cycles, and half a second of patience with everything.
-PATIENT = ["ros2.control_rate=100", "ros2.rate=20", "ros2.lead=0.5", "ros2.silence=0.4", "ros2.start_within=40"]
+PATIENT = [
+    *("ros2.control_rate=100", "ros2.rate=20", "ros2.lead=0.5", "ros2.silence=0.4", "ros2.start_within=40"),
+    *("control.off_plan_max=0.3", "control.stall_cycles=1000"),
+]
 
 
 @contextlib.contextmanager
