@@ -169,15 +169,15 @@ std::string make_ur_program(const UrProgramSettings& s) {
   // Where RTDE tells of some cycles only, set-points of the others are not lost. The hundredth is for rounding.
   std::string bridged = fmt::format("{}.01", s.bridged);
   if (s.state_period > 0.0) bridged += fmt::format(" + {:.4f} / step - 1.0", s.state_period);
-  return fmt::format(
-      fmt::runtime(kProgram), fmt::arg("velocities", list(s.velocity_max, 1.1)),
-      fmt::arg("rejoin", list(s.acceleration_max, s.rejoin)), fmt::arg("bridged", bridged),
-      fmt::arg("timeout", s.timeout), fmt::arg("braking", s.braking), fmt::arg("owner", R::kOwner),
-      fmt::arg("session", s.session), fmt::arg("state", R::kState), fmt::arg("cycle", R::kCycle),
-      fmt::arg("input_session", R::kSession), fmt::arg("answers", R::kAnswers), fmt::arg("mode", R::kMode),
-      fmt::arg("start_tolerance", s.start_tolerance), fmt::arg("return_tolerance", s.return_tolerance),
-      fmt::arg("q", R::kQ), fmt::arg("dq", R::kDq), fmt::arg("ddq", R::kDdq), fmt::arg("lookahead", s.lookahead),
-      fmt::arg("gain", s.gain), fmt::arg("first_wait", s.first_wait));
+  return fmt::format(fmt::runtime(kProgram), fmt::arg("velocities", list(s.velocity_max, 1.1)),
+                     fmt::arg("rejoin", list(s.acceleration_max, s.rejoin)), fmt::arg("bridged", bridged),
+                     fmt::arg("timeout", s.timeout), fmt::arg("braking", s.braking), fmt::arg("owner", R::kOwner),
+                     fmt::arg("session", s.session), fmt::arg("state", R::kState), fmt::arg("cycle", R::kCycle),
+                     fmt::arg("input_session", R::kSession), fmt::arg("answers", R::kAnswers),
+                     fmt::arg("mode", R::kMode), fmt::arg("start_tolerance", s.start_tolerance),
+                     fmt::arg("return_tolerance", s.return_tolerance), fmt::arg("q", R::kQ), fmt::arg("dq", R::kDq),
+                     fmt::arg("ddq", R::kDdq), fmt::arg("lookahead", s.lookahead), fmt::arg("gain", s.gain),
+                     fmt::arg("first_wait", s.first_wait));
 }
 
 }  // namespace steadyhand

@@ -36,12 +36,12 @@ struct UrProgramSettings {
   double start_tolerance = 0.02;  ///< rad, of the first set-point to where the arm stands
   double return_tolerance = 0.1;  ///< rad, of a set-point to where the arm is after a gap
   double braking = 10.0;          ///< rad/s^2, when set-points are missing
-  double rejoin = 1.3;            ///< times acceleration_max: the most on the way back, so that plans are caught up with
-  double state_period = 0.0;      ///< s between states over RTDE, if that is not each cycle; 0: it is
-  double lookahead = 0.03;        ///< s, of servoj, 0.03 to 0.2
-  double gain = 1000.0;           ///< of servoj, 100 to 2000
-  JointVector velocity_max;       ///< rad/s; a set-point that asks for a tenth more is refused. Six.
-  JointVector acceleration_max;   ///< rad/s^2, of the plans. Six.
+  double rejoin = 1.3;           ///< times acceleration_max: the most on the way back, so that plans are caught up with
+  double state_period = 0.0;     ///< s between states over RTDE, if that is not each cycle; 0: it is
+  double lookahead = 0.03;       ///< s, of servoj, 0.03 to 0.2
+  double gain = 1000.0;          ///< of servoj, 100 to 2000
+  JointVector velocity_max;      ///< rad/s; a set-point that asks for a tenth more is refused. Six.
+  JointVector acceleration_max;  ///< rad/s^2, of the plans. Six.
 };
 
 /// The URScript program that follows set-points in the registers with servoj, one a control cycle, and ends by itself.

@@ -12,7 +12,7 @@ namespace steadyhand {
 
 struct PlannerSettings {
   std::string solver = kDefaultSolver;  ///< see solver_names()
-  double tolerance = 1e-6;        ///< of the KKT conditions
+  double tolerance = 1e-6;              ///< of the KKT conditions
   SolveBudget budget;
   PlanCheckSettings check;
 };

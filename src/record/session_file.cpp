@@ -95,7 +95,8 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   change.scale = number(json.at("scale"));
   change.yaw = number(json.at("yaw"));
   if (!(change.scale > 0.0) || !std::isfinite(change.scale) || !std::isfinite(change.yaw)) {
-    throw std::runtime_error(fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));
+    throw std::runtime_error(
+        fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));
   }
   return change;
 }

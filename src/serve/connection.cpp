@@ -247,12 +247,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
     const std::string host(status == http::status::misdirected_request ? "" : view(request[http::field::host]));
     // A document keeps its scripts, but as a page of nobody's: it may neither ask this server nor read what it keeps.
     r.set("Content-Security-Policy",
-          kind.document ? "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
-                          "sandbox allow-scripts allow-downloads; frame-ancestors 'none'"
-                        : "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
-                          "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
-                          "connect-src 'self'" +
-                              (host.empty() ? "" : (kTls ? " wss://" : " ws://") + host));
+          kind.document
+              ? "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
+                "sandbox allow-scripts allow-downloads; frame-ancestors 'none'"
+              : "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+                "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+                "connect-src 'self'" +
+                    (host.empty() ? "" : (kTls ? " wss://" : " ws://") + host));
     r.body() = {body.data(), body.size()};
     r.prepare_payload();
     r.keep_alive(request.keep_alive());

@@ -27,7 +27,8 @@ struct Desk {
 
   using Answer = std::function<void(Result<FreshPage>)>;
   /// Asks the session for a page, by a number of its own; empty: there are none to be had. Its answer arrives at
-  /// `waiting`, where the connections that asked are kept: nobody else may hold them, for they must end with the server.
+  /// `waiting`, where the connections that asked are kept: nobody else may hold them, for they must end with the
+  /// server.
   std::function<void(const std::string& path, std::uint64_t number)> fetch;
   std::map<std::uint64_t, Answer> waiting;
   std::uint64_t last_fetch = 0;

@@ -282,8 +282,8 @@ LiveSummary LiveSession::finish() {
   s.cycles = control_view_.cycles;
   s.missed_deadlines = control_view_.missed_deadlines;
   const TapRings& rings = links_->taps;
-  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.settings.dropped() + rings.steps.dropped() + rings.commands.dropped() +
-                rings.states.dropped() + rings.changes.dropped();
+  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.settings.dropped() + rings.steps.dropped() +
+                rings.commands.dropped() + rings.states.dropped() + rings.changes.dropped();
   s.latency_us = links_->latency_us.summary();
   s.solve_us = links_->solve_us.summary();
   s.wake_us = links_->wake_us.summary();

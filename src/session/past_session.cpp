@@ -20,7 +20,7 @@ double number_or(const std::string& text, double otherwise) {
 }  // namespace
 
 Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
-                                  const HandGateSettings& settings) {
+                                    const HandGateSettings& settings) {
   if (!(range.from >= 0.0) || !(range.until > range.from)) {
     return Error{fmt::format("the range is from {} s to {} s; it must start at 0 s or later and end after its start",
                              range.from, range.until)};

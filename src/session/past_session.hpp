@@ -17,7 +17,7 @@ struct SessionHand {
   std::vector<SettingsChange> changes;  ///< of the operator's settings, by the recording's time; some before its begin
 };
 Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
-                                  const HandGateSettings& gate);
+                                    const HandGateSettings& gate);
 
 /// The report of what was driven. Fails if no plan was.
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command);

@@ -78,7 +78,8 @@ class Run {
       retargeter_.set_yaw(change.yaw);
       if (change.weights.empty()) continue;
       const Result<std::vector<JointVector>> weights = planner_->ocp().weights(change.weights);
-      if (!weights) return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), weights.error().message)};
+      if (!weights)
+        return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), weights.error().message)};
       planner_->set_weights(*weights);
     }
     return Done{};

@@ -114,10 +114,11 @@ void SessionRecorder::make_room() {
   const Pruned pruned =
       prune_recordings(settings_.folder, static_cast<std::uintmax_t>(1e9 * settings_.folder_max_gb), path_);
   if (pruned.files == 0) return;
-  notice(fmt::format("deleted the {} oldest recordings, up to {} ({:.1f} GB): {} is to hold at most {} GB "
-                     "(recording.folder_max)",
-                     pruned.files, pruned.newest, 1e-9 * static_cast<double>(pruned.bytes), settings_.folder.string(),
-                     settings_.folder_max_gb));
+  notice(
+      fmt::format("deleted the {} oldest recordings, up to {} ({:.1f} GB): {} is to hold at most {} GB "
+                  "(recording.folder_max)",
+                  pruned.files, pruned.newest, 1e-9 * static_cast<double>(pruned.bytes), settings_.folder.string(),
+                  settings_.folder_max_gb));
 }
 
 void SessionRecorder::end_file() {

@@ -46,7 +46,9 @@ TEST(UrHotPath, ReceivingAndSendingDoNotAllocate) {
       }
       const double t = to_seconds(now - begin);
       const JointVector ones = JointVector::Ones(6);
-      arm.send({{now, now}, q0 + 0.1 * (1.0 - std::cos(2.0 * t)) * ones, 0.2 * std::sin(2.0 * t) * ones,
+      arm.send({{now, now},
+                q0 + 0.1 * (1.0 - std::cos(2.0 * t)) * ones,
+                0.2 * std::sin(2.0 * t) * ones,
                 0.4 * std::cos(2.0 * t) * ones});
     }
   };

@@ -142,9 +142,7 @@ TEST(UrProgram, ReturnsToSetPointsThatAccelerateAsPlansMay) {
     const double t = std::max(0, k - 50) * 0.002, u = std::fmod(t, 0.8);
     const double a = u < 0.2 || u >= 0.6 ? 15.0 : -15.0;
     const double v = u < 0.2 ? 15.0 * u : u < 0.6 ? 15.0 * (0.4 - u) : 15.0 * (u - 0.8);
-    const double q = u < 0.2   ? 7.5 * u * u
-                     : u < 0.6 ? 0.6 - 7.5 * (0.4 - u) * (0.4 - u)
-                               : 7.5 * (0.8 - u) * (0.8 - u);
+    const double q = u < 0.2 ? 7.5 * u * u : u < 0.6 ? 0.6 - 7.5 * (0.4 - u) * (0.4 - u) : 7.5 * (0.8 - u) * (0.8 - u);
     return {0.5 + q, v, a};
   };
   double late = 0.0;

@@ -22,7 +22,8 @@ fs::path put(const fs::path& folder, const std::string& name, std::size_t bytes)
 
 std::set<std::string> names(const fs::path& folder) {
   std::set<std::string> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) found.insert(entry.path().filename().string());
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    found.insert(entry.path().filename().string());
   return found;
 }
 
@@ -30,8 +31,9 @@ TEST(RecordingFolder, KnowsItsOwnRecordings) {
   for (const char* own : {"2026-11-21_20-14-57.mcap", "2026-11-21_20-14-57_2.mcap", "2026-11-21_20-14-57_13.mcap"}) {
     EXPECT_TRUE(is_recording_name(own)) << own;
   }
-  for (const char* other : {"2026-11-21_20-14-57-fault-1.mcap", "2026-11-21_20-14-57.html", "2026-11-21.mcap", "mine.mcap",
-                            "2026-11-21_20-14-57_.mcap", "2026-11-21_20-14-57_x.mcap", "2026-11-21_20-14-57", ".mcap", ""}) {
+  for (const char* other :
+       {"2026-11-21_20-14-57-fault-1.mcap", "2026-11-21_20-14-57.html", "2026-11-21.mcap", "mine.mcap",
+        "2026-11-21_20-14-57_.mcap", "2026-11-21_20-14-57_x.mcap", "2026-11-21_20-14-57", ".mcap", ""}) {
     EXPECT_FALSE(is_recording_name(other)) << other;
   }
 }

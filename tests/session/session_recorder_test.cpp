@@ -238,7 +238,8 @@ TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
   ASSERT_EQ(session->samples.size(), 300u);
   const auto hand = hand_of_session(*session, {}, {});
   ASSERT_TRUE(hand) << hand.error().message;
-  EXPECT_EQ(hand->recording.samples.size(), 298u);  // without the one that is no number and the one that came out of order
+  EXPECT_EQ(hand->recording.samples.size(),
+            298u);  // without the one that is no number and the one that came out of order
   int open = 0;
   for (std::size_t i = 1; i < hand->recording.samples.size(); ++i) {
     EXPECT_GT(hand->recording.samples[i].stamp.hand, hand->recording.samples[i - 1].stamp.hand);

@@ -241,7 +241,7 @@ class Realtime final : public Solver {
   static constexpr double kColdMu = 0.1;
   static constexpr double kWarmMu = 3e-3, kLeastWarmMu = 1e-5, kMostWarmMu = 1e-2;
   static constexpr double kCloseEnough = 100.0;  ///< residuals / mu at which mu is lowered
-  static constexpr double kConverged = 0.1;     ///< residuals / mu at which the last minimiser is reached
+  static constexpr double kConverged = 0.1;      ///< residuals / mu at which the last minimiser is reached
 
   const Ocp& ocp_;
   int n_;
