@@ -9,6 +9,7 @@
 #include "arm/ur_lockstep.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
+#include "support/swing.hpp"
 
 namespace steadyhand {
 namespace {
@@ -19,6 +20,7 @@ class UrFaults : public testing::Test {
  protected:
   UrFaults() : random(3), model(random_arm(6, random, false)) {
     model.home = random_joints(6, 1.0, random);
+    swinging = Swing(model.home);
     arm = std::make_unique<UrLockstep>(model, FakeUrController::Settings{}, clock);
   }
 
@@ -28,24 +30,10 @@ class UrFaults : public testing::Test {
     while (clock.now() < end) {
       state = arm->receive();
       if (state.status != ArmStatus::kFollowing) {
-        began = false;
+        swinging.forget();
         continue;
       }
-      const Time now = state.joints.stamp.made;
-      if (!began) {
-        began = true;
-        begin = now;
-        q0 = state.joints.q;
-        a = (q0 - model.home).mean() > 0.5 ? -0.9 : 0.9;
-      }
-      const double t = to_seconds(now - begin), w = 2.0;
-      const JointVector ones = JointVector::Ones(6);
-      arm->send({{now, now},
-                 q0 + a * (1.0 - std::cos(w * t)) * ones,
-                 a * w * std::sin(w * t) * ones,
-                 a * w * w * std::cos(w * t) * ones});
-      const double behind = t - arm->info().delay;
-      if (behind > 0.0) error = (state.joints.q - q0).mean() - a * (1.0 - std::cos(w * behind));
+      arm->send(swinging.next(state.joints, arm->info().delay));
     }
     return state;
   }
@@ -70,10 +58,7 @@ class UrFaults : public testing::Test {
   ManualClock clock;
   std::unique_ptr<UrLockstep> arm;
   ArmState state;
-  bool began = false;
-  Time begin{0};
-  JointVector q0;
-  double error = 0.0, a = 0.9;
+  Swing swinging{JointVector::Zero(6)};
 };
 
 TEST_F(UrFaults, FiveMillisecondsWithoutCableAreBridged) {
@@ -81,7 +66,7 @@ TEST_F(UrFaults, FiveMillisecondsWithoutCableAreBridged) {
   for (int i = 0; i < 20; ++i) {
     arm->controller.unplug(3);
     ASSERT_EQ(run(0.1).status, ArmStatus::kFollowing) << state.reason;
-    EXPECT_LT(std::abs(error), 0.02);
+    EXPECT_LT(std::abs(swinging.error()), 0.02);
   }
   EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
 }
@@ -90,7 +75,7 @@ TEST_F(UrFaults, TwentyMillisecondsSlowTheArmAndItReturns) {
   swing();
   arm->controller.unplug(10);
   EXPECT_EQ(run(1.0).status, ArmStatus::kFollowing) << state.reason;
-  EXPECT_LT(std::abs(error), 0.02);
+  EXPECT_LT(std::abs(swinging.error()), 0.02);
   EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
 }
 
@@ -115,7 +100,7 @@ TEST_F(UrFaults, ASecondStopsTheArmUntilRestart) {
 TEST_F(UrFaults, AControllerThatLagsIsFollowedLater) {
   arm->controller.lag(4);
   swing();
-  EXPECT_LT(std::abs(error), 0.03);
+  EXPECT_LT(std::abs(swinging.error()), 0.03);
   EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
 }
 

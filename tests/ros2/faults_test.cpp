@@ -8,6 +8,7 @@
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"
+#include "support/swing.hpp"
 
 namespace steadyhand {
 namespace {
@@ -18,6 +19,7 @@ class Ros2Faults : public testing::Test {
  protected:
   Ros2Faults() : random(3), model(random_arm(6, random, false)) {
     model.home = random_joints(6, 1.0, random);
+    swinging = Swing(model.home);
     settings.domain = isolated_ros2_domain();
     settings.controller = topic;
     settings.joint_states = topic + "/joint_states";
@@ -34,27 +36,13 @@ class Ros2Faults : public testing::Test {
     while (clock.now() < end) {
       state = arm->receive();
       if (state.status != ArmStatus::kFollowing) {
-        began = false;
+        swinging.forget();
         continue;
       }
-      const Time now = state.joints.stamp.made;
-      if (!began) {
-        began = true;
-        begin = now;
-        q0 = state.joints.q;
-        a = (q0 - model.home).mean() > 0.5 ? -0.9 : 0.9;
-      }
-      const double t = to_seconds(now - begin), w = 2.0;
-      const JointVector ones = JointVector::Ones(6);
-      const JointCommand command{{now, now},
-                                 q0 + a * (1.0 - std::cos(w * t)) * ones,
-                                 a * w * std::sin(w * t) * ones,
-                                 a * w * w * std::cos(w * t) * ones};
+      const JointCommand command = swinging.next(state.joints, arm->info().delay);
       make_straight_stop(model, command, 0.0, plan);
       arm->follow(plan);
       arm->send(command);
-      const double behind = t - arm->info().delay;
-      if (behind > 0.0) error = (state.joints.q - q0).mean() - a * (1.0 - std::cos(w * behind));
     }
     return state;
   }
@@ -67,7 +55,7 @@ class Ros2Faults : public testing::Test {
   void expect_bridged() {
     EXPECT_EQ(run(1.0).status, ArmStatus::kFollowing) << state.reason;
     EXPECT_LT(controller().largest().ddq, kGentle);
-    EXPECT_LT(std::abs(error), 0.02);
+    EXPECT_LT(std::abs(swinging.error()), 0.02);
     EXPECT_EQ(controller().last_stop(), "");
   }
   /// The arm follows its last plan to where that rests, whatever came or did not, and the session knows.
@@ -114,10 +102,7 @@ class Ros2Faults : public testing::Test {
   std::unique_ptr<Ros2Lockstep> arm;
   ArmState state;
   Plan plan;
-  bool began = false;
-  Time begin{0};
-  JointVector q0;
-  double a = 0.0, error = 0.0;
+  Swing swinging{JointVector::Zero(6)};
 };
 
 TEST_F(Ros2Faults, FiveMillisecondsWithoutNetworkAreBridged) {
@@ -180,7 +165,7 @@ TEST_F(Ros2Faults, JointsInAnotherOrderAreTheSame) {
   JointVector ends[2];
   for (const bool permuted : {false, true}) {
     clock = ManualClock();
-    began = false;
+    swinging.forget();
     ReferenceController::Settings order;
     order.permuted = permuted;
     start(order);
@@ -242,7 +227,7 @@ TEST_F(Ros2Faults, StrangersAreIgnored) {
 TEST_F(Ros2Faults, AClockThatIsSetStopsTheArm) {
   for (const Time change : {Time(std::chrono::seconds(1)), Time(std::chrono::seconds(-1))}) {
     clock = ManualClock();
-    began = false;
+    swinging.forget();
     start();
     swing();
     controller().set_clock(change);
