@@ -1,0 +1,22 @@
+"""The pages of the arms and the fault tests say the same: each row of a page's table is a test, and each test has a row."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+
+
+@pytest.mark.parametrize(
+    ("page", "source", "fixtures"),
+    [
+        ("docs/ros2.md", "tests/ros2/faults_test.cpp", "Ros2Faults"),
+        ("docs/universal-robots.md", "tests/arm/ur_faults_test.cpp", "UrFaults|UrOverTcp"),
+    ],
+)
+def test_rows_and_tests_are_the_same(page, source, fixtures):
+    rows = re.findall(r"^\|.*\| `(\w+)` \|$", (ROOT / page).read_text(), re.MULTILINE)
+    tests = re.findall(rf"TEST(?:_F)?\((?:{fixtures}), (\w+)\)", (ROOT / source).read_text())
+    assert len(rows) > 10 and sorted(rows) == sorted(tests)
