@@ -38,14 +38,12 @@ Status ask(const ArmChoice& choice, double speed) {
 
 }  // namespace
 
-Status has_ros2(const ArmChoice& choice) {
-#ifndef STEADYHAND_ROS2
-  if (choice.arm == "ros2") {
-    return Error{"this program was built without ROS 2: install cyclonedds-dev and cyclonedds-tools and build again"};
-  }
-#endif
-  (void)choice;
+Status has_ros2() {
+#ifdef STEADYHAND_ROS2
   return Done{};
+#else
+  return Error{"this program was built without ROS 2: install cyclonedds-dev and cyclonedds-tools and build again"};
+#endif
 }
 
 double ArmChoice::share() const { return speed > 0.0 ? speed : real() ? kFirstSpeed : 1.0; }
@@ -82,7 +80,9 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (std::find(known.begin(), known.end(), choice.arm) == known.end()) {
     return Error{fmt::format("--arm is '{}'; {}", choice.arm, suggestion(choice.arm, known))};
   }
-  if (Status s = has_ros2(choice); !s) return s;
+  if (choice.arm == "ros2") {
+    if (Status s = has_ros2(); !s) return s;
+  }
   if (choice.arm == "ur" && choice.host.empty())
     return Error{"--arm ur needs --host, the controller's name or address"};
   if (choice.arm != "ur" && !choice.host.empty()) return Error{"--host belongs to --arm ur"};

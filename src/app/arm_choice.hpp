@@ -31,8 +31,8 @@ void add_host_options(CLI::App& command, ArmChoice& choice);
 
 /// Checks the choice, asks once before anything that can move hardware, and lowers the model's limits to the share.
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);
-/// Fails with what to install, if ROS 2 is chosen and this program was built without it.
-Status has_ros2(const ArmChoice& choice);
+/// Fails with what to install, if this program was built without ROS 2.
+Status has_ros2();
 /// Model and clock must outlive it.
 Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
                                       Clock& clock);

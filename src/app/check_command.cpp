@@ -178,7 +178,9 @@ Status run(const Options& options, int& exit_code) {
   if (options.arm.arm != "ur" && options.arm.arm != "ros2") {
     return Error{fmt::format("--arm is '{}'; only ros2 and ur have a link to check", options.arm.arm)};
   }
-  if (Status s = has_ros2(options.arm); !s) return s;
+  if (options.arm.arm == "ros2") {
+    if (Status s = has_ros2(); !s) return s;
+  }
   if (options.arm.arm == "ros2" && !options.arm.host.empty()) return Error{"--host belongs to --arm ur"};
   if (options.arm.arm == "ur" && options.arm.host.empty()) {
     return Error{"check needs --host, the name or address of the arm's controller"};

@@ -47,9 +47,7 @@ void Ros2Side::poll(Time now, const LiveSession& session) {
 
 Status Ros2Side::open(const ArmChoice&, const RobotModel&, const SessionSettings& settings, const Clock&,
                       OperatorDesk&) {
-  ArmChoice ros2;
-  ros2.arm = "ros2";
-  return settings.ros2.show ? has_ros2(ros2) : Status(Done{});
+  return settings.ros2.show ? has_ros2() : Status(Done{});
 }
 
 void Ros2Side::poll(Time, const LiveSession&) {}
