@@ -31,7 +31,6 @@ Result<std::unique_ptr<Ros2Bridge>> Ros2Bridge::open(const RobotModel& model, co
 Ros2Bridge::Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings,
                        const Clock& clock, OnHand on_hand)
     : glass_(glass),
-      silence_(kSilence),
       clock_(&clock),
       on_hand_(std::move(on_hand)),
       frame_(settings.prefix + model.link_names.front()),
@@ -82,7 +81,7 @@ void Ros2Bridge::hear(const PoseStampedMessage& message) {
 }
 
 void Ros2Bridge::poll(Time now) {
-  if (!closed_ || now - heard_.load() < silence_ || !closed_.exchange(false)) return;
+  if (!closed_ || now - heard_.load() < kSilence || !closed_.exchange(false)) return;
   OperatorSample open;
   open.stamp = {now, now};
   open.tracked = false;

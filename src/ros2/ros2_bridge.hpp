@@ -44,7 +44,6 @@ class Ros2Bridge {
   void show_liquid(const SessionSnapshot& snapshot);
 
   GlassSettings glass_;
-  Time silence_;
   const Clock* clock_;
   OnHand on_hand_;
   std::string frame_, nothing_;
