@@ -1,6 +1,6 @@
 // What the page costs, as a table: `node web/e2e/cost.mjs`. The scene is drawn into few pixels, because this measures the
 // page's own work in the processor: how fast pixels fill is the graphics card's affair, told by triangles and calls.
-import { finish, isEngaged, lead, open, ready, start, targetOnScreen, until } from './harness.mjs';
+import { finish, isEngaged, lead, open, pressTarget, ready, start, until } from './harness.mjs';
 
 const SECONDS = 5;
 const percentile = (values, share) => [...values].sort((a, b) => a - b)[Math.floor(share * (values.length - 1))];
@@ -59,10 +59,7 @@ try {
   await lead(page, {
     release: () => page.mouse.up(),
     grip: async () => {
-      const at = await targetOnScreen(page);
-      await page.mouse.move(at.x, at.y);
-      await page.waitForTimeout(300);
-      await page.mouse.down();
+      const at = await pressTarget(page);
       for (let i = 1; i <= 60 * SECONDS; ++i) {
         await page.mouse.move(at.x + 20 * Math.sin(i / 30), at.y - 20 * Math.sin(i / 40));
         await page.waitForTimeout(8);

@@ -154,6 +154,15 @@ export async function targetOnScreen(of) {
   });
 }
 
+/** Presses the mouse at the target, which the handles need to notice first; where that is. */
+export async function pressTarget(of) {
+  const at = await targetOnScreen(of);
+  await of.mouse.move(at.x, at.y);
+  await of.waitForTimeout(300);
+  await of.mouse.down();
+  return at;
+}
+
 /**
  * Takes the arm in hand until that has done its work; anew where the machine was so slow that the hand counted as silent.
  * @param {{grip(): Promise<unknown>, release(): Promise<unknown>}} hand

@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import {
-  address, ARTEFACTS, browser, cable, distance, facts, finish, inState, isEngaged, lead, open, PATIENCE, plainAddress, ready, rest, say, shot, start, state,
-  targetOnScreen, until, watch,
+  address, ARTEFACTS, browser, cable, distance, facts, finish, inState, isEngaged, lead, open, PATIENCE, plainAddress, pressTarget,
+  ready, rest, say, shot, start, state, targetOnScreen, until, watch,
 } from './harness.mjs';
 
 let page;
@@ -66,10 +66,7 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   const mouse = {
     release: () => page.mouse.up(),
     grip: async () => {
-      const at = await targetOnScreen(page);
-      await page.mouse.move(at.x, at.y);
-      await page.waitForTimeout(300);
-      await page.mouse.down();
+      const at = await pressTarget(page);
       for (let i = 1; i <= 20; ++i) {
         await page.mouse.move(at.x + 4 * i, at.y - 3 * i);
         await page.waitForTimeout(30);
