@@ -1,6 +1,6 @@
 // What the page costs, as a table: `node web/e2e/cost.mjs`. The scene is drawn into few pixels, because this measures the
 // page's own work in the processor: how fast pixels fill is the graphics card's affair, told by triangles and calls.
-import { finish, isEngaged, lead, open, pressTarget, ready, start, until } from './harness.mjs';
+import { finish, isEngaged, lead, open, pressTarget, ready, start, startProgram, until } from './harness.mjs';
 
 const SECONDS = 5;
 const percentile = (values, share) => [...values].sort((a, b) => a - b)[Math.floor(share * (values.length - 1))];
@@ -29,6 +29,7 @@ async function frames(page, tools) {
 
 await start();
 try {
+  await startProgram();
   const page = await open({
     context: { viewport: { width: 420, height: 300 } },
     prepare: (context) => context.addInitScript(() => {

@@ -14,7 +14,7 @@ const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bi
 export const PATIENCE = 90_000; // ms; far above what anything takes, so that a test ends
 
 export let browser, address;
-let program, sessions, newest, output = '';
+let program, sessions, newest, output;
 
 /** The newest address with its code, from the terminal. */
 export const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
@@ -35,24 +35,37 @@ export async function until(condition, what) {
   }
 }
 
-/** The program with a simulated arm, on a port of its own, and a browser that draws in software. */
-export async function start() {
-  mkdirSync(ARTEFACTS, { recursive: true });
-  sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
+/** A program with a simulated arm at home, on a port of its own; instead of the one before. */
+export async function startProgram() {
+  await stopProgram();
+  newest = null;
+  output = '';
   program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions]);
   program.stdout.on('data', (data) => { output += data; });
   program.stderr.on('data', (data) => { output += data; });
   address = await until(newestAddress, 'the program to print its address');
+}
+
+async function stopProgram() {
+  program?.kill('SIGINT');
+  if (program?.exitCode === null) await new Promise((done) => program.once('close', done));
+}
+
+/** A browser that draws in software, and a place for recordings. */
+export async function start() {
+  mkdirSync(ARTEFACTS, { recursive: true });
+  sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
   browser = await chromium.launch({
     executablePath: BROWSER,
     args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
   });
 }
 
+export const closePages = () => Promise.all(browser.contexts().map((context) => context.close()));
+
 export async function finish() {
   await browser?.close();
-  program?.kill('SIGINT');
-  if (program?.exitCode === null) await new Promise((done) => program.once('exit', done));
+  await stopProgram();
   rmSync(sessions, { recursive: true, force: true });
 }
 
@@ -138,6 +151,7 @@ export const rest = (of) => until(async () => Math.max(...(await state(of)).dq.m
 
 /** The lease, which drawing a picture may have cost (3 s without a word), no recording that plays, and an arm that waits. */
 export async function ready(of) {
+  await until(async () => (await facts(of)).paired, 'the page to be paired');
   await until(async () => (await facts(of)).yours || (await say(of, { type: 'take' }), false), 'the lease');
   await say(of, { type: 'request', kind: 'playback', text: '' });
   await until(async () => (await state(of)).controls.playback === -1, 'the recording to end');
@@ -148,7 +162,7 @@ export async function ready(of) {
 export async function targetOnScreen(of) {
   return of.evaluate(() => {
     const { stage } = globalThis.steadyhand;
-    const p = stage.ghost.getWorldPosition(stage.ghost.position.clone()).project(stage.camera);
+    const p = stage.ghost.getWorldPosition(stage.ghost.position.clone()).project(stage.view.camera);
     const box = stage.renderer.domElement.getBoundingClientRect();
     return { x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height };
   });

@@ -107,7 +107,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     recordings.draw();
   }
   stage.keepPace(dt);
-  stage.draw();
+  stage.draw(dt);
 });
 
 // The hand keeps its pace however slowly the picture is drawn; a page that nobody sees leads nothing.

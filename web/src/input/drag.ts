@@ -18,7 +18,7 @@ export class Drag {
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly session: Session,
               private readonly wantLease: () => void, canvas: HTMLCanvasElement) {
     stage.base.add(this.#proxy);
-    this.controls = new TransformControls(stage.camera, canvas);
+    this.controls = new TransformControls(stage.view.camera, canvas);
     this.controls.size = matchMedia('(pointer: coarse)').matches ? 1.1 : 0.75;
     this.controls.space = 'local';
     this.controls.attach(this.#proxy);
@@ -58,7 +58,7 @@ export class Drag {
 
   #held(held: boolean): void {
     if (held === this.#holding) return;
-    this.stage.orbit.enabled = !held;
+    this.stage.view.orbit.enabled = !held;
     if (held) {
       this.wantLease();
       if (!this.hand.grab('drag')) return;

@@ -1,5 +1,4 @@
 import * as THREE from 'three';
-import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { SCENE_FROM_ROBOT } from '../frames';
 import type { Pose, Robot, SessionState, StateMessage } from '../protocol';
@@ -9,6 +8,7 @@ import { Ghost, Glass } from './glass';
 import { Ribbon } from './ribbon';
 import { Room, TABLE } from './room';
 import { Spill } from './spill';
+import { View } from './view';
 
 export const STATE_COLORS: Record<SessionState, number> = {
   idle: 0x8a94a0, ready: 0x2f7fd0, engaged: 0x16a085, holding: 0xe0a100, stopping: 0xd1561c, fault: 0xc62828,
@@ -37,8 +37,7 @@ export class Stage {
   /** The browser cannot draw: no WebGL 2. */
   readonly blind: boolean;
   readonly scene = new THREE.Scene();
-  readonly camera = new THREE.PerspectiveCamera(45, 1, 0.05, 30);
-  readonly orbit: OrbitControls;
+  readonly view: View;
   readonly base = new THREE.Group();
   readonly ghost = new Ghost();
   readonly glass = new Glass();
@@ -52,6 +51,7 @@ export class Stage {
   readonly #reach: THREE.Mesh;
   readonly #spill: Spill;
   readonly #backdrop = new THREE.Color();
+  readonly #target = new THREE.Vector3(); // world frame
   #shownAt = 0;
   #sun: THREE.DirectionalLight;
   readonly #sky = new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5);
@@ -77,15 +77,7 @@ export class Stage {
     this.base.position.set(0, TABLE, -0.75);
     this.#spill = new Spill(reducedMotion);
     this.scene.add(this.base, this.#room, this.#spill);
-    // Over the operator's shoulder: forward is away and to the left, and nothing stands before the glass.
-    this.camera.position.set(-1.28, 1.47, -0.4);
-    this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.target.set(0.02, 1.03, -0.97);
-    this.orbit.enableDamping = !reducedMotion;
-    this.orbit.minDistance = 0.4;
-    this.orbit.maxDistance = 4;
-    this.orbit.maxPolarAngle = 0.53 * Math.PI;
-    this.orbit.update();
+    this.view = new View(canvas, reducedMotion);
 
     const sun = new THREE.DirectionalLight(0xfff6ea, 2.4);
     this.#sun = sun;
@@ -106,6 +98,7 @@ export class Stage {
     this.#reach.visible = false;
     this.#trail.paint(0x8a94a0);
     this.base.add(this.ghost, this.#trail, this.#path, this.#reach);
+    this.#now(false);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.setQuality(software ? 3 : 0);
   }
@@ -216,16 +209,13 @@ export class Stage {
   resize(width: number, height: number): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
-    // Tall and narrow screens look from further away.
-    this.camera.fov = width < height ? 56 : 40;
-    this.camera.updateProjectionMatrix();
+    this.view.resize(width / height);
   }
 
-  draw(): void {
-    if (!this.renderer.xr.isPresenting) this.orbit.update();
-    if (this.#quality < 4) return this.renderer.render(this.scene, this.camera);
+  /** @param dt s, since the last picture */
+  draw(dt: number): void {
+    if (!this.renderer.xr.isPresenting) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
+    if (this.#quality < 4) return this.renderer.render(this.scene, this.view.camera);
     this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
-    this.camera.updateMatrixWorld();
   }
 }

@@ -1,0 +1,65 @@
+import * as THREE from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+/** What the page's cards leave free of the picture, in normalised device coordinates. */
+const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65, top: 0.45 };
+const WIDENING = 1.2; // 1/s, of the distance
+
+/** From where the scene is seen: turned by pointers, and wide enough that the target does not leave it. */
+export class View {
+  readonly camera = new THREE.PerspectiveCamera(45, 1, 0.05, 30);
+  readonly orbit: OrbitControls;
+  readonly #seen = new THREE.Vector3();
+  #turning = false;
+  #inSight = true;
+
+  constructor(canvas: HTMLCanvasElement, private readonly reducedMotion: boolean) {
+    // Over the operator's shoulder: forward is away and to the left, and nothing stands before the glass.
+    this.camera.position.set(-1.28, 1.47, -0.4);
+    this.orbit = new OrbitControls(this.camera, canvas);
+    this.orbit.target.set(0.02, 1.03, -0.97);
+    this.orbit.enableDamping = !reducedMotion;
+    this.orbit.minDistance = 0.4;
+    this.orbit.maxDistance = 4;
+    this.orbit.maxPolarAngle = 0.53 * Math.PI;
+    this.orbit.addEventListener('start', () => { this.#turning = true; });
+    this.orbit.addEventListener('end', () => { this.#turning = false; });
+    this.orbit.update();
+  }
+
+  resize(aspect: number): void {
+    this.camera.aspect = aspect;
+    // Tall and narrow screens look from further away.
+    this.camera.fov = aspect < 1 ? 56 : 40;
+    this.camera.updateProjectionMatrix();
+  }
+
+  /**
+   * Steps back where the target left the picture by itself; where the operator turned away from it, the view stays theirs.
+   * @param target world frame, m; null where none is shown
+   * @param dt s
+   */
+  update(target: THREE.Vector3 | null, dt: number): void {
+    this.orbit.update();
+    this.camera.updateMatrixWorld();
+    if (!target) return;
+    const sees = this.#sees(target);
+    if (sees || this.#turning) this.#inSight = sees;
+    // A held handle moves with the pointer through the picture, which must stay.
+    if (sees || this.#turning || !this.#inSight || !this.orbit.enabled) return;
+    do this.#stepBack(this.reducedMotion ? 0.1 : Math.min(dt, 0.1));
+    while (this.reducedMotion && !this.#sees(target) && this.camera.position.distanceTo(this.orbit.target) < this.orbit.maxDistance);
+  }
+
+  #sees(target: THREE.Vector3): boolean {
+    const { x, y, z } = this.#seen.copy(target).project(this.camera);
+    return z < 1 && x > CLEAR.left && x < CLEAR.right && y > CLEAR.bottom && y < CLEAR.top;
+  }
+
+  #stepBack(dt: number): void {
+    const { target, maxDistance } = this.orbit;
+    const away = this.camera.position.sub(target);
+    away.setLength(Math.min(maxDistance, away.length() * Math.exp(WIDENING * dt))).add(target);
+    this.camera.updateMatrixWorld();
+  }
+}
