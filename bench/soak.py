@@ -19,6 +19,12 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[1
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
 
 
+def processor_ticks():
+    """Of all processors since the machine started: (ticks that the host gave to others, all ticks)."""
+    ticks = [int(word) for word in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:9]]
+    return ticks[7], sum(ticks)
+
+
 def resident_kib(pid):
     try:
         return int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text()).group(1))
@@ -68,15 +74,19 @@ def main():
     parser.add_argument("--seconds", type=float, default=1800.0)
     options, rest = parser.parse_known_args()
     with tempfile.TemporaryDirectory() as folder:
+        before = processor_ticks()
         text, code, memory = watch([PROGRAM, "demo", "--headless", "--seconds", str(options.seconds), "--sessions", folder, *rest])
         print(text, end="")
         if code != 0:
             return code
-        kept = judge(text, memory)
+        stolen, passed = (now - then for now, then in zip(processor_ticks(), before))
+        kept = judge(text, memory, stolen / max(passed, 1))
     return 0 if kept else 1
 
 
-def judge(text, memory):
+def judge(text, memory, stolen):
+    if stolen > 0.001:
+        print(f"stolen             {100.0 * stolen:.1f} % of the processors' time, by the host of this virtual machine: deadlines missed meanwhile are counted all the same")
     print(f"memory             {memory[0] / 1024:.1f} MiB at first, {memory[-1] / 1024:.1f} MiB at last, {max(memory) / 1024:.1f} MiB at most")
     kept = True
     for name, holds in promises(text, memory):

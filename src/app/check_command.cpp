@@ -154,6 +154,8 @@ Status run_ros2(const Options& options, int& exit_code) {
   std::cout << fmt::format("ROS 2              {}, {}/joint_trajectory; nothing moves\n", settings.ros2.joint_states,
                            settings.ros2.controller)
             << std::flush;
+  const AwakeProcessors awake;
+  if (!awake.refused().empty()) std::cout << "note: " << awake.refused() << "\n";
   const auto measured =
       measure_ros2_link(*model, settings.ros2, options.seconds, [&signals] { return signals.arrived_within(Time(0)); });
   if (!measured) return measured.error();
@@ -205,7 +207,8 @@ Status run(const Options& options, int& exit_code) {
   Result<Measured> measured = Error{"not measured"};
   std::vector<std::string> notes;
   std::thread thread([&] {
-    for (std::string note : {lock_memory(), make_realtime(kPriority)}) {
+    const AwakeProcessors awake;
+    for (std::string note : {lock_memory(), make_realtime(kPriority), awake.refused()}) {
       if (!note.empty()) notes.push_back(std::move(note));
     }
     measured = measure(**client, options.seconds, signals);

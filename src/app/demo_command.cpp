@@ -40,6 +40,7 @@ constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
 constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse/demo-recording.json",
                                             "physics/demo-laser.json"};
 constexpr Time kRestWithin = std::chrono::milliseconds(2500);
+constexpr Time kPollPeriod = std::chrono::milliseconds(1);
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 
 struct Options {
@@ -298,9 +299,10 @@ Status run(Options options) {
   } else if (settings.live.realtime) {
     (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
   }
-  for (Time published = begin; clock.now() < end && !signals.arrived_within(std::chrono::milliseconds(1));) {
+  Time pause = kPollPeriod;
+  for (Time published = begin; clock.now() < end && !signals.arrived_within(pause);) {
     const Time now = clock.now();
-    desk.poll(now);
+    pause = std::min(kPollPeriod, desk.poll(now) - now);
     ros2.poll(now, session);
     print_notices(recorder);
     // Nobody else is there to do it; a real arm that stopped waits for a person.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "session/realtime.hpp"
 #include "session/sustained_rate.hpp"
 
 namespace steadyhand {
@@ -80,6 +79,7 @@ void LiveSession::start(LiveTaps taps) {
   taps_ = std::move(taps);
   if (settings_.realtime) {
     if (const std::string why = lock_memory(); !why.empty()) warn(why);
+    if (const std::string& why = awake_.emplace().refused(); !why.empty()) warn(why);
   }
   started_ = clock_->now();
   running_ = draining_ = true;
@@ -271,6 +271,7 @@ LiveSummary LiveSession::finish() {
   planner_thread_.join();
   draining_ = false;
   writer_thread_.join();
+  awake_.reset();
 
   LiveSummary& s = summary_;
   s.duration = to_seconds(clock_->now() - started_);

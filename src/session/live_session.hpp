@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "session/control_stage.hpp"
 #include "session/monitor.hpp"
 #include "session/planning_stage.hpp"
+#include "session/realtime.hpp"
 
 namespace steadyhand {
 
@@ -21,7 +23,7 @@ struct LiveSettings {
   /// s, see PlanningSettings::lead, which this sets; 0: PlanningSettings::default_lead. It is also the solver's budget:
   /// a plan that takes longer would begin in the past.
   double lead = 0.0;
-  bool realtime = true;  ///< ask for real-time priority and locked memory
+  bool realtime = true;  ///< ask for real-time priority, locked memory and processors that do not sleep
   PlanningSettings planning;
   ControlSettings control;
   GlassSettings glass;
@@ -63,7 +65,7 @@ class LiveSession {
 
   /// Starts the threads. Once.
   void start(LiveTaps taps = {});
-  /// Lines for people about real-time priority and memory that were not granted; complete once the threads run.
+  /// Lines for people about what `realtime` asks for and was not granted; complete once the threads run.
   std::vector<std::string> warnings() const;
 
   /// The operator's hand. One thread at a time.
@@ -105,6 +107,7 @@ class LiveSession {
   Arm* arm_;
   Clock* clock_;
   std::unique_ptr<Links> links_;
+  std::optional<AwakeProcessors> awake_;
   std::unique_ptr<ControlStage> control_;
   std::unique_ptr<PlanningStage> planning_;
   Monitor monitor_;

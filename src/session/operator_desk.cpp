@@ -142,10 +142,11 @@ void OperatorDesk::change_hands() {
   if (!playback_) session_->release_hand();
 }
 
-void OperatorDesk::poll(Time now) {
+Time OperatorDesk::poll(Time now) {
   const std::lock_guard lock(mutex_);
   OperatorSample sample;
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);
+  return playback_ ? playback_->due() : Time::max();
 }
 
 SessionControls OperatorDesk::controls() const {

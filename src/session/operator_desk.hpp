@@ -34,8 +34,10 @@ class OperatorDesk {
   void hand(const OperatorSample& sample);
   /// Another hand from here on: the arm disengages.
   void change_hands();
-  /// Feeds what the recording that plays has for this time. Call every few milliseconds.
-  void poll(Time now);
+  /// Feeds what the recording that plays has for this time. Call every few milliseconds, and when the next sample is
+  /// due.
+  /// @return when that is; Time::max() if nothing plays
+  Time poll(Time now);
 
   SessionControls controls() const;
 

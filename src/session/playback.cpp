@@ -5,11 +5,14 @@
 namespace steadyhand {
 
 /// One round: open, closed at the first pose, the recording, back to the first pose.
+Time Playback::due() const {
+  return from_recording() ? moves() + recording_->samples[next_sample_].stamp.hand : emitted_ + kPeriod;
+}
+
 bool Playback::next(Time now, OperatorSample& sample) {
   const auto& samples = recording_->samples;
-  const Time moves = start_ + kOpen + kWait, returns = moves + samples.back().stamp.hand, ends = returns + kReturn;
-  const bool recorded = emitted_ >= moves - kPeriod && next_sample_ < samples.size();
-  const Time due = recorded ? moves + samples[next_sample_].stamp.hand : emitted_ + kPeriod;
+  const bool recorded = from_recording();
+  const Time due = this->due(), returns = moves() + samples.back().stamp.hand, ends = returns + kReturn;
   if (due > now) return false;
   emitted_ = due;
   sample = recorded ? samples[next_sample_++] : samples.front();

@@ -13,9 +13,14 @@ class Playback {
 
   /// The next sample if its time has come by `now`: call until false. Stamped with the session's time.
   bool next(Time now, OperatorSample& sample);
+  /// When the next sample's time comes.
+  Time due() const;
   std::uint64_t rounds() const { return rounds_; }
 
  private:
+  Time moves() const { return start_ + kOpen + kWait; }
+  bool from_recording() const { return emitted_ >= moves() - kPeriod && next_sample_ < recording_->samples.size(); }
+
   static constexpr Time kPeriod = std::chrono::milliseconds(11);  ///< of samples that are not of the recording
   static constexpr Time kOpen = std::chrono::milliseconds(400), kWait = std::chrono::milliseconds(600),
                         kReturn = std::chrono::milliseconds(2000);

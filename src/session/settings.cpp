@@ -86,7 +86,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("control.stall_cycles", "", "slept through in a row: stop", live.control.stall_cycles, {1.0, 1e6});
   t.add("control.soft_stop", "s", "that a stop may take longer to spare the liquid", live.control.soft_stop,
         at_most(5.0));
-  t.add("control.realtime", "ask for real-time priority and locked memory", live.realtime);
+  t.add("control.realtime", "ask for real-time priority, locked memory and processors that do not sleep",
+        live.realtime);
 
   t.add("arm.kind", "which arm follows: in this program, or hardware", s.arm_kind, {"sim", "ros2", "ur"});
   t.add("arm.host", "name or address of the controller of ur", s.arm_host);
