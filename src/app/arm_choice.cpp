@@ -102,6 +102,7 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
   if (choice.arm == "ros2") {
     Ros2Settings settings = session.ros2;
     settings.realtime = session.live.realtime;
+    settings.off_plan_max = session.live.control.off_plan_max;
     auto arm = Ros2Arm::connect(model, settings, clock);
     if (!arm) return arm.error();
     if (const auto states = (*arm)->wait_for_states(); !states) return states.error();

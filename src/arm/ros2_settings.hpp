@@ -23,6 +23,7 @@ struct Ros2Settings {
   double start_tolerance = 0.02;   ///< rad, most that the joints may move in that
   bool realtime = false;           ///< ask for real-time priority for the threads that talk
   double command_timeout = 0.1;    ///< s without a command after which the arm counts as stopped
+  double off_plan_max = 0.05;      ///< rad, any joint, measured to commanded a delay ago: it stopped, or lags
 };
 
 }  // namespace steadyhand

@@ -19,6 +19,9 @@ constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its 
 constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
 constexpr Time kMargin = std::chrono::milliseconds(20);
+/// The controller knows why, its topics do not tell.
+constexpr std::string_view kOffPlan =
+    "the arm is not where its commands lead: stopped protectively, held up, or slowed down at its controller";
 
 dds_sequence_double numbers(JointVector& values) {
   dds_sequence_double sequence{};
@@ -212,6 +215,10 @@ ArmState Ros2Arm::receive() {
     if (!heard_lately()) state_.joints.dq.setZero();
   }
   if (phase_ != Phase::kStopped) proceed();
+  if (phase_ == Phase::kStopped && lets_go_ && heard_lately() && standing()) {
+    lets_go_ = false;
+    hold_here();
+  }
   following_.store(phase_ == Phase::kFollowing, std::memory_order_relaxed);
   state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
@@ -234,6 +241,8 @@ void Ros2Arm::keep_time() {
 bool Ros2Arm::heard_lately() const {
   return known_ && clock_->now() - heard_.arrival <= from_seconds(settings_.silence);
 }
+
+bool Ros2Arm::standing() const { return state_.joints.dq.cwiseAbs().maxCoeff() < kStanding; }
 
 bool Ros2Arm::long_ago(double seconds) const { return to_seconds(state_.joints.stamp.made - phase_since_) > seconds; }
 
@@ -258,7 +267,7 @@ void Ros2Arm::proceed() {
   const std::string_view why = why_not();
   switch (phase_) {
     case Phase::kWaiting:
-      if (why.empty() && state_.joints.dq.cwiseAbs().maxCoeff() < kStanding) return begin_settling();
+      if (why.empty() && standing()) return begin_settling();
       if (long_ago(settings_.start_within)) stop(why.empty() ? "the arm is not at rest: something moves it" : why);
       return;
     case Phase::kSettling:
@@ -269,12 +278,16 @@ void Ros2Arm::proceed() {
       if (!long_ago(settings_.settle + settings_.lead)) return;
       phase_ = Phase::kFollowing;
       check_.restart();
-      order_.count = 0;
+      order_.count = sent_count_ = 0;
       cycles_since_order_ = cycles_per_order_;
       phase_since_ = last_command_ = state_.joints.stamp.made;
       return;
     case Phase::kFollowing:
       if (!why.empty()) return stop(why);
+      if (off_plan()) {
+        lets_go_ = true;
+        return stop(kOffPlan);
+      }
       if (to_seconds(state_.joints.stamp.made - last_command_) > settings_.command_timeout) {
         stop("no command came in time");
       }
@@ -284,14 +297,34 @@ void Ros2Arm::proceed() {
   }
 }
 
-/// The controller is to hold the arm where it stands, whatever it wanted before; without a step.
+/// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
+/// the way to us they may have been held up.
+bool Ros2Arm::off_plan() const {
+  const Time then = heard_.theirs + heard_.offset - from_seconds(info_.delay);
+  for (int age = 0; age < sent_count_; ++age) {
+    const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
+    if (command.stamp.made > then) continue;
+    const JointVector expected = command.q + to_seconds(then - command.stamp.made) * command.dq;
+    return (heard_.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+  }
+  return false;
+}
+
 void Ros2Arm::begin_settling() {
   const JointVector& q = state_.joints.q;
   if (((model_->position_min - q).array() > 0.0).any() || ((q - model_->position_max).array() > 0.0).any()) {
     return stop("a joint stands beyond its position limit: move it back first");
   }
-  const Time now = state_.joints.stamp.made, then = now + from_seconds(settings_.settle);
   settled_at_ = q;
+  hold_here();
+  phase_ = Phase::kSettling;
+  phase_since_ = state_.joints.stamp.made;
+}
+
+/// The controller is to hold the arm where it stands, whatever it wanted before; without a step.
+void Ros2Arm::hold_here() {
+  const JointVector& q = state_.joints.q;
+  const Time now = state_.joints.stamp.made, then = now + from_seconds(settings_.settle);
   const JointVector zero = JointVector::Zero(q.size());
   order_.count = 1;
   order_.commands[0] = {{then, then}, q, zero, zero};
@@ -301,8 +334,6 @@ void Ros2Arm::begin_settling() {
   order_.plan.x[0].setZero(2 * q.size());
   order_.plan.x[0].head(q.size()) = q;
   post(now - lead_);
-  phase_ = Phase::kSettling;
-  phase_since_ = now;
 }
 
 void Ros2Arm::send(const JointCommand& command) {
@@ -316,6 +347,9 @@ void Ros2Arm::send(const JointCommand& command) {
     return stop("a command is not on the plan that was checked");
   }
   last_command_ = state_.joints.stamp.made;
+  newest_sent_ = (newest_sent_ + 1) % kSent;
+  sent_[newest_sent_] = command;
+  sent_count_ = std::min(sent_count_ + 1, kSent);
   // What is executed by now, and arrives late at that, goes.
   const auto keep = std::find_if(order_.commands.begin(), order_.commands.begin() + order_.count,
                                  [&](const JointCommand& c) { return c.stamp.made >= now - lead_ - kMargin; });
@@ -339,7 +373,7 @@ void Ros2Arm::post(Time begin) {
   posted_.notify_one();
 }
 
-/// Nothing is sent any more: the controller goes on to the end of what it has, where the arm rests.
+/// No motion is sent any more: the controller goes on to the end of what it has, where the arm rests.
 void Ros2Arm::stop(std::string_view reason) {
   state_.reason = reason;
   state_.status = ArmStatus::kStopped;
@@ -350,6 +384,7 @@ void Ros2Arm::restart() {
   phase_ = Phase::kWaiting;
   phase_since_ = state_.joints.stamp.made;
   state_.reason = {};
+  lets_go_ = false;
   trouble_ = Trouble::kNone;
 }
 

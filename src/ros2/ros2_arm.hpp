@@ -85,7 +85,10 @@ class Ros2Arm final : public Arm {
   void keep_time();
   void proceed();
   void begin_settling();
+  void hold_here();
+  bool off_plan() const;
   bool heard_lately() const;
+  bool standing() const;
   bool long_ago(double seconds) const;
   void post(Time begin);
   void stop(std::string_view reason);
@@ -110,6 +113,10 @@ class Ros2Arm final : public Arm {
   JointVector settled_at_;
   Order order_;
   int cycles_since_order_ = 0;
+  bool lets_go_ = false;  ///< stopped elsewhere than commanded: the controller is still to be told to stay there
+  static constexpr int kSent = 512;
+  std::array<JointCommand, kSent> sent_;  ///< ring of commands while following; holds any lead and delay
+  int newest_sent_ = 0, sent_count_ = 0;
   LatestValue<Order> orders_;  ///< to the thread that speaks
   std::atomic<int> posted_{0};
 

@@ -142,6 +142,14 @@ TEST_F(Ros2Faults, TrajectoriesLostForTwentyMillisecondsAreBridged) {
   expect_bridged();
 }
 
+TEST_F(Ros2Faults, TrajectoriesLostForHalfASecondStopTheArm) {
+  start();
+  swing();
+  controller().deafen(250);
+  expect_rest("not where its commands lead");
+  expect_follows_after_restart();
+}
+
 TEST_F(Ros2Faults, AControllerThatLagsIsFollowed) {
   start();
   controller().lag(4);  // 8 ms each way
@@ -234,6 +242,39 @@ TEST_F(Ros2Faults, AClockThatIsSetStopsTheArm) {
     EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
     EXPECT_NE(state.reason.find("clock"), std::string_view::npos) << state.reason;
     EXPECT_LT(controller().arm().dq().norm(), 0.02);
+  }
+}
+
+/// The controller may be stopped with the arm, as the driver does it, give up by its tolerance, or know nothing of it.
+TEST_F(Ros2Faults, AProtectiveStopIsNoticedAndNothingJumpsAfterIt) {
+  ReferenceController::Settings stopped, gives_up, goes_on;
+  gives_up.stopper = goes_on.stopper = false;
+  gives_up.parameters.trajectory = 0.08;
+  for (const auto& behaviour : {stopped, gives_up, goes_on}) {
+    clock = ManualClock();
+    swinging.forget();
+    start(behaviour);
+    swing();
+    const double speed = std::abs(state.joints.dq.mean());
+    const Time begin = clock.now();
+    controller().protective_stop();
+    while (state.status == ArmStatus::kFollowing && to_seconds(clock.now() - begin) < 1.0) (void)run(1e-3);
+    EXPECT_LT(to_seconds(clock.now() - begin), settings.off_plan_max / speed + 0.02);
+    EXPECT_NE(state.reason.find("not where its commands lead"), std::string_view::npos) << state.reason;
+    EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
+
+    arm->restart();  // locked as it is: it stops again as soon as it should move
+    EXPECT_EQ(run(2.0).status, ArmStatus::kStopped);
+    EXPECT_NE(state.reason.find("not where its commands lead"), std::string_view::npos) << state.reason;
+
+    const JointVector stood = controller().arm().q();
+    controller().unlock();
+    controller().forget_largest();
+    EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
+    EXPECT_LT((controller().arm().q() - stood).norm(), 1e-4);
+    EXPECT_EQ(controller().last_stop(), "");
+    expect_follows_after_restart();
+    EXPECT_LT(controller().largest().ddq, kGentle);
   }
 }
 

@@ -123,6 +123,13 @@ void JointTrajectoryController::hold(const JointVector& q) {
   held_ = true;
 }
 
+void JointTrajectoryController::deactivate() {
+  waiting_.reset();
+  motion_ = {};
+  active_ = held_ = false;
+  desired_ = {};
+}
+
 void JointTrajectoryController::sample(Time now) {
   const Time at = now - motion_.stamp;
   const std::vector<Point>& points = motion_.points;

@@ -46,6 +46,8 @@ class JointTrajectoryController {
   std::string accept(const JointTrajectory& trajectory, Time now);
   /// One cycle. @return what the joints are to do
   const State& update(Time now, const JointVector& q, const JointVector& dq);
+  /// Forgets all: at the next update it is active again, and holds the joints where they are.
+  void deactivate();
   /// Why the last trajectory was given up, if it was.
   const std::string& aborted() const { return aborted_; }
   bool active() const { return active_; }

@@ -85,7 +85,8 @@ JointTrajectory ReferenceController::last_trajectory() const {
 void ReferenceController::take_in() {
   const std::lock_guard lock(mutex_);
   while (!incoming_.empty() && incoming_.front().first <= cycle_) {
-    const std::string why = controller_.accept(incoming_.front().second, now_);
+    const std::string why =
+        locked_ && settings_.stopper ? "inactive" : controller_.accept(incoming_.front().second, now_);
     incoming_.pop_front();
     ++(why.empty() ? accepted_ : refused_);
     if (!why.empty()) last_refusal_ = why;
@@ -103,14 +104,32 @@ void ReferenceController::measure(const JointTrajectoryController::State& desire
   past_.push_back(desired.q);
 }
 
+void ReferenceController::stop_or_unlock() {
+  if (protective_asked_.exchange(false)) {
+    arm_->trip("protective stop");
+    locked_ = true;
+    if (settings_.stopper) controller_.deactivate();
+  }
+  if (unlock_asked_.exchange(false)) {
+    arm_->restart();
+    locked_ = false;
+    last_stop_.clear();
+  }
+}
+
 void ReferenceController::step() {
   ++cycle_;
   cycle_now_ = cycle_;
   now_ += from_seconds(period());
+  stop_or_unlock();
   const ArmState state = arm_->receive();
   take_in();
-  desired_ = controller_.update(now_, state.joints.q, state.joints.dq);
-  measure(desired_);
+  if (!locked_ || !settings_.stopper) {
+    desired_ = controller_.update(now_, state.joints.q, state.joints.dq);
+    measure(desired_);
+  } else {
+    past_.clear();
+  }
   if (state.status == ArmStatus::kStopped) {
     last_stop_ = state.reason;
   } else {

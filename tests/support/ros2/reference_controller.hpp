@@ -27,6 +27,8 @@ class ReferenceController {
     double rate_hz = 500.0;
     double servo_lag = 0.03;                         ///< s, of the arm
     Time epoch = std::chrono::hours(24 * 20000);     ///< its clock's time in the first cycle
+    /// While the arm is stopped the controller is inactive, as the driver's controller stopper has it.
+    bool stopper = true;
     JointTrajectoryController::Settings parameters;  ///< joints: set by the model
   };
 
@@ -51,6 +53,9 @@ class ReferenceController {
   void lag(int cycles) { lag_ = cycles; }
   /// Joint states lack one joint.
   void hide_joint(bool hidden) { hidden_ = hidden; }
+  /// The arm brakes and stands until it is unlocked, whatever it is told; joint states go on.
+  void protective_stop() { protective_asked_ = true; }
+  void unlock() { unlock_asked_ = true; }
   /// Its clock is set. Not while run() does.
   void set_clock(Time change) { now_ += change; }
 
@@ -76,6 +81,7 @@ class ReferenceController {
   Status join();
   void hear(const JointTrajectoryMessage& message);
   void take_in();
+  void stop_or_unlock();
   void send_states();
   void measure(const JointTrajectoryController::State& desired);
 
@@ -87,6 +93,7 @@ class ReferenceController {
   JointTrajectoryController::State desired_;
   Time now_;
   std::uint64_t cycle_ = 0;
+  bool locked_ = false;
   std::vector<JointVector> past_;  ///< two set-points before this one
   Largest largest_;
   std::uint64_t accepted_ = 0, refused_ = 0;
@@ -98,7 +105,7 @@ class ReferenceController {
   std::deque<std::pair<std::uint64_t, std::pair<Time, JointState>>> outgoing_;
 
   std::atomic<int> unplugged_{0}, deaf_{0}, lag_{0};
-  std::atomic<bool> hidden_{false}, running_{false};
+  std::atomic<bool> hidden_{false}, running_{false}, protective_asked_{false}, unlock_asked_{false};
   std::atomic<std::uint64_t> cycle_now_{0};
   Ros2Publisher<JointStateMessage> states_;
   std::thread thread_;
