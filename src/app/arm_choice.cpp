@@ -16,14 +16,18 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kFirstSpeed = 0.25;  ///< of a real arm, until asked for more
+constexpr double kFirstSpeed = 0.25;  ///< of a real arm: in its first moves, and until asked for more
 
 Status ask(const ArmChoice& choice, double speed) {
+  const bool slow_first = choice.first_share() < 1.0 && choice.first_moves > 0.0;
+  const std::string first = slow_first ? fmt::format(", at {:.0f} % until the first grip after {:g} s of following",
+                                                     100.0 * choice.first_share() * speed, choice.first_moves)
+                                       : "";
   std::cout << fmt::format(
-                   "The arm {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration.\n"
+                   "The arm {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration{}.\n"
                    "It knows the limits of its joints and its own body, not the table, the walls, or you.\n"
                    "Nobody within its reach; a hand on the emergency stop. See docs/{}.\n",
-                   choice.arm == "ur" ? "at " + choice.host : "behind the ROS 2 controller", 100.0 * speed,
+                   choice.arm == "ur" ? "at " + choice.host : "behind the ROS 2 controller", 100.0 * speed, first,
                    choice.arm == "ur" ? "universal-robots.md" : "ros2.md")
             << std::flush;
   if (choice.yes) return Done{};
@@ -48,6 +52,8 @@ Status has_ros2() {
 
 double ArmChoice::share() const { return speed > 0.0 ? speed : real() ? kFirstSpeed : 1.0; }
 
+double ArmChoice::first_share() const { return real() ? std::min(1.0, kFirstSpeed / share()) : 1.0; }
+
 void add_host_options(CLI::App& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
   command.add_option("--rtde-port", choice.rtde_port, "RTDE")->capture_default_str()->group("Ports of the controller");
@@ -66,13 +72,15 @@ void add_arm_options(CLI::App& command, ArmChoice& choice) {
       "directly); the last two move hardware. Also a setting: arm.kind");
   add_host_options(command, choice);
   command.add_option("--speed", choice.speed,
-                     "Share of the robot's speeds and accelerations, above 0 to 1; default: 1 simulated, 0.25 real");
+                     "Share of the robot's speeds and accelerations, above 0 to 1; default: 1 simulated, 0.25 real, "
+                     "which first moves keep to in any case (setting arm.first_moves)");
   command.add_flag("--yes", choice.yes, "Do not ask before hardware moves");
 }
 
 void ArmChoice::complete(const SessionSettings& settings) {
   if (arm.empty()) arm = settings.arm_kind;
   if (arm == "ur" && host.empty()) host = settings.arm_host;
+  first_moves = settings.live.planning.first_moves;
 }
 
 Status prepare_arm(const ArmChoice& choice, RobotModel& model) {

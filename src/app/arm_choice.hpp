@@ -17,12 +17,15 @@ struct ArmChoice {
   std::string arm, host;  ///< empty: not said
   std::uint16_t rtde_port = 30004, script_port = 30002, dashboard_port = 29999;
   double speed = 0.0;  ///< share of the model's speeds and accelerations; 0: all of it simulated, a quarter of it real
-  bool yes = false;    ///< was asked elsewhere whether hardware may move
+  double first_moves = 0.0;  ///< s, of the settings
+  bool yes = false;          ///< was asked elsewhere whether hardware may move
   bool real() const { return arm != "sim"; }
   /// Takes what was not said from the settings.
   void complete(const SessionSettings& settings);
   /// `speed`, or what stands for none.
   double share() const;
+  /// What the first moves keep to of that, see PlanningSettings::first_share.
+  double first_share() const;
 };
 
 void add_arm_options(CLI::App& command, ArmChoice& choice);

@@ -252,6 +252,7 @@ Status run(Options options) {
   if (Status s = prepare_arm(options.arm, *model); !s) return s;
   PlanningSettings& planning = settings.live.planning;
   planning.ocp = profile.ocp;
+  planning.first_share = options.arm.first_share();
   planning.planner.solver = settings.solver == "profile" ? profile.solver : settings.solver;
   planning.planner.tolerance = profile.tolerance;
 

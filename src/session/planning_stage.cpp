@@ -16,10 +16,31 @@ constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 1
 
 }  // namespace
 
+Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share,
+                                                     const PlanningSettings& settings) {
+  std::unique_ptr<RobotModel> slow;
+  if (share < 1.0) {
+    slow = std::make_unique<RobotModel>(model);
+    slow->velocity_max *= share;
+    slow->acceleration_max *= share;
+  }
+  const RobotModel& limited = slow ? *slow : model;
+  auto planner = Planner::make(limited, settings.ocp, settings.planner);
+  if (!planner) return planner.error();
+  return Gear{std::move(slow), std::move(*planner), Kinematics(limited)};
+}
+
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
                                                            Links& links, const Clock& clock) {
-  auto planner = Planner::make(model, settings.ocp, settings.planner);
-  if (!planner) return planner.error();
+  const bool slow_first = settings.first_share < 1.0 && settings.first_moves > 0.0;
+  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, settings);
+  if (!gear) return gear.error();
+  std::optional<Gear> next;
+  if (slow_first) {
+    auto made = make_gear(model, 1.0, settings);
+    if (!made) return made.error();
+    next = std::move(*made);
+  }
   const Reach reach = compute_reach(model);
   PlanningSettings resolved = settings;
   resolved.predictor.horizon = settings.ocp.horizon;
@@ -28,11 +49,12 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
   resolved.predictor.reach = reach.radius;
   // The gate has judged every sample before it comes to the retargeter.
   resolved.retarget.accept_emulated = true;
-  return std::unique_ptr<PlanningStage>(new PlanningStage(model, resolved, links, clock, std::move(*planner), reach));
+  return std::unique_ptr<PlanningStage>(
+      new PlanningStage(resolved, links, clock, std::move(*gear), std::move(next), reach));
 }
 
-PlanningStage::PlanningStage(const RobotModel& model, const PlanningSettings& settings, Links& links,
-                             const Clock& clock, std::unique_ptr<Planner> planner, const Reach& reach)
+PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
+                             std::optional<Gear> next_gear, const Reach& reach)
     : settings_(settings),
       links_(&links),
       clock_(&clock),
@@ -40,10 +62,11 @@ PlanningStage::PlanningStage(const RobotModel& model, const PlanningSettings& se
       gate_(settings.gate),
       retargeter_(settings.retarget),
       predictor_(settings.predictor),
-      planner_(std::move(planner)),
-      arm_(model) {
-  followed_ = planner_->plan();
-  set_weights(planner_->instance().weights);
+      gear_(std::move(gear)),
+      next_gear_(std::move(next_gear)),
+      ocp_(&(next_gear_ ? *next_gear_ : gear_).planner->ocp()) {
+  followed_ = gear_.planner->plan();
+  set_weights(gear_.planner->instance().weights);
 }
 
 void PlanningStage::step(Time now) {
@@ -53,12 +76,14 @@ void PlanningStage::step(Time now) {
 
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
   (void)links_->followed.read(followed_);
-  planner_->continue_from(followed_);
+  gear_.planner->continue_from(followed_);
   const JointCommand at_start = sample(followed_, start);
-  arm_.set_position(at_start.q);
-  const Pose X_base_tool{arm_.p(), Quaternion(arm_.R())};
+  gear_.arm.set_position(at_start.q);
+  const Pose X_base_tool{gear_.arm.p(), Quaternion(gear_.arm.R())};
   hear(now, X_base_tool);
   follow_state(now, at_start, X_base_tool);
+  if (following_) followed_for_ += to_seconds(now - last_step_);
+  last_step_ = now;
   const bool moves = start < followed_.start + from_seconds(followed_.intervals * followed_.dt);
   const SupervisionState state = report_.state;
   if (!following_) view_.constraint = {};
@@ -99,7 +124,7 @@ void PlanningStage::set_weights(std::span<const JointVector> weights) {
   weights_.assign(weights.begin(), weights.end());
   rest_weights_.assign(weights.begin(), weights.end());
   for (std::size_t i = 0; i < rest_weights_.size(); ++i) {
-    const std::string_view name = planner_->ocp().objectives()[i]->name();
+    const std::string_view name = gear_.planner->ocp().objectives()[i]->name();
     if (name == "position") rest_weights_[i].setZero();
     if (name == "velocity") rest_weights_[i].setConstant(kRestVelocity);
     if (name == "orientation") rest_weights_[i].setConstant(kRestOrientation);
@@ -138,8 +163,12 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
   const bool follow = report_.state == SupervisionState::kEngaged;
   if (follow && report_.engagement != engagement_) {
     engagement_ = report_.engagement;
-    // From rest the last solution is no guess.
-    if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) planner_->reset(at_start.q, at_start.stamp.made);
+    const bool new_grip = report_.grip != grip_;
+    grip_ = report_.grip;
+    if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) {
+      if (new_grip) change_gear();
+      gear_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
+    }
     OperatorSample released = trusted_;
     released.clutch = false;
     (void)retargeter_.update(released, X_base_tool);
@@ -147,11 +176,17 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     send_target(retargeter_.update(released, X_base_tool));
   } else if (!follow && following_) {
     // The glass as the hand held it last, where it is when it stops.
-    arm_.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
-    send_target({{now, now}, {arm_.p(), predictor_.newest().X_base_tool.q}, false});
+    gear_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
+    send_target({{now, now}, {gear_.arm.p(), predictor_.newest().X_base_tool.q}, false});
     resting_since_ = now;
   }
   following_ = follow;
+}
+
+/// At rest, where there is no motion that the other limits would not allow.
+void PlanningStage::change_gear() {
+  if (!gear_.slow || followed_for_ < settings_.first_moves) return;
+  std::swap(gear_, *next_gear_);
 }
 
 void PlanningStage::send_target(const Target& target) {
@@ -161,8 +196,9 @@ void PlanningStage::send_target(const Target& target) {
 
 void PlanningStage::plan_following(Time start) {
   if (!solve(start, weights_)) return;
-  send(planner_->plan());
-  view_.constraint = active_constraint(planner_->plan(), ocp().horizon(), planner_->instance().reference, reach_, arm_);
+  send(gear_.planner->plan());
+  view_.constraint =
+      active_constraint(gear_.planner->plan(), ocp().horizon(), gear_.planner->instance().reference, reach_, gear_.arm);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.
@@ -171,15 +207,15 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
   if (stop_.joints > 0 && followed_.start == stop_.start) return;  // the last part is under way
   const bool slow = at_start.dq.cwiseAbs().maxCoeff() < kSlow;
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
-  if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(planner_->plan());
-  make_straight_stop(arm_.model(), at_start, kLastPart, stop_);
-  if (check_plan(stop_, stop_.x[0], settings_.planner.check, arm_) == PlanFault::kNone) send(stop_);
+  if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(gear_.planner->plan());
+  make_straight_stop(gear_.arm.model(), at_start, kLastPart, stop_);
+  if (check_plan(stop_, stop_.x[0], settings_.planner.check, gear_.arm) == PlanFault::kNone) send(stop_);
 }
 
 /// At rest while holding: shows that the planner can plan, and stays.
 void PlanningStage::plan_standing(const JointCommand& at_start) {
   if (!solve(at_start.stamp.made, weights_)) return;
-  make_straight_stop(arm_.model(), at_start, 0.0, stop_);
+  make_straight_stop(gear_.arm.model(), at_start, 0.0, stop_);
   send(stop_);
 }
 
@@ -187,12 +223,12 @@ void PlanningStage::plan_standing(const JointCommand& at_start) {
 bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   const Reference reference = predictor_.predict(start);
   if (reference.nodes == 0) return false;
-  planner_->set_weights(weights);
+  gear_.planner->set_weights(weights);
   const Time before = clock_->now();
-  (void)planner_->update(reference);
+  (void)gear_.planner->update(reference);
   ++view_.solves;
   links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
-  const bool solved = planner_->fault() == PlanFault::kNone;
+  const bool solved = gear_.planner->fault() == PlanFault::kNone;
   view_.failed += !solved;
   tap(reference, weights);
   return solved;
@@ -200,17 +236,17 @@ bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
 
 /// Tells of the step that was just taken, if it is time for that or the step failed.
 void PlanningStage::tap(const Reference& reference, std::span<const JointVector> weights) {
-  const bool failed = planner_->fault() != PlanFault::kNone;
+  const bool failed = gear_.planner->fault() != PlanFault::kNone;
   if (!failed && reference.start < next_tap_) return;
   next_tap_ = reference.start + from_seconds(settings_.tap_period);
   record_.at = reference.start;
-  record_.plan = planner_->plan();
+  record_.plan = gear_.planner->plan();
   record_.X_base_target = predictor_.at(reference.start);
   record_.reference = reference;
   std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
-  record_.objective = planner_->solution().objective;
-  record_.solve_us = planner_->solution().time_us;
-  record_.iterations = planner_->solution().iterations;
+  record_.objective = gear_.planner->solution().objective;
+  record_.solve_us = gear_.planner->solution().time_us;
+  record_.iterations = gear_.planner->solution().iterations;
   record_.engaged = following_;
   links_->taps.steps.push(record_);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "core/clock.hpp"
 #include "plan/planner.hpp"
@@ -23,6 +24,9 @@ struct PlanningSettings {
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
+  /// s of following that plans keep to `first_share` of the model's speeds and accelerations; the first grip after it,
+  /// from rest, is followed at all of them. 1: no such time.
+  double first_moves = 10.0, first_share = 1.0;
   double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
   double silence = kSilence;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
@@ -43,23 +47,34 @@ class PlanningStage {
   /// s, PlanningSettings::lead from the next step on, and the solver's time.
   void set_lead(double lead) {
     settings_.lead = lead;
-    planner_->set_time_budget(1e6 * lead);
+    gear_.planner->set_time_budget(1e6 * lead);
+    if (next_gear_) next_gear_->planner->set_time_budget(1e6 * lead);
   }
 
   /// Newest control cycle that the last step knew of.
   Time control_time() const { return report_.now; }
-  const Ocp& ocp() const { return planner_->ocp(); }
+  /// With all of the limits. Any thread.
+  const Ocp& ocp() const { return *ocp_; }
   const Reach& reach() const { return reach_; }
 
  private:
-  PlanningStage(const RobotModel& model, const PlanningSettings& settings, Links& links, const Clock& clock,
-                std::unique_ptr<Planner> planner, const Reach& reach);
+  /// What plans within certain limits.
+  struct Gear {
+    std::unique_ptr<const RobotModel> slow;  ///< the model with a share of its limits; null: with all of them
+    std::unique_ptr<Planner> planner;
+    Kinematics arm;
+  };
+  static Result<Gear> make_gear(const RobotModel& model, double share, const PlanningSettings& settings);
+
+  PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
+                std::optional<Gear> next_gear, const Reach& reach);
   Time next_start(Time now) const;
   void apply_settings(Time now);
   void set_weights(std::span<const JointVector> weights);
   void hear(Time now, const Pose& X_base_tool);
   void change_holder(std::uint64_t holder);
   void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
+  void change_gear();
   void send_target(const Target& target);
   void plan_following(Time start);
   void plan_rest(const JointCommand& at_start);
@@ -75,12 +90,15 @@ class PlanningStage {
   HandGate gate_;
   Retargeter retargeter_;
   Predictor predictor_;
-  std::unique_ptr<Planner> planner_;
-  Kinematics arm_;
+  Gear gear_;
+  std::optional<Gear> next_gear_;  ///< for after the first moves; then: theirs, out of use
+  const Ocp* ocp_;
+  double followed_for_ = 0.0;  ///< s
+  Time last_step_{0};
   ControlReport report_;
   OperatorSettings operator_settings_;
   Plan followed_, sent_;  ///< what control follows, as far as known; what was sent last
-  std::uint64_t engagement_ = 0, holder_ = 0;
+  std::uint64_t engagement_ = 0, grip_ = 0, holder_ = 0;  ///< engagement and grip that were followed last
   bool following_ = false;
   Time resting_since_{0};
   std::vector<JointVector> weights_, rest_weights_;

@@ -91,6 +91,8 @@ SettingsTable describe(SessionSettings& s) {
 
   t.add("arm.kind", "which arm follows: in this program, or hardware", s.arm_kind, {"sim", "ros2", "ur"});
   t.add("arm.host", "name or address of the controller of ur", s.arm_host);
+  t.add("arm.first_moves", "s", "of following that hardware moves at a quarter of its speed, whatever --speed says",
+        live.planning.first_moves, at_most(3600.0));
   t.add("arm.rate", "Hz", "control cycles of the simulated arm", s.arm.rate_hz, {20.0, 500.0});
   t.add("arm.latency", "s", "from a command to its effect", s.arm.latency, at_most(0.1));
   t.add("arm.servo_lag", "s", "time constant of its servo", s.arm.servo_lag, at_most(0.1));

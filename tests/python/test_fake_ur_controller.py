@@ -133,6 +133,20 @@ def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):
         assert word in result.stderr, result.stderr
 
 
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ([], "at 25 % of its speed and acceleration.\n"),
+        (["--speed", "1"], "at 100 % of its speed and acceleration, at 25 % until the first grip after 10 s of following.\n"),
+        (["--speed", "1", "--set", "arm.first_moves=0"], "at 100 % of its speed and acceleration.\n"),
+    ],
+)
+def test_it_says_how_fast_the_arm_will_move(arguments, said):
+    command = [PROGRAM, "demo", "--headless", "--arm", "ur", "--host", "127.0.0.1", *arguments]
+    result = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert result.returncode == 2 and said in result.stdout, result.stdout + result.stderr
+
+
 def test_demo_drives_it_and_leaves_it_at_rest(tmp_path):
     with controller() as (address, process):
         arguments = ["--headless", "--seconds", "5", "--arm", "ur", "--host", address, "--script-port", "30003", "--yes", "--sessions", tmp_path]

@@ -51,6 +51,36 @@ Steps grip_a_hundred_times(bool anywhere, std::vector<JointVector>& commands) {
   return steps;
 }
 
+TEST(Motion, FirstMovesAreSlowUntilAGripAfterThem) {
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  options.first_share = 0.25;
+  options.first_moves = 1.0;
+  VirtualSession session(options);
+  session.hand = sweeping({0.3, 0.3, 0.2}, 4.0);
+  double speed = 0.0, acceleration = 0.0;  // shares of the limits
+  session.on_command = [&](const JointCommand& c) {
+    speed = std::max(speed, (c.dq.cwiseAbs().array() / ur5e().velocity_max.array()).maxCoeff());
+    acceleration = std::max(acceleration, (c.ddq.cwiseAbs().array() / ur5e().acceleration_max.array()).maxCoeff());
+  };
+  session.run(0.2);
+  for (int grips = 0; grips < 2; ++grips) {  // the second comes before first_moves have passed
+    ASSERT_TRUE(session.grip()) << session.view.reason;
+    session.run(grips == 0 ? 0.4 : 1.5);  // the end of first_moves changes nothing before the next grip
+    session.clutch = false;
+    ASSERT_TRUE(session.run_until([&] { return session.at_rest(); }, 2.0));
+    EXPECT_LT(speed, 0.25 + 1e-4);
+    EXPECT_LT(acceleration, 0.25 + 1e-4);
+  }
+  EXPECT_GT(speed, 0.2);
+  EXPECT_GT(acceleration, 0.2);
+  speed = acceleration = 0.0;
+  ASSERT_TRUE(session.grip()) << session.view.reason;
+  session.run(1.5);
+  EXPECT_GT(speed, 0.5);
+  EXPECT_GT(acceleration, 0.5);
+  session.expect_safe();
+}
+
 TEST(Motion, WhereTheHandIsAtAHundredGripsMakesNoDifference) {
   std::vector<JointVector> here, there;
   const Steps ordinary = grip_a_hundred_times(false, here), anywhere = grip_a_hundred_times(true, there);

@@ -31,6 +31,7 @@ class VirtualSession {
     double planner_rate_hz = 50.0;
     double solve_time = 0.003;  ///< s that a plan takes to reach control
     double scale = 1.0;
+    double first_moves = 0.0, first_share = 1.0;
     SolveBudget budget;
     SimulatedArmSettings arm;
 
@@ -49,6 +50,8 @@ class VirtualSession {
     planning.ocp = profile->ocp;
     planning.retarget.scale = options.scale;
     planning.retarget.yaw = 0.0;
+    planning.first_moves = options.first_moves;
+    planning.first_share = options.first_share;
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / options.arm.rate_hz;
     planning.planner.budget = options.budget;
