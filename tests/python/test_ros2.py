@@ -1,9 +1,10 @@
 """The ROS 2 side before an independent peer: PyPI's cyclonedds with the messages of ros2-pyterfaces. Each message goes over
-the wire in each direction in which it is used."""
+the wire in each direction in which it is used, and, with every field filled, in both."""
 
 import contextlib
 import math
 import os
+import random
 import signal
 import subprocess
 import time
@@ -25,6 +26,7 @@ from ros2_pyterfaces.cyclone.visualization_msgs.msg import MarkerArray  # noqa: 
 ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
 CONTROLLER = str(Path(PROGRAM).parent / "reference_controller")
+ECHO = str(Path(PROGRAM).parent / "ros2_echo")
 if not Path(CONTROLLER).exists():
     pytest.skip("built without ROS 2", allow_module_level=True)
 
@@ -176,6 +178,26 @@ def test_the_arm_takes_joint_states_of_a_peer_and_sends_it_trajectories(domain, 
         assert first.joint_names == ["left_" + n for n in JOINTS]
         # At first that it is to stand where it stands.
         assert first.points[-1].positions == pytest.approx([home.get(n, 0.4) for n in JOINTS])
+
+
+def test_every_field_of_every_message_comes_back_as_it_was(domain, peer):
+    some = random.Random(7)
+    with run(domain, ECHO):
+        for message in [JointTrajectory, JointState, PoseStamped, PathMessage, MarkerArray]:
+            there = peer.writer(f"/echo/in/{message.__name__}", message)
+            back = peer.reader(f"/echo/out/{message.__name__}", message)
+            for sample in [
+                message(),  # of empty sequences and strings
+                ros2_peer.filled(message, some, [1, 2, 3]),
+                ros2_peer.filled(message, some, [0, 1, 40]),
+            ]:
+                wrong = ["nothing came"]
+
+                def same(answer):
+                    wrong[:] = ros2_peer.differences(sample, answer)
+                    return not wrong
+
+                assert ros2_peer.take_until(back, same, meanwhile=lambda: there.write(sample)), wrong
 
 
 def test_nobody_there_and_another_domain(domain, tmp_path):
