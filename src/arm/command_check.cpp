@@ -9,6 +9,8 @@ namespace {
 /// How far beyond a limit a command may be, for rounding in whoever made it.
 constexpr double kPositionMargin = 1e-4;                           // rad (m)
 constexpr double kSpeedMargin = 0.01, kAccelerationMargin = 0.05;  // shares
+/// From where the arm stands to the first command, at most.
+constexpr double kFirstStep = 0.01;  // rad (m)
 
 }  // namespace
 
@@ -29,7 +31,7 @@ std::string_view CommandCheck::judge(const JointCommand& c, const JointVector& q
       ((model_->position_min - c.q).array() > kPositionMargin).any()) {
     return "a command is beyond a position limit";
   }
-  if (received_ == 0) return (c.q - q).cwiseAbs().maxCoeff() > first_step_ ? "a command steps" : "";
+  if (received_ == 0) return (c.q - q).cwiseAbs().maxCoeff() > kFirstStep ? "a command steps" : "";
   const double dt = to_seconds(c.stamp.made - last_.stamp.made);
   if (dt <= 0.0) return "commands are out of order";
   const JointVector speed = (c.q - last_.q) / dt;

@@ -11,8 +11,8 @@ namespace steadyhand {
 /// differences of positions) and begin where the arm stands. What every arm asks before it moves. Allocates nothing.
 class CommandCheck {
  public:
-  /// The model must outlive it. @param first_step rad (m), largest from where the arm stands to the first command
-  CommandCheck(const RobotModel& model, double first_step) : model_(&model), first_step_(first_step) {}
+  /// The model must outlive it.
+  explicit CommandCheck(const RobotModel& model) : model_(&model) {}
 
   /// The next command is the first.
   void restart() { received_ = 0; }
@@ -24,7 +24,6 @@ class CommandCheck {
   std::string_view judge(const JointCommand& command, const JointVector& q) const;
 
   const RobotModel* model_;
-  double first_step_;
   JointCommand last_, before_;
   int received_ = 0;
 };

@@ -5,13 +5,6 @@
 
 namespace steadyhand {
 
-namespace {
-
-/// Largest difference between where the arm stands and the first command, rad (m).
-constexpr double kFirstStep = 0.01;
-
-}  // namespace
-
 SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings,
                            Clock& clock)
     : model_(&model),
@@ -20,7 +13,7 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
       info_{model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag},
       period_(from_seconds(1.0 / settings.rate_hz)),
       now_(clock.now()),
-      check_(model, kFirstStep),
+      check_(model),
       q_(q),
       dq_(JointVector::Zero(model.dof())),
       random_(settings.seed) {

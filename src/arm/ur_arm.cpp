@@ -9,8 +9,6 @@ namespace steadyhand {
 
 namespace {
 
-/// Largest difference between where the arm stands and the first command, rad.
-constexpr double kFirstStep = 0.01;
 constexpr double kStanding = 0.01;        ///< rad/s, measured, below which an arm counts as standing
 constexpr int kFirstSession = 100000001;  ///< nine digits, so that the next one takes as much room
 constexpr Time kRetry = std::chrono::milliseconds(500);
@@ -101,7 +99,7 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
       protocol_(first->rtde->protocol()),
       program_(settings.program),
       connection_(std::move(first)),
-      check_(model, kFirstStep) {
+      check_(model) {
   info_ = {fmt::format("{} (Universal Robots, software {}.{}.{})", model.name, version_.major, version_.minor,
                        version_.bugfix),
            6, connection_->rtde->rate_hz(), settings.delay};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -7,6 +8,8 @@
 #include "record/step.hpp"
 
 namespace steadyhand {
+
+constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
 
 struct JointLimits {
   JointVector velocity_max;      ///< rad/s (m/s)

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 
 #include "record/json_messages.hpp"
 
@@ -12,7 +11,6 @@ namespace steadyhand {
 namespace {
 
 constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 1000, kMaxTailPoints = 400;
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
 enum class Keep { kFirst, kSmallest, kLargest };

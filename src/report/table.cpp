@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include "report/report.hpp"
 
 namespace steadyhand {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr const char* kGlass = "Glass";
 constexpr const char* kTracking = "Tracking";
 constexpr const char* kSolver = "Solver";

@@ -12,9 +12,8 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kFirstStep = 0.01;  ///< largest difference between where the arm stands and the first command, rad
-constexpr double kStanding = 0.02;   ///< rad/s, measured, below which an arm counts as standing
-constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its plan: rounding only
+constexpr double kStanding = 0.02;  ///< rad/s, measured, below which an arm counts as standing
+constexpr double kOnPlan = 1e-6;    ///< rad, rad/s, between a command and its plan: rounding only
 /// Stamps of joint states that are that much ahead of what they were expected to be: somebody set a clock.
 constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
@@ -82,7 +81,7 @@ Ros2Arm::Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& c
       lead_(from_seconds(settings.lead)),
       cycles_per_order_(std::max(1, static_cast<int>(std::lround(settings.control_rate_hz / settings.rate_hz)))),
       phase_since_(clock.now()),
-      check_(model, kFirstStep),
+      check_(model),
       joints_(std::move(names)) {
   state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(model.dof())};
   for (const std::string& name : joints_.names()) letter_.names.push_back(const_cast<char*>(name.c_str()));
