@@ -4,10 +4,15 @@ behind the reference controller of ROS 2.
     ./steadyhand && cmake --build build/release --target fake_ur_controller reference_controller
     .deps/venv/bin/python bench/arms.py --seconds 22
 
-A row an arm: error of the glass to its target, what the witness saw of the commands, what was lost or late.
+A row an arm: error of the glass to its target, what the witness saw of the commands, what was lost or late, and the largest
+steps of the arm's set-points q, dq from cycle to cycle, dt apart, over all joints: of the position
+|q_k - q_(k-1) - dt (dq_k + dq_(k-1)) / 2|, so beyond what the speeds explain; of the speed |dq_k - dq_(k-1)|; and by
+differences of the positions the acceleration. Ordinary motion at the limit of 15 rad/s^2 changes the speed by 0.030 rad/s in 2 ms,
+0.120 in 8 ms. An arm that takes positions alone has differences for speeds: its position step is dt / 2 times its speed step.
 """
 
 import argparse
+import json
 import os
 import random
 import re
@@ -15,6 +20,8 @@ import signal
 import subprocess
 import tempfile
 from pathlib import Path
+
+from mcap.reader import make_reader
 
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
@@ -58,6 +65,24 @@ def find(pattern, text, default="-"):
     return match.group(1).strip() if match else default
 
 
+def largest_steps(recording):
+    """Of the commands of a recording, as a controller would print them."""
+    position = speed = acceleration = 0.0
+    last = None
+    with open(recording, "rb") as file:
+        for _, _, message in make_reader(file).iter_messages(topics=["/joint_command"]):
+            content = json.loads(message.data)
+            now = (1e-9 * message.log_time, content["q"], content["dq"])
+            dt = now[0] - last[0] if last else 0.0
+            if 0.0 < dt < 1.5 / 500.0:  # not over cycles that were slept through
+                for q0, dq0, q1, dq1 in zip(*last[1:], *now[1:]):
+                    position = max(position, abs(q1 - q0 - 0.5 * dt * (dq1 + dq0)))
+                    speed = max(speed, abs(dq1 - dq0))
+                    acceleration = max(acceleration, abs(dq1 - dq0) / dt)
+            last = now
+    return f"position {1e3 * position:.4f} mrad, speed {speed:.4f} rad/s, largest acceleration {acceleration:.2f}"
+
+
 def drive(arguments, seconds, rate):
     with tempfile.TemporaryDirectory() as folder:
         command = [PROGRAM, "demo", "--headless", "--seconds", str(seconds), "--rate", str(rate), "--sessions", folder]
@@ -76,13 +101,15 @@ def drive(arguments, seconds, rate):
                 address, process = start_fake(arguments)
                 command += ["--arm", "ur", "--host", address]
             try:
-                command += ["--speed", "1", "--yes"]
+                command += ["--speed", "1", "--yes", "--set", "arm.first_moves=0"]
                 out = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
             finally:
                 process.send_signal(signal.SIGTERM)
                 controller, _ = process.communicate(timeout=20)
         sessions = sorted(Path(folder).glob("**/*.mcap"))
         report = subprocess.run([PROGRAM, "report", str(sessions[0])], capture_output=True, text=True).stdout if sessions else ""
+        if arguments is None and sessions:
+            controller = largest_steps(sessions[0])
     return out, controller, report
 
 
@@ -93,8 +120,11 @@ def main():
     parser.add_argument("--only", default="", help="arms whose row begins so")
     parser.add_argument("--verbose", action="store_true", help="what the programs say, too")
     options = parser.parse_args()
-    print("| arm | error RMS, mm | engaged, s | commands beyond a limit | deadlines missed | late plans | hardest at the arm, rad/s^2 | stops |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| arm | error RMS, mm | engaged, s | commands beyond a limit | deadlines missed | late plans "
+        "| set-points lost or late | step of position, mrad | of speed, rad/s | largest acceleration, rad/s^2 | stops |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
     for name, arguments in ARMS.items():
         if not name.startswith(options.only):
             continue
@@ -107,6 +137,9 @@ def main():
             find(r"(\d+) beyond a limit", out),
             find(r"cycles, (\d+) deadlines missed", out),
             find(r"failed, (\d+) came late", out),
+            find(r"(\d+) (?:lost or late|cycles without)", controller),
+            find(r"position ([\d.]+) mrad", controller),
+            find(r"speed ([\d.]+) rad/s, largest acceleration", controller),
             find(r"largest acceleration ([\d.]+)", controller),
             find(r"; ([^;]*)\n", controller),
         ]

@@ -61,7 +61,10 @@ int main(int argc, char** argv) {
     if (every > 0.0) controller.unplug(static_cast<int>(1e-3 * unplug_ms / controller.period()));
   }
   controller.stop();
-  std::cout << fmt::format("largest speed {:.3f} rad/s, largest acceleration {:.2f} rad/s^2; {}\n",
-                           controller.largest_speed(), controller.largest_acceleration(),
-                           controller.last_error().empty() ? "no stop" : "last stop: " + controller.last_error());
+  std::cout << fmt::format(
+      "{} cycles without a set-point; largest speed {:.3f} rad/s, largest steps: position {:.4f} mrad, "
+      "speed {:.4f} rad/s, largest acceleration {:.2f} rad/s^2; {}\n",
+      controller.unanswered(), controller.largest_speed(), 1e3 * controller.largest_position_step(),
+      controller.largest_speed_step(), controller.largest_acceleration(),
+      controller.last_error().empty() ? "no stop" : "last stop: " + controller.last_error());
 }

@@ -72,8 +72,10 @@ int main(int argc, char** argv) {
   controller.stop();
   const ReferenceController::Largest& largest = controller.largest();
   std::cout << fmt::format(
-      "{} trajectories, {} refused{}; largest speed {:.3f} rad/s, largest acceleration {:.2f} rad/s^2; {}\n",
-      controller.accepted() + controller.refused(), controller.refused(),
+      "{} trajectories, {} lost or late, {} refused{}; largest speed {:.3f} rad/s, "
+      "largest steps: position {:.4f} mrad, speed {:.4f} rad/s, largest acceleration {:.2f} rad/s^2; {}\n",
+      controller.accepted() + controller.refused(), controller.lost(), controller.refused(),
       controller.refused() > 0 ? " (" + controller.last_refusal() + ")" : "", largest.q / controller.period(),
-      largest.ddq, controller.last_stop().empty() ? "no stop" : "last stop: " + controller.last_stop());
+      1e3 * largest.position_step, largest.speed_step, largest.ddq,
+      controller.last_stop().empty() ? "no stop" : "last stop: " + controller.last_stop());
 }

@@ -1,6 +1,7 @@
 #include "support/ros2/reference_controller.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace steadyhand {
 
@@ -8,6 +9,7 @@ namespace {
 
 /// A UR stops protectively at about that much more than it is led with.
 constexpr double kHardwareSpeed = 1.2, kHardwareAcceleration = 8.0;
+constexpr double kPause = 0.4;  ///< s without trajectories that is meant: nothing was lost
 
 std::vector<double> list(const dds_sequence_double& values) {
   return {values._buffer, values._buffer + values._length};
@@ -74,6 +76,10 @@ void ReferenceController::hear(const JointTrajectoryMessage& message) {
   JointTrajectory trajectory = read(message);
   const std::lock_guard lock(mutex_);
   last_trajectory_ = trajectory;
+  const double since = static_cast<double>(cycle_now_ - last_came_) * period();
+  const auto missing = std::max(0L, std::lround(since / settings_.expected_every) - 1);
+  if (since < kPause) lost_ += static_cast<std::uint64_t>(missing);
+  last_came_ = cycle_now_;
   incoming_.emplace_back(cycle_now_ + static_cast<std::uint64_t>(lag_), std::move(trajectory));
 }
 
@@ -94,14 +100,20 @@ void ReferenceController::take_in() {
 }
 
 void ReferenceController::measure(const JointTrajectoryController::State& desired) {
+  const double dt = period();
+  const auto largest = [](double& sofar, const JointVector& step) {
+    sofar = std::max(sofar, step.cwiseAbs().maxCoeff());
+  };
   if (past_.size() == 2) {
-    const double dt = period();
-    largest_.q = std::max(largest_.q, (desired.q - past_[1]).cwiseAbs().maxCoeff());
-    largest_.dq = std::max(largest_.dq, ((desired.q - 2.0 * past_[1] + past_[0]) / dt).cwiseAbs().maxCoeff());
+    const JointTrajectoryController::State &before = past_[0], &last = past_[1];
+    largest(largest_.q, desired.q - last.q);
+    largest(largest_.dq, (desired.q - 2.0 * last.q + before.q) / dt);
     largest_.ddq = largest_.dq / dt;
+    largest(largest_.position_step, desired.q - last.q - 0.5 * dt * (desired.dq + last.dq));
+    largest(largest_.speed_step, desired.dq - last.dq);
     past_.erase(past_.begin());
   }
-  past_.push_back(desired.q);
+  past_.push_back(desired);
 }
 
 void ReferenceController::stop_or_unlock() {

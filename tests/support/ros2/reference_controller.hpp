@@ -25,8 +25,10 @@ class ReferenceController {
     std::string prefix;
     bool permuted = true;  ///< joint states name the joints in another order than the arm's, as those of a UR do
     double rate_hz = 500.0;
-    double servo_lag = 0.03;                         ///< s, of the arm
-    Time epoch = std::chrono::hours(24 * 20000);     ///< its clock's time in the first cycle
+    double servo_lag = 0.03;  ///< s, of the arm
+    /// s from one trajectory to the next, by which lost() counts.
+    double expected_every = 0.01;
+    Time epoch = std::chrono::hours(24 * 20000);  ///< its clock's time in the first cycle
     /// While the arm is stopped the controller is inactive, as the driver's controller stopper has it.
     bool stopper = true;
     JointTrajectoryController::Settings parameters;  ///< joints: set by the model
@@ -61,13 +63,18 @@ class ReferenceController {
 
   SimulatedArm& arm() { return *arm_; }
   const JointTrajectoryController::State& desired() const { return desired_; }
-  /// Largest steps of what the joints are to do, from cycle to cycle: rad, rad/s; and rad/s^2, by differences.
+  /// Largest changes of what the joints are to do, from cycle to cycle: rad, rad/s; and rad/s^2, by differences.
   struct Largest {
     double q = 0.0, dq = 0.0, ddq = 0.0;
+    /// Steps by the controller's own speeds: of the position, beyond what the mean of both cycles' speeds explains; of
+    /// the speed, all of it.
+    double position_step = 0.0, speed_step = 0.0;
   };
   const Largest& largest() const { return largest_; }
   void forget_largest() { largest_ = {}; }
   std::uint64_t accepted() const { return accepted_; }
+  /// Trajectories that had not come when they were due, late or lost.
+  std::uint64_t lost() const { return lost_; }
   std::uint64_t refused() const { return refused_; }
   const std::string& last_refusal() const { return last_refusal_; }
   /// Why the arm or the controller stopped last; empty: they did not.
@@ -94,19 +101,20 @@ class ReferenceController {
   Time now_;
   std::uint64_t cycle_ = 0;
   bool locked_ = false;
-  std::vector<JointVector> past_;  ///< two set-points before this one
+  std::vector<JointTrajectoryController::State> past_;  ///< two set-points before this one
   Largest largest_;
   std::uint64_t accepted_ = 0, refused_ = 0;
   std::string last_refusal_, last_stop_;
 
   mutable std::mutex mutex_;                                        ///< of what came
   std::deque<std::pair<std::uint64_t, JointTrajectory>> incoming_;  ///< cycle in which it counts
+  std::uint64_t last_came_ = 0;                                     ///< cycle
   JointTrajectory last_trajectory_;
   std::deque<std::pair<std::uint64_t, std::pair<Time, JointState>>> outgoing_;
 
   std::atomic<int> unplugged_{0}, deaf_{0}, lag_{0};
   std::atomic<bool> hidden_{false}, running_{false}, protective_asked_{false}, unlock_asked_{false};
-  std::atomic<std::uint64_t> cycle_now_{0};
+  std::atomic<std::uint64_t> cycle_now_{0}, lost_{0};
   Ros2Publisher<JointStateMessage> states_;
   std::thread thread_;
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first

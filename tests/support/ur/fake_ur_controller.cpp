@@ -634,6 +634,7 @@ void FakeUrController::step() {
   }
   if (unplugged_ > 0) --unplugged_;
   if (unplugged_ == 0) serve();
+  count_unanswered();
   if (protective_asked_.exchange(false)) arm_->trip("protective stop");
   moves_ = false;
   if (!may_move()) end_program("the robot may not move");
@@ -664,6 +665,14 @@ void FakeUrController::step() {
   }
 }
 
+/// By the registers of our program, see docs/universal-robots.md.
+void FakeUrController::count_unanswered() {
+  constexpr int kAnswer = 24, kFollow = 25, kState = 24, kFollowing = 2;
+  const bool follows = program_ != nullptr && int_out_[kState] == kFollowing && int_in_[kFollow] == 1;
+  if (follows && int_in_[kAnswer] == last_answer_) ++unanswered_;
+  last_answer_ = int_in_[kAnswer];
+}
+
 void FakeUrController::advance_robot() {
   const double dt = period();
   JointVector next = wanted_;
@@ -675,6 +684,8 @@ void FakeUrController::advance_robot() {
   if (safety_ != UrSafety::kProtectiveStop) {
     largest_acceleration_ = std::max(largest_acceleration_, (dq - target_dq_).cwiseAbs().maxCoeff() / dt);
     largest_speed_ = std::max(largest_speed_, dq.cwiseAbs().maxCoeff());
+    const JointVector step = next - target_ - 0.5 * dt * (dq + target_dq_);
+    largest_position_step_ = std::max(largest_position_step_, step.cwiseAbs().maxCoeff());
     target_ = next;
     target_dq_ = dq;
     const Time now = measured_.joints.stamp.made;

@@ -74,6 +74,12 @@ class FakeUrController {
   /// Largest change of the target's speed in one cycle so far, rad/s^2.
   double largest_acceleration() const { return largest_acceleration_; }
   double largest_speed() const { return largest_speed_; }
+  /// Largest step of the target, rad, from cycle to cycle, beyond what the mean of both cycles' speeds explains.
+  double largest_position_step() const { return largest_position_step_; }
+  /// Largest change of the target's speed in one cycle, rad/s.
+  double largest_speed_step() const { return largest_acceleration_ * period(); }
+  /// Cycles in which the program followed and no new set-point had come: late, lost, or not sent.
+  std::uint64_t unanswered() const { return unanswered_; }
   bool program_running() const { return program_ != nullptr; }
   const std::string& last_error() const { return last_error_; }
   /// What programs said with textmsg.
@@ -121,6 +127,7 @@ class FakeUrController {
   urscript::Value move(const urscript::Arguments& arguments, urscript::Waiting& thread);
   urscript::Value brake(double deceleration, urscript::Waiting& thread);
   void advance_robot();
+  void count_unanswered();
   bool may_move() const;
   JointVector joints(const urscript::Value& value) const;
 
@@ -134,8 +141,9 @@ class FakeUrController {
   JointVector target_, target_dq_;
   JointVector wanted_;  ///< of a motion command this cycle
   bool moves_ = false, spoke_ = false;
-  double largest_acceleration_ = 0.0, largest_speed_ = 0.0, time_ = 0.0;
-  std::uint64_t cycle_ = 0;
+  double largest_acceleration_ = 0.0, largest_speed_ = 0.0, largest_position_step_ = 0.0, time_ = 0.0;
+  std::uint64_t cycle_ = 0, unanswered_ = 0;
+  std::int32_t last_answer_ = 0;
 
   urscript::Builtins builtins_;
   std::unique_ptr<urscript::Program> program_;
