@@ -132,11 +132,12 @@ Result<std::vector<Profile>> load_profiles(const std::string& wanted, const Plac
   return profiles;
 }
 
-ServerFacts describe_session(const RobotModel& model, const std::vector<Profile>& profiles,
+ServerFacts describe_session(const RobotModel& model, const GlassSettings& glass, const std::vector<Profile>& profiles,
                              const std::vector<NamedRecording>& recordings, const Ocp& ocp) {
   ServerFacts facts;
   facts.version = STEADYHAND_VERSION;
   facts.robot = robot_json(model);
+  facts.glass = {glass.radius, glass.height, glass.fill};
   const auto weight = [](const Profile& profile, const char* term) {
     const auto found = profile.ocp.weights.find(term);
     return found == profile.ocp.weights.end() || found->second.empty() ? 0.0 : found->second.front();
@@ -263,7 +264,7 @@ Status run(Options options) {
   auto made = LiveSession::make(*model, settings.live, **arm, clock);
   if (!made) return made.error();
   LiveSession& session = **made;
-  ServerFacts facts = describe_session(*model, *profiles, *recordings, session.ocp());
+  ServerFacts facts = describe_session(*model, settings.live.glass, *profiles, *recordings, session.ocp());
   const std::string hand = facts.recordings.front();
   OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
   std::cout << fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),

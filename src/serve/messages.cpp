@@ -323,6 +323,8 @@ std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
   }
   append(out, "],\"recordings\":");
   append(out, Json(facts.recordings).dump(-1, ' ', false, Json::error_handler_t::replace));
+  append(out, ",\"glass\":");
+  append(out, Json{{"radius", facts.glass.radius}, {"height", facts.glass.height}, {"fill", facts.glass.fill}}.dump());
   append(out, ",\"robot\":");
   append(out, facts.robot.empty() ? "null" : facts.robot);
   return finish(out);

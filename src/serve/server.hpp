@@ -31,8 +31,13 @@ struct ServerFacts {
     std::string name, label;
     double lateral_weight = 0.0, vertical_weight = 0.0;  ///< (m/s^2)^-2
   };
+  /// As the arm simulates it, m; radius and height are inside.
+  struct Glass {
+    double radius = 0.0, height = 0.0, fill = 0.0;
+  };
   std::string version;  ///< of the program
   std::string robot;    ///< JSON as `steadyhand describe` prints it
+  Glass glass;
   std::vector<Profile> profiles;
   std::vector<std::string> objectives;  ///< terms whose weight OperatorRequest::Kind::kWeight may set
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes

@@ -99,6 +99,7 @@ TEST(Messages, WritesTheServersFixtures) {
   ServerFacts facts;
   facts.version = "0.1.0";
   facts.robot = R"({"name":"ur5e"})";
+  facts.glass = {0.03125, 0.125, 0.0625};
   facts.profiles = {{"tracking", "Tracking (P1)", 0.0, 0.0}, {"waiter", "Waiter (P3)", 3.0, 0.3}};
   facts.recordings = {"reach"};
   EXPECT_EQ(Json::parse(welcome_message(facts, 3)), expected["welcome"]);

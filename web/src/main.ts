@@ -21,7 +21,7 @@ const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
 if (code) history.replaceState(null, '', location.pathname + location.search);
 
 let plots: Plots | null = null;
-let robot = '';
+let shown = '';
 
 const connection = new Connection(browserSurroundings(), code, (message) => {
   session.take(message, now());
@@ -33,10 +33,10 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (message.type !== 'welcome') return;
   panel.offer(message);
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, message.profiles);
-  if (message.robot && message.robot.name !== robot) {
-    robot = message.robot.name;
-    void stage.setRobot(message.robot);
-  }
+  if (!message.robot) return;
+  const { robot, glass } = message, told = JSON.stringify([robot.name, glass]);
+  if (told !== shown) void stage.setRobot(robot, glass);
+  shown = told;
 }, (status) => {
   session.connectionBecame(status);
   if (status !== 'open' && hand.source) hand.release(hand.source);

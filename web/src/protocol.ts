@@ -77,6 +77,9 @@ export interface Robot {
   pairs: [number, number][];
 }
 
+/** The glass and its liquid, m; radius and height are inside. */
+export interface GlassSize { radius: number; height: number; fill: number }
+
 export interface WelcomeMessage {
   type: 'welcome';
   version: number;
@@ -84,6 +87,7 @@ export interface WelcomeMessage {
   program: string;
   profiles: Profile[];
   recordings: string[];
+  glass: GlassSize;
   robot: Robot | null;
 }
 

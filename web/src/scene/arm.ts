@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
-import type { Robot } from '../protocol';
-import { GLASS } from './glass';
+import type { GlassSize, Robot } from '../protocol';
+import { WALL } from './glass';
 
 function toMatrix(rows: number[][]): THREE.Matrix4 {
   const r = rows.flat() as Parameters<THREE.Matrix4['set']>;
@@ -45,17 +45,17 @@ void main() {
 }
 
 /** A plain gripper from the flange to the glass, so that it does not float. */
-function holder(tool: THREE.Object3D): THREE.Object3D {
+function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
   const group = new THREE.Group();
-  const reach = tool.position.length() - GLASS.radius;
+  const radius = glass.radius + WALL, reach = tool.position.length() - radius;
   if (reach < 0.01) return group;
   const dark = new THREE.MeshStandardMaterial({ color: 0x2a3038, roughness: 0.5, metalness: 0.4 });
   const body = new THREE.Mesh(new THREE.CylinderGeometry(0.022, 0.032, reach * 0.75, 32), dark);
   body.position.y = reach * 0.375;
   group.add(body);
   for (const side of [-1, 1]) {
-    const finger = new THREE.Mesh(new THREE.BoxGeometry(0.008, reach * 0.3 + 1.4 * GLASS.radius, 0.02), dark);
-    finger.position.set(side * (GLASS.radius + 0.004), reach * 0.7 + 0.7 * GLASS.radius, 0);
+    const finger = new THREE.Mesh(new THREE.BoxGeometry(0.008, reach * 0.3 + 1.4 * radius, 0.02), dark);
+    finger.position.set(side * (radius + 0.004), reach * 0.7 + 0.7 * radius, 0);
     group.add(finger);
   }
   group.traverse((part) => { part.castShadow = true; });
@@ -77,7 +77,7 @@ export class Arm extends THREE.Group {
   #spheresShown = false;
   readonly #nearest: [number, number] = [-1, -1];
 
-  constructor(robot: Robot) {
+  constructor(robot: Robot, glass: GlassSize) {
     super();
     let parent: THREE.Object3D = this;
     this.#links.push(this.#frame(this));
@@ -92,7 +92,7 @@ export class Arm extends THREE.Group {
       parent = link;
     }
     toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
-    parent.add(this.tool, holder(this.tool));
+    parent.add(this.tool, holder(this.tool, glass));
     const geometry = new THREE.SphereGeometry(1, 32, 20);
     for (const sphere of robot.spheres) {
       const mesh = new THREE.Mesh(geometry, new Bubble());

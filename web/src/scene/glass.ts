@@ -1,12 +1,15 @@
 import * as THREE from 'three';
+import type { GlassSize } from '../protocol';
 
-/** As the simulated arm's glass, m (src/arm/liquid.hpp). */
-export const GLASS = { radius: 0.035, height: 0.11, fill: 0.08, wall: 0.0025 };
+/** m, thickness of the glass that is drawn around what the server tells of its inside. */
+export const WALL = 0.0025;
 
 const SIDES = 40;
 
 /** A cylinder whose top is a plane that tilts; the vertices move, nothing is made anew. */
 class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMaterial> {
+  #size: GlassSize = { radius: 0, height: 0, fill: 0 };
+
   constructor() {
     const geometry = new THREE.BufferGeometry();
     const rows = SIDES + 1;
@@ -21,19 +24,25 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
     super(geometry, new THREE.MeshPhysicalMaterial({
       color: 0x9c1f33, roughness: 0.12, transparent: true, opacity: 0.9, side: THREE.DoubleSide, forceSinglePass: true,
     }));
+  }
+
+  fit(size: GlassSize): void {
+    this.#size = size;
     this.tilt(0, 0);
+    this.geometry.computeBoundingSphere();
   }
 
   /** rad, of the surface's normal about the glass's x and y. */
   tilt(aboutX: number, aboutY: number): void {
     const position = this.geometry.getAttribute('position') as THREE.BufferAttribute;
     const normal = this.geometry.getAttribute('normal') as THREE.BufferAttribute;
-    const rows = SIDES + 1, r = GLASS.radius - GLASS.wall - 0.0005, bottom = -GLASS.height / 2 + GLASS.wall;
+    const rows = SIDES + 1, top = this.#size.height / 2, bottom = -top, middle = bottom + this.#size.fill;
+    const r = this.#size.radius - 0.0005; // or it would shine through the wall
     const sx = -Math.tan(Math.max(-1.2, Math.min(1.2, aboutY))), sy = Math.tan(Math.max(-1.2, Math.min(1.2, aboutX)));
     const n = Math.hypot(sx, sy, 1);
     for (let i = 0; i <= SIDES; ++i) {
       const c = Math.cos((2 * Math.PI * i) / SIDES), s = Math.sin((2 * Math.PI * i) / SIDES);
-      const z = Math.min(GLASS.height / 2, Math.max(bottom, -GLASS.height / 2 + GLASS.fill + r * (sx * c + sy * s)));
+      const z = Math.min(top, Math.max(bottom, middle + r * (sx * c + sy * s)));
       position.setXYZ(i, r * c, r * s, bottom);
       position.setXYZ(rows + i, r * c, r * s, z);
       position.setXYZ(2 * rows + i, r * c, r * s, z);
@@ -41,23 +50,33 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
       normal.setXYZ(rows + i, c, s, 0);
       normal.setXYZ(2 * rows + i, -sx / n, -sy / n, 1 / n);
     }
-    position.setXYZ(3 * rows, 0, 0, -GLASS.height / 2 + GLASS.fill);
+    position.setXYZ(3 * rows, 0, 0, middle);
     normal.setXYZ(3 * rows, -sx / n, -sy / n, 1 / n);
     position.needsUpdate = true;
     normal.needsUpdate = true;
   }
 }
 
-function shell(): THREE.BufferGeometry {
-  const { radius: r, height: h, wall: w } = GLASS;
-  const outline = [[0, -h / 2], [r, -h / 2], [r, h / 2], [r - w, h / 2], [r - w, -h / 2 + w], [0, -h / 2 + w]];
+function shell({ radius: r, height: h }: GlassSize): THREE.BufferGeometry {
+  const w = WALL;
+  const outline = [[0, -h / 2 - w], [r + w, -h / 2 - w], [r + w, h / 2], [r, h / 2], [r, -h / 2], [0, -h / 2]];
   const lathe = new THREE.LatheGeometry(outline.map(([x, y]) => new THREE.Vector2(x, y)), 48);
   return lathe.rotateX(Math.PI / 2); // its axis along z
 }
 
-/** The glass, axis along z, origin at its centre. */
+/** Puts a new shape in a mesh's old one's place. */
+function reshape(mesh: THREE.Mesh, geometry: THREE.BufferGeometry): void {
+  mesh.geometry.dispose();
+  mesh.geometry = geometry;
+}
+
+/** The glass, axis along z, origin at its centre. Without a shape until the server has told its size. */
 export class Glass extends THREE.Group {
   readonly liquid = new LiquidBody();
+  size: GlassSize = { radius: 0, height: 0, fill: 0 };
+  readonly #body: THREE.Mesh;
+  readonly #rim: THREE.Mesh;
+  readonly #foot: THREE.Mesh;
 
   constructor() {
     super();
@@ -65,17 +84,26 @@ export class Glass extends THREE.Group {
       color: 0xe6f0f7, roughness: 0.04, metalness: 0, clearcoat: 1, transparent: true, opacity: 0.28, side: THREE.DoubleSide, depthWrite: false,
       forceSinglePass: true, // two passes have three.js look up the program anew with every frame
     });
-    const body = new THREE.Mesh(shell(), material);
-    body.castShadow = true;
-    body.renderOrder = 2;
+    this.#body = new THREE.Mesh(new THREE.BufferGeometry(), material);
+    this.#body.castShadow = true;
+    this.#body.renderOrder = 2;
     // The edges by which an eye knows a glass.
     const edge = new THREE.MeshPhysicalMaterial({ color: 0xffffff, roughness: 0.05, clearcoat: 1, transparent: true, opacity: 0.75 });
-    const rim = new THREE.Mesh(new THREE.TorusGeometry(GLASS.radius - GLASS.wall / 2, GLASS.wall / 2, 10, 56), edge);
-    rim.position.z = GLASS.height / 2;
-    const foot = new THREE.Mesh(new THREE.CylinderGeometry(GLASS.radius, GLASS.radius * 0.96, 0.005, 48).rotateX(Math.PI / 2), edge);
-    foot.position.z = -GLASS.height / 2;
-    rim.renderOrder = foot.renderOrder = 3;
-    this.add(this.liquid, body, rim, foot);
+    this.#rim = new THREE.Mesh(new THREE.BufferGeometry(), edge);
+    this.#foot = new THREE.Mesh(new THREE.BufferGeometry(), edge);
+    this.#rim.renderOrder = this.#foot.renderOrder = 3;
+    this.add(this.liquid, this.#body, this.#rim, this.#foot);
+  }
+
+  fit(size: GlassSize): void {
+    this.size = size;
+    const outside = size.radius + WALL;
+    this.liquid.fit(size);
+    reshape(this.#body, shell(size));
+    reshape(this.#rim, new THREE.TorusGeometry(size.radius + WALL / 2, WALL / 2, 10, 56));
+    reshape(this.#foot, new THREE.CylinderGeometry(outside, outside * 0.96, 2 * WALL, 48).rotateX(Math.PI / 2));
+    this.#rim.position.z = size.height / 2;
+    this.#foot.position.z = -size.height / 2 - WALL;
   }
 }
 
@@ -83,17 +111,22 @@ export class Glass extends THREE.Group {
 export class Ghost extends THREE.Group {
   readonly #material = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.3, depthWrite: false });
   readonly #edge = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.9, depthWrite: false });
+  readonly #body = new THREE.Mesh(new THREE.BufferGeometry(), this.#material);
+  readonly #rings = [-1, 1].map(() => new THREE.Mesh(new THREE.BufferGeometry(), this.#edge)); // bottom and top
 
   constructor() {
     super();
-    this.add(new THREE.Mesh(shell(), this.#material));
-    for (const z of [-1, 1]) {
-      const ring = new THREE.Mesh(new THREE.TorusGeometry(GLASS.radius, 0.0014, 8, 56), this.#edge);
-      ring.position.z = (z * GLASS.height) / 2;
-      this.add(ring);
-    }
+    this.add(this.#body, ...this.#rings);
     const axis = new THREE.Mesh(new THREE.CylinderGeometry(0.001, 0.001, 0.2), this.#material);
     this.add(axis.rotateX(Math.PI / 2));
+  }
+
+  fit(size: GlassSize): void {
+    reshape(this.#body, shell(size));
+    this.#rings.forEach((ring, top) => {
+      reshape(ring, new THREE.TorusGeometry(size.radius + WALL, 0.0014, 8, 56));
+      ring.position.z = (top - 0.5) * size.height;
+    });
   }
 
   paint(color: number, opacity: number): void {

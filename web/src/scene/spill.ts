@@ -1,5 +1,5 @@
 import * as THREE from 'three';
-import { GLASS } from './glass';
+import type { Glass } from './glass';
 
 const DROPS = 36;
 const FALL = 1.1; // s that a spill is in the air
@@ -35,7 +35,7 @@ export class Spill extends THREE.Group {
   }
 
   /** @param glass where it is now; @param t s */
-  update(spilled: boolean, glass: THREE.Object3D, t: number): void {
+  update(spilled: boolean, glass: Glass, t: number): void {
     if (spilled && !this.#spilled) this.#begin(glass, t);
     this.#spilled = this.visible = spilled;
     if (!spilled) return;
@@ -53,13 +53,14 @@ export class Spill extends THREE.Group {
     this.#drops.instanceMatrix.needsUpdate = true;
   }
 
-  #begin(glass: THREE.Object3D, t: number): void {
+  #begin(glass: Glass, t: number): void {
+    const { radius, height } = glass.size;
     this.#since = t;
     glass.getWorldPosition(this.#glass);
     this.#puddle.position.set(this.#glass.x, 0.004, this.#glass.z);
     for (let i = 0; i < DROPS; ++i) {
       const a = 2.4 * i, c = Math.cos(a), s = Math.sin(a), out = 0.12 + 0.1 * Math.sin(5 * i);
-      this.#start.set([this.#glass.x + GLASS.radius * c, this.#glass.y + GLASS.height / 2, this.#glass.z + GLASS.radius * s], 3 * i);
+      this.#start.set([this.#glass.x + radius * c, this.#glass.y + height / 2, this.#glass.z + radius * s], 3 * i);
       this.#speed.set([out * c, 0.25 + 0.2 * Math.sin(3 * i), out * s], 3 * i);
     }
   }

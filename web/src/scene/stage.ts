@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { SCENE_FROM_ROBOT } from '../frames';
-import type { Pose, Robot, SessionState, StateMessage } from '../protocol';
+import type { GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
 import { blindRenderer } from './blind';
 import { Ghost, Glass } from './glass';
@@ -103,9 +103,11 @@ export class Stage {
     this.setQuality(software ? 3 : 0);
   }
 
-  async setRobot(robot: Robot): Promise<void> {
+  async setRobot(robot: Robot, glass: GlassSize): Promise<void> {
     if (this.arm) this.base.remove(this.arm);
-    const arm = new Arm(robot);
+    this.glass.fit(glass);
+    this.ghost.fit(glass);
+    const arm = new Arm(robot, glass);
     this.arm = arm;
     arm.tool.add(this.glass);
     this.base.add(arm);
