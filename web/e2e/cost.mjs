@@ -1,5 +1,9 @@
 // What the page costs, as a table: `node web/e2e/cost.mjs`. The scene is drawn into few pixels, because this measures the
 // page's own work in the processor: how fast pixels fill is the graphics card's affair, told by triangles and calls.
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { allocations, buildReadable } from './allocations.mjs';
 import { finish, isEngaged, lead, open, pressTarget, ready, start, startProgram, until } from './harness.mjs';
 
 const SECONDS = 5;
@@ -25,6 +29,35 @@ async function frames(page, tools) {
   const end = [await count(), await metrics()];
   const drawn = end[0] - begin[0];
   return { rate: drawn / SECONDS, script: (1000 * (end[1].ScriptDuration - begin[1].ScriptDuration)) / drawn, task: (1000 * (end[1].TaskDuration - begin[1].TaskDuration)) / drawn, allocated: allocated / drawn };
+}
+
+/** Who allocates, while a recording leads the arm and then a key, of a page whose functions have kept their names. */
+async function printAllocations() {
+  const folder = mkdtempSync(join(tmpdir(), 'steadyhand-page-'));
+  try {
+    const sources = buildReadable(folder);
+    await startProgram('--page', folder);
+    const page = await open({ context: { viewport: { width: 420, height: 300 } } });
+    await page.evaluate(() => globalThis.steadyhand.stage.setQuality(3));
+    await page.waitForTimeout(2000 * SECONDS); // until what runs often is compiled
+    await printShares('while a recording leads', await allocations(page, sources, 2 * SECONDS));
+    await page.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+    await ready(page);
+    await page.evaluate(() => globalThis.steadyhand.stage.setQuality(3));
+    await page.keyboard.down('KeyE');
+    await page.waitForTimeout(1000 * SECONDS);
+    await printShares('while a key leads', await allocations(page, sources, 2 * SECONDS));
+    await page.keyboard.up('KeyE');
+  } finally {
+    rmSync(folder, { recursive: true, force: true });
+  }
+}
+
+function printShares(when, { frames: drawn, shares }) {
+  for (const [share, { bytes, functions }] of shares) {
+    print(`${share}, ${when}`, `${(bytes / drawn).toFixed(0)} bytes a frame`);
+    for (const [name, size] of functions.slice(0, 6)) console.log(`    ${name.padEnd(60)} ${(size / drawn).toFixed(0)}`);
+  }
 }
 
 await start();
@@ -75,6 +108,8 @@ try {
   await page.waitForTimeout(1000 * SECONDS);
   const after = await bytes();
   print('received a second', `${((after[0] - before[0]) / SECONDS / 1000).toFixed(0)} kB, ${((after[1] - before[1]) / SECONDS).toFixed(0)} states`);
+  await page.context().close();
+  await printAllocations();
 } finally {
   await finish();
 }

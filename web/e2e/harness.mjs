@@ -7,7 +7,7 @@ import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { chromium } from 'playwright-core';
 
-const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
+export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
 const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 export const ARTEFACTS = join(ROOT, 'build/artefacts');
 const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
@@ -36,11 +36,11 @@ export async function until(condition, what) {
 }
 
 /** A program with a simulated arm at home, on a port of its own; instead of the one before. */
-export async function startProgram() {
+export async function startProgram(...more) {
   await stopProgram();
   newest = null;
   output = '';
-  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions]);
+  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions, ...more]);
   program.stdout.on('data', (data) => { output += data; });
   program.stderr.on('data', (data) => { output += data; });
   address = await until(newestAddress, 'the program to print its address');
@@ -59,6 +59,37 @@ export async function start() {
     executablePath: BROWSER,
     args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
   });
+}
+
+/** In the page: draws the state that it has now, as if it went on, and then nothing more. */
+function hold() {
+  const { steadyhand, requestAnimationFrame: next } = globalThis, { session } = steadyhand, { state } = session, held = [];
+  const begin = steadyhand.frames(), since = performance.now(), take = session.take.bind(session);
+  session.take = () => {};
+  globalThis.requestAnimationFrame = (act) => next((time) => {
+    take(state, performance.now() / 1000);
+    if (steadyhand.frames() > begin + 3 && time - since > 500) held.push(act);
+    else act(time);
+  });
+  steadyhand.stage.setQuality(2); // without shadows
+  globalThis.isHeld = () => held.length > 0;
+  globalThis.drawOn = () => {
+    globalThis.requestAnimationFrame = next;
+    delete session.take;
+    steadyhand.stage.setQuality(4);
+    held.forEach((act) => next(act));
+  };
+}
+
+/**
+ * Of the state that the page shows now, as a graphics card would draw it: without one a state is old before its picture is there, the
+ * hand falls silent meanwhile, and an emulated headset wipes its canvas with every picture.
+ */
+export async function shotOfNow(of, name) {
+  await of.evaluate(hold);
+  await until(() => of.evaluate(() => globalThis.isHeld()), `a picture of ${name}`);
+  await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
+  await of.evaluate(() => globalThis.drawOn());
 }
 
 export const closePages = () => Promise.all(browser.contexts().map((context) => context.close()));
@@ -95,13 +126,12 @@ export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 export const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
 
 /** Of the page as people see it: drawn, and then given time to hear what happened meanwhile. */
-export async function shot(of, name, drawnAnew = false) {
+export async function shot(of, name) {
   const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
   await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
-  if (!drawnAnew) await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   await of.waitForTimeout(700);
   await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
-  await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
 }
 
 /** A cable to the program that can be pulled: addresses at its far end, and what cuts it. */

@@ -5,13 +5,13 @@ import { join } from 'node:path';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
 import {
   address, ARTEFACTS, browser, cable, closePages, distance, facts, finish, inState, isEngaged, lead, open, PATIENCE, plainAddress, pressTarget,
-  ready, rest, say, shot, start, startProgram, state, targetOnScreen, until, watch,
+  ready, rest, say, shot, shotOfNow, start, startProgram, state, targetOnScreen, until, watch,
 } from './harness.mjs';
 
 let page;
 const key = (code) => ({ grip: () => page.keyboard.down(code), release: () => page.keyboard.up(code) });
 before(start);
-beforeEach(startProgram); // wherever another test left the arm, it might hardly go further
+beforeEach(() => startProgram()); // wherever another test left the arm, it might hardly go further
 afterEach(closePages);
 after(finish);
 
@@ -216,13 +216,13 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   const begin = await state(page);
   await press('trigger', 1); // for a gripper: it moves nothing
   await lift(0.2, async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04);
-  await lift(1.0, () => page.evaluate(() => globalThis.felt && globalThis.pulses > 0));
   await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = false; });
-  await until(async () => (await state(page)).state !== 'engaged', 'the arm to hold');
+  await inState(page, 'holding');
   assert.notEqual((await state(page)).reason, '');
   await rest(page);
-  await shot(page, 'vr_holding', true); // the emulator wipes its canvas with every frame
+  await shotOfNow(page, 'vr_holding');
   await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = true; });
+  await lift(1.0, () => page.evaluate(() => globalThis.felt && globalThis.pulses > 0));
   await press('squeeze', 0);
   await ready(page);
   await scaleTo(0.5);
@@ -310,6 +310,7 @@ test('a finger leads the arm on a phone, and a gamepad leads and stops it', asyn
   begin = await state(phone);
   const gamepad = (axes, ...held) => phone.evaluate(([sticks, pressed]) => {
     globalThis.pads = [null, { mapping: 'standard', axes: sticks, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i) })) }];
+    dispatchEvent(new Event('gamepadconnected'));
   }, [axes, held]);
   const RIGHT_BUMPER = 5, B = 1;
   await gamepad([0, 0, 0, 0.5]);

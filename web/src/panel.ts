@@ -14,8 +14,19 @@ function write(node: HTMLElement, text: string): void {
   if (node.textContent !== text) node.textContent = text;
 }
 
-const show = (value: Measure | undefined, factor: number, digits: number, unit: string): string =>
-  value === null || value === undefined ? '–' : `${(value * factor).toFixed(digits)} ${unit}`;
+/** A whole number with its unit, written when it changes. */
+class Reading {
+  #shown: number | null | undefined;
+
+  constructor(private readonly node: HTMLElement, private readonly factor: number, private readonly unit: string) {}
+
+  show(value: Measure | undefined): void {
+    const rounded = value === null || value === undefined ? null : Math.round(value * this.factor);
+    if (rounded === this.#shown) return;
+    this.#shown = rounded;
+    this.node.textContent = rounded === null ? '–' : `${rounded} ${this.unit}`;
+  }
+}
 
 const button = (id: string) => element(id, HTMLButtonElement);
 const input = (id: string) => element(id, HTMLInputElement);
@@ -29,7 +40,10 @@ const ANSWER_WITHIN = 1;
 /** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
 export class Panel {
   readonly #chosenAt = new Map<EventTarget, number>();
-  readonly #sliders: { node: HTMLInputElement; output: HTMLElement; read(): number | undefined; label(value: number): string }[] = [];
+  readonly #sliders: { node: HTMLInputElement; output: HTMLElement; read(): number | undefined; label(value: number): string; shown: number }[] = [];
+  readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, 'ms');
+  readonly #error = new Reading(element('error-now', HTMLElement), 1e3, 'mm');
+  readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, 'mm');
   #profiles: HTMLInputElement[] = [];
 
   constructor(private readonly session: Session, private readonly connection: Connection) {
@@ -89,7 +103,7 @@ export class Panel {
   #slider(id: string, read: () => number | undefined, label: (value: number) => string, send: (value: number) => void): void {
     const node = input(id);
     node.oninput = () => send(Number(node.value));
-    this.#sliders.push({ node, output: element(`${id}-value`, HTMLOutputElement), read, label });
+    this.#sliders.push({ node, output: element(`${id}-value`, HTMLOutputElement), read, label, shown: NaN });
   }
 
   /** What the server offers. */
@@ -136,9 +150,9 @@ export class Panel {
     element('held', HTMLElement).hidden = !constraint;
     write(element('held', HTMLElement), constraint);
     element('spill', HTMLElement).hidden = !state?.liquid.spilled;
-    write(element('latency', HTMLElement), show(state?.latency_us.p50, 1e-3, 0, 'ms'));
-    write(element('error-now', HTMLElement), show(state?.tracking_error, 1e3, 0, 'mm'));
-    write(element('clearance', HTMLElement), show(state?.clearance, 1e3, 0, 'mm'));
+    this.#latency.show(state?.latency_us.p50);
+    this.#error.show(state?.tracking_error);
+    this.#clearance.show(state?.clearance);
 
     button('reset').hidden = !(state?.state === 'stopping' || state?.state === 'fault');
     button('stop').disabled = session.status !== 'open';
@@ -151,11 +165,12 @@ export class Panel {
     element('playback', HTMLSelectElement).disabled = !session.paired || (session.holder !== 0 && !session.yours);
     input('record').disabled = !yours;
     for (const choice of this.#profiles) choice.disabled = !yours;
-    for (const { node, output, read, label } of this.#sliders) {
+    for (const slider of this.#sliders) {
+      const { node } = slider, value = slider.read();
       node.disabled = !yours;
-      const value = read();
       if (value === undefined) continue;
-      write(output, label(value));
+      if (value !== slider.shown) slider.output.textContent = slider.label(value);
+      slider.shown = value;
       if (this.#isAnswered(node, now)) node.value = String(value);
     }
     if (!state) return;

@@ -9,17 +9,32 @@ export const PROFILE_COLORS = ['#2f7fd0', '#d1561c', '#138a68', '#8a4fbf', '#a87
 
 /** Newest POINTS rows of several series, the first one times. */
 class History {
-  readonly rows: (number | null)[][];
-  constructor(series: number) { this.rows = Array.from({ length: series }, () => []); }
-  push(values: (number | null)[]): void {
-    values.forEach((value, i) => this.rows[i]!.push(value));
-    const first = this.rows[0]!;
-    while (first.length > POINTS || (first.length > 1 && first[first.length - 1]! - first[0]! > SPAN)) this.rows.forEach((row) => row.shift());
+  readonly times: number[] = [];
+  readonly series: (number | null)[][];
+  readonly #ages: number[] = [];
+  readonly #data: uPlot.AlignedData;
+
+  constructor(series: number) {
+    this.series = Array.from({ length: series }, () => []);
+    this.#data = [this.#ages, ...this.series];
   }
-  /** With seconds before the newest row in place of the session's clock. */
+
+  push(time: number, values: readonly (number | null)[]): void {
+    const { times, series } = this;
+    times.push(time);
+    for (let i = 0; i < series.length; ++i) series[i]!.push(values[i] ?? null);
+    while (times.length > POINTS || time - times[0]! > SPAN) {
+      times.shift();
+      for (const row of series) row.shift();
+    }
+  }
+
+  /** With seconds before the newest row in place of the session's clock; the same arrays each time. */
   get data(): uPlot.AlignedData {
-    const times = this.rows[0] as number[], newest = times[times.length - 1] ?? 0;
-    return [times.map((t) => t - newest), ...this.rows.slice(1)] as uPlot.AlignedData;
+    const { times } = this, newest = times[times.length - 1] ?? 0;
+    this.#ages.length = times.length;
+    for (let i = 0; i < times.length; ++i) this.#ages[i] = times[i]! - newest;
+    return this.#data;
   }
 }
 
@@ -28,18 +43,34 @@ const HEIGHT = 96;
 
 interface Chart { history: History; plot: uPlot; box: HTMLElement }
 
+/** What the table tells of a profile. */
+interface Compared { row: HTMLTableRowElement; cells: HTMLTableCellElement[] }
+
 const milli = (value: Measure): number | null => (value === null ? null : value / 1000);
+
+function comparison(profile: Profile): Compared {
+  const row = document.createElement('tr'), name = document.createElement('th'), color = document.createElement('i');
+  color.style.background = PROFILE_COLORS[profile.index % PROFILE_COLORS.length]!;
+  name.append(color, profile.label);
+  row.append(name);
+  row.hidden = true;
+  return { row, cells: [0, 1, 2, 3].map(() => row.appendChild(document.createElement('td'))) };
+}
 
 /** The last minute; profiles have a colour each, so that two of them can be compared as they alternate. */
 export class Plots {
   readonly #charts: Record<string, Chart> = {};
   readonly #profiles: Profile[];
-  readonly #sums = new Map<number, { lateral: number; peak: number; error: number; n: number }>();
+  readonly #compared: Compared[];
+  readonly #own: (number | null)[];
   #next = 0;
   #missed = -1;
 
-  constructor(private readonly root: HTMLElement, private readonly table: HTMLElement, profiles: Profile[]) {
+  constructor(private readonly root: HTMLElement, table: HTMLElement, profiles: Profile[]) {
     this.#profiles = profiles;
+    this.#own = profiles.map(() => null);
+    this.#compared = profiles.map(comparison);
+    table.replaceChildren(...this.#compared.map(({ row }) => row));
     root.replaceChildren();
     const perProfile = profiles.map((p, i) => ({ label: p.name, color: PROFILE_COLORS[i % PROFILE_COLORS.length]! }));
     const spread = [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }];
@@ -63,7 +94,7 @@ export class Plots {
     }
     box.append(caption);
     this.root.append(box);
-    const history = new History(series.length + 1);
+    const history = new History(series.length);
     const ink = () => getComputedStyle(this.root).color;
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.25)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     const plot = new uPlot({
@@ -82,15 +113,20 @@ export class Plots {
     const [x, y] = state.local_acceleration;
     const lateral = x === null || y === null ? null : Math.hypot(x, y);
     const error = milli(state.tracking_error === null ? null : state.tracking_error * 1e6);
-    const own = (value: number | null): (number | null)[] => this.#profiles.map((p) => (p.index === state.controls.profile ? value : null));
     const t = state.now_s;
-    this.#charts.lateral!.history.push([t, ...own(lateral)]);
-    this.#charts.error!.history.push([t, ...own(error)]);
-    this.#charts.solve!.history.push([t, milli(state.solve_us.p50), milli(state.solve_us.p99)]);
-    this.#charts.latency!.history.push([t, milli(state.latency_us.p50), milli(state.latency_us.p99)]);
+    this.#charts.lateral!.history.push(t, this.#ofProfile(lateral, state.controls.profile));
+    this.#charts.error!.history.push(t, this.#ofProfile(error, state.controls.profile));
+    this.#charts.solve!.history.push(t, [milli(state.solve_us.p50), milli(state.solve_us.p99)]);
+    this.#charts.latency!.history.push(t, [milli(state.latency_us.p50), milli(state.latency_us.p99)]);
     const missed = this.#missed < 0 ? 0 : Math.max(0, state.missed_deadlines - this.#missed) * RATE;
     this.#missed = state.missed_deadlines;
-    this.#charts.missed!.history.push([t, missed]);
+    this.#charts.missed!.history.push(t, [missed]);
+  }
+
+  /** A row with one profile's value; the same array each time. */
+  #ofProfile(value: number | null, index: number): readonly (number | null)[] {
+    for (let i = 0; i < this.#own.length; ++i) this.#own[i] = this.#profiles[i]!.index === index ? value : null;
+    return this.#own;
   }
 
   /** A few times a second. */
@@ -103,32 +139,25 @@ export class Plots {
 
   /** Means of the last minute, by profile. */
   #compare(): void {
-    this.#sums.clear();
-    const lateral = this.#charts.lateral!.history.rows, error = this.#charts.error!.history.rows;
-    this.#profiles.forEach((profile, i) => {
-      const sum = { lateral: 0, peak: 0, error: 0, n: 0 };
-      lateral[i + 1]!.forEach((value, k) => {
-        if (value === null) return;
-        sum.lateral += value;
-        sum.peak = Math.max(sum.peak, value);
-        sum.error += error[i + 1]![k] ?? 0;
-        ++sum.n;
-      });
-      if (sum.n) this.#sums.set(profile.index, sum);
-    });
-    this.table.replaceChildren(...this.#profiles.filter((p) => this.#sums.has(p.index)).map((p) => {
-      const row = document.createElement('tr');
-      const sum = this.#sums.get(p.index)!;
-      for (const text of [p.label, (sum.lateral / sum.n).toFixed(2), sum.peak.toFixed(1), (sum.error / sum.n).toFixed(0), (sum.n / RATE).toFixed(0)]) {
-        const cell = document.createElement(row.childElementCount ? 'td' : 'th');
-        cell.textContent = text;
-        row.append(cell);
+    const lateral = this.#charts.lateral!.history.series, error = this.#charts.error!.history.series;
+    for (let i = 0; i < this.#compared.length; ++i) {
+      const felt = lateral[i]!, off = error[i]!, { row, cells } = this.#compared[i]!;
+      let sum = 0, peak = 0, errors = 0, n = 0;
+      for (let k = 0; k < felt.length; ++k) {
+        const value = felt[k] ?? null;
+        if (value === null) continue;
+        sum += value;
+        peak = Math.max(peak, value);
+        errors += off[k] ?? 0;
+        ++n;
       }
-      const color = document.createElement('i');
-      color.style.background = PROFILE_COLORS[p.index % PROFILE_COLORS.length]!;
-      row.firstElementChild!.prepend(color);
-      return row;
-    }));
+      row.hidden = n === 0;
+      if (n === 0) continue;
+      cells[0]!.textContent = (sum / n).toFixed(2);
+      cells[1]!.textContent = peak.toFixed(1);
+      cells[2]!.textContent = (errors / n).toFixed(0);
+      cells[3]!.textContent = (n / RATE).toFixed(0);
+    }
   }
 
   resize(): void {

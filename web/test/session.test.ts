@@ -101,7 +101,7 @@ describe('hand', () => {
   let sent: Extract<ClientMessage, { type: 'sample' }>[], hand: Hand, allowed: boolean;
   beforeEach(() => {
     sent = [];
-    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(message); return true; } }, () => 5, () => allowed);
+    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(structuredClone(message)); return true; } }, () => 5, () => allowed);
     allowed = true;
   });
 

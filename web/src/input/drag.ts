@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import type { Hand } from '../hand';
-import type { Quat, Vec3 } from '../protocol';
+import type { MutableQuat, MutableVec3 } from '../frames';
 import type { Session } from '../session';
 import type { Stage } from '../scene/stage';
 
@@ -12,6 +12,8 @@ export class Drag {
   readonly #start = new THREE.Vector3();
   readonly #startTurn = new THREE.Quaternion();
   readonly #turn = new THREE.Quaternion();
+  readonly #shift: MutableVec3 = [0, 0, 0];
+  readonly #spin: MutableQuat = [0, 0, 0, 1];
   #eventTime = 0;
   #holding = false;
 
@@ -52,7 +54,7 @@ export class Drag {
     const target = this.session.state?.target;
     if (!target || this.#holding) return;
     // Upright handles: they move along the base's axes.
-    this.#proxy.position.set(...(target.p as [number, number, number]));
+    this.#proxy.position.set(target.p[0], target.p[1], target.p[2]);
     this.#proxy.quaternion.identity();
   }
 
@@ -77,8 +79,10 @@ export class Drag {
     if (!this.#holding || !controls) return;
     this.#turn.copy(this.#startTurn).invert().premultiply(this.#proxy.quaternion);
     const p = this.#proxy.position;
-    const shift: Vec3 = [p.x - this.#start.x, p.y - this.#start.y, p.z - this.#start.z];
-    const spin: Quat = [this.#turn.x, this.#turn.y, this.#turn.z, this.#turn.w];
-    this.hand.lead('drag', shift, spin, controls.scale, controls.yaw, idle ? undefined : this.#eventTime);
+    this.#shift[0] = p.x - this.#start.x;
+    this.#shift[1] = p.y - this.#start.y;
+    this.#shift[2] = p.z - this.#start.z;
+    this.#turn.toArray(this.#spin);
+    this.hand.lead('drag', this.#shift, this.#spin, controls.scale, controls.yaw, idle ? undefined : this.#eventTime);
   }
 }

@@ -46,11 +46,11 @@ export class EmulatedHand {
     if (!running) this.#press('squeeze', 0);
   }
 
-  /** iwer makes the picture as large as the window; here it has a part of it. */
-  fit(): void {
+  /** iwer makes the picture as large as the window; here it has a part of it. @param ratio pixels of the picture to those of the page */
+  fit(ratio: number): void {
     const canvas = this.device.appCanvas, box = this.device.canvasContainer;
     if (!this.#running || !canvas || !box.clientWidth) return;
-    const width = Math.round(box.clientWidth * devicePixelRatio), height = Math.round(box.clientHeight * devicePixelRatio);
+    const width = Math.round(box.clientWidth * ratio), height = Math.round(box.clientHeight * ratio);
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
   }

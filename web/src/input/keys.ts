@@ -1,6 +1,5 @@
 import type { Hand } from '../hand';
-import { multiply, normalize, rotation } from '../frames';
-import type { Quat, Vec3 } from '../protocol';
+import { multiply, normalize, rotation, type MutableQuat, type MutableVec3 } from '../frames';
 import type { Session } from '../session';
 
 const SPEED = 0.25; // m/s
@@ -14,9 +13,11 @@ const KEYS: Readonly<Record<string, readonly [number, number]>> = {
 
 /** Rates along and about the axes: from keys or a gamepad. The hand moves while any is not zero, and is let go when all are. */
 abstract class RateInput {
-  protected readonly rates = [0, 0, 0, 0, 0, 0];
-  #shift: Vec3 = [0, 0, 0];
-  #spin: Quat = [0, 0, 0, 1];
+  protected readonly rates = new Float64Array(6);
+  readonly #shift: MutableVec3 = [0, 0, 0];
+  readonly #spin: MutableQuat = [0, 0, 0, 1];
+  readonly #axis: MutableVec3 = [0, 0, 0];
+  readonly #step: MutableQuat = [0, 0, 0, 1];
   #active = false;
 
   constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
@@ -34,19 +35,26 @@ abstract class RateInput {
       this.wantLease();
       if (!this.hand.grab(this.name)) return;
       this.#active = true;
-      this.#shift = [0, 0, 0];
-      this.#spin = [0, 0, 0, 1];
+      this.#shift.fill(0);
+      this.#spin.fill(0);
+      this.#spin[3] = 1;
     }
-    const [x, y, z, rx, ry, rz] = this.rates as [number, number, number, number, number, number];
-    this.#shift = [this.#shift[0] + x * SPEED * dt, this.#shift[1] + y * SPEED * dt, this.#shift[2] + z * SPEED * dt];
-    const rate = Math.hypot(rx, ry, rz);
-    if (rate > 0) this.#spin = normalize(multiply(rotation([rx / rate, ry / rate, rz / rate], rate * TURN * dt), this.#spin));
+    const rate = Math.hypot(this.rates[3]!, this.rates[4]!, this.rates[5]!);
+    for (let i = 0; i < 3; ++i) {
+      this.#shift[i]! += this.rates[i]! * SPEED * dt;
+      this.#axis[i] = this.rates[3 + i]! / rate;
+    }
+    if (rate > 0) normalize(multiply(rotation(this.#axis, rate * TURN * dt, this.#step), this.#spin, this.#spin), this.#spin);
     this.hand.lead(this.name, this.#shift, this.#spin, controls.scale, controls.yaw);
   }
 }
 
 export class Keys extends RateInput {
   readonly #down = new Set<string>();
+  readonly #add = (code: string): void => {
+    const key = KEYS[code]!;
+    this.rates[key[0]]! += key[1];
+  };
 
   constructor(hand: Hand, session: Session, wantLease: () => void, onStop: () => void) {
     super('keys', hand, session, wantLease);
@@ -65,10 +73,7 @@ export class Keys extends RateInput {
 
   update(dt: number): void {
     this.rates.fill(0);
-    for (const code of this.#down) {
-      const [axis, sign] = KEYS[code]!;
-      this.rates[axis]! += sign;
-    }
+    this.#down.forEach(this.#add);
     this.advance(dt, this.#down.size > 0);
   }
 }
@@ -76,25 +81,39 @@ export class Keys extends RateInput {
 /** Right bumper held engages; left stick moves, right stick lifts and turns, button B stops. */
 export class Gamepads extends RateInput {
   #stopHeld = false;
+  #plugged = false;
 
   constructor(hand: Hand, session: Session, wantLease: () => void, private readonly onStop: () => void) {
     super('gamepad', hand, session, wantLease);
+    // Asked 90 times a second, the browser makes its list anew each time.
+    const look = (): void => { this.#plugged = this.#pad() !== undefined; };
+    addEventListener('gamepadconnected', look);
+    addEventListener('gamepaddisconnected', look);
+    look();
+  }
+
+  #pad(): Gamepad | undefined {
+    for (const pad of navigator.getGamepads?.() ?? []) {
+      if (pad?.mapping === 'standard') return pad;
+    }
+    return undefined;
+  }
+
+  #stick(pad: Gamepad, axis: number): number {
+    const value = pad.axes[axis] ?? 0;
+    return Math.abs(value) > 0.12 ? -value : 0;
   }
 
   update(dt: number): void {
-    const pad = navigator.getGamepads?.().find((one) => one?.mapping === 'standard');
+    const pad = this.#plugged && this.#pad();
     if (!pad) return this.advance(dt, false);
     const stop = pad.buttons[1]?.pressed ?? false;
     if (stop && !this.#stopHeld) this.onStop();
     this.#stopHeld = stop;
-    const axis = (i: number): number => {
-      const value = pad.axes[i] ?? 0;
-      return Math.abs(value) > 0.12 ? -value : 0;
-    };
-    this.rates[0] = axis(1);
-    this.rates[1] = axis(0);
-    this.rates[2] = axis(3);
-    this.rates[5] = axis(2);
+    this.rates[0] = this.#stick(pad, 1);
+    this.rates[1] = this.#stick(pad, 0);
+    this.rates[2] = this.#stick(pad, 3);
+    this.rates[5] = this.#stick(pad, 2);
     this.advance(dt, pad.buttons[5]?.pressed ?? false);
   }
 }

@@ -1,14 +1,16 @@
 import * as THREE from 'three';
 import type { Hand } from '../hand';
-import { heading, toRobot, toRobotRotation } from '../frames';
+import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
-import type { Pose } from '../protocol';
 import type { Session } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { EmulatedHand } from './emulator';
 
 /** Buttons of the `xr-standard` mapping. */
 const GRIP = 1, A = 4, B = 5;
+
+/** What the headset said last of the hand. */
+interface Heard { readonly pose: MutablePose; known: boolean; gripped: boolean; guessed: boolean; at: number }
 
 /** The state as a board beside the arm, readable in the headset. Drawn anew only when its words change. */
 class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
@@ -67,13 +69,14 @@ export class Headset {
   readonly #board = new Board();
   readonly #rig = new THREE.Group();
   readonly #controllers: THREE.Object3D[] = [];
-  #held: readonly boolean[] = [];
+  readonly #held: boolean[] = [];
   #scaleAt = 0;
-  #constraint = '';
+  #constrained = false;
+  #gripping: XRHandedness = 'none';
   #wroteAt = 0;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
-  #last: { pose: Pose | null; gripped: boolean; guessed: boolean; at: number } | null = null;
+  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, gripped: false, guessed: false, at: Infinity };
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly wantLease: () => void, private readonly onStop: () => void,
@@ -128,57 +131,80 @@ export class Headset {
     this.stage.present(mode);
     this.#rig.visible = true;
     if (this.#mouse) this.#mouse.running = true;
-    this.#held = [];
+    this.#held.length = 0;
+    this.#last.at = Infinity;
     this.onChange();
   }
 
   /** Every frame of the headset. */
   update(frame: XRFrame | undefined, now: number): void {
     if (!this.session || !frame) return;
-    this.#mouse?.fit();
+    this.#mouse?.fit(this.stage.renderer.getPixelRatio());
     const space = this.stage.renderer.xr.getReferenceSpace();
     const source = this.#source();
     this.#write(now);
     if (!space || !source?.gamepad || !source.gripSpace) return this.#noController(now);
-    const pressed = source.gamepad.buttons.map((button) => button.pressed);
-    const fresh = (button: number): boolean => pressed[button] === true && this.#held[button] !== true;
+    const { buttons } = source.gamepad;
     const pose = frame.getPose(source.gripSpace, space);
-    if (fresh(B)) this.onStop();
-    if (fresh(A)) this.#setForward(frame, space);
+    if (this.#fresh(buttons, B)) this.onStop();
+    if (this.#fresh(buttons, A)) this.#setForward(frame, space);
     this.#scale(source.gamepad.axes[3] ?? 0, now);
-    const gripped = pressed[GRIP] === true;
-    if (fresh(GRIP)) this.wantLease();
+    const gripped = buttons[GRIP]?.pressed === true;
+    if (this.#fresh(buttons, GRIP)) this.wantLease();
     if (gripped || this.hand.source === 'headset') this.hand.grab('headset');
+    if (gripped) this.#gripping = source.handedness;
     if (this.hand.source === 'headset') {
-      const known = pose && { p: toRobot(pose.transform.position), q: toRobotRotation(pose.transform.orientation) };
-      this.#report(known ?? null, gripped, known ? pose.emulatedPosition && !this.simulated : false, now);
+      this.#report(pose ?? null, gripped, now);
       if (!gripped) this.hand.release('headset');
     }
-    this.#held = pressed;
+    for (let i = 0; i < buttons.length; ++i) this.#held[i] = buttons[i]!.pressed;
     this.#pulse(source);
   }
 
-  /** The controller that grips, otherwise the right one. */
+  /** Whether it is pressed, and was not a frame ago. */
+  #fresh(buttons: readonly GamepadButton[], button: number): boolean {
+    return buttons[button]?.pressed === true && this.#held[button] !== true;
+  }
+
+  /** The controller that grips; otherwise the one that did, whose absence must not look like letting go; otherwise the right one. */
   #source(): XRInputSource | undefined {
-    const all = [...(this.session?.inputSources ?? [])].filter((one) => one.gripSpace && one.gamepad);
-    return all.find((one) => one.gamepad!.buttons[GRIP]?.pressed) ?? all.find((one) => one.handedness === 'right') ?? all[0];
+    let best: XRInputSource | undefined;
+    for (const one of this.session?.inputSources ?? []) {
+      if (!one.gripSpace || !one.gamepad) continue;
+      if (one.gamepad.buttons[GRIP]?.pressed) return one;
+      if (this.hand.source === 'headset' && one.handedness !== this.#gripping) continue;
+      if (!best || (one.handedness === 'right' && best.handedness !== 'right')) best = one;
+    }
+    return best;
   }
 
   #noController(now: number): void {
     // Switched off, or put down: the server must hear that there is no pose rather than nothing.
-    if (this.hand.source === 'headset') this.#report(null, this.hand.clutch, false, now);
+    if (this.hand.source === 'headset') this.#report(null, this.hand.clutch, now);
   }
 
-  #report(pose: Pose | null, gripped: boolean, guessed: boolean, now: number): void {
-    this.#last = { pose, gripped, guessed, at: now };
-    this.hand.report('headset', pose, gripped, guessed);
+  #report(pose: XRPose | null, gripped: boolean, now: number): void {
+    const last = this.#last;
+    last.known = pose !== null;
+    last.gripped = gripped;
+    last.guessed = pose !== null && pose.emulatedPosition && !this.simulated;
+    last.at = now;
+    if (pose) {
+      toRobot(pose.transform.position, last.pose.p);
+      toRobotRotation(pose.transform.orientation, last.pose.q);
+    }
+    this.#tell();
+  }
+
+  #tell(): void {
+    const { pose, known, gripped, guessed } = this.#last;
+    this.hand.report('headset', known ? pose : null, gripped, guessed);
   }
 
   /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */
   repeat(now: number): void {
-    const last = this.#last;
-    if (!this.simulated || !this.session || this.hand.source !== 'headset' || !last || now - last.at < 0.03) return;
-    this.hand.report('headset', last.pose, last.gripped, last.guessed);
+    if (!this.simulated || !this.session || this.hand.source !== 'headset' || now - this.#last.at < 0.03) return;
+    this.#tell();
   }
 
   #setForward(frame: XRFrame, space: XRReferenceSpace): void {
@@ -196,12 +222,12 @@ export class Headset {
   }
 
   #pulse(source: XRInputSource): void {
-    const constraint = this.facts.constraint();
-    if (constraint && !this.#constraint) {
+    const constrained = (this.facts.state?.constraint.kind ?? 'none') !== 'none';
+    if (constrained && !this.#constrained) {
       const motor = (source.gamepad as unknown as { hapticActuators?: { pulse?(strength: number, ms: number): void }[] }).hapticActuators?.[0];
       motor?.pulse?.(0.6, 40);
     }
-    this.#constraint = constraint;
+    this.#constrained = constrained;
   }
 
   #write(now: number): void {

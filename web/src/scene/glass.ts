@@ -1,20 +1,26 @@
 import * as THREE from 'three';
 import type { GlassSize } from '../protocol';
+import { circle } from './circle';
 
 /** m, thickness of the glass that is drawn around what the server tells of its inside. */
 export const WALL = 0.0025;
 
 const SIDES = 40;
+const { cos, sin } = circle(SIDES);
 
 /** A cylinder whose top is a plane that tilts; the vertices move, nothing is made anew. */
 class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMaterial> {
   #size: GlassSize = { radius: 0, height: 0, fill: 0 };
+  readonly #position: THREE.BufferAttribute;
+  readonly #normal: THREE.BufferAttribute;
 
   constructor() {
     const geometry = new THREE.BufferGeometry();
     const rows = SIDES + 1;
-    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array((3 * rows + 1) * 3), 3));
-    geometry.setAttribute('normal', new THREE.BufferAttribute(new Float32Array((3 * rows + 1) * 3), 3));
+    const position = new THREE.BufferAttribute(new Float32Array((3 * rows + 1) * 3), 3);
+    const normal = new THREE.BufferAttribute(new Float32Array((3 * rows + 1) * 3), 3);
+    geometry.setAttribute('position', position);
+    geometry.setAttribute('normal', normal);
     const index: number[] = [];
     for (let i = 0; i < SIDES; ++i) {
       index.push(i, i + 1, rows + i, i + 1, rows + i + 1, rows + i);
@@ -24,36 +30,39 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
     super(geometry, new THREE.MeshPhysicalMaterial({
       color: 0x9c1f33, roughness: 0.12, transparent: true, opacity: 0.9, side: THREE.DoubleSide, forceSinglePass: true,
     }));
+    this.#position = position;
+    this.#normal = normal;
   }
 
   fit(size: GlassSize): void {
     this.#size = size;
+    const rows = SIDES + 1, bottom = -size.height / 2, r = size.radius - 0.0005; // or it would shine through the wall
+    for (let i = 0; i < rows; ++i) {
+      for (const row of [0, rows, 2 * rows]) this.#position.setXYZ(row + i, r * cos[i]!, r * sin[i]!, bottom);
+      for (const row of [0, rows]) this.#normal.setXYZ(row + i, cos[i]!, sin[i]!, 0);
+    }
     this.tilt(0, 0);
     this.geometry.computeBoundingSphere();
   }
 
   /** rad, of the surface's normal about the glass's x and y. */
   tilt(aboutX: number, aboutY: number): void {
-    const position = this.geometry.getAttribute('position') as THREE.BufferAttribute;
-    const normal = this.geometry.getAttribute('normal') as THREE.BufferAttribute;
-    const rows = SIDES + 1, top = this.#size.height / 2, bottom = -top, middle = bottom + this.#size.fill;
-    const r = this.#size.radius - 0.0005; // or it would shine through the wall
+    const rows = SIDES + 1, top = this.#size.height / 2, middle = this.#size.fill - top;
     const sx = -Math.tan(Math.max(-1.2, Math.min(1.2, aboutY))), sy = Math.tan(Math.max(-1.2, Math.min(1.2, aboutX)));
     const n = Math.hypot(sx, sy, 1);
+    const p = this.#position.array, normals = this.#normal.array;
     for (let i = 0; i <= SIDES; ++i) {
-      const c = Math.cos((2 * Math.PI * i) / SIDES), s = Math.sin((2 * Math.PI * i) / SIDES);
-      const z = Math.min(top, Math.max(bottom, middle + r * (sx * c + sy * s)));
-      position.setXYZ(i, r * c, r * s, bottom);
-      position.setXYZ(rows + i, r * c, r * s, z);
-      position.setXYZ(2 * rows + i, r * c, r * s, z);
-      normal.setXYZ(i, c, s, 0);
-      normal.setXYZ(rows + i, c, s, 0);
-      normal.setXYZ(2 * rows + i, -sx / n, -sy / n, 1 / n);
+      const rim = 3 * (rows + i), surface = 3 * (2 * rows + i);
+      p[rim + 2] = p[surface + 2] = Math.min(top, Math.max(-top, middle + sx * p[rim]! + sy * p[rim + 1]!));
     }
-    position.setXYZ(3 * rows, 0, 0, middle);
-    normal.setXYZ(3 * rows, -sx / n, -sy / n, 1 / n);
-    position.needsUpdate = true;
-    normal.needsUpdate = true;
+    p[3 * 3 * rows + 2] = middle;
+    for (let k = 3 * 2 * rows; k < normals.length; k += 3) {
+      normals[k] = -sx / n;
+      normals[k + 1] = -sy / n;
+      normals[k + 2] = 1 / n;
+    }
+    this.#position.needsUpdate = true;
+    this.#normal.needsUpdate = true;
   }
 }
 

@@ -1,21 +1,25 @@
 import * as THREE from 'three';
+import type { Vec3 } from '../protocol';
+import { circle } from './circle';
 
 const SIDES = 6;
+const { cos, sin } = circle(SIDES);
 
 /** A thin tube through points that change with every frame; thicker and stronger where it begins. Nothing is made anew. */
 export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial> {
   readonly capacity: number;
   readonly #points: Float32Array;
   #count = 0;
-  readonly #tangent = new THREE.Vector3(0, 0, 1);
-  readonly #side = new THREE.Vector3();
-  readonly #up = new THREE.Vector3();
+  readonly #position: THREE.BufferAttribute;
+  readonly #color: THREE.BufferAttribute;
 
   /** @param thickness m, of its beginning; @param opacity there */
   constructor(capacity: number, private readonly thickness: number, private readonly opacity: number) {
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 3), 3));
-    geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 4).fill(1), 4));
+    const position = new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 3), 3);
+    const color = new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 4).fill(1), 4);
+    geometry.setAttribute('position', position);
+    geometry.setAttribute('color', color);
     const index: number[] = [];
     for (let k = 0; k + 1 < capacity; ++k) {
       for (let i = 0; i < SIDES; ++i) {
@@ -27,6 +31,8 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
     geometry.setDrawRange(0, 0);
     super(geometry, new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side: THREE.DoubleSide, forceSinglePass: true }));
     this.capacity = capacity;
+    this.#position = position;
+    this.#color = color;
     this.#points = new Float32Array(capacity * 3);
     this.frustumCulled = false;
   }
@@ -35,37 +41,44 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
 
   begin(): void { this.#count = 0; }
 
-  append(x: number, y: number, z: number): void {
-    if (this.#count >= this.capacity) return;
-    const k = 3 * this.#count++;
-    this.#points[k] = x;
-    this.#points[k + 1] = y;
-    this.#points[k + 2] = z;
+  append(point: Vec3): void {
+    if (this.#count < this.capacity) this.#points.set(point, 3 * this.#count++);
   }
 
-  /** Shows what was appended since begin(). */
+  /** Before the first; where there is no more room the last one is forgotten. */
+  prepend(point: Vec3): void {
+    this.#points.copyWithin(3, 0, 3 * (this.capacity - 1));
+    this.#points.set(point);
+    this.#count = Math.min(this.capacity, this.#count + 1);
+  }
+
+  /** Shows the points since begin(). In plain numbers: calls of three.js' vectors would box each of them. */
   end(): void {
-    const n = this.#count, p = this.#points;
-    const position = this.geometry.getAttribute('position') as THREE.BufferAttribute;
-    const color = this.geometry.getAttribute('color') as THREE.BufferAttribute;
+    const n = this.#count, p = this.#points, at = this.#position.array, colors = this.#color.array;
+    let tx = 0, ty = 0, tz = 1; // along the tube
     for (let k = 0; k < n; ++k) {
       const a = 3 * Math.max(0, k - 1), b = 3 * Math.min(n - 1, k + 1);
-      this.#side.set(p[b]! - p[a]!, p[b + 1]! - p[a + 1]!, p[b + 2]! - p[a + 2]!);
-      if (this.#side.lengthSq() > 1e-10) this.#tangent.copy(this.#side).normalize(); // where it stands still, as before
-      this.#side.set(0, 0, 1);
-      if (Math.abs(this.#tangent.z) > 0.95) this.#side.set(1, 0, 0);
-      this.#side.cross(this.#tangent).normalize();
-      this.#up.crossVectors(this.#tangent, this.#side);
+      const dx = p[b]! - p[a]!, dy = p[b + 1]! - p[a + 1]!, dz = p[b + 2]! - p[a + 2]!, length = Math.sqrt(dx * dx + dy * dy + dz * dz);
+      if (length > 1e-5) { // where it stands still, as before
+        tx = dx / length;
+        ty = dy / length;
+        tz = dz / length;
+      }
+      // Across it: z x tangent, or x x tangent where it goes up; then tangent x side.
+      const steep = Math.abs(tz) > 0.95, across = steep ? Math.sqrt(ty * ty + tz * tz) : Math.sqrt(tx * tx + ty * ty);
+      const sx = steep ? 0 : -ty / across, sy = (steep ? -tz : tx) / across, sz = steep ? ty / across : 0;
+      const ux = ty * sz - tz * sy, uy = tz * sx - tx * sz, uz = tx * sy - ty * sx;
       const rest = 1 - k / Math.max(1, n - 1), radius = this.thickness * (0.25 + 0.75 * rest);
       for (let i = 0; i < SIDES; ++i) {
-        const c = radius * Math.cos((2 * Math.PI * i) / SIDES), s = radius * Math.sin((2 * Math.PI * i) / SIDES), v = k * SIDES + i;
-        position.setXYZ(v, p[3 * k]! + c * this.#side.x + s * this.#up.x, p[3 * k + 1]! + c * this.#side.y + s * this.#up.y,
-          p[3 * k + 2]! + c * this.#side.z + s * this.#up.z);
-        color.setW(v, this.opacity * rest);
+        const c = radius * cos[i]!, s = radius * sin[i]!, v = k * SIDES + i;
+        at[3 * v] = p[3 * k]! + c * sx + s * ux;
+        at[3 * v + 1] = p[3 * k + 1]! + c * sy + s * uy;
+        at[3 * v + 2] = p[3 * k + 2]! + c * sz + s * uz;
+        colors[4 * v + 3] = this.opacity * rest;
       }
     }
-    position.needsUpdate = true;
-    color.needsUpdate = true;
+    this.#position.needsUpdate = true;
+    this.#color.needsUpdate = true;
     this.geometry.setDrawRange(0, Math.max(0, n - 1) * SIDES * 6);
   }
 }

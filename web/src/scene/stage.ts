@@ -45,9 +45,6 @@ export class Stage {
   readonly #room = new Room();
   readonly #path = new Ribbon(132, 0.0055, 0.95);
   readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
-  readonly #past = new Float32Array(TRAIL * 3);
-  #pastCount = 0;
-  #pastAt = 0;
   readonly #reach: THREE.Mesh;
   readonly #spill: Spill;
   readonly #backdrop = new THREE.Color();
@@ -170,21 +167,14 @@ export class Stage {
     this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);
     this.#spill.update(state.liquid.spilled, this.glass, t);
     this.#path.begin();
-    for (const p of state.path) this.#path.append(p[0], p[1], p[2]);
+    for (let k = 0; k < state.path.length; ++k) this.#path.append(state.path[k]!);
     this.#path.end();
     this.#path.paint(color);
     if (state.now_s === this.#shownAt) return;
     // A session that began anew has no past.
-    if (state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1) this.#pastCount = 0;
+    if (state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1) this.#trail.begin();
     this.#shownAt = state.now_s;
-    this.#past.set(state.tool.p, 3 * this.#pastAt);
-    this.#pastAt = (this.#pastAt + 1) % TRAIL;
-    this.#pastCount = Math.min(TRAIL, this.#pastCount + 1);
-    this.#trail.begin();
-    for (let k = 1; k <= this.#pastCount; ++k) {
-      const i = 3 * ((this.#pastAt - k + TRAIL) % TRAIL);
-      this.#trail.append(this.#past[i]!, this.#past[i + 1]!, this.#past[i + 2]!);
-    }
+    this.#trail.prepend(state.tool.p);
     this.#trail.end();
   }
 
