@@ -11,7 +11,7 @@ export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirn
 const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 export const ARTEFACTS = join(ROOT, 'build/artefacts');
 const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
-export const PATIENCE = 90_000; // ms; far above what anything takes, so that a test ends
+export const PATIENCE = 180_000; // ms; far above what anything takes, so that a test ends
 
 export let browser, address;
 let program, sessions, newest, output;

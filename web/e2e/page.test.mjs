@@ -215,13 +215,18 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
   await scaleTo(2); // so that the little that a slow machine sees of the motion is enough
   const begin = await state(page);
   await press('trigger', 1); // for a gripper: it moves nothing
-  await lift(0.2, async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04);
-  await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = false; });
-  await inState(page, 'holding');
+  const connect = (connected) => page.evaluate((is) => { globalThis.emulatedHeadset.controllers.right.connected = is; }, connected);
+  await until(async () => {
+    await connect(true);
+    await lift(0.2, async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04);
+    await connect(false);
+    await until(async () => (await state(page)).state !== 'engaged', 'the arm to disengage');
+    return (await state(page)).state === 'holding'; // not if the hand fell silent just before
+  }, 'the arm to hold for a lost hand');
   assert.notEqual((await state(page)).reason, '');
   await rest(page);
   await shotOfNow(page, 'vr_holding');
-  await page.evaluate(() => { globalThis.emulatedHeadset.controllers.right.connected = true; });
+  await connect(true);
   await lift(1.0, () => page.evaluate(() => globalThis.felt && globalThis.pulses > 0));
   await press('squeeze', 0);
   await ready(page);
