@@ -8,7 +8,8 @@ namespace steadyhand {
 namespace {
 
 // Comparisons are such that what is not a number fails them. URScript has neither constants nor early ends of loops
-// worth using: `ended` says why the loop ends. A list times a number, and sums of lists, are not in every software
+// worth using: `ended` says why the loop ends. Speeds are means over the cycle that begins, as servoj makes them, and after
+// a cycle that was carried on only the way back is taken: where a plan's acceleration jumped meanwhile, so would the speed. A list times a number, and sums of lists, are not in every software
 // version, so that joints are counted.
 constexpr const char* kProgram = R"(def steadyhand():
   step = get_steptime()
@@ -90,6 +91,9 @@ constexpr const char* kProgram = R"(def steadyhand():
           i = i + 1
         end
       else:
+        if lost > 0:
+          returning = True
+        end
         t = lost * step
         i = 0
         away = 0.0
@@ -98,6 +102,7 @@ constexpr const char* kProgram = R"(def steadyhand():
           ddq = read_input_float_register({ddq} + i)
           goal_dq[i] = read_input_float_register({dq} + i) + ddq * t
           goal[i] = read_input_float_register({q} + i) + (goal_dq[i] - 0.5 * ddq * t) * t
+          goal_dq[i] = goal_dq[i] - 0.5 * ddq * step
           behind[i] = goal[i] - goal_dq[i] * step - q[i]
           if not (norm(behind[i]) <= away):
             away = norm(behind[i])
