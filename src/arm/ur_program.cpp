@@ -118,7 +118,7 @@ constexpr const char* kProgram = R"(def steadyhand():
             ended = -4
           elif away < 0.00001:
             if slip < 0.2:
-              returning = False
+              returning = lost > 0
             end
           end
           while i < 6:
