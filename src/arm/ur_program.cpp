@@ -8,9 +8,9 @@ namespace steadyhand {
 namespace {
 
 // Comparisons are such that what is not a number fails them. URScript has neither constants nor early ends of loops
-// worth using: `ended` says why the loop ends. Speeds are means over the cycle that begins, as servoj makes them, and after
-// a cycle that was carried on only the way back is taken: where a plan's acceleration jumped meanwhile, so would the speed. A list times a number, and sums of lists, are not in every software
-// version, so that joints are counted.
+// worth using: `ended` says why the loop ends. Speeds are means over the cycle that begins, as servoj makes them, and
+// after a cycle that was carried on only the way back is taken: where a plan's acceleration jumped meanwhile, so would
+// the speed. A list times a number, and sums of lists, are not in every software version, so that joints are counted.
 constexpr const char* kProgram = R"(def steadyhand():
   step = get_steptime()
   fastest = [{velocities}]

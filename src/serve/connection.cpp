@@ -1,6 +1,7 @@
 #include "serve/connection.hpp"
 
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
@@ -21,9 +22,10 @@ using boost::system::error_code;
 using PlainStream = beast::tcp_stream;
 using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
-constexpr auto kPatience = std::chrono::seconds(15);  // with a peer that says or takes nothing
-constexpr std::size_t kMaxQueued = 64;                // messages other than states
-constexpr int kSendBuffer = 32 * 1024;                // bytes the kernel may hold: some ten states, not minutes of them
+constexpr auto kPatience = std::chrono::seconds(15);        // with a peer that says or takes nothing
+constexpr auto kFarewell = std::chrono::milliseconds(200);  // for one that is thrown out to hear why
+constexpr std::size_t kMaxQueued = 64;                      // messages other than states
+constexpr int kSendBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
 constexpr std::uint32_t kMaxHeader = 8 * 1024;
 
 /// Counts a connection for as long as it lives.
@@ -46,7 +48,7 @@ template <typename Stream>
 class WebSocketClient final : public Outbox, public std::enable_shared_from_this<WebSocketClient<Stream>> {
  public:
   WebSocketClient(Stream stream, Desk& desk, Ticket ticket)
-      : socket_(std::move(stream)), desk_(desk), ticket_(std::move(ticket)) {}
+      : socket_(std::move(stream)), farewell_(socket_.get_executor()), desk_(desk), ticket_(std::move(ticket)) {}
   ~WebSocketClient() override { leave(); }
 
   void start(const http::request<http::empty_body>& request) {
@@ -111,7 +113,13 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     } else {
       if (closing_ && !closed_) {
         closed_ = true;
-        socket_.async_close(websocket::close_code::policy_error, [self = this->shared_from_this()](error_code) {});
+        // Until it answers, what a client sends is read for nothing: not for long.
+        farewell_.expires_after(kFarewell);
+        farewell_.async_wait([self = this->shared_from_this()](error_code error) {
+          if (!error) beast::get_lowest_layer(self->socket_).close();
+        });
+        socket_.async_close(websocket::close_code::policy_error,
+                            [self = this->shared_from_this()](error_code) { self->farewell_.cancel(); });
       }
       return;
     }
@@ -140,6 +148,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   websocket::stream<Stream> socket_;
+  asio::steady_timer farewell_;
   Desk& desk_;
   Ticket ticket_;
   beast::flat_buffer buffer_;

@@ -73,6 +73,15 @@ def test_a_client_of_another_version_is_turned_away(demo):
     demo.client().grip()
 
 
+def test_a_client_that_floods_is_cut_off(demo):
+    flooder = demo.client(pair=False)
+    flooder.socket.settimeout(5.0)
+    end = time.monotonic() + 5.0  # beyond any slow machine, and less than the server's patience with the silent
+    with pytest.raises(OSError):
+        while time.monotonic() < end:
+            flooder.ping()
+
+
 @pytest.mark.parametrize("after, again", [(0.0, False), (0.1, True), (0.6, False), (1.2, True), (2.3, False)])
 def test_ctrl_c_at_any_moment_ends_in_order(tmp_path, after, again):
     process = subprocess.Popen([PROGRAM, "demo", "--headless", "--sessions", str(tmp_path)],
