@@ -5,6 +5,9 @@ import type { MutableQuat, MutableVec3 } from '../frames';
 import type { Session } from '../session';
 import type { Stage } from '../scene/stage';
 
+/** s; mice that tell of their motion more often than this are asked this often. */
+const RAW_EVERY = 0.004;
+
 /** Handles on the target for mouse and touch: pressing one engages, letting go releases. */
 export class Drag {
   readonly controls: TransformControls;
@@ -14,11 +17,15 @@ export class Drag {
   readonly #turn = new THREE.Quaternion();
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
+  /** As TransformControls takes it: place in the picture, and no button that changed. */
+  readonly #pointer = { x: 0, y: 0, button: -1 };
+  /** s, of the newest event, and of the one that led the hand last. */
   #eventTime = 0;
+  #ledTime = 0;
   #holding = false;
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly session: Session,
-              private readonly wantLease: () => void, canvas: HTMLCanvasElement) {
+              private readonly wantLease: () => void, private readonly canvas: HTMLCanvasElement) {
     stage.base.add(this.#proxy);
     this.controls = new TransformControls(stage.view.camera, canvas);
     this.controls.size = matchMedia('(pointer: coarse)').matches ? 1.1 : 0.75;
@@ -29,6 +36,8 @@ export class Drag {
     for (const type of ['pointerdown', 'pointermove'] as const) {
       canvas.addEventListener(type, (event) => { this.#eventTime = event.timeStamp / 1000; }, { capture: true });
     }
+    // `pointermove` waits for the next picture; where browsers also tell of motion at once, the hand need not.
+    canvas.addEventListener('pointerrawupdate', (event) => this.#moved(event as PointerEvent));
     this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
     this.controls.addEventListener('objectChange', () => this.lead());
     canvas.addEventListener('pointercancel', () => this.#held(false));
@@ -58,6 +67,16 @@ export class Drag {
     this.#proxy.quaternion.identity();
   }
 
+  #moved(event: PointerEvent): void {
+    const time = event.timeStamp / 1000;
+    if (!this.#holding || time - this.#ledTime < RAW_EVERY) return;
+    this.#eventTime = time;
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    this.#pointer.x = (2 * (event.clientX - left)) / width - 1;
+    this.#pointer.y = 1 - (2 * (event.clientY - top)) / height;
+    this.controls.pointerMove(this.#pointer as PointerEvent);
+  }
+
   #held(held: boolean): void {
     if (held === this.#holding) return;
     this.stage.view.orbit.enabled = !held;
@@ -76,7 +95,8 @@ export class Drag {
 
   lead(idle = false): void {
     const controls = this.session.state?.controls;
-    if (!this.#holding || !controls) return;
+    if (!this.#holding || !controls || (!idle && this.#eventTime <= this.#ledTime)) return;
+    if (!idle) this.#ledTime = this.#eventTime;
     this.#turn.copy(this.#startTurn).invert().premultiply(this.#proxy.quaternion);
     const p = this.#proxy.position;
     this.#shift[0] = p.x - this.#start.x;

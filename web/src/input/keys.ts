@@ -23,8 +23,8 @@ abstract class RateInput {
   constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
               private readonly wantLease: () => void) {}
 
-  /** @param dt s */
-  protected advance(dt: number, held: boolean): void {
+  /** @param dt s; @param eventTime s, of the event that this follows at once */
+  protected advance(dt: number, held: boolean, eventTime?: number): void {
     const controls = this.session.state?.controls;
     if (!held || !controls) {
       if (this.#active) this.hand.release(this.name);
@@ -45,7 +45,7 @@ abstract class RateInput {
       this.#axis[i] = this.rates[3 + i]! / rate;
     }
     if (rate > 0) normalize(multiply(rotation(this.#axis, rate * TURN * dt, this.#step), this.#spin, this.#spin), this.#spin);
-    this.hand.lead(this.name, this.#shift, this.#spin, controls.scale, controls.yaw);
+    this.hand.lead(this.name, this.#shift, this.#spin, controls.scale, controls.yaw, eventTime);
   }
 }
 
@@ -64,17 +64,21 @@ export class Keys extends RateInput {
         return onStop();
       }
       if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement) return;
-      if (event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
+      if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || !(event.code in KEYS)) return;
       this.#down.add(event.code);
+      this.update(0, event.timeStamp / 1000);
     });
-    addEventListener('keyup', (event) => this.#down.delete(event.code));
-    addEventListener('blur', () => this.#down.clear());
+    addEventListener('keyup', (event) => { if (this.#down.delete(event.code)) this.update(0, event.timeStamp / 1000); });
+    addEventListener('blur', () => {
+      this.#down.clear();
+      this.update(0);
+    });
   }
 
-  update(dt: number): void {
+  update(dt: number, eventTime?: number): void {
     this.rates.fill(0);
     this.#down.forEach(this.#add);
-    this.advance(dt, this.#down.size > 0);
+    this.advance(dt, this.#down.size > 0, eventTime);
   }
 }
 
