@@ -5,6 +5,7 @@ import type { GlassSize, Pose, Robot, SessionState, StateMessage } from '../prot
 import { Arm } from './arm';
 import { blindRenderer } from './blind';
 import { Ghost, Glass } from './glass';
+import { COARSEST, Pace } from './pace';
 import { Ribbon } from './ribbon';
 import { Room, TABLE } from './room';
 import { Spill } from './spill';
@@ -53,9 +54,8 @@ export class Stage {
   #sun: THREE.DirectionalLight;
   readonly #sky = new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5);
   #dark = false;
-  #quality = 0;
-  #framesAtQuality = 0;
-  #frameTime = 0.016;
+  #still = false;
+  readonly #pace: Pace;
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
     // The page's own backdrop shines through, and in augmented reality the room.
@@ -97,7 +97,8 @@ export class Stage {
     this.base.add(this.ghost, this.#trail, this.#path, this.#reach);
     this.#now(false);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
-    this.setQuality(software ? 3 : 0);
+    this.#pace = new Pace(software ? COARSEST : 0);
+    this.#drawAt(this.#pace.level);
   }
 
   async setRobot(robot: Robot, glass: GlassSize): Promise<void> {
@@ -180,20 +181,20 @@ export class Stage {
 
   /** Machines that draw slowly get fewer pixels, then no shadows: the hand matters more than the picture. @param dt s, of a frame */
   keepPace(dt: number): void {
-    if (this.renderer.xr.isPresenting || document.hidden) return;
-    this.#frameTime += 0.05 * (dt - this.#frameTime);
-    this.#framesAtQuality += dt > 0.2 ? 8 : 1; // what stutters like that needs no second look
-    if (this.#framesAtQuality < 25 || this.#frameTime < 0.03 || this.#quality >= 3) return;
-    this.setQuality(this.#quality + 1);
+    if (this.renderer.xr.isPresenting || document.hidden || this.#still) return;
+    if (this.#pace.take(dt)) this.#drawAt(this.#pace.level);
   }
 
-  /** @param quality 0: all; 3: least; 4: the last picture stays, for tests of everything else */
+  /** @param quality as `Pace` counts it; one more, and the last picture stays, for tests of everything else */
   setQuality(quality: number): void {
-    this.#framesAtQuality = 0;
-    this.#frameTime = 0.016;
-    this.#quality = quality;
-    if (quality >= 4) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 1, 0.6, 0.4][quality]!);
+    this.#still = quality > COARSEST;
+    if (this.#still) return;
+    this.#pace.restart(quality);
+    this.#drawAt(quality);
+  }
+
+  #drawAt(quality: number): void {
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.8, 0.6, 0.4][quality]!);
     this.#sun.castShadow = quality < 2;
     if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }
@@ -202,12 +203,13 @@ export class Stage {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
     this.view.resize(width / height);
+    this.#pace.restart();
   }
 
   /** @param dt s, since the last picture */
   draw(dt: number): void {
     if (!this.renderer.xr.isPresenting) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
-    if (this.#quality < 4) return this.renderer.render(this.scene, this.view.camera);
+    if (!this.#still) return this.renderer.render(this.scene, this.view.camera);
     this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
   }
 }
