@@ -32,11 +32,12 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   }
   if (message.type !== 'welcome') return;
   panel.offer(message);
-  plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, message.profiles);
-  if (!message.robot) return;
-  const { robot, glass } = message, told = JSON.stringify([robot.name, glass]);
-  if (told !== shown) void stage.setRobot(robot, glass);
+  // The same server after a lost connection: what is drawn goes on.
+  const { robot, glass, profiles } = message, told = JSON.stringify([robot?.name, glass, profiles]);
+  if (told === shown) return;
   shown = told;
+  plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
+  if (robot) void stage.setRobot(robot, glass);
 }, (status) => {
   session.connectionBecame(status);
   if (status !== 'open' && hand.source) hand.release(hand.source);
@@ -88,7 +89,7 @@ dark.onchange = () => {
 
 new ResizeObserver(() => stage.resize(canvas.clientWidth, canvas.clientHeight)).observe(canvas);
 
-let last = now(), lastWords = 0, frames = 0;
+let last = now(), lastWords = 0, lastPlot = 0, frames = 0;
 stage.renderer.setAnimationLoop((_time, frame) => {
   const t = now();
   const dt = t - last;
@@ -103,8 +104,10 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);
-    plots?.draw();
     recordings.draw();
+  } else if (t - lastPlot > 0.05) {
+    lastPlot = t;
+    plots?.drawNext();
   }
   stage.keepPace(dt);
   stage.draw(dt);

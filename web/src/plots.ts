@@ -21,6 +21,8 @@ class History {
 
   push(time: number, values: readonly (number | null)[]): void {
     const { times, series } = this;
+    // A session that began anew has no past.
+    if (time < times[times.length - 1]!) for (const row of [times, ...series]) row.length = 0;
     times.push(time);
     for (let i = 0; i < series.length; ++i) series[i]!.push(values[i] ?? null);
     while (times.length > POINTS || time - times[0]! > SPAN) {
@@ -63,6 +65,8 @@ export class Plots {
   readonly #profiles: Profile[];
   readonly #compared: Compared[];
   readonly #own: (number | null)[];
+  readonly #inTurn: Chart[];
+  #turn = 0;
   #next = 0;
   #missed = -1;
 
@@ -79,6 +83,7 @@ export class Plots {
     this.#make('solve', 'Solve time, ms', spread, 0.2);
     this.#make('latency', 'Hand to command, ms', spread, 10);
     this.#make('missed', 'Missed deadlines a second', [{ label: 'missed', color: '#c62828' }], 1);
+    this.#inTurn = Object.values(this.#charts);
     new ResizeObserver(() => this.resize()).observe(root);
   }
 
@@ -129,12 +134,12 @@ export class Plots {
     return this.#own;
   }
 
-  /** A few times a second. */
-  draw(): void {
-    for (const chart of Object.values(this.#charts)) {
-      if (chart.box.offsetParent !== null) chart.plot.setData(chart.history.data);
-    }
-    this.#compare();
+  /** One chart at a time, so that no picture waits for all of them; the table with the first. */
+  drawNext(): void {
+    const chart = this.#inTurn[this.#turn]!;
+    if (chart.box.offsetParent !== null) chart.plot.setData(chart.history.data);
+    if (this.#turn === 0) this.#compare();
+    this.#turn = (this.#turn + 1) % this.#inTurn.length;
   }
 
   /** Means of the last minute, by profile. */
@@ -161,7 +166,7 @@ export class Plots {
   }
 
   resize(): void {
-    for (const { plot, box } of Object.values(this.#charts)) {
+    for (const { plot, box } of this.#inTurn) {
       if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height: HEIGHT });
     }
   }
