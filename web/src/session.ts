@@ -4,6 +4,8 @@ import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './pro
 /** s without a state after which the page greys out. */
 export const STALE_AFTER = 0.5;
 
+const TAKE_OVER = 'A recording leads the arm. Drag the target, or hold a key, to take over.';
+
 /** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */
 export class Session {
   welcome: WelcomeMessage | null = null;
@@ -58,12 +60,17 @@ export class Session {
     if (this.status !== 'open') return 'Not connected. Nothing moves. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old.';
     if (!this.paired) return 'You are watching. To drive, enter the code from the terminal.';
-    if (!this.yours) return this.holder ? `Client ${this.holder} drives. You are watching; you may stop the arm.` : 'Nobody drives. Press “Drive”, or drag the target.';
+    if (!this.yours && this.holder) return `Client ${this.holder} drives. You are watching; you may stop the arm.`;
+    const plays = (this.state?.controls.playback ?? -1) >= 0;
     switch (this.state?.state) {
       case 'idle': return 'The arm does not follow yet.';
-      case 'ready': return this.state.controls.playback >= 0 ? 'A recording leads the arm.' : 'Drag the glass, or hold a key, to lead the arm.';
-      case 'engaged': return 'The arm follows. Let go to leave it there.';
-      case 'holding': return 'The arm holds. Let go and take it again.';
+      case 'ready':
+        if (plays) return TAKE_OVER;
+        return this.yours ? 'Drag the glass, or hold a key, to lead the arm.' : 'Nobody drives. Press “Drive”, or drag the target.';
+      case 'engaged':
+        if (plays) return TAKE_OVER;
+        return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';
+      case 'holding': return plays ? TAKE_OVER : 'The arm holds. Let go and take it again.';
       case 'stopping': return 'Stopped. Press “Reset” to go on.';
       case 'fault': return 'Fault. Look at the arm, then press “Reset”.';
       default: return '';

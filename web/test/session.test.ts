@@ -161,6 +161,25 @@ describe('session', () => {
     expect(session.advice(2)).toContain('watching'); // holds the lease, but is not paired in this test
   });
 
+  it('says who leads the arm, and how to take it in hand', () => {
+    const session = new Session();
+    session.connectionBecame('open');
+    session.take(server.paired!, 1);
+    const advice = (state: string, playback: number, lease: object): string => {
+      session.take({ ...(server.state as object), state, controls: { playback } } as unknown as ServerMessage, 1);
+      session.take({ type: 'lease', ...lease } as ServerMessage, 1);
+      return session.advice(1);
+    };
+    const nobody = { holder: 0, yours: false }, another = { holder: 7, yours: false }, me = { holder: 3, yours: true };
+    expect(advice('engaged', 0, nobody)).toContain('recording leads');
+    expect(advice('engaged', 0, me)).toContain('recording leads');
+    expect(advice('engaged', 0, another)).toContain('Client 7');
+    expect(advice('engaged', -1, me)).toContain('Let go');
+    expect(advice('engaged', -1, nobody)).not.toContain('Let go');
+    expect(advice('ready', -1, nobody)).toContain('Nobody drives');
+    expect(advice('stopping', -1, nobody)).toContain('Reset');
+  });
+
   it('forgets the lease with the connection', () => {
     const session = new Session();
     session.connectionBecame('open');
