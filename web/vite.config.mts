@@ -26,6 +26,7 @@ export default defineConfig({
   cacheDir: '../build/vite',
   publicDir: process.env.STEADYHAND_PUBLIC ?? 'public',
   build: {
+    target: 'es2022', // older ones have no private members: each would become a search in a WeakMap
     outDir: process.env.STEADYHAND_PAGE ?? '../build/page',
     emptyOutDir: true,
     chunkSizeWarningLimit: 2000,

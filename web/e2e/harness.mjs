@@ -119,16 +119,27 @@ export async function open(options = {}) {
   await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   return opened;
 }
+/** For `open`: the page draws, but its triangles have no pixels, so that it keeps its pace without a graphics card. */
+export const withoutPixels = (context) => context.addInitScript(() => {
+  const drawing = WebGL2RenderingContext.prototype;
+  for (const [name, count] of [['drawElements', 1], ['drawArrays', 2], ['drawElementsInstanced', 1], ['drawArraysInstanced', 2]]) {
+    const draw = drawing[name];
+    drawing[name] = function (...words) {
+      words[count] = 0;
+      draw.apply(this, words);
+    };
+  }
+});
 export const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
 export const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
 export const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
 export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 export const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
 
-/** Of the page as people see it: drawn, and then given time to hear what happened meanwhile. */
+/** Of the page as people see it: drawn, the first times while shaders are made and the news grows old, and then given time to hear what happened. */
 export async function shot(of, name) {
   const frames = await of.evaluate(() => { globalThis.steadyhand.stage.setQuality(1); return globalThis.steadyhand.frames(); });
-  await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 1, frames), 'a picture');
+  await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 5, frames), 'pictures');
   await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   await of.waitForTimeout(700);
   await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });

@@ -42,14 +42,19 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
   begin(): void { this.#count = 0; }
 
   append(point: Vec3): void {
-    if (this.#count < this.capacity) this.#points.set(point, 3 * this.#count++);
+    if (this.#count < this.capacity) this.#put(this.#count++, point);
   }
 
   /** Before the first; where there is no more room the last one is forgotten. */
   prepend(point: Vec3): void {
     this.#points.copyWithin(3, 0, 3 * (this.capacity - 1));
-    this.#points.set(point);
+    this.#put(0, point);
     this.#count = Math.min(this.capacity, this.#count + 1);
+  }
+
+  /** Number by number: `set` would box each. */
+  #put(k: number, point: Vec3): void {
+    for (let i = 0; i < 3; ++i) this.#points[3 * k + i] = point[i]!;
   }
 
   /** Shows the points since begin(). In plain numbers: calls of three.js' vectors would box each of them. */
