@@ -88,12 +88,12 @@ struct SessionSnapshot {
   SupervisionState state = SupervisionState::kIdle;
   std::string_view reason;  ///< why it is in this state; static text
   ActiveConstraint constraint;
-  Target target;
+  Target target;  ///< without a grip, where the controlled frame is: the next grip begins there
   JointState measured;
   JointCommand command;
   Pose X_base_tool;              ///< where the controlled frame is, from `measured`
   Vector3 local_acceleration;    ///< m/s^2, glass frame, a liquid at rest feels [0, 0, 9.81]
-  double tracking_error = 0.0;   ///< m, target to controlled frame
+  double tracking_error = 0.0;   ///< m, target to controlled frame; NaN without a grip
   double clearance = 0.0;        ///< m, of the nearest pair of spheres
   std::array<int, 2> nearest{};  ///< that pair
   int path_nodes = 0;

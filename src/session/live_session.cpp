@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "session/sustained_rate.hpp"
 
@@ -216,6 +217,10 @@ void LiveSession::refresh() {
   s.X_base_tool = {monitor_.arm().p(), Quaternion(monitor_.arm().R())};
   s.local_acceleration = monitor_.local_acceleration();
   s.tracking_error = planner_view_.tracking_error;
+  if (s.state != SupervisionState::kEngaged && s.state != SupervisionState::kHolding) {
+    s.target.X_base_tool = s.X_base_tool;  // the next grip begins there
+    s.tracking_error = std::numeric_limits<double>::quiet_NaN();
+  }
   const NearestPair nearest = nearest_pair(monitor_.arm());
   s.clearance = nearest.gap;
   s.nearest = nearest.spheres;

@@ -88,6 +88,7 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   const left = await state(watcher);
   await page.waitForTimeout(500);
   assert.ok(distance((await state(watcher)).tool.p, left.tool.p) < 0.002, 'the arm stays where it was left');
+  assert.ok(distance(left.target.p, left.tool.p) < 1e-5 && left.tracking_error === null, 'nothing is wanted of it, and the handles are at the glass');
 
   // The watcher's samples do nothing; its stop does.
   await watcher.evaluate(() => {

@@ -147,20 +147,23 @@ export class Plots {
     const lateral = this.#charts.lateral!.history.series, error = this.#charts.error!.history.series;
     for (let i = 0; i < this.#compared.length; ++i) {
       const felt = lateral[i]!, off = error[i]!, { row, cells } = this.#compared[i]!;
-      let sum = 0, peak = 0, errors = 0, n = 0;
+      let sum = 0, peak = 0, n = 0, errors = 0, gripped = 0;
       for (let k = 0; k < felt.length; ++k) {
         const value = felt[k] ?? null;
         if (value === null) continue;
         sum += value;
         peak = Math.max(peak, value);
-        errors += off[k] ?? 0;
         ++n;
+        const error = off[k] ?? null;
+        if (error === null) continue;
+        errors += error;
+        ++gripped;
       }
       row.hidden = n === 0;
       if (n === 0) continue;
       cells[0]!.textContent = (sum / n).toFixed(2);
       cells[1]!.textContent = peak.toFixed(1);
-      cells[2]!.textContent = (errors / n).toFixed(0);
+      cells[2]!.textContent = gripped > 0 ? (errors / gripped).toFixed(0) : '–';
       cells[3]!.textContent = (n / RATE).toFixed(0);
     }
   }
