@@ -11,7 +11,7 @@
 namespace steadyhand {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// Carries the first thing that is wrong out of the nested readers; does not leave this file.
 struct Wrong {
@@ -20,27 +20,27 @@ struct Wrong {
 
 [[noreturn]] void fail(const std::string& key, const std::string& what) { throw Wrong{key + ": " + what}; }
 
-const Json& member(const Json& object, const std::string& key, const std::string& name) {
+const OrderedJson& member(const OrderedJson& object, const std::string& key, const std::string& name) {
   const auto found = object.find(name);
   if (found == object.end()) fail(key + "." + name, "is missing");
   return *found;
 }
 
-double number(const Json& json, const std::string& key) {
+double number(const OrderedJson& json, const std::string& key) {
   if (!json.is_number()) fail(key, fmt::format("is {}; it must be a number", json.dump()));
   const double value = json.get<double>();
   if (!std::isfinite(value)) fail(key, "is not finite");
   return value;
 }
 
-double positive(const Json& json, const std::string& key) {
+double positive(const OrderedJson& json, const std::string& key) {
   const double value = number(json, key);
   if (value <= 0.0) fail(key, fmt::format("is {}; it must be positive", value));
   return value;
 }
 
 /// @param size of the array, or -1 for any
-const Json& array(const Json& json, const std::string& key, std::ptrdiff_t size) {
+const OrderedJson& array(const OrderedJson& json, const std::string& key, std::ptrdiff_t size) {
   if (!json.is_array()) fail(key, "must be an array");
   if (size >= 0 && std::ssize(json) != size)
     fail(key, fmt::format("has {} entries; it must have {}", json.size(), size));
@@ -48,14 +48,14 @@ const Json& array(const Json& json, const std::string& key, std::ptrdiff_t size)
 }
 
 template <typename Vector>
-Vector vector(const Json& json, const std::string& key, std::ptrdiff_t size) {
+Vector vector(const OrderedJson& json, const std::string& key, std::ptrdiff_t size) {
   array(json, key, size);
   Vector result(json.size());
   for (std::size_t i = 0; i < json.size(); ++i) result[i] = number(json[i], fmt::format("{}[{}]", key, i));
   return result;
 }
 
-Matrix3 rotation_matrix(const Json& json, const std::string& key) {
+Matrix3 rotation_matrix(const OrderedJson& json, const std::string& key) {
   Matrix3 R;
   array(json, key, 3);
   for (int row = 0; row < 3; ++row) R.row(row) = vector<Eigen::VectorXd>(json[row], fmt::format("{}[{}]", key, row), 3);
@@ -65,10 +65,10 @@ Matrix3 rotation_matrix(const Json& json, const std::string& key) {
   return R;
 }
 
-Trajectory trajectory(const Json& json, const std::string& key, int horizon, std::ptrdiff_t states) {
+Trajectory trajectory(const OrderedJson& json, const std::string& key, int horizon, std::ptrdiff_t states) {
   Trajectory result;
-  const Json &x = array(member(json, key, "x"), key + ".x", horizon + 1),
-             &u = array(member(json, key, "u"), key + ".u", horizon);
+  const OrderedJson &x = array(member(json, key, "x"), key + ".x", horizon + 1),
+                    &u = array(member(json, key, "u"), key + ".u", horizon);
   for (int k = 0; k <= horizon; ++k)
     result.x.push_back(vector<StateVector>(x[k], fmt::format("{}.x[{}]", key, k), states));
   for (int k = 0; k < horizon; ++k)
@@ -76,7 +76,7 @@ Trajectory trajectory(const Json& json, const std::string& key, int horizon, std
   return result;
 }
 
-ProblemRecord problem(const Json& json, const std::string& key) {
+ProblemRecord problem(const OrderedJson& json, const std::string& key) {
   if (!json.is_object()) fail(key, "must be an object");
   static const std::set<std::string> known{"robot",   "dt",        "horizon", "x0",
                                            "weights", "reference", "guess",   "tolerance"};
@@ -86,24 +86,24 @@ ProblemRecord problem(const Json& json, const std::string& key) {
     }
   }
   ProblemRecord result;
-  const Json& robot = member(json, key, "robot");
+  const OrderedJson& robot = member(json, key, "robot");
   if (!robot.is_string()) fail(key + ".robot", "must be a string");
   result.robot = robot.get<std::string>();
   result.dt = positive(member(json, key, "dt"), key + ".dt");
-  const Json& horizon = member(json, key, "horizon");
+  const OrderedJson& horizon = member(json, key, "horizon");
   if (!horizon.is_number_integer() || horizon < 1 || horizon > kMaxHorizon) {
     fail(key + ".horizon", fmt::format("is {}; it must be a whole number from 1 to {}", horizon.dump(), kMaxHorizon));
   }
   result.horizon = horizon.get<int>();
 
-  const Json& x0 = array(member(json, key, "x0"), key + ".x0", -1);
+  const OrderedJson& x0 = array(member(json, key, "x0"), key + ".x0", -1);
   if (x0.empty() || x0.size() % 2 != 0 || x0.size() > 2 * kMaxJoints) {
     fail(key + ".x0",
          fmt::format("has {} entries; it must have 2n for n joints, n from 1 to {}", x0.size(), kMaxJoints));
   }
   result.x0 = vector<StateVector>(x0, key + ".x0", -1);
 
-  const Json& weights = member(json, key, "weights");
+  const OrderedJson& weights = member(json, key, "weights");
   if (!weights.is_object()) fail(key + ".weights", "must be an object");
   for (const auto& [name, value] : weights.items()) {
     const std::string weight_key = key + ".weights." + name;
@@ -111,7 +111,7 @@ ProblemRecord problem(const Json& json, const std::string& key) {
                                             : std::vector<double>{number(value, weight_key)};
   }
 
-  const Json& reference = array(member(json, key, "reference"), key + ".reference", result.horizon);
+  const OrderedJson& reference = array(member(json, key, "reference"), key + ".reference", result.horizon);
   result.reference.nodes = result.horizon;
   result.reference.dt = result.dt;
   for (int k = 0; k < result.horizon; ++k) {
@@ -129,31 +129,32 @@ ProblemRecord problem(const Json& json, const std::string& key) {
 }
 
 template <typename Vector>
-Json to_array(const Vector& vector) {
-  Json result = Json::array();
+OrderedJson to_array(const Vector& vector) {
+  OrderedJson result = OrderedJson::array();
   for (const double value : vector) result.push_back(value);
   return result;
 }
 
 template <typename Vectors>
-Json to_arrays(const Vectors& vectors) {
-  Json result = Json::array();
+OrderedJson to_arrays(const Vectors& vectors) {
+  OrderedJson result = OrderedJson::array();
   for (const auto& vector : vectors) result.push_back(to_array(vector));
   return result;
 }
 
-Json to_json(const ProblemRecord& problem) {
-  Json reference = Json::array();
+OrderedJson to_json(const ProblemRecord& problem) {
+  OrderedJson reference = OrderedJson::array();
   for (int k = 0; k < problem.horizon; ++k) {
-    Json rows = Json::array();
+    OrderedJson rows = OrderedJson::array();
     for (int row = 0; row < 3; ++row) rows.push_back(to_array(Vector3(problem.reference.R[k].row(row))));
     reference.push_back({{"p", to_array(problem.reference.p[k])}, {"R", rows}});
   }
-  Json json{{"robot", problem.robot},        {"dt", problem.dt},          {"horizon", problem.horizon},
-            {"x0", to_array(problem.x0)},    {"weights", Json::object()}, {"reference", reference},
-            {"tolerance", problem.tolerance}};
+  OrderedJson json{{"robot", problem.robot},           {"dt", problem.dt},
+                   {"horizon", problem.horizon},       {"x0", to_array(problem.x0)},
+                   {"weights", OrderedJson::object()}, {"reference", reference},
+                   {"tolerance", problem.tolerance}};
   for (const auto& [name, values] : problem.weights) {
-    json["weights"][name] = values.size() == 1 ? Json(values[0]) : Json(values);
+    json["weights"][name] = values.size() == 1 ? OrderedJson(values[0]) : OrderedJson(values);
   }
   if (problem.guess) json["guess"] = {{"x", to_arrays(problem.guess->x)}, {"u", to_arrays(problem.guess->u)}};
   return json;
@@ -165,7 +166,7 @@ Result<ProblemFile> read_problems(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) return Error{path.string() + ": cannot be read"};
   try {
-    const Json json = Json::parse(file);
+    const OrderedJson json = OrderedJson::parse(file);
     ProblemFile result;
     result.is_array = json.is_array();
     if (!result.is_array) {
@@ -177,7 +178,7 @@ Result<ProblemFile> read_problems(const std::filesystem::path& path) {
     return result;
   } catch (const Wrong& wrong) {
     return Error{path.string() + ": " + wrong.message};
-  } catch (const Json::exception& error) {
+  } catch (const OrderedJson::exception& error) {
     return Error{path.string() + ": is no JSON: " + error.what()};
   }
 }
@@ -208,10 +209,10 @@ Status write_problems(const std::vector<ProblemRecord>& problems, const std::fil
 }
 
 std::string to_json(const Solution& solution) {
-  const Json json{{"status", to_string(solution.status)}, {"objective", solution.objective},
-                  {"iterations", solution.iterations},    {"time_us", solution.time_us},
-                  {"kkt_error", solution.kkt_error},      {"x", to_arrays(solution.trajectory.x)},
-                  {"u", to_arrays(solution.trajectory.u)}};
+  const OrderedJson json{{"status", to_string(solution.status)}, {"objective", solution.objective},
+                         {"iterations", solution.iterations},    {"time_us", solution.time_us},
+                         {"kkt_error", solution.kkt_error},      {"x", to_arrays(solution.trajectory.x)},
+                         {"u", to_arrays(solution.trajectory.u)}};
   return json.dump();
 }
 

@@ -5,38 +5,38 @@
 namespace steadyhand {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json described(Json schema, const std::string& description) {
+OrderedJson described(OrderedJson schema, const std::string& description) {
   schema["description"] = description;
   return schema;
 }
-Json number(const std::string& description) { return described({{"type", "number"}}, description); }
-Json flag(const std::string& description) { return described({{"type", "boolean"}}, description); }
-Json text(const std::string& description) { return described({{"type", "string"}}, description); }
-Json array(const Json& items, const std::string& description) {
+OrderedJson number(const std::string& description) { return described({{"type", "number"}}, description); }
+OrderedJson flag(const std::string& description) { return described({{"type", "boolean"}}, description); }
+OrderedJson text(const std::string& description) { return described({{"type", "string"}}, description); }
+OrderedJson array(const OrderedJson& items, const std::string& description) {
   return described({{"type", "array"}, {"items", items}}, description);
 }
-Json joints(const std::string& description) { return array({{"type", "number"}}, description); }
-Json object(const std::string& title, const Json& properties) {
+OrderedJson joints(const std::string& description) { return array({{"type", "number"}}, description); }
+OrderedJson object(const std::string& title, const OrderedJson& properties) {
   return {{"title", title}, {"type", "object"}, {"properties", properties}};
 }
 
-Json time(const std::string& description) {
+OrderedJson time(const std::string& description) {
   return described(object("time", {{"sec", {{"type", "integer"}}},
                                    {"nsec", {{"type", "integer"}, {"minimum", 0}, {"maximum", 999'999'999}}}}),
                    description);
 }
 
-Json vector3(const std::string& description) {
+OrderedJson vector3(const std::string& description) {
   return described(
       object("foxglove.Vector3",
              {{"x", number("x coordinate")}, {"y", number("y coordinate")}, {"z", number("z coordinate")}}),
       description);
 }
 
-Json pose(const std::string& description) {
-  const Json quaternion =
+OrderedJson pose(const std::string& description) {
+  const OrderedJson quaternion =
       object("foxglove.Quaternion",
              {{"x", number("x value")}, {"y", number("y value")}, {"z", number("z value")}, {"w", number("w value")}});
   return described(object("foxglove.Pose", {{"position", vector3("Point denoting position in 3D space, m")},
@@ -44,11 +44,11 @@ Json pose(const std::string& description) {
                    description);
 }
 
-Schema finish(const std::string& name, const std::string& description, const Json& properties) {
+Schema finish(const std::string& name, const std::string& description, const OrderedJson& properties) {
   return {name, described(object(name, properties), description).dump(1)};
 }
 
-Json header() {
+OrderedJson header() {
   return {{"timestamp", time("Timestamp of pose")},
           {"frame_id", text("Frame of reference for pose position and orientation")}};
 }
@@ -56,7 +56,7 @@ Json header() {
 /// foxglove.PoseInFrame and what we add to it. Channels that share a schema name share its text in MCAP, so the
 /// properties of operator sample and target are listed together.
 Schema pose_in_frame() {
-  Json properties = header();
+  OrderedJson properties = header();
   properties["pose"] = pose("Pose in 3D space");
   properties["clutch"] = flag("/operator_sample: the operator holds the arm engaged");
   properties["tracked"] = flag("/operator_sample: the device has a valid pose");
@@ -66,10 +66,11 @@ Schema pose_in_frame() {
 }
 
 Schema poses_in_frame() {
-  const Json node = object("node", {{"q", joints("rad (m)")},
-                                    {"dq", joints("rad/s (m/s)")},
-                                    {"ddq", joints("rad/s^2 (m/s^2), until the next node; the last node has none")}});
-  Json properties = header();
+  const OrderedJson node =
+      object("node", {{"q", joints("rad (m)")},
+                      {"dq", joints("rad/s (m/s)")},
+                      {"ddq", joints("rad/s^2 (m/s^2), until the next node; the last node has none")}});
+  OrderedJson properties = header();
   properties["poses"] = array(pose("Pose in 3D space"), "Poses in 3D space");
   properties["dt_s"] = number(
       "time from one pose to the next, s; the first pose of /plan is at timestamp, that of /reference dt_s later");

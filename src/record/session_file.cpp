@@ -18,11 +18,11 @@ namespace {
 using Json = nlohmann::json;
 
 /// null stands for what is not finite.
-double number(const Json& json) {
+double read_number(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
-Time time(const Json& json) {
+Time read_time(const Json& json) {
   const Json &sec = json.at("sec"), &nsec = json.at("nsec");
   const bool whole = sec.is_number_integer() && nsec.is_number_integer();
   constexpr std::int64_t kMost = 9'000'000'000, kSecond = 1'000'000'000;
@@ -32,25 +32,27 @@ Time time(const Json& json) {
   return std::chrono::seconds(sec.get<std::int64_t>()) + Time(nsec.get<std::int64_t>());
 }
 
-Vector3 vector3(const Json& json) { return {number(json.at("x")), number(json.at("y")), number(json.at("z"))}; }
-
-Pose pose(const Json& json) {
-  const Json& q = json.at("orientation");
-  return {vector3(json.at("position")),
-          Quaternion(number(q.at("w")), number(q.at("x")), number(q.at("y")), number(q.at("z")))};
+Vector3 read_vector3(const Json& json) {
+  return {read_number(json.at("x")), read_number(json.at("y")), read_number(json.at("z"))};
 }
 
-JointVector joints(const Json& json) {
+Pose read_pose(const Json& json) {
+  const Json& q = json.at("orientation");
+  return {read_vector3(json.at("position")),
+          Quaternion(read_number(q.at("w")), read_number(q.at("x")), read_number(q.at("y")), read_number(q.at("z")))};
+}
+
+JointVector read_joints(const Json& json) {
   if (!json.is_array() || json.size() > kMaxJoints) throw std::runtime_error("a list of joints is expected");
   JointVector values(static_cast<Eigen::Index>(json.size()));
-  for (std::size_t i = 0; i < json.size(); ++i) values[static_cast<Eigen::Index>(i)] = number(json[i]);
+  for (std::size_t i = 0; i < json.size(); ++i) values[static_cast<Eigen::Index>(i)] = read_number(json[i]);
   return values;
 }
 
 OperatorSample operator_sample(const Json& json, const McapMessage& message) {
   OperatorSample sample;
-  sample.stamp = {time(json.at("timestamp")), message.log};
-  sample.X_operator_hand = pose(json.at("pose"));
+  sample.stamp = {read_time(json.at("timestamp")), message.log};
+  sample.X_operator_hand = read_pose(json.at("pose"));
   sample.clutch = json.at("clutch").get<bool>();
   sample.tracked = json.at("tracked").get<bool>();
   sample.emulated = json.at("emulated").get<bool>();
@@ -66,22 +68,22 @@ PlanOrigin origin(const std::string& name) {
 
 PlanStep plan_step(const Json& json, const std::vector<std::string>& terms) {
   PlanStep step;
-  step.t_s = to_seconds(time(json.at("timestamp")));
-  step.X_base_target = pose(json.at("target"));
-  step.X_base_planned = pose(json.at("planned"));
-  step.q = joints(json.at("q"));
-  step.dq = joints(json.at("dq"));
-  step.ddq = joints(json.at("ddq"));
-  step.local_acceleration = vector3(json.at("local_acceleration"));
-  step.objective = number(json.at("objective"));
+  step.t_s = to_seconds(read_time(json.at("timestamp")));
+  step.X_base_target = read_pose(json.at("target"));
+  step.X_base_planned = read_pose(json.at("planned"));
+  step.q = read_joints(json.at("q"));
+  step.dq = read_joints(json.at("dq"));
+  step.ddq = read_joints(json.at("ddq"));
+  step.local_acceleration = read_vector3(json.at("local_acceleration"));
+  step.objective = read_number(json.at("objective"));
   const Json& shares = json.at("shares");
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    if (shares.contains(terms[i])) step.shares[i] = number(shares[terms[i]]);
+    if (shares.contains(terms[i])) step.shares[i] = read_number(shares[terms[i]]);
   }
   step.iterations = json.at("iterations").get<int>();
   step.status = origin(json.at("status").get<std::string>());
-  step.solve_time_us = number(json.at("solve_time_us"));
-  step.smallest_sphere_distance_m = number(json.at("smallest_sphere_distance_m"));
+  step.solve_time_us = read_number(json.at("solve_time_us"));
+  step.smallest_sphere_distance_m = read_number(json.at("smallest_sphere_distance_m"));
   step.engaged = json.at("engaged").get<bool>();
   return step;
 }
@@ -90,10 +92,10 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   SettingsChange change;
   change.at = message.log;
   for (const auto& [name, values] : json.at("weights").items()) {
-    for (const Json& value : values) change.weights[name].push_back(number(value));
+    for (const Json& value : values) change.weights[name].push_back(read_number(value));
   }
-  change.scale = number(json.at("scale"));
-  change.yaw = number(json.at("yaw"));
+  change.scale = read_number(json.at("scale"));
+  change.yaw = read_number(json.at("yaw"));
   if (!(change.scale > 0.0) || !std::isfinite(change.scale) || !std::isfinite(change.yaw)) {
     throw std::runtime_error(
         fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));
@@ -111,15 +113,17 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.steps.push_back(plan_step(parsed(), session.names.terms));
   } else if (is(parts.commands, "/joint_command")) {
     const Json json = parsed();
-    session.commands.push_back(
-        {{message.publish, message.log}, joints(json.at("q")), joints(json.at("dq")), joints(json.at("ddq"))});
+    session.commands.push_back({{message.publish, message.log},
+                                read_joints(json.at("q")),
+                                read_joints(json.at("dq")),
+                                read_joints(json.at("ddq"))});
   } else if (is(parts.states, "/joint_state")) {
     if (!session.states.empty() &&
         to_seconds(message.log - session.states.back().stamp.made) < parts.state_period - 1e-9) {
       return;
     }
     const Json json = parsed();
-    session.states.push_back({{message.publish, message.log}, joints(json.at("q")), joints(json.at("dq"))});
+    session.states.push_back({{message.publish, message.log}, read_joints(json.at("q")), read_joints(json.at("dq"))});
   } else if (is(parts.changes, "/supervision")) {
     const Json json = parsed();
     session.changes.push_back({message.log, json.at("from"), json.at("to"), json.at("reason")});
@@ -134,8 +138,8 @@ void read_robot(const Json& robot, SessionFile& session) {
     session.names.joints.push_back(joint.at("name"));
     session.names.joint_units.push_back(joint.at("type") == "prismatic" ? "m" : "rad");
   }
-  session.velocity_max = joints(robot.at("velocity_max"));
-  session.acceleration_max = joints(robot.at("acceleration_max"));
+  session.velocity_max = read_joints(robot.at("velocity_max"));
+  session.acceleration_max = read_joints(robot.at("acceleration_max"));
 }
 
 }  // namespace

@@ -9,8 +9,8 @@ namespace steadyhand {
 
 namespace {
 
-constexpr int kSamples = 1000;
-constexpr int kAscents = 4;
+constexpr int kPartingSamples = 1000;
+constexpr int kPartingAscents = 4;
 
 /// Pose of link `last` in link `first` when the joints between them stand at q.
 Eigen::Isometry3d pose_between(const RobotModel& model, int first, int last, const JointVector& q) {
@@ -34,10 +34,10 @@ struct Candidate {
 
 void remember(Candidate& candidate, double value, const JointVector& q) {
   auto& best = candidate.best;
-  if (best.size() == kAscents && value <= best.back().first) return;
+  if (best.size() == kPartingAscents && value <= best.back().first) return;
   const auto place = std::find_if(best.begin(), best.end(), [&](const auto& entry) { return value > entry.first; });
   best.insert(place, {value, q});
-  if (best.size() > kAscents) best.pop_back();
+  if (best.size() > kPartingAscents) best.pop_back();
 }
 
 /// Appends those of the pairs between two links that can come apart.
@@ -50,7 +50,7 @@ void add_pairs_that_part(const RobotModel& model, int first, int last, std::vect
   }
   const JointBox box(model, first, last);
   std::mt19937 random(1);
-  for (int s = 0; s < kSamples && !candidates.empty(); ++s) {
+  for (int s = 0; s < kPartingSamples && !candidates.empty(); ++s) {
     const JointVector q = box.sample(random);
     const Eigen::Isometry3d T = pose_between(model, first, last, q);
     std::erase_if(candidates, [&](Candidate& candidate) {

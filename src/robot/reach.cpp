@@ -9,8 +9,8 @@ namespace steadyhand {
 
 namespace {
 
-constexpr int kSamples = 20000;
-constexpr int kAscents = 8;
+constexpr int kReachSamples = 20000;
+constexpr int kReachAscents = 8;
 constexpr double kMargin = 1e-4;  // m
 
 Vector3 tool_position(const RobotModel& model, const JointVector& q) {
@@ -45,9 +45,9 @@ double best_along_axis(const std::vector<Vector3>& points, const Vector3& origin
 Reach compute_reach(const RobotModel& model) {
   const JointBox box(model, 0, model.dof());
   std::mt19937 random(1);
-  std::vector<JointVector> samples(kSamples);
-  std::vector<Vector3> points(kSamples);
-  for (int i = 0; i < kSamples; ++i) {
+  std::vector<JointVector> samples(kReachSamples);
+  std::vector<Vector3> points(kReachSamples);
+  for (int i = 0; i < kReachSamples; ++i) {
     samples[i] = box.sample(random);
     points[i] = tool_position(model, samples[i]);
   }
@@ -56,12 +56,12 @@ Reach compute_reach(const RobotModel& model) {
   Reach reach{origin + best_along_axis(points, origin, axis) * axis, 0.0};
 
   const auto distance = [&](const JointVector& q) { return (tool_position(model, q) - reach.center).norm(); };
-  std::vector<int> order(kSamples);
-  for (int i = 0; i < kSamples; ++i) order[i] = i;
-  std::partial_sort(order.begin(), order.begin() + kAscents, order.end(), [&](int a, int b) {
+  std::vector<int> order(kReachSamples);
+  for (int i = 0; i < kReachSamples; ++i) order[i] = i;
+  std::partial_sort(order.begin(), order.begin() + kReachAscents, order.end(), [&](int a, int b) {
     return (points[a] - reach.center).squaredNorm() > (points[b] - reach.center).squaredNorm();
   });
-  for (int i = 0; i < kAscents; ++i) {
+  for (int i = 0; i < kReachAscents; ++i) {
     reach.radius = std::max(reach.radius, distance(box.ascend(samples[order[i]], distance)));
   }
   reach.radius += kMargin;

@@ -25,17 +25,13 @@ namespace ssl = asio::ssl;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-namespace {
-
-/// The way back for answers from other threads, which may outlive the server.
-struct Mailbox {
-  std::mutex mutex;
-  asio::io_context* io = nullptr;  // nullptr: the server has ended
-};
-
-}  // namespace
-
 struct Server::Impl {
+  /// The way back for answers from other threads, which may outlive the server.
+  struct Mailbox {
+    std::mutex mutex;
+    asio::io_context* io = nullptr;  // nullptr: the server has ended
+  };
+
   Impl(const ServerSettings& s, ServerFacts f, ServerCallbacks c)
       : settings(s), facts(std::move(f)), callbacks(std::move(c)), hub(facts, callbacks, s.max_rate_hz) {}
 
