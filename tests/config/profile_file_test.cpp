@@ -2,13 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "config/refusal.hpp"
 #include "ocp/objectives.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {
 namespace {
-
-const Places kPlaces{STEADYHAND_ROOT, STEADYHAND_DEPS};
 
 TEST(Profile, TheThreeProfilesAreThoseOfTheFormulation) {
   struct Expected {
@@ -44,14 +43,6 @@ TEST(Profile, ReadsWhatIsThereAndFillsInTheRest) {
   EXPECT_EQ(profile->ocp.acceleration_scale, 1.0);
   EXPECT_EQ(profile->solver, kDefaultSolver);
 }
-
-struct Refusal {
-  const char* name;
-  const char* text;
-  const char* message;
-};
-void PrintTo(const Refusal& refusal, std::ostream* stream) { *stream << refusal.name; }
-std::string refusal_name(const testing::TestParamInfo<Refusal>& refusal) { return refusal.param.name; }
 
 class ProfileRefuses : public testing::TestWithParam<Refusal> {};
 

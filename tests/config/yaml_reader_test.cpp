@@ -47,16 +47,16 @@ TEST(YamlMap, ReadsEveryKindOfValue) {
             "");
 }
 
-struct Refusal {
+struct Mistake {
   const char* name;
   std::string text;
   std::function<void(YamlMap&)> read;
   std::string message;
 };
-void PrintTo(const Refusal& refusal, std::ostream* stream) { *stream << refusal.name; }
-std::string refusal_name(const testing::TestParamInfo<Refusal>& refusal) { return refusal.param.name; }
+void PrintTo(const Mistake& mistake, std::ostream* stream) { *stream << mistake.name; }
+std::string mistake_name(const testing::TestParamInfo<Mistake>& mistake) { return mistake.param.name; }
 
-class YamlMapRefuses : public testing::TestWithParam<Refusal> {};
+class YamlMapRefuses : public testing::TestWithParam<Mistake> {};
 
 TEST_P(YamlMapRefuses, WithFileLineAndWhatIsRight) {
   EXPECT_EQ(error_of(GetParam().text, GetParam().read), GetParam().message);
@@ -68,45 +68,45 @@ void read_list(YamlMap& map) { map.numbers("a", Interval::any(), 3); }
 INSTANTIATE_TEST_SUITE_P(
     All, YamlMapRefuses,
     testing::Values(
-        Refusal{"empty", "", read_a, "file.yaml is empty"},
-        Refusal{"only_comments", "# nothing\n", read_a, "file.yaml is empty"},
-        Refusal{"list", "- 1\n", read_a, "file.yaml is a list; a mapping (key: value) is expected"},
-        Refusal{"scalar", "hello", read_a, "file.yaml is a single value; a mapping (key: value) is expected"},
-        Refusal{"two_documents", "a: 1\n---\na: 1\n", read_a, "file.yaml holds 2 YAML documents; one is expected"},
-        Refusal{"missing", "{}", read_a, "file.yaml:1: key 'a' is missing"},
-        Refusal{"misspelt", "\nlateral: 1\nlaterel: 2\n", [](YamlMap& map) { map.number("lateral", Interval::any()); },
+        Mistake{"empty", "", read_a, "file.yaml is empty"},
+        Mistake{"only_comments", "# nothing\n", read_a, "file.yaml is empty"},
+        Mistake{"list", "- 1\n", read_a, "file.yaml is a list; a mapping (key: value) is expected"},
+        Mistake{"scalar", "hello", read_a, "file.yaml is a single value; a mapping (key: value) is expected"},
+        Mistake{"two_documents", "a: 1\n---\na: 1\n", read_a, "file.yaml holds 2 YAML documents; one is expected"},
+        Mistake{"missing", "{}", read_a, "file.yaml:1: key 'a' is missing"},
+        Mistake{"misspelt", "\nlateral: 1\nlaterel: 2\n", [](YamlMap& map) { map.number("lateral", Interval::any()); },
                 "file.yaml:3: unknown key 'laterel'; did you mean 'lateral'? (known: lateral)"},
-        Refusal{"misspelt_is_told_before_missing", "hmoe: 2\n", [](YamlMap& map) { map.text("home"); },
+        Mistake{"misspelt_is_told_before_missing", "hmoe: 2\n", [](YamlMap& map) { map.text("home"); },
                 "file.yaml:1: unknown key 'hmoe'; did you mean 'home'? (known: home)"},
-        Refusal{"unknown_inside", "a: {b: 1, xyzzy: 2}",
+        Mistake{"unknown_inside", "a: {b: 1, xyzzy: 2}",
                 [](YamlMap& map) { map.map("a").number("b", Interval::any()); },
                 "file.yaml:1: unknown key 'xyzzy' in 'a'; known: b"},
-        Refusal{"twice", "a: 1\na: 0.5\n", read_a, "file.yaml:2: key 'a' is there twice"},
-        Refusal{"word", "a: many\n", read_a, "file.yaml:1: a is 'many'; a number is expected"},
-        Refusal{"unit", "a: 5 m\n", read_a, "file.yaml:1: a is '5 m'; a number is expected"},
-        Refusal{"comma", "a: 0,5\n", read_a, "file.yaml:1: a is '0,5'; a number is expected"},
-        Refusal{"nan", "a: nan\n", read_a, "file.yaml:1: a is 'nan'; it must be a finite number"},
-        Refusal{"yaml_nan", "a: .nan\n", read_a, "file.yaml:1: a is '.nan'; a number is expected"},
-        Refusal{"huge", "a: 1e999\n", read_a, "file.yaml:1: a is '1e999'; it must be a finite number"},
-        Refusal{"no_value", "a:\n", read_a, "file.yaml:1: a is empty; give it a value or remove it"},
-        Refusal{"outside", "a: 1.5\n", read_a, "file.yaml:1: a is 1.5; it must be more than 0 and at most 1"},
-        Refusal{"open_end", "a: 0\n", read_a, "file.yaml:1: a is 0; it must be more than 0 and at most 1"},
-        Refusal{"negative", "a: -1\n", [](YamlMap& map) { map.number("a", Interval::not_negative()); },
+        Mistake{"twice", "a: 1\na: 0.5\n", read_a, "file.yaml:2: key 'a' is there twice"},
+        Mistake{"word", "a: many\n", read_a, "file.yaml:1: a is 'many'; a number is expected"},
+        Mistake{"unit", "a: 5 m\n", read_a, "file.yaml:1: a is '5 m'; a number is expected"},
+        Mistake{"comma", "a: 0,5\n", read_a, "file.yaml:1: a is '0,5'; a number is expected"},
+        Mistake{"nan", "a: nan\n", read_a, "file.yaml:1: a is 'nan'; it must be a finite number"},
+        Mistake{"yaml_nan", "a: .nan\n", read_a, "file.yaml:1: a is '.nan'; a number is expected"},
+        Mistake{"huge", "a: 1e999\n", read_a, "file.yaml:1: a is '1e999'; it must be a finite number"},
+        Mistake{"no_value", "a:\n", read_a, "file.yaml:1: a is empty; give it a value or remove it"},
+        Mistake{"outside", "a: 1.5\n", read_a, "file.yaml:1: a is 1.5; it must be more than 0 and at most 1"},
+        Mistake{"open_end", "a: 0\n", read_a, "file.yaml:1: a is 0; it must be more than 0 and at most 1"},
+        Mistake{"negative", "a: -1\n", [](YamlMap& map) { map.number("a", Interval::not_negative()); },
                 "file.yaml:1: a is -1; it must be not negative"},
-        Refusal{"list_for_number", "a: [1]\n", read_a, "file.yaml:1: a is a list; a number is expected"},
-        Refusal{"short_list", "a: [1, 2]\n", read_list, "file.yaml:1: a has 2 numbers; 3 are expected"},
-        Refusal{"bad_entry", "a:\n  - 1\n  - x\n  - 3\n", read_list, "file.yaml:3: a[1] is 'x'; a number is expected"},
-        Refusal{"fraction", "a: 2.5\n", [](YamlMap& map) { map.integer("a", 0, 10); },
+        Mistake{"list_for_number", "a: [1]\n", read_a, "file.yaml:1: a is a list; a number is expected"},
+        Mistake{"short_list", "a: [1, 2]\n", read_list, "file.yaml:1: a has 2 numbers; 3 are expected"},
+        Mistake{"bad_entry", "a:\n  - 1\n  - x\n  - 3\n", read_list, "file.yaml:3: a[1] is 'x'; a number is expected"},
+        Mistake{"fraction", "a: 2.5\n", [](YamlMap& map) { map.integer("a", 0, 10); },
                 "file.yaml:1: a is 2.5; it must be a whole number"},
-        Refusal{"no_flag", "a: 1\n", [](YamlMap& map) { map.boolean("a"); },
+        Mistake{"no_flag", "a: 1\n", [](YamlMap& map) { map.boolean("a"); },
                 "file.yaml:1: a is '1'; true or false is expected"},
-        Refusal{"map_expected", "a: 1\n", [](YamlMap& map) { map.map("a").number("b", Interval::any()); },
+        Mistake{"map_expected", "a: 1\n", [](YamlMap& map) { map.map("a").number("b", Interval::any()); },
                 "file.yaml:1: a is a single value; a mapping (key: value) is expected"},
-        Refusal{"maps_expected", "a: [1]\n", [](YamlMap& map) { map.maps("a"); },
+        Mistake{"maps_expected", "a: [1]\n", [](YamlMap& map) { map.maps("a"); },
                 "file.yaml:1: a[0] is a single value; a mapping is expected"},
-        Refusal{"text_lists_expected", "a: [[x]]\n", [](YamlMap& map) { map.text_lists("a", 2); },
+        Mistake{"text_lists_expected", "a: [[x]]\n", [](YamlMap& map) { map.text_lists("a", 2); },
                 "file.yaml:1: a[0] must be a list of 2 texts"}),
-    refusal_name);
+    mistake_name);
 
 TEST(YamlMap, RefusesWhatIsNoYaml) {
   EXPECT_EQ(error_of("a: [1, 2\nb: 3\n", read_a).substr(0, 10), "file.yaml:");

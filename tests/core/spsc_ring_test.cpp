@@ -20,10 +20,10 @@ TEST(SpscRing, KeepsOrderAndDropsTheNewestWhenFull) {
 }
 
 TEST(SpscRing, NothingIsLostTornOrTwiceBetweenThreads) {
-  struct Pair {
+  struct Complements {
     std::uint64_t a = 0, b = ~0ull;
   };
-  SpscRing<Pair> ring(64);
+  SpscRing<Complements> ring(64);
   constexpr std::uint64_t kCount = 300'000;
   std::thread writer([&] {
     for (std::uint64_t i = 0; i < kCount;) {
@@ -34,7 +34,7 @@ TEST(SpscRing, NothingIsLostTornOrTwiceBetweenThreads) {
       }
     }
   });
-  Pair value;
+  Complements value;
   for (std::uint64_t i = 0; i < kCount;) {
     if (!ring.pop(value)) {
       std::this_thread::yield();
