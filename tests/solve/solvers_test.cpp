@@ -6,7 +6,7 @@
 namespace steadyhand {
 namespace {
 
-constexpr double kTolerance = 1e-6;
+constexpr double kSolveTolerance = 1e-6;
 
 class EverySolver : public testing::TestWithParam<std::string> {};
 
@@ -14,13 +14,13 @@ TEST_P(EverySolver, ReachesKktPoints) {
   int solved = 0, problems = 0, active = 0;
   for (unsigned seed = 1; seed <= 24; ++seed) {
     RandomProblem problem(1 + static_cast<int>(seed % 8), seed);
-    auto solver = *make_solver(GetParam(), problem.ocp, kTolerance);
+    auto solver = *make_solver(GetParam(), problem.ocp, kSolveTolerance);
     for (int trial = 0; trial < 10; ++trial, ++problems) {
       problem.draw(0.3);
       solver->solve(problem.instance, problem.guess, nullptr, {}, problem.solution);
       if (problem.solution.status != SolveStatus::kSolved) continue;
       ++solved;
-      EXPECT_LT(problem.solution.violation, kTolerance);
+      EXPECT_LT(problem.solution.violation, kSolveTolerance);
       EXPECT_LT(problem.solution.kkt_error, 1e-4) << "seed " << seed << " trial " << trial;
       for (const auto& node : problem.solution.multipliers) {
         for (const double multiplier : node) active += std::abs(multiplier) > 1e-3;
