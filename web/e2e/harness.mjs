@@ -1,20 +1,24 @@
 // The real program with its simulated arm, and real browsers that look at it: for tests and measurements of the page.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
+import { once } from 'node:events';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
-import { join, resolve } from 'node:path';
-import { chromium } from 'playwright-core';
+import { basename, join, resolve } from 'node:path';
+import playwright, { chromium } from 'playwright-core';
 
 export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
 const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
-export const ARTEFACTS = join(ROOT, 'build/artefacts');
+const ARTEFACTS = join(ROOT, 'build/artefacts');
 const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+/** A stock Firefox is led by WebDriver BiDi: without a phone's touches, without another colour scheme, without a wire to listen to. */
+export const FIREFOX = basename(BROWSER ?? '').startsWith('firefox');
+export const picture = (name) => join(ARTEFACTS, `page_${FIREFOX ? 'firefox_' : ''}${name}.png`);
 export const PATIENCE = 180_000; // ms; far above what anything takes, so that a test ends
 
 export let browser, address;
-let program, sessions, newest, output;
+let program, sessions, newest, output, screen;
 
 /** The newest address with its code, from the terminal. */
 export const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
@@ -51,11 +55,19 @@ async function stopProgram() {
   if (program?.exitCode === null) await new Promise((done) => program.once('close', done));
 }
 
+/** Firefox draws WebGL only where it has a screen: one of its own, in memory. */
+async function startFirefox() {
+  screen = spawn('Xvfb', ['-displayfd', '1', '-screen', '0', '1280x900x24', '-nolisten', 'tcp'], { stdio: ['ignore', 'pipe', 'ignore'] });
+  const [number] = await once(screen.stdout, 'data', { signal: AbortSignal.timeout(PATIENCE) });
+  const env = { ...process.env, DISPLAY: `:${String(number).trim()}`, MOZ_ENABLE_WAYLAND: '0', HOME: sessions };
+  return playwright._bidiFirefox.launch({ executablePath: BROWSER, headless: false, env, timeout: PATIENCE });
+}
+
 /** A browser that draws in software, and a place for recordings. */
 export async function start() {
   mkdirSync(ARTEFACTS, { recursive: true });
   sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
-  browser = await chromium.launch({
+  browser = FIREFOX ? await startFirefox() : await chromium.launch({
     executablePath: BROWSER,
     args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
   });
@@ -88,7 +100,7 @@ function hold() {
 export async function shotOfNow(of, name) {
   await of.evaluate(hold);
   await until(() => of.evaluate(() => globalThis.isHeld()), `a picture of ${name}`);
-  await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
+  await of.screenshot({ path: picture(name), timeout: PATIENCE });
   await of.evaluate(() => globalThis.drawOn());
 }
 
@@ -96,20 +108,34 @@ export const closePages = () => Promise.all(browser.contexts().map((context) => 
 
 export async function finish() {
   await browser?.close();
+  screen?.kill();
   await stopProgram();
-  rmSync(sessions, { recursive: true, force: true });
+  rmSync(sessions, { recursive: true, force: true, maxRetries: 5 }); // a browser may still tidy up
+}
+
+/** What goes wrong in a page, from now on. */
+export function complaintsOf(of) {
+  const complaints = [];
+  of.on('pageerror', (error) => complaints.push(String(error)));
+  of.on('console', (message) => { if (message.type() === 'error') complaints.push(message.text()); });
+  return complaints;
+}
+
+/** In the page: errors that nobody caught are said, too, where BiDi says nothing of them. */
+function sayErrors() {
+  addEventListener('error', ({ message }) => console.error(message));
+  addEventListener('unhandledrejection', ({ reason }) => console.error(String(reason)));
 }
 
 /** The page, paired by the newest code, or watching; with its arm, and drawing nothing until it is asked to. */
 export async function open(options = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
+  if (FIREFOX) await context.addInitScript(sayErrors);
   await options.prepare?.(context);
   const opened = await context.newPage();
   newest = opened;
   opened.setDefaultTimeout(PATIENCE);
-  opened.complaints = [];
-  opened.on('pageerror', (error) => opened.complaints.push(String(error)));
-  opened.on('console', (message) => { if (message.type() === 'error') opened.complaints.push(message.text()); });
+  opened.complaints = complaintsOf(opened);
   opened.requests = [];
   opened.on('request', (request) => opened.requests.push(request.url()));
   const to = options.watch ? plainAddress() : newestAddress();
@@ -142,7 +168,7 @@ export async function shot(of, name) {
   await until(() => of.evaluate((n) => globalThis.steadyhand.frames() > n + 5, frames), 'pictures');
   await of.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   await of.waitForTimeout(700);
-  await of.screenshot({ path: join(ARTEFACTS, `page_${name}.png`), timeout: PATIENCE });
+  await of.screenshot({ path: picture(name), timeout: PATIENCE });
 }
 
 /** A cable to the program that can be pulled: addresses at its far end, and what cuts it. */

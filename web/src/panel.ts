@@ -51,7 +51,7 @@ export class Panel {
     button('reset').onclick = () => this.reset();
     addEventListener('keydown', (event) => {
       const free = event.target === document.body || event.target instanceof HTMLCanvasElement;
-      if (event.code === 'Enter' && free) this.reset();
+      if (event.key === 'Enter' && free) this.reset();
     });
     button('lease').onclick = () => this.connection.send({ type: this.session.yours ? 'release' : 'take' });
     document.querySelector('#pairing')!.addEventListener('submit', (event) => {
