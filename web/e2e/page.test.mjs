@@ -216,10 +216,11 @@ test('an emulated headset engages, moves, feels limits, loses tracking, scales, 
     await page.waitForTimeout(300);
     return done();
   }, 'the hand to lift the glass');
-  const scaleTo = async (value) => {
+  const scaleTo = (value) => until(async () => { // a slow machine may have lost the lease meanwhile
+    if (!(await facts(page)).yours) await say(page, { type: 'take' });
     await say(page, { type: 'request', kind: 'scale', value });
-    await until(async () => (await state(page)).controls.scale === value, 'the scale');
-  };
+    return (await state(page)).controls.scale === value;
+  }, 'the scale');
   await scaleTo(2); // so that the little that a slow machine sees of the motion is enough
   const begin = await state(page);
   await press('trigger', 1); // for a gripper: it moves nothing
