@@ -105,7 +105,8 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     lastWords = t;
     panel.draw(t);
     recordings.draw();
-  } else if (t - lastPlot > 0.05) {
+  }
+  if (t - lastPlot > 0.05) {
     lastPlot = t;
     plots?.drawNext();
   }
