@@ -1,0 +1,303 @@
+"""The adversary's judge (tests/soak/judge.py) against recordings that are right, and against the same ones doctored: each rule
+finds what it is for."""
+
+import copy
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/soak"))
+from judge import judge  # noqa: E402
+from recorded_session import RecordedSession  # noqa: E402
+from session_log import SessionLog  # noqa: E402
+
+CYCLE = 0.002
+BEGIN = 1000.0  # s, on the machine's clock
+ROBOT = {
+    "name": "two joints", "joints": [{"name": "a", "type": "revolute", "origin": np.eye(4).tolist(), "axis": [0, 0, 1]},
+                                     {"name": "b", "type": "prismatic", "origin": np.eye(4).tolist(), "axis": [1, 0, 0]}],
+    "position_min": [-1.0, -1.0], "position_max": [1.0, 1.0], "velocity_max": [2.0, 2.0], "acceleration_max": [10.0, 10.0],
+    "spheres": [{"name": "base", "link": 0, "center": [-0.6, 0, 0], "radius": 0.1}, {"name": "hand", "link": 2, "center": [0, 0, 0], "radius": 0.1}],
+    "pairs": [[0, 1]],
+}
+
+
+class Sheet:
+    """A session as it should be: the hand closes at 1 s and leads until 3 s; a stop at 5 s, a reset at 6 s; a grip at 7 s that
+    is stopped at 7.6 s, reset at 9.5 s; told to end at 10 s."""
+
+    def __init__(self):
+        self.t = np.arange(0.0, 10.0, CYCLE)
+        s = np.clip(self.t - 1.0, 0.0, 2.0) * np.pi
+        self.q = np.stack([0.1 * (1 - np.cos(s)), 0.05 * (1 - np.cos(s))], axis=1)
+        self.dq = np.stack([0.1 * np.pi * np.sin(s), 0.05 * np.pi * np.sin(s)], axis=1)
+        self.ddq = np.stack([0.1 * np.pi**2 * np.cos(s), 0.05 * np.pi**2 * np.cos(s)], axis=1)
+        self.dq[(self.t < 1.0) | (self.t > 3.0)] = self.ddq[(self.t < 1.0) | (self.t > 3.0)] = 0.0
+        self.state_q, self.state_dq = self.q.copy(), self.dq.copy()
+        self.kept = np.ones(len(self.t), dtype=bool)
+        self.changes = [(0.05, "idle", "ready"), (1.004, "ready", "engaged"), (3.004, "engaged", "ready"), (5.004, "ready", "stopping"),
+                        (6.004, "stopping", "idle"), (6.054, "idle", "ready"), (7.004, "ready", "engaged"), (7.604, "engaged", "stopping"),
+                        (9.504, "stopping", "idle"), (9.554, "idle", "ready"), (9.9, "ready", "stopping")]
+        self.log = [dict(t=0.0, kind="start"), dict(t=0.3, kind="take", client="o", paired=True), dict(t=0.31, kind="lease", client="o", holder=1)]
+        for t in np.arange(0.5, 7.6, 0.01):
+            self.log.append(dict(t=t, kind="sample", client="o", clutch=bool(1.0 <= t < 3.0 or t >= 7.0)))
+        for t, kind in ((5.0, "stop"), (6.0, "reset"), (7.6, "stop"), (9.5, "reset")):
+            self.log.append(dict(t=t, kind="request", client="o", request=kind, text=None))
+        self.log.append(dict(t=9.99, kind="end", how="told", code=0, took=0.5, said="5000 looked at, 0 beyond a limit, 0 in contact"))
+
+    def request(self, t, kind, client="o", text=None):
+        self.log.append(dict(t=t, kind="request", client=client, request=kind, text=text))
+
+    def drop(self, *kinds, begin=-1.0, end=99.0, **members):
+        self.log = [e for e in self.log if not (e["kind"] in kinds and begin <= e["t"] <= end and all(e[k] == v for k, v in members.items()))]
+
+    def push(self, begin, end, joint, step):
+        """Another motion of a joint on top: a smooth hill."""
+        hill = (self.t >= begin) & (self.t <= end)
+        x = (self.t[hill] - begin) / (end - begin) * 2 * np.pi
+        w = 2 * np.pi / (end - begin)
+        for q, dq in ((self.q, self.dq), (self.state_q, self.state_dq)):
+            q[hill, joint] += step * (1 - np.cos(x)) / 2
+            dq[hill, joint] += step * w * np.sin(x) / 2
+        self.ddq[hill, joint] += step * w * w * np.cos(x) / 2
+
+    def write(self, path):
+        stamp = lambda t: round(t * 1e9)
+        with open(path, "wb") as file:
+            writer = Writer(file)
+            writer.start()
+            writer.add_metadata("robot", {"json": json.dumps(ROBOT)})
+            channels = {topic: writer.register_channel(topic, "json", 0)
+                        for topic in ("/joint_command", "/joint_state", "/supervision")}
+
+            def add(topic, t, **members):
+                writer.add_message(channels[topic], stamp(t), json.dumps(members).encode(), stamp(t))
+
+            for i in np.flatnonzero(self.kept):
+                add("/joint_command", self.t[i], q=self.q[i].tolist(), dq=self.dq[i].tolist(), ddq=self.ddq[i].tolist())
+                add("/joint_state", self.t[i], q=self.state_q[i].tolist(), dq=self.state_dq[i].tolist())
+            for t, before, after in self.changes:
+                add("/supervision", t, **{"from": before, "to": after, "reason": after})
+            writer.finish()
+
+    def rules(self, folder):
+        """Those that are broken."""
+        self.write(folder / "session.mcap")
+        looks = [dict(t=self.t[i], kind="look", now_s=BEGIN + self.t[i], q=self.state_q[i].tolist(), dq=self.state_dq[i].tolist(),
+                      cycles=int(self.kept[:i + 1].sum())) for i in range(400, 4000, 50) if self.kept[i]]
+        log = [dict(e, t=e["t"] + BEGIN, **({"until": e["until"] + BEGIN} if "until" in e else {})) for e in copy.deepcopy(self.log) + looks]
+        log = SessionLog(log)
+        found = judge(RecordedSession([folder / "session.mcap"]), log)
+        assert log.begin == pytest.approx(BEGIN, abs=0.002)
+        return {rule for rule, _, _ in found}
+
+
+@pytest.fixture()
+def sheet():
+    return Sheet()
+
+
+def test_a_session_as_it_should_be_breaks_nothing(sheet, tmp_path):
+    assert sheet.rules(tmp_path) == set()
+
+
+def beyond_position(s):
+    s.push(1.0, 3.0, 0, 0.9)
+
+
+def beyond_speed(s):
+    s.push(1.5, 2.0, 0, 0.4)  # 2.5 rad/s
+
+
+def told_speed_only(s):
+    s.dq[1000, 1] = -2.1
+
+
+def a_step_between_commands(s):
+    s.q[1000:, 1] += 0.0045
+
+
+def a_small_step_between_commands(s):
+    s.q[1000, 1] += 0.0008  # 0.4 m/s on top: only the second difference is too large
+
+
+def acceleration(s):
+    s.push(1.5, 1.9, 0, 0.2)
+
+
+def acceleration_told(s):
+    s.ddq[1200, 0] = 11.0
+
+
+def a_gap_made_up_for(s):
+    s.kept[(s.t > 1.4) & (s.t < 1.46)] = False
+
+
+def measured_position(s):
+    s.state_q[1000:1003, 0] = 1.001
+
+
+def measured_speed(s):
+    s.state_dq[1100, 0] = 2.05
+
+
+def measured_speed_by_positions(s):
+    s.state_q[1100:, 0] += 0.006
+
+
+def measured_acceleration(s):
+    s.state_dq[1100, 1] += 0.05
+
+
+def measured_acceleration_by_positions(s):
+    x = np.clip(s.t - 1.5, 0, 0.1)
+    s.state_q[:, 1] += 0.009 * (1 - np.cos(2 * np.pi * x / 0.1)) / 2
+
+
+def spheres(s):
+    for q in (s.q, s.state_q):
+        q[:, 1] -= 0.401
+
+
+def not_a_number(s):
+    s.q[1234, 0] = np.nan
+
+
+def moves_again_after_release(s):
+    s.push(4.7, 4.9, 0, 0.01)
+
+
+def a_stranger_moves_it(s):
+    s.push(4.7, 4.9, 0, 0.01)
+    s.log += [dict(t=4.5, kind="take", client="x", paired=False)]
+    s.log += [dict(t=t, kind="sample", client="x", clutch=True) for t in np.arange(4.5, 5.0, 0.01)]
+
+
+def follows_the_dead(s):
+    s.drop("sample", begin=1.05, end=4.0)  # one that is heard until 1.45: motion until 3
+
+
+def follows_after_the_lease_was_lost(s):
+    s.log.append(dict(t=1.02, kind="gone", client="o"))
+
+
+def creeps_after_release(s):
+    s.push(3.0, 4.8, 0, 0.01)
+
+
+def late_stop(s):
+    s.changes[3] = (5.3, "ready", "stopping")
+
+
+def a_lost_stop(s):
+    s.request(4.0, "stop", "x")
+
+
+def a_stop_lost_beside_reset(s):
+    s.drop("request", request="reset", begin=5.9, end=6.1)
+    s.request(5.999, "reset")
+    s.request(6.0, "stop")
+
+
+def undone_by_itself(s):
+    s.drop("request", request="reset", begin=5.9, end=6.1)
+
+
+def undone_by_a_reset_before(s):
+    s.request(5.9, "stop", "x")
+    s.drop("request", request="reset", begin=5.9, end=6.1)
+    s.request(5.8, "reset")
+
+
+def reset_by_a_stranger(s):
+    s.drop("request", request="reset", begin=5.9, end=6.1)
+    s.request(6.0, "reset", "x")
+
+
+def no_rest_after_stop(s):
+    s.push(7.5, 9.4, 0, 0.05)
+
+
+def an_old_grip(s):
+    s.drop("sample", begin=2.99, end=6.995)
+    s.log += [dict(t=t, kind="sample", client="o", clutch=True) for t in np.arange(2.99, 6.995, 0.01)]
+
+
+def a_playback_after_a_stop(s):
+    s.request(3.5, "playback", text="carrying")
+    s.push(6.8, 6.95, 0, 0.001)
+
+
+def hangs(s):
+    s.drop("end")
+    s.log.append(dict(t=9.99, kind="end", how="told", code=None, took=20.0, said="5000 looked at, 0 beyond a limit, 0 in contact"))
+
+
+def crashes(s):
+    s.drop("end")
+    s.log.append(dict(t=9.99, kind="end", how="gone", code=-11, took=0.0, said=""))
+
+
+def is_not_served(s):
+    s.log.append(dict(t=4.0, kind="failed", what="a newcomer was not served"))
+
+
+def says_too_little(s):
+    beyond_position(s)
+
+
+@pytest.mark.parametrize("doctor, rule", [
+    (beyond_position, "command position"), (beyond_speed, "command speed"), (told_speed_only, "command speed"),
+    (a_step_between_commands, "command speed"), (a_small_step_between_commands, "command acceleration"),
+    (acceleration, "command acceleration"), (acceleration_told, "command acceleration"), (a_gap_made_up_for, "command step"),
+    (not_a_number, "command position"), (measured_position, "measured position"), (measured_speed, "measured speed"),
+    (measured_speed_by_positions, "measured speed"), (measured_acceleration, "measured acceleration"),
+    (measured_acceleration_by_positions, "measured acceleration"), (spheres, "command spheres"), (spheres, "measured spheres"),
+    (moves_again_after_release, "rest"), (moves_again_after_release, "no living hand"), (a_stranger_moves_it, "no living hand"),
+    (follows_the_dead, "no living hand"), (follows_after_the_lease_was_lost, "no living hand"), (creeps_after_release, "rest"),
+    (late_stop, "stop obeyed"), (a_lost_stop, "stop obeyed"), (a_stop_lost_beside_reset, "stop obeyed"),
+    (undone_by_itself, "stop undone"), (undone_by_a_reset_before, "stop undone"), (reset_by_a_stranger, "stop undone"),
+    (no_rest_after_stop, "stop obeyed"), (an_old_grip, "fresh grip"), (a_playback_after_a_stop, "no living hand"),
+    (hangs, "ends"), (crashes, "ends"), (is_not_served, "served"), (says_too_little, "summary"),
+])
+def test_each_rule_finds_what_it_is_for(sheet, tmp_path, doctor, rule):
+    doctor(sheet)
+    assert rule in sheet.rules(tmp_path)
+
+
+def moves_with_the_hand_in_a_pause(s):
+    """What was sent while the program was stopped counts from when it could be heard."""
+    s.log.append(dict(t=4.0, kind="pause", until=4.3))
+
+
+def stop_then_reset(s):
+    s.request(5.98, "stop")  # and the reset at 6 s is later
+
+
+def reset_of_another_within_the_race(s):
+    s.request(6.0005, "stop", "x")  # on another socket: nobody knows which came first
+
+
+@pytest.mark.parametrize("doctor", [moves_with_the_hand_in_a_pause, stop_then_reset, reset_of_another_within_the_race])
+def test_what_is_allowed_breaks_nothing(sheet, tmp_path, doctor):
+    doctor(sheet)
+    assert sheet.rules(tmp_path) == set()
+
+
+def test_meshes_of_the_ur5e_touch_where_it_bends_into_itself():
+    arm_model = pytest.importorskip("arm_model")
+    import subprocess
+
+    from live_client import PROGRAM
+
+    robot = json.loads(subprocess.run([PROGRAM, "describe", "ur5e"], capture_output=True, text=True, check=True).stdout)
+    home = np.array(robot["home"])
+    folded = home + [0, 0, 1.2, 0, 0, 0]  # the elbow closed until the wrist is in the upper arm
+    meshes = arm_model.Ur5eMeshes(ROOT)
+    gap, bad = (meshes.smallest_gap(pose) for pose in arm_model.link_poses(robot, np.array([home, folded])))
+    assert gap > 0.005 and bad <= 0.0

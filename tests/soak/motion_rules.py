@@ -1,0 +1,154 @@
+"""Rules for what the recording says by itself: limits and distances, of commands and of what the arm did."""
+
+import numpy as np
+
+from arm_model import Ur5eMeshes, link_poses, smallest_sphere_gaps
+
+# Of our own, smaller than the program's: rounding of numbers, not of limits.
+POSITION = 2e-6  # rad
+COMMANDED = 1e-4  # share of speed and acceleration
+# The measurement: steps of an encoder in positions; the servo may swing a little beyond what it is told.
+ENCODER = 1.3e-5  # rad
+MEASURED_SPEED = 0.01  # share
+MEASURED_ACCELERATION = 0.05  # share
+WINDOW = 10  # cycles: what encoder steps add to differences of positions becomes small
+GAP = 0.005  # s, without a command: the servo was left to itself
+SETTLED = 0.06  # s, after that: it is led again
+SPHERES = 2e-4  # m, that they may overlap
+BETWEEN = 0.002  # s, between configurations that are looked at
+MESH_PERIOD = 0.02  # s, between looks at meshes
+
+
+def meshes_of(session):
+    """The UR5e's, where it is the robot and its geometry is installed."""
+    if session.robot is None or session.robot["name"] != "ur5e":
+        return None
+    from pathlib import Path
+
+    return Ur5eMeshes(Path(__file__).resolve().parents[2])
+
+
+def worst(rule, t, excess, words, count_as="times"):
+    """At most one violation: the worst of all where `excess` (N, joints) is above 0 or no number."""
+    bad = ~(excess <= 0.0)
+    if not bad.any():
+        return []
+    i, joint = np.unravel_index(np.argmax(np.where(np.isnan(excess), np.inf, excess)), excess.shape)
+    return [(rule, float(t[i]), f"joint {joint}: {words} by {excess[i, joint]:.4g}; {int(bad.any(axis=1).sum())} {count_as}")]
+
+
+def share(robot, key, part):
+    return np.array(robot[key], dtype=float) * (1.0 + part)
+
+
+def command_limits(session, _):
+    """Positions, and speeds and accelerations as they are told and as they come of differences, also over gaps."""
+    robot, c = session.robot, session.commands
+    low, high = np.array(robot["position_min"]), np.array(robot["position_max"])
+    speed_max, change_max = share(robot, "velocity_max", COMMANDED), share(robot, "acceleration_max", COMMANDED)
+    yield from worst("command position", c.t, np.maximum(low - c.q, c.q - high) - POSITION, "beyond its limit")
+    yield from worst("command speed", c.t, np.abs(c.dq) - speed_max, "beyond its limit")
+    yield from worst("command acceleration", c.t, np.abs(c.ddq) - change_max, "beyond its limit")
+    dt = np.diff(c.t)[:, None]
+    speed = np.diff(c.q, axis=0) / dt
+    follows = ~restarts(session)
+    yield from worst("command speed", c.t[1:][follows], (np.abs(speed) - speed_max)[follows], "between commands beyond its limit")
+    change = np.diff(c.dq, axis=0) / dt
+    yield from worst("command acceleration", c.t[1:][follows], (np.abs(change) - change_max)[follows],
+                     "between commands beyond its limit")
+    both = follows[1:] & follows[:-1]
+    bend = np.diff(speed, axis=0) / (0.5 * (dt[1:] + dt[:-1]))
+    yield from worst("command acceleration", c.t[1:-1][both], (np.abs(bend) - change_max)[both],
+                     "by differences of positions beyond its limit")
+
+
+def command_steps(session, _):
+    """A servo that hears nothing stands, or goes straight on for a little. So after a gap the next command may be no
+    further than from where it was left than a joint moves in two cycles."""
+    c, speed_max = session.commands, share(session.robot, "velocity_max", COMMANDED)
+    if len(c) < 3:
+        return
+    cycle = np.median(np.diff(c.t))
+    step = np.abs(np.diff(c.q, axis=0)) - 2.0 * cycle * speed_max
+    follows = ~restarts(session)
+    yield from worst("command step", c.t[1:][follows], step[follows], "more than two cycles' way at once")
+
+
+def measured_limits(session, _):
+    robot, s = session.robot, session.states
+    low, high = np.array(robot["position_min"]), np.array(robot["position_max"])
+    speed_max, change_max = share(robot, "velocity_max", MEASURED_SPEED), share(robot, "acceleration_max", MEASURED_ACCELERATION)
+    yield from worst("measured position", s.t, np.maximum(low - s.q, s.q - high) - ENCODER - POSITION, "beyond its limit")
+    yield from worst("measured speed", s.t, np.abs(s.dq) - speed_max, "beyond its limit")
+    if len(s) <= 2 * WINDOW:
+        return
+    dt = np.diff(s.t)[:, None]
+    yield from worst("measured speed", s.t[1:], np.abs(np.diff(s.q, axis=0)) / dt - speed_max - ENCODER / dt,
+                     "by differences of positions beyond its limit")
+    led = led_throughout(session)
+    change = np.abs(np.diff(s.dq, axis=0)) / dt - change_max
+    yield from worst("measured acceleration", s.t[1:][led[1:]], change[led[1:]], "beyond its limit")
+    span = s.t[WINDOW:] - s.t[:-WINDOW]
+    speed = (s.q[WINDOW:] - s.q[:-WINDOW]) / span[:, None]
+    between = 0.5 * (span[WINDOW:] + span[:-WINDOW])[:, None]
+    bend = np.abs(speed[WINDOW:] - speed[:-WINDOW]) / between - change_max - 4.0 * ENCODER / between**2
+    calm = led[WINDOW:-WINDOW] & led[2 * WINDOW:]
+    yield from worst("measured acceleration", s.t[WINDOW:-WINDOW][calm], bend[calm], "by differences of positions beyond its limit")
+
+
+def led_throughout(session):
+    """For each state: commands came all the time just before, so that the arm did as it was told."""
+    c, s = session.commands.t, session.states.t
+    gaps = np.flatnonzero(np.diff(c) > GAP)
+    spans = [(c[0], c[-1])]
+    led = (s >= c[0] + SETTLED) & (s <= c[-1])
+    for i in gaps:
+        led &= (s < c[i] + GAP - BETWEEN) | (s > c[i + 1] + SETTLED)
+    return led if spans else np.zeros(len(s), dtype=bool)
+
+
+def restarts(session):
+    """For each command but the first: whether the arm was taken over anew since the one before, where it then stood."""
+    c = session.commands.t
+    anew = [t for t, _, to, _ in session.changes if to in ("idle", "fault")]
+    anew += [a for a, _ in session.spans] if len(session.spans) > 1 else []
+    return np.diff(np.searchsorted(np.sort(anew), c, side="right")) > 0
+
+
+def looked_at(track):
+    """Configurations at least every BETWEEN s: those of the track, and straight lines over its gaps."""
+    t, q = [track.t], [track.q]
+    for i in np.flatnonzero(np.diff(track.t) > 1.5 * BETWEEN):
+        if track.t[i + 1] - track.t[i] > 1.0:
+            continue  # it was not recorded meanwhile
+        parts = np.linspace(0.0, 1.0, int((track.t[i + 1] - track.t[i]) / BETWEEN) + 1)[1:-1, None]
+        t.append(track.t[i] + parts[:, 0] * (track.t[i + 1] - track.t[i]))
+        q.append(track.q[i] + parts * (track.q[i + 1] - track.q[i]))
+    t, q = np.concatenate(t), np.concatenate(q)
+    order = np.argsort(t)
+    return t[order], q[order]
+
+
+def distances(session, meshes):
+    robot = session.robot
+    for name, track in (("command", session.commands), ("measured", session.states)):
+        if not len(track):
+            continue
+        t, q = looked_at(track)
+        finite = np.isfinite(q).all(axis=1)
+        t, q = t[finite], q[finite]
+        if robot["pairs"]:
+            gap, pair = smallest_sphere_gaps(robot, q)
+            i = gap.argmin()
+            if gap[i] < -SPHERES:
+                a, b = (robot["spheres"][k]["name"] for k in robot["pairs"][pair[i]])
+                yield (f"{name} spheres", float(t[i]), f"{a} and {b} overlap by {-1e3 * gap[i]:.3f} mm; {int((gap < -SPHERES).sum())} times")
+        if meshes is None:
+            continue
+        due = np.flatnonzero(np.diff(np.floor(t / MESH_PERIOD), prepend=-1.0) > 0)
+        gaps = np.array([meshes.smallest_gap(pose) for pose in link_poses(robot, q[due])])
+        if len(gaps) and gaps.min() <= 0.0:
+            yield (f"{name} meshes", float(t[due[gaps.argmin()]]), f"solids touch, {1e3 * gaps.min():.3f} mm; {int((gaps <= 0).sum())} times")
+
+
+RULES = (command_limits, command_steps, measured_limits, distances)
