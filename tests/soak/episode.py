@@ -1,0 +1,116 @@
+"""One session of the adversary: the program, everybody who meets it, and the log of it."""
+
+import json
+import random as random_module
+import select
+import time
+from collections import Counter
+
+import actors
+from network import FaultyClient
+from program import Program
+
+CAST = {"operator": (actors.operator, (1, 1, 2)), "watcher": (actors.watcher, (1, 2)), "helper": (actors.helper, (1,)),
+        "newcomer": (actors.newcomer, (1,)), "attacker": (actors.attacker, (0, 0, 1, 2)), "saboteur": (actors.saboteur, (0, 1, 1)),
+        "brawler": (actors.brawler, (0, 1, 1))}
+ENDS = ("told", "told", "told twice", "terminated", "killed")
+
+
+class World:
+    """What the actors share."""
+
+    def __init__(self, folder, seed):
+        self.folder, self.entries, self.counts, self.clients = folder, [], Counter(), []
+        self.random = random_module.Random(f"episode {seed}")
+        self.seed, self.number, self.most_memory = seed, 0, 0.0
+        full = self.random.random() < 0.1
+        self.may_stop_recording = self.random.random() < 0.2
+        self.may_block_output = self.random.random() < 0.3
+        arguments = self.choose_arguments()
+        if full:
+            self.count("full disk")
+        self.log("start", seed=seed, arguments=arguments, full=full)
+        self.program = Program(folder, arguments, self.log, file_size=self.random.randint(200, 3000) * 1000 if full else None)
+
+    def choose_arguments(self):
+        choose = self.random.choice
+        arguments = ["--profile", choose(actors.PROFILES), "--scale", choose((0.5, 1.0, 2.0)), "--yaw", choose((0, 90, 180))]
+        if self.random.random() < 0.4:
+            arguments += ["--rate", choose((20, 50, 100, 250, 500))]
+        if self.random.random() < 0.2:
+            arguments += ["--set", f"control.soft_stop={choose((0, 0.1, 1.0))}"]
+        return arguments
+
+    def log(self, kind, t=None, **members):
+        self.entries.append({"t": time.monotonic() if t is None else t, "kind": kind, **members})
+
+    def count(self, what, by=1):
+        self.counts[what] += by
+
+    def connect(self, role, random, token=None, pair=False, looks=False):
+        """A client, or None if the server has no room."""
+        self.number += 1
+        self.count(f"{role}s")
+        name = f"{role} {self.number}"
+        client = None
+        try:
+            client = FaultyClient(self.program.port, self.log, name, random, token)
+        except (OSError, AssertionError, ConnectionError):
+            self.count("turned away")
+            return None
+        client.looks, client.role = looks, role
+        self.clients.append(client)
+        if pair and not self.program.deaf:
+            self.program.listen()
+            client.send(type="pair", code=self.program.codes[-1])
+        return client
+
+    def holders(self):
+        return [c for c in self.clients if c.holds and not c.gone]
+
+    def others(self, client):
+        return [c for c in self.clients if c is not client and not c.gone and not c.deaf][:4]
+
+    def hear(self):
+        """Everybody takes what came and writes what is due."""
+        for client in self.clients:
+            for message in client.listen():
+                if message["type"] == "state" and client.looks:
+                    self.log("look", now_s=message["now_s"], state=message["state"], q=message["q"], dq=message["dq"],
+                             command=message["command"],
+                             cycles=message["cycles"])
+            client.flush()
+        self.clients = [c for c in self.clients if not c.gone]
+        self.program.listen()
+
+    def play(self, seconds):
+        """Lets everybody act for so long, then ends the program; how."""
+        queue = []
+        for name, (act, numbers) in CAST.items():
+            for i in range(self.random.choice(numbers)):
+                queue.append([time.monotonic(), act(self, random_module.Random(f"{self.seed} {name} {i}"))])
+        end = time.monotonic() + seconds
+        looked = 0.0
+        while (now := time.monotonic()) < end and not self.program.died():
+            for entry in sorted(queue, key=lambda e: e[0]):
+                if entry[0] <= now:
+                    entry[0] = time.monotonic() + max(0.0, next(entry[1]))
+            self.hear()
+            if now - looked > 1.0:
+                looked = now
+                self.most_memory = max(self.most_memory, self.program.memory_mib())
+            wait = min(entry[0] for entry in queue) - time.monotonic()
+            if wait > 0.0:
+                sockets = [c.socket for c in self.clients if not c.gone and not c.deaf]
+                select.select(sockets, [], [], min(wait, 0.01))
+        how = self.random.choice(ENDS)
+        self.count(f"end: {how}")
+        self.program.end(how)
+        for client in self.clients:
+            client.leave()
+        return how
+
+    def save(self, path):
+        with open(path, "w", encoding="utf-8") as file:
+            for entry in self.entries:
+                file.write(json.dumps(entry) + "\n")
