@@ -36,23 +36,23 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   input.arm_stopped = state.status == ArmStatus::kStopped || !state.joints.q.allFinite();
   input.arm_reason = state.status == ArmStatus::kStopped ? state.reason : "the arm reports no numbers";
   input.at_rest = at_rest_;
-  input.stop_asked = links_->stop_asked.exchange(false, std::memory_order_relaxed);
-  const bool stopped = before == SupervisionState::kStopping || before == SupervisionState::kFault;
-  if (!stopped) links_->reset_asked.store(false, std::memory_order_relaxed);
-  input.reset_asked = stopped && at_rest_ && links_->reset_asked.exchange(false, std::memory_order_relaxed);
+  input.stops = links_->asked.stops;
+  input.reset_of = links_->asked.reset_of;
+  const bool stop_asked = input.stops != supervisor_.stops();
   input.off_plan = off_plan(state.joints);
   input.stalled = missed >= settings_.stall_cycles;
   input.last_plan = last_plan_;
   input.hand = hand_;
   const Transition* transition = supervisor_.update(input);
   const SupervisionState after = supervisor_.state();
+  links_->asked.halts = supervisor_.halts();
 
   output_.restart_arm = transition != nullptr && after == SupervisionState::kIdle;
   if (transition != nullptr && after == SupervisionState::kStopping) {
     begin_stop(*transition, now);
   } else if (after != SupervisionState::kStopping) {
     soft_ = false;
-  } else if (soft_ && (input.stop_asked || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
+  } else if (soft_ && (stop_asked || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
     brake();
   }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
@@ -76,6 +76,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   view_.command = last_;
   view_.measured = state.joints;
   view_.at_rest = at_rest_;
+  view_.stops = supervisor_.stops();
   view_.missed_deadlines += missed;
   links_->report.write({now, after, supervisor_.engagements(), supervisor_.grip(), soft_});
   links_->control_view.write(view_);

@@ -34,6 +34,7 @@ struct ControlView {
   JointCommand command;
   JointState measured;
   bool at_rest = false;
+  std::uint64_t stops = 0;  ///< Asked::stops that this takes into account
   std::uint64_t cycles = 0, missed_deadlines = 0, rejected_plans = 0, plans = 0;
 };
 
@@ -86,6 +87,17 @@ struct TapRings {
   SpscRing<SupervisionChange> changes{256};
 };
 
+/// Stops and resets that people ask for, and what control made of them. Counters, where flags would be taken back and
+/// with them what was asked in that moment; see Supervisor.
+struct Asked {
+  std::atomic<std::uint64_t> stops{0};     ///< any thread counts on
+  std::atomic<std::uint64_t> reset_of{0};  ///< any thread: `halts` when a reset was asked for
+  std::atomic<std::uint64_t> halts{0};     ///< written by control: Supervisor::halts
+
+  void stop() { ++stops; }
+  void reset() { reset_of = halts.load(); }
+};
+
 /// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.
 struct Links {
   SpscRing<HeldSample> samples{256};       ///< input to planner
@@ -96,7 +108,7 @@ struct Links {
   LatestValue<Plan> followed;              ///< control to planner: what is followed since the last change
   LatestValue<ControlView> control_view;   ///< control to main
   LatestValue<PlannerView> planner_view;   ///< planner to main
-  std::atomic<bool> stop_asked{false}, reset_asked{false};  ///< any thread to control, which takes them back
+  Asked asked;
   std::atomic<std::uint64_t> holder{0};  ///< any thread: counts whose hand it is; each must open its clutch first
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check

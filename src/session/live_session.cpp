@@ -245,6 +245,7 @@ void LiveSession::refresh() {
   snapshot_ = s;
   stopped_at_rest_ =
       control_view_.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
+  stops_ = control_view_.stops;
 }
 
 Status LiveSession::set_planner_rate(double rate_hz) {
@@ -264,7 +265,7 @@ SessionSnapshot LiveSession::snapshot() const {
 
 bool LiveSession::stopped_at_rest() const {
   const std::lock_guard lock(mutex_);
-  return stopped_at_rest_;
+  return stopped_at_rest_ && stops_ == links_->asked.stops;
 }
 
 LiveSummary LiveSession::finish() {

@@ -73,8 +73,9 @@ class LiveSession {
   /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
   void release_hand() { ++links_->holder; }
   /// Any thread.
-  void ask_stop() { links_->stop_asked = true; }
-  void ask_reset() { links_->reset_asked = true; }
+  void ask_stop() { links_->asked.stop(); }
+  /// Of the stop or fault that there is now: what halts the arm later is not undone.
+  void ask_reset() { links_->asked.reset(); }
   /// Weights, scale, yaw; one thread at a time.
   void set(const OperatorSettings& settings) { links_->settings.write(settings); }
 
@@ -84,7 +85,7 @@ class LiveSession {
 
   /// One look at the session, any thread.
   SessionSnapshot snapshot() const;
-  /// The arm stands, after a stop or by a fault. Any thread.
+  /// The arm stands, after every stop that was asked for so far or by a fault. Any thread.
   bool stopped_at_rest() const;
   /// Brings the arm to rest, waits for that (2 s at most), ends the threads.
   LiveSummary finish();
@@ -126,6 +127,7 @@ class LiveSession {
   mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
   SessionSnapshot snapshot_;
   bool stopped_at_rest_ = false;
+  std::uint64_t stops_ = 0;  ///< that stopped_at_rest_ takes into account
   std::vector<std::string> warnings_;
 };
 

@@ -60,13 +60,13 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
     case Event::kArmFollows:
       return input.arm_follows;
     case Event::kStopAsked:
-      return input.stop_asked;
+      return input.stops != stops_;
     case Event::kStalled:
       return input.stalled;
     case Event::kOffPlan:
       return input.off_plan;
     case Event::kResetAsked:
-      return input.reset_asked && input.at_rest;
+      return input.reset_of == halts_ && input.stops == stops_ && input.at_rest;
     case Event::kSilence:
       return !heard;
     case Event::kReleased:
@@ -84,6 +84,14 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
 }
 
 const Transition* Supervisor::update(const SupervisionInput& input) {
+  const Transition* taken = step(input);
+  const bool halts = taken != nullptr && (taken->to == State::kStopping || taken->to == State::kFault);
+  if (halts || input.stops != stops_) ++halts_;
+  stops_ = input.stops;
+  return taken;
+}
+
+const Transition* Supervisor::step(const SupervisionInput& input) {
   for (const Transition& row : kTransitions) {
     if (row.from != state_ || !happened(row.event, input)) continue;
     state_ = row.to;

@@ -20,11 +20,12 @@ struct SupervisionInput {
   bool arm_follows = false;  ///< the arm takes commands
   bool arm_stopped = false;  ///< the arm stopped by itself
   std::string_view arm_reason;
-  bool stop_asked = false, reset_asked = false;
-  bool at_rest = false;   ///< of the commands
-  bool off_plan = false;  ///< measured too far from what was commanded
-  bool stalled = false;   ///< the loop slept through too many cycles
-  Time last_plan{0};      ///< when a new plan was taken last
+  std::uint64_t stops = 0;     ///< how often a stop was asked for, ever
+  std::uint64_t reset_of = 0;  ///< Supervisor::halts of when a reset was asked for last
+  bool at_rest = false;        ///< of the commands
+  bool off_plan = false;       ///< measured too far from what was commanded
+  bool stalled = false;        ///< the loop slept through too many cycles
+  Time last_plan{0};           ///< when a new plan was taken last
   HandReport hand;
 };
 
@@ -35,7 +36,7 @@ enum class SupervisionEvent {
   kStopAsked,
   kStalled,
   kOffPlan,
-  kResetAsked,   ///< and the arm is at rest
+  kResetAsked,   ///< of what halted the arm last, no stop has come since, and the arm is at rest
   kSilence,      ///< the device says nothing
   kReleased,     ///< clutch open
   kGripped,      ///< clutch closed anew, the pose can be trusted
@@ -67,17 +68,23 @@ class Supervisor {
   std::string_view reason() const { return reason_; }
   /// Counts every time that following begins, also after holding: each starts from where the arm is.
   std::uint64_t engagements() const { return engagements_; }
+  /// Counts what halts the arm: every stop that is asked for, in whatever state, and everything else that leads to
+  /// stopping or fault. A reset names the one that it undoes, so none undoes what came after it was asked for.
+  std::uint64_t halts() const { return halts_; }
+  /// SupervisionInput::stops of the last update: these were obeyed.
+  std::uint64_t stops() const { return stops_; }
   /// HandReport::grips when the state changed last: while following, the grip that is followed.
   std::uint64_t grip() const { return grips_used_; }
 
  private:
+  const Transition* step(const SupervisionInput& input);
   bool happened(SupervisionEvent event, const SupervisionInput& input) const;
 
   SupervisorSettings settings_;
   SupervisionState state_ = SupervisionState::kIdle;
   std::string_view reason_ = "starting";
   Time since_{0};
-  std::uint64_t engagements_ = 0, grips_used_ = 0;
+  std::uint64_t engagements_ = 0, grips_used_ = 0, halts_ = 0, stops_ = 0;
 };
 
 }  // namespace steadyhand

@@ -60,5 +60,75 @@ TEST(AskedStop, WithoutAPlannerIsInTimeToo) {
   session.expect_safe();
 }
 
+/// At rest in this state, with the hand closed as it was.
+void bring_to(VirtualSession& session, SupervisionState state) {
+  session.hand = sweeping({0.1, 0.1, 0.1});
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  session.run(0.5);
+  if (state == SupervisionState::kFault) {
+    session.arm().trip("emergency button");
+  } else {
+    session.ask_stop();
+  }
+  ASSERT_TRUE(session.run_until([&] { return session.at_rest() && session.state() == state; }, 2.0));
+}
+
+/// Whatever order they come in, from however many threads: at no time between two cycles does a reset win.
+TEST(AskedStop, BesideAResetAlwaysWinsAndStays) {
+  for (const SupervisionState state : {SupervisionState::kStopping, SupervisionState::kFault}) {
+    for (const char* order : {"rs", "sr", "rsr", "srs", "rr s", "r s", "s r", "s rr"}) {  // blank: a cycle passes
+      SCOPED_TRACE(std::string(to_string(state)) + " " + order);
+      VirtualSession session;
+      bring_to(session, state);
+      for (const char* asked = order; *asked != 0; ++asked) {
+        if (*asked == 'r') session.ask_reset();
+        if (*asked == 's') session.ask_stop();
+        if (*asked == ' ') session.cycle();
+      }
+      // A reset that knew of the stop counts, and no other.
+      const bool considered = std::string(order) == "s r" || std::string(order) == "s rr";
+      const JointVector q = session.last_command.q;
+      session.run(0.1);
+      EXPECT_EQ(session.state() == SupervisionState::kReady, considered) << to_string(session.state());
+      if (considered) continue;
+      EXPECT_TRUE(session.state() == SupervisionState::kStopping || session.state() == SupervisionState::kFault);
+      EXPECT_FALSE(session.grip());
+      EXPECT_LT((session.last_command.q - q).norm(), 1e-9);
+      session.ask_reset();
+      EXPECT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kReady; }, 0.5));
+    }
+  }
+}
+
+TEST(AskedStop, EndsAResetThatStillWaitsForRest) {
+  VirtualSession session;
+  session.hand = sweeping({0.1, 0.1, 0.1});
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  session.run(1.0);
+  session.ask_stop();
+  session.cycle();
+  ASSERT_FALSE(session.at_rest());
+  session.ask_reset();
+  session.cycle();
+  session.ask_stop();
+  session.run(2.0);
+  EXPECT_EQ(session.state(), SupervisionState::kStopping);
+  session.expect_safe();
+}
+
+TEST(AskedStop, AResetUndoesOneFaultAndNotTheNext) {
+  VirtualSession session;
+  bring_to(session, SupervisionState::kFault);
+  session.ask_reset();
+  ASSERT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kReady; }, 0.5));
+  session.ask_reset();  // of nothing
+  session.cycle();
+  session.arm().trip("again");
+  session.run(1.0);
+  EXPECT_EQ(session.state(), SupervisionState::kFault);
+}
+
 }  // namespace
 }  // namespace steadyhand

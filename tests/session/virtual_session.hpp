@@ -152,8 +152,8 @@ class VirtualSession {
 
   SupervisionState state() const { return control_->state(); }
   bool at_rest() const { return view.at_rest; }
-  void ask_stop() { control_side_.stop_asked = true; }
-  void ask_reset() { control_side_.reset_asked = true; }
+  void ask_stop() { control_side_.asked.stop(); }
+  void ask_reset() { control_side_.asked.reset(); }
   Pose glass(const JointVector& q) {
     kinematics_.set_position(q);
     return {kinematics_.p(), Quaternion(kinematics_.R())};

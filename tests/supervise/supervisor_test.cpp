@@ -37,7 +37,8 @@ struct Driven {
       }
     } else if (state != State::kReady) {
       SupervisionInput input = calm(tick());
-      (state == State::kFault ? input.arm_stopped : input.stop_asked) = true;
+      input.arm_stopped = state == State::kFault;
+      stops += state == State::kStopping;
       step(input);
     }
     EXPECT_EQ(supervisor.state(), state);
@@ -49,12 +50,14 @@ struct Driven {
     input.hand.grips = 1;
     return input;
   }
-  State step(const SupervisionInput& input) {
+  State step(SupervisionInput input) {
+    input.stops = stops;
     (void)supervisor.update(input);
     return supervisor.state();
   }
 
   Time now{std::chrono::seconds(5)};
+  std::uint64_t stops = 0;
   Supervisor supervisor;
 };
 
@@ -76,7 +79,7 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
         input.arm_follows = true;
         break;
       case Event::kStopAsked:
-        input.stop_asked = true;
+        ++d.stops;
         break;
       case Event::kStalled:
         input.stalled = true;
@@ -85,7 +88,7 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
         input.off_plan = true;
         break;
       case Event::kResetAsked:
-        input.reset_asked = true;
+        input.reset_of = d.supervisor.halts();
         break;
       case Event::kSilence:
         input.hand.heard -= std::chrono::milliseconds(251);
@@ -147,7 +150,7 @@ TEST(Supervisor, AGripDuringAStopIsNotTakenUpAfterTheReset) {
   Driven d(State::kStopping);
   EXPECT_EQ(d.step(d.gripped()), State::kStopping);
   SupervisionInput reset = d.gripped();
-  reset.reset_asked = true;
+  reset.reset_of = d.supervisor.halts();
   EXPECT_EQ(d.step(reset), State::kIdle);
   EXPECT_EQ(d.step(d.gripped()), State::kReady);
   EXPECT_EQ(d.step(d.gripped()), State::kReady);
@@ -157,7 +160,7 @@ TEST(Supervisor, AResetWaitsForRest) {
   for (const State state : {State::kStopping, State::kFault}) {
     Driven d(state);
     SupervisionInput input = calm(d.tick());
-    input.reset_asked = true;
+    input.reset_of = d.supervisor.halts();
     input.at_rest = false;
     EXPECT_EQ(d.step(input), state);
     input.at_rest = true;
@@ -165,14 +168,16 @@ TEST(Supervisor, AResetWaitsForRest) {
   }
 }
 
-/// Whatever comes: it never engages without a grip, and a stop is obeyed in the cycle that it comes in.
+/// Whatever comes, in whatever order: it never engages without a grip; a stop is obeyed in the cycle that it comes in,
+/// and only a reset undoes it that was asked for after that cycle, when nothing else has halted the arm since.
 TEST(Supervisor, RandomInputs) {
   std::mt19937 random(4);
   std::bernoulli_distribution often(0.5), seldom(0.01);
   Supervisor supervisor;
   SupervisionInput input = calm(std::chrono::seconds(1));
-  std::uint64_t grips_at_engagement = 0;
-  for (int i = 0; i < 300000; ++i) {
+  std::uint64_t grips_at_engagement = 0, undone = 0, beside = 0;
+  int halted_in = -1, reset_in = -1;  // cycles: of what halted the arm last, of the newest reset
+  for (int i = 0; i < 1000000; ++i) {
     input.now += std::chrono::milliseconds(2);
     if (!seldom(random)) input.hand.heard = input.now - std::chrono::milliseconds(seldom(random) ? 400 : 0);
     input.hand.good = input.hand.heard;
@@ -183,24 +188,44 @@ TEST(Supervisor, RandomInputs) {
     }
     if (seldom(random)) input.hand.trusted = often(random);
     input.arm_stopped = seldom(random) && seldom(random);
-    input.stop_asked = seldom(random);
-    input.reset_asked = seldom(random);
     input.off_plan = seldom(random) && seldom(random);
+    if (seldom(random)) input.at_rest = often(random);
     const State before = supervisor.state();
+    const bool halted = before == State::kStopping || before == State::kFault;
+    bool stop = seldom(random), reset = seldom(random);
+    if (halted && seldom(random)) stop = reset = true;  // what people do when an arm has stopped
+    // Control may read the two in any order, and publishes its halts only after this cycle.
+    if (reset) {
+      input.reset_of = supervisor.halts();
+      reset_in = i;
+    }
+    input.stops += stop ? 1 + often(random) : 0;
     const Transition* row = supervisor.update(input);
-    ASSERT_EQ(row != nullptr && row->to != row->from, before != supervisor.state());
-    if (supervisor.state() == State::kEngaged) {
+    const State after = supervisor.state();
+    ASSERT_EQ(row != nullptr && row->to != row->from, before != after);
+    if (after == State::kEngaged) {
       ASSERT_TRUE(input.hand.clutch && input.hand.trusted);
       if (before == State::kReady) {
         ASSERT_GT(input.hand.grips, grips_at_engagement);
         grips_at_engagement = input.hand.grips;
       }
     }
-    if (input.stop_asked && before != State::kFault && !input.reset_asked) {
-      ASSERT_TRUE(supervisor.state() == State::kStopping || supervisor.state() == State::kFault);
+    if (stop) {
+      ASSERT_TRUE(after == State::kStopping || after == State::kFault) << to_string(before);
+      halted_in = i;
+      beside += halted && reset;
+    }
+    const bool halts = after == State::kStopping || after == State::kFault;
+    if (halts && after != before) halted_in = i;
+    if (halted && !halts) {
+      ASSERT_GT(reset_in, halted_in);
+      ASSERT_TRUE(input.at_rest);
+      ++undone;
     }
   }
   EXPECT_GT(supervisor.engagements(), 100u);
+  EXPECT_GT(undone, 1000u);
+  EXPECT_GT(beside, 1000u);
 }
 
 }  // namespace
