@@ -1,10 +1,12 @@
 #include "serve/access.hpp"
 
+#include <fmt/format.h>
 #include <openssl/crypto.h>
 #include <openssl/rand.h>
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
 namespace steadyhand {
 namespace {
@@ -25,11 +27,14 @@ std::string_view without_port(std::string_view host) {
 }  // namespace
 
 std::string random_text(int length) {
-  constexpr std::string_view kAlphabet = "23456789abcdefghjkmnpqrstuvwxyz_";
-  static_assert(kAlphabet.size() == 32);
-  std::string text(static_cast<std::size_t>(length), '\0');
-  if (RAND_bytes(reinterpret_cast<unsigned char*>(text.data()), length) != 1) return {};
-  for (char& c : text) c = kAlphabet[static_cast<unsigned char>(c) % 32];
+  constexpr std::string_view kAlphabet = "bcdfghjkmnpqrstvwxyz";
+  constexpr int kFair = 256 / kAlphabet.size() * kAlphabet.size();  // bytes above would favour the first letters
+  std::string text;
+  while (static_cast<int>(text.size()) < length) {
+    unsigned char byte = 0;
+    if (RAND_bytes(&byte, 1) != 1) return {};
+    if (byte < kFair) text += kAlphabet[byte % kAlphabet.size()];
+  }
   return text;
 }
 
@@ -47,32 +52,37 @@ bool origin_allowed(std::string_view origin, std::string_view host, bool tls) {
 }
 
 Status Pairing::renew() {
-  code_ = random_text(kCodeLength);
+  last_code_ = std::exchange(code_, random_text(kCodeLength));
   if (code_.empty()) return Error{"the system gives no random numbers for a pairing code"};
   return Done{};
 }
 
-std::string Pairing::redeem(std::string_view code, Time now) {
-  if (now - failures_since_ >= kFailureWindow) {
-    failures_ = 0;
-    failures_since_ = now;
+Result<std::string> Pairing::redeem(std::string_view typed) {
+  std::string code = lower(typed);
+  code.erase(std::remove_if(code.begin(), code.end(), [](char c) { return c == ' ' || c == '-'; }), code.end());
+  if (code.size() != kCodeLength) {
+    return Error{fmt::format("a code has {} letters, this one {}; the terminal shows it", kCodeLength, code.size())};
   }
-  if (failures_ >= kMaxFailures) return {};
-  if (code_.empty() || !equal_secret(code, code_)) {
-    ++failures_;
-    return {};
+  if (code_.empty()) return Error{"the system gives no random numbers for a pairing code"};
+  if (!equal_secret(code, code_)) {
+    if (equal_secret(code, last_code_)) return Error{"this code is used up; the terminal shows the next one"};
+    return Error{"this code is wrong; compare it with the one that the terminal showed last"};
   }
   std::string token = random_text(kTokenLength);
-  code_.clear();
-  if (token.empty() || !renew()) return {};
+  if (token.empty()) return Error{"the system gives no random numbers for a token"};
   if (tokens_.size() >= kMaxTokens) tokens_.erase(tokens_.begin());
-  tokens_.push_back(token);
+  tokens_.push_back({token, code_});
   return token;
 }
 
 bool Pairing::known(std::string_view token) const {
   return std::any_of(tokens_.begin(), tokens_.end(),
-                     [&](const std::string& given) { return equal_secret(token, given); });
+                     [&](const Token& given) { return equal_secret(token, given.text); });
+}
+
+bool Pairing::use_up(std::string_view token) {
+  const auto earned = [&](const Token& given) { return given.text == token && given.code == code_; };
+  return std::any_of(tokens_.begin(), tokens_.end(), earned) && renew();
 }
 
 }  // namespace steadyhand

@@ -10,8 +10,8 @@
 /// Who may connect and who may command.
 namespace steadyhand {
 
-/// `length` characters of an alphabet of 32 without look-alikes, from the system's random source: 5 bits each. Empty if
-/// the source fails.
+/// `length` consonants from the system's random source, 4.3 bits each: a headset's keyboard has them in one layout, and
+/// they make no words. Empty if the source fails.
 std::string random_text(int length);
 
 /// In a time that does not depend on where they differ.
@@ -25,30 +25,31 @@ bool host_allowed(std::string_view host, const std::vector<std::string>& names);
 /// Whether a WebSocket's Origin header is that of a page that this server gave out under this Host header.
 bool origin_allowed(std::string_view origin, std::string_view host, bool tls);
 
-/// The one-time code with which a client earns the right to command, and the tokens of those that did. A token outlives
-/// its connection, so that a client that comes back need not pair again. One thread.
+/// The code with which clients earn the right to command, and the tokens of those that did. A token outlives its
+/// connection, so that a client that comes back need not pair again. One thread.
 class Pairing {
  public:
-  static constexpr int kCodeLength = 10;  // 50 bits
+  static constexpr int kCodeLength = 12;  // 51 bits
   static constexpr int kTokenLength = 26;
-  static constexpr int kMaxTokens = 64;    ///< the oldest is forgotten
-  static constexpr int kMaxFailures = 10;  ///< wrong codes, of all clients together, within
-  static constexpr Time kFailureWindow = std::chrono::seconds(10);
+  static constexpr int kMaxTokens = 64;  ///< the oldest is forgotten
 
   /// Error: no random numbers to be had.
   Status renew();
   const std::string& code() const { return code_; }
 
-  /// A token if the code is the one that is valid; it is used up then and a new one made. Empty: wrong, or too many
-  /// wrong ones lately, in which case even the right one is refused.
-  std::string redeem(std::string_view code, Time now);
+  /// A token if this is the code that is valid, in whatever case and grouping. Error: it is not, in words for people.
+  Result<std::string> redeem(std::string_view typed);
   bool known(std::string_view token) const;
+  /// A client with this token commands. True: that used up the code that is valid, and there is a new one.
+  bool use_up(std::string_view token);
 
  private:
-  std::string code_;
-  std::vector<std::string> tokens_;
-  int failures_ = 0;
-  Time failures_since_{0};
+  struct Token {
+    std::string text;
+    std::string code;  ///< with which it was earned
+  };
+  std::string code_, last_code_;
+  std::vector<Token> tokens_;
 };
 
 }  // namespace steadyhand

@@ -66,8 +66,10 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     socket_.text(true);
     socket_.async_accept(request, [self = this->shared_from_this()](error_code error) {
       if (error) return;
-      self->id_ = self->desk_.hub->join(*self, self->desk_.now());
-      self->read();
+      const auto peer = beast::get_lowest_layer(self->socket_).socket().remote_endpoint(error).address();
+      const Address address{peer.is_loopback() ? "loopback" : peer.to_string(), peer.is_loopback()};
+      self->id_ = self->desk_.hub->join(*self, address, self->desk_.now());
+      if (self->id_ != 0) self->read();
     });
   }
 
@@ -144,7 +146,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
 
   void leave() {
     closing_ = true;
-    if (id_ != 0) desk_.hub->leave(std::exchange(id_, 0));
+    if (id_ != 0) desk_.hub->leave(std::exchange(id_, 0), desk_.now());
   }
 
   websocket::stream<Stream> socket_;

@@ -1,26 +1,55 @@
 #include "serve/hub.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace steadyhand {
 
-Hub::Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_rate_hz)
-    : facts_(facts), callbacks_(callbacks), max_rate_hz_(max_rate_hz) {}
+Hub::Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_rate_hz, int max_clients)
+    : facts_(facts),
+      callbacks_(callbacks),
+      max_rate_hz_(max_rate_hz),
+      max_clients_(static_cast<std::size_t>(std::max(max_clients, 1))) {}
 
-std::uint64_t Hub::join(Outbox& outbox, Time now) {
+std::uint64_t Hub::join(Outbox& outbox, const Address& address, Time now) {
+  if (!make_room(address)) return 0;
   const std::uint64_t id = ++last_id_;
   Client& client = clients_[id];
   client.outbox = &outbox;
+  client.address = address;
+  client.useful = now;
   client.last_message = now;
   client.allowance = max_rate_hz_;
   client.allowance_at = now;
   return id;
 }
 
-void Hub::leave(std::uint64_t id) {
+/// Paired clients stay, as many of each token as one person may have; everybody else is a guest.
+bool Hub::make_room(const Address& newcomer) {
+  if (clients_.size() < max_clients_) return true;
+  constexpr int kEach = 8;
+  std::map<std::string_view, int> paired;
+  std::vector<Guest> guests;
+  for (auto it = clients_.rbegin(); it != clients_.rend(); ++it) {  // the newest first
+    const auto& [id, client] = *it;
+    const bool stays = id == holder_ || id == asker_ || (!client.token.empty() && ++paired[client.token] <= kEach);
+    if (!stays) guests.push_back({id, client.address, client.useful});
+  }
+  const auto guest = who_leaves(guests, newcomer);
+  if (!guest) return false;
+  const auto found = clients_.find(*guest);
+  refuse(found->second, Refusal::kFull, "all places are taken: pair to keep yours");
+  close(found->second);
+  clients_.erase(found);
+  return true;
+}
+
+void Hub::leave(std::uint64_t id, Time now) {
   if (!clients_.erase(id)) return;
-  if (holder_ == id) give_lease(0);
+  if (asker_ == id) end_asking(now);
+  if (holder_ == id) give_lease(0, now);
 }
 
 void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
@@ -38,7 +67,10 @@ void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
   }
   // A stop counts whoever sends it, whatever it sent before and however much.
   const auto* request = std::get_if<RequestMessage>(&*message);
-  if (request && request->request.kind == OperatorRequest::Kind::kStop) return handle(id, client, *request, now);
+  if (request && request->request.kind == OperatorRequest::Kind::kStop) {
+    client.useful = now;
+    return handle(id, client, *request, now);
+  }
   if (!in_time) {
     return complain(client, Refusal::kTooMany, "more messages than one client may send; some are discarded", now);
   }
@@ -47,6 +79,12 @@ void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
     return close(client);
   }
   std::visit([&](const auto& m) { handle(id, client, m, now); }, *message);
+}
+
+void Hub::receive_frame(std::uint64_t id, Time now) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end() || found->second.closed) return;
+  (void)within_rate(found->second, now);
 }
 
 /// Token bucket of one second's worth of messages.
@@ -66,11 +104,21 @@ bool Hub::within_rate(Client& client, Time now) {
 }
 
 void Hub::tick(Time now) {
-  const auto holder = clients_.find(holder_);
-  if (holder != clients_.end() && now - holder->second.last_message > kLeaseSilence) give_lease(0);
+  for (auto& [id, client] : clients_) {
+    if (!client.code || client.closed || now < client.next_code) continue;
+    pair(id, client, *std::exchange(client.code, std::nullopt), now);
+  }
+  const auto silent = [&](std::uint64_t id) {
+    const auto found = clients_.find(id);
+    return found != clients_.end() && now - found->second.last_message > kLeaseSilence;
+  };
+  if (silent(asker_)) end_asking(now);
+  if (silent(holder_)) give_lease(0, now);
+  watch_asking(now);
 }
 
 void Hub::broadcast_state(const SessionSnapshot& snapshot) {
+  arm_led_ = snapshot.state == SupervisionState::kEngaged || snapshot.state == SupervisionState::kHolding;
   std::shared_ptr<const std::string> message;
   for (auto& [id, client] : clients_) {
     if (!client.greeted || client.closed) continue;
@@ -81,10 +129,10 @@ void Hub::broadcast_state(const SessionSnapshot& snapshot) {
 
 void Hub::shut_down() {
   clients_.clear();
-  holder_ = 0;
+  holder_ = asker_ = 0;
 }
 
-void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, Time) {
+void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now) {
   if (message.version != kProtocolVersion) {
     refuse(client, Refusal::kVersion,
            "this program speaks version " + std::to_string(kProtocolVersion) + " of the protocol, not " +
@@ -93,37 +141,37 @@ void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, 
   }
   if (client.greeted) return refuse(client, Refusal::kMalformed, "hello was said already");
   client.greeted = true;
+  client.useful = now;
   send(client, welcome_message(facts_, id));
   if (pairing_.known(message.token)) {
     client.token = message.token;
     send(client, paired_message(client.token));
   }
-  send(client, lease_message(holder_, false));
+  send(client, lease_message(lease_of(id, client, now)));
 }
 
-void Hub::handle(std::uint64_t, Client& client, const PairMessage& message, Time now) {
-  std::string token = pairing_.redeem(message.code, now);
-  if (token.empty()) {
-    return refuse(client, Refusal::kCode,
-                  "this code is wrong or used up; the terminal shows the one that is valid now");
+void Hub::handle(std::uint64_t id, Client& client, const PairMessage& message, Time now) {
+  if (now < client.next_code) {
+    client.code = message.code;
+  } else {
+    pair(id, client, message.code, now);
   }
-  client.token = std::move(token);
+}
+
+/// A code cannot be guessed in any time; that a connection is slowed down after many wrong ones is only a courtesy to
+/// the others. Nobody is locked out: what comes from one machine may be a stranger's and the operator's.
+void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time now) {
+  client.useful = now;
+  if (client.token.empty()) {
+    auto token = pairing_.redeem(code);
+    if (!token) {
+      if (++client.wrong_codes >= kFreeCodes) client.next_code = now + kCodeDelay;
+      return refuse(client, Refusal::kCode, token.error().message);
+    }
+    client.token = *std::move(token);
+  }
   send(client, paired_message(client.token));
-  callbacks_.on_pairing({});
-}
-
-void Hub::handle(std::uint64_t id, Client& client, const LeaseMessage& message, Time) {
-  if (!message.take) {
-    if (holder_ == id) give_lease(0);
-    return;
-  }
-  if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
-  if (holder_ == id) return;
-  const auto holder = clients_.find(holder_);
-  if (holder != clients_.end() && holder->second.token != client.token) {
-    return refuse(client, Refusal::kTaken, "client " + std::to_string(holder_) + " commands the arm now");
-  }
-  give_lease(id);
+  send(client, lease_message(lease_of(id, client, now)));
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now) {
@@ -131,17 +179,30 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
     ++samples_dropped;
     return complain(client, Refusal::kNoLease, "only the client that holds the lease moves the arm", now);
   }
-  const bool in_order = !client.any_sample || (message.sequence > client.last_sequence && message.t >= client.last_t);
   const Time t = from_seconds(message.t);
   client.clock.arrived(t, now);
-  const Time hand = client.clock.to_session(t, now);
-  if (!in_order || now - hand > kOldest) {
-    ++samples_dropped;
-    return;
+  Time hand = client.clock.to_session(t, now);
+  const bool newer = !client.any_sample || (message.sequence > client.last_sequence && hand >= client.last_hand);
+  const bool lets_go = !message.sample.clutch;
+  const bool late = now - hand > (lets_go ? kOldest / 2 : kOldest);  // what follows here drops old ones, too
+  if (late && !lets_go) {
+    complain(client, Refusal::kLate,
+             fmt::format("a sample came {:.1f} s late and was dropped: the network stalls, or t_s is of another clock "
+                         "than that of the pings",
+                         to_seconds(now - hand)),
+             now);
   }
+  if (late || !newer) {
+    if (!lets_go) {
+      ++samples_dropped;
+      return;
+    }
+    hand = now;  // letting go counts whenever it is heard
+  }
+  if (!lets_go) last_grip_ = now;
   client.any_sample = true;
-  client.last_sequence = message.sequence;
-  client.last_t = message.t;
+  client.last_sequence = std::max(client.last_sequence, message.sequence);
+  client.last_hand = std::max(client.last_hand, hand);
   OperatorSample sample = message.sample;
   sample.stamp = {hand, now};
   ++samples;
@@ -176,20 +237,6 @@ void Hub::handle(std::uint64_t, Client& client, const PingMessage& message, Time
   client.clock.arrived(from_seconds(message.t), now);
   if (message.echo >= 0.0) client.clock.round_trip(now - from_seconds(message.echo) - from_seconds(message.held), now);
   send(client, pong_message(message.t, now));
-}
-
-void Hub::give_lease(std::uint64_t id) {
-  holder_ = id;
-  const auto found = clients_.find(id);
-  if (found != clients_.end()) found->second.any_sample = false;
-  callbacks_.on_lease(id);
-  tell_lease();
-}
-
-void Hub::tell_lease() {
-  for (auto& [id, client] : clients_) {
-    if (client.greeted) send(client, lease_message(holder_, id == holder_));
-  }
 }
 
 void Hub::refuse(Client& client, Refusal refusal, std::string_view message) {

@@ -263,6 +263,10 @@ std::string_view name_of(Refusal refusal) {
       return "taken";
     case Refusal::kTooMany:
       return "too_many";
+    case Refusal::kFull:
+      return "full";
+    case Refusal::kLate:
+      return "late";
     case Refusal::kUnknown:
       return "unknown";
   }
@@ -287,8 +291,10 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
   Reader reader(json);
   if (name == "sample") return finished(reader, read_sample(reader));
   if (name == "request") return finished(reader, read_request(reader));
-  if (name == "take") return finished(reader, LeaseMessage{true});
-  if (name == "release") return finished(reader, LeaseMessage{false});
+  if (name == "take") return finished(reader, LeaseMessage{LeaseMessage::Wish::kTake});
+  if (name == "release") return finished(reader, LeaseMessage{LeaseMessage::Wish::kRelease});
+  if (name == "ask") return finished(reader, LeaseMessage{LeaseMessage::Wish::kAsk});
+  if (name == "answer") return finished(reader, AnswerMessage{reader.flag("grant")});
   if (name == "pair") return finished(reader, PairMessage{reader.text("code", 64)});
   if (name == "hello") {
     const int version = static_cast<int>(reader.number("version", 0, 1e6));
@@ -301,7 +307,7 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
     const double echo = reader.number_or("echo_s", -kLongest, kLongest, -1.0);
     return finished(reader, PingMessage{t, echo, reader.number_or("held_s", 0.0, kLongest, 0.0)});
   }
-  return Error{"'type' must be one of hello, pair, take, release, sample, request, ping"};
+  return Error{"'type' must be one of hello, pair, take, release, ask, answer, sample, request, ping"};
 }
 
 std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
@@ -334,8 +340,10 @@ std::string paired_message(std::string_view token) {
   return fmt::format("{{\"type\":\"paired\",\"token\":\"{}\"}}", token);
 }
 
-std::string lease_message(std::uint64_t holder, bool yours) {
-  return fmt::format("{{\"type\":\"lease\",\"holder\":{},\"yours\":{}}}", holder, yours);
+std::string lease_message(const LeaseView& lease) {
+  const std::string left = lease.left ? fmt::format("{:.2f}", to_seconds(*lease.left)) : "null";
+  return fmt::format("{{\"type\":\"lease\",\"holder\":{},\"yours\":{},\"takeable\":{},\"asker\":{},\"grant_s\":{}}}",
+                     lease.holder, lease.yours, lease.takeable, lease.asker, left);
 }
 
 std::string pong_message(double t, Time now) {

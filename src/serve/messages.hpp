@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -25,9 +26,14 @@ struct HelloMessage {
 struct PairMessage {
   std::string code;
 };
-/// Take or give back the lease.
+/// Take or give back the lease, or ask its holder for it.
 struct LeaseMessage {
-  bool take = false;
+  enum class Wish { kTake, kRelease, kAsk };
+  Wish wish = Wish::kTake;
+};
+/// Of the holder to who asks for the lease.
+struct AnswerMessage {
+  bool grant = false;
 };
 struct SampleMessage {
   std::uint64_t sequence = 0;  ///< grows with every sample
@@ -42,19 +48,28 @@ struct PingMessage {
   double echo = -1.0;  ///< s, `now_s` of the newest state that the client has; negative: none
   double held = 0.0;   ///< s, since the client got that state
 };
-using ClientMessage = std::variant<HelloMessage, PairMessage, LeaseMessage, SampleMessage, RequestMessage, PingMessage>;
+using ClientMessage =
+    std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage, RequestMessage, PingMessage>;
 
 /// Errors: not JSON, an unknown type, a member that is missing, unknown, of the wrong kind, not finite or out of range.
 /// The message names it. Never throws, whatever the bytes.
 Result<ClientMessage> parse_client_message(std::string_view text);
 
 /// Why a client's message was not obeyed.
-enum class Refusal { kMalformed, kVersion, kUnpaired, kCode, kNoLease, kTaken, kTooMany, kUnknown };
+enum class Refusal { kMalformed, kVersion, kUnpaired, kCode, kNoLease, kTaken, kTooMany, kFull, kLate, kUnknown };
 
 std::string welcome_message(const ServerFacts& facts, std::uint64_t client);
 std::string paired_message(std::string_view token);
-/// holder 0: nobody.
-std::string lease_message(std::uint64_t holder, bool yours);
+/// The lease as one client sees it.
+struct LeaseView {
+  std::uint64_t holder = 0;  ///< 0: nobody
+  bool yours = false;
+  bool takeable = false;    ///< `take` would give it to this client
+  std::uint64_t asker = 0;  ///< 0: nobody asks for it
+  std::optional<Time>
+      left;  ///< until the asker gets it, if nothing leads the arm; none: nobody asks, or something does
+};
+std::string lease_message(const LeaseView& lease);
 std::string pong_message(double t, Time now);
 std::string error_message(Refusal refusal, std::string_view message);
 /// Numbers that are not finite become null. Allocates only the result.

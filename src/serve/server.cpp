@@ -33,7 +33,10 @@ struct Server::Impl {
   };
 
   Impl(const ServerSettings& s, ServerFacts f, ServerCallbacks c)
-      : settings(s), facts(std::move(f)), callbacks(std::move(c)), hub(facts, callbacks, s.max_rate_hz) {}
+      : settings(s),
+        facts(std::move(f)),
+        callbacks(std::move(c)),
+        hub(facts, callbacks, s.max_rate_hz, s.max_clients) {}
 
   Status listen(tcp::acceptor& acceptor, const tcp::endpoint& endpoint) {
     error_code error;

@@ -20,7 +20,7 @@ struct ServerSettings {
   std::uint16_t lan_port = 8643;           ///< 0: any free one
   std::filesystem::path state_folder;      ///< where the certificate is kept; empty: state_folder() of certificate.hpp
   std::filesystem::path page_folder;       ///< serve this folder's files; empty: the page in the program itself
-  int max_clients = 96;                    ///< further ones are turned away
+  int max_clients = 96;                    ///< at once; one that is not paired makes room for the next
   double max_rate_hz = 250.0;              ///< messages of one client; more are discarded, many more close it
   bool accept_non_browser_clients = true;  ///< those that send no Origin header, such as scripts
 };
@@ -58,7 +58,7 @@ struct ServerCallbacks {
   /// Runs first on the server's thread, to set its priority; may be empty.
   std::function<void()> on_thread;
   /// The lease holder's hand. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both of the
-  /// session's clock. Finite, in order, at most 250 ms old.
+  /// session's clock. Finite, in order, at most 250 ms old; one that lets go later counts as of its arrival.
   std::function<void(const OperatorSample&)> on_sample;
   /// kStop comes from any client, everything else from the lease holder.
   std::function<void(const OperatorRequest&)> on_request;

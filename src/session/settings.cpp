@@ -136,7 +136,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("server.port", "", "of the page on this computer; 0: any", s.server.port, {0.0, 65535.0});
   t.add("server.lan", "serve the local network too, over HTTPS", s.server.lan);
   t.add("server.lan_port", "", "of that; 0: any", s.server.lan_port, {0.0, 65535.0});
-  t.add("server.max_clients", "", "further ones are turned away", s.server.max_clients, {1.0, 1000.0});
+  t.add("server.max_clients", "", "one that is not paired makes room for the next", s.server.max_clients,
+        {1.0, 1000.0});
   t.add("server.max_rate", "Hz", "messages of one client", s.server.max_rate_hz, {1.0, 10000.0});
   return t;
 }

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -33,11 +37,22 @@ struct FakeOutbox : Outbox {
     const Json* error = last("error");
     return error ? (*error)["code"].get<std::string>() : "";
   }
+  std::string last_words() const {
+    const Json* error = last("error");
+    return error ? (*error)["message"].get<std::string>() : "";
+  }
+  int count(const std::string& type) const {
+    return static_cast<int>(
+        std::count_if(messages.begin(), messages.end(), [&](const Json& message) { return message["type"] == type; }));
+  }
   bool has_lease() const {
     const Json* lease = last("lease");
     return lease && (*lease)["yours"].get<bool>();
   }
 };
+
+const Address kHere{"loopback", true};
+constexpr int kPlaces = 40;
 
 class HubTest : public testing::Test {
  protected:
@@ -50,12 +65,12 @@ class HubTest : public testing::Test {
     callbacks_.on_sample = [this](const OperatorSample& sample) { samples_.push_back(sample); };
     callbacks_.on_request = [this](const OperatorRequest& request) { requests_.push_back(request); };
     callbacks_.on_lease = [this](std::uint64_t client) { leases_.push_back(client); };
-    callbacks_.on_pairing = [](const auto&) {};
+    callbacks_.on_pairing = [this](const auto&) { ++codes_shown_; };
     EXPECT_TRUE(hub_.prepare());
   }
 
-  std::uint64_t greet(FakeOutbox& outbox, const std::string& token = "") {
-    const auto id = hub_.join(outbox, now_);
+  std::uint64_t greet(FakeOutbox& outbox, const std::string& token = "", const Address& address = kHere) {
+    const auto id = hub_.join(outbox, address, now_);
     Json hello = {{"type", "hello"}, {"version", kProtocolVersion}};
     if (!token.empty()) hello["token"] = token;
     say(id, hello);
@@ -75,42 +90,84 @@ class HubTest : public testing::Test {
   Time now_ = std::chrono::seconds(100);
   ServerFacts facts_;
   ServerCallbacks callbacks_;
-  Hub hub_{facts_, callbacks_, 250.0};
+  Hub hub_{facts_, callbacks_, 250.0, kPlaces};
   std::vector<OperatorSample> samples_;
   std::vector<OperatorRequest> requests_;
   std::vector<std::uint64_t> leases_;
+  int codes_shown_ = 0;
 };
 
 TEST_F(HubTest, RefusesAnotherVersionAndWhoDoesNotGreet) {
   FakeOutbox future, rude;
-  say(hub_.join(future, now_), {{"type", "hello"}, {"version", 2}, {"new", "thing"}});
+  say(hub_.join(future, kHere, now_), {{"type", "hello"}, {"version", 2}, {"new", "thing"}});
   EXPECT_EQ(future.last_error(), "version");
   EXPECT_TRUE(future.closed);
-  say(hub_.join(rude, now_), {{"type", "take"}});
+  say(hub_.join(rude, kHere, now_), {{"type", "take"}});
   EXPECT_TRUE(rude.closed);
   EXPECT_TRUE(leases_.empty());
 }
 
-TEST_F(HubTest, TakesACodeOnce) {
-  FakeOutbox a, b;
+TEST_F(HubTest, ACodePairsUntilOneOfItsClientsCommands) {
+  FakeOutbox phone, headset, late;
   const std::string code = hub_.code();
-  pair(a);
-  ASSERT_TRUE(a.last("paired"));
-  const auto late = greet(b);
-  say(late, {{"type", "pair"}, {"code", code}});
-  EXPECT_EQ(b.last_error(), "code");
+  pair(phone);  // somebody looks at the link
+  const auto id = pair(headset);
+  ASSERT_TRUE(phone.last("paired"));
+  ASSERT_TRUE(headset.last("paired"));
+  EXPECT_NE((*phone.last("paired"))["token"], (*headset.last("paired"))["token"]);
+  EXPECT_EQ(hub_.code(), code);
+  EXPECT_EQ(codes_shown_, 0);
+  say(id, {{"type", "take"}});
   EXPECT_NE(hub_.code(), code);
+  EXPECT_EQ(codes_shown_, 1);
+  const auto third = greet(late);
+  say(third, {{"type", "pair"}, {"code", code}});
+  EXPECT_EQ(late.last_error(), "code");
+  EXPECT_NE(late.last_words().find("used up"), std::string::npos) << late.last_words();
+  // Who commands again, or with an older code, uses up none.
+  const std::string next = hub_.code();
+  say(id, {{"type", "release"}});
+  say(id, {{"type", "take"}});
+  EXPECT_EQ(hub_.code(), next);
 }
 
-TEST_F(HubTest, RefusesEvenTheRightCodeAfterManyWrongOnes) {
-  FakeOutbox a;
+TEST_F(HubTest, ACodeIsEasyToTypeAndARefusalSaysWhatIsWrong) {
+  FakeOutbox a, b;
+  const std::string code = hub_.code();
+  EXPECT_EQ(code.find_first_not_of("bcdfghjkmnpqrstvwxyz"), std::string::npos) << code;
+  EXPECT_GE(std::log2(20.0) * static_cast<double>(code.size()), 50.0);
   const auto id = greet(a);
-  for (int i = 0; i < Pairing::kMaxFailures; ++i) say(id, {{"type", "pair"}, {"code", "wrong"}});
-  say(id, {{"type", "pair"}, {"code", hub_.code()}});
-  EXPECT_FALSE(a.last("paired"));
-  now_ += Pairing::kFailureWindow;
-  say(id, {{"type", "pair"}, {"code", hub_.code()}});
+  say(id, {{"type", "pair"}, {"code", code.substr(1)}});
+  EXPECT_NE(a.last_words().find("12 letters, this one 11"), std::string::npos) << a.last_words();
+  std::string wrong = code;
+  wrong.back() = wrong.back() == 'b' ? 'c' : 'b';
+  say(id, {{"type", "pair"}, {"code", wrong}});
+  EXPECT_NE(a.last_words().find("wrong"), std::string::npos) << a.last_words();
+  std::string typed = " " + code.substr(0, 4) + "-" + code.substr(4, 4) + " " + code.substr(8);
+  typed[1] = static_cast<char>(std::toupper(typed[1]));
+  say(id, {{"type", "pair"}, {"code", typed}});
   EXPECT_TRUE(a.last("paired"));
+  // Paired already: the same token, whatever it says.
+  const Json token = (*a.last("paired"))["token"];
+  say(id, {{"type", "pair"}, {"code", "wrong"}});
+  EXPECT_EQ((*a.last("paired"))["token"], token);
+}
+
+TEST_F(HubTest, WrongCodesDelayTheirConnectionAndLockNobodyOut) {
+  FakeOutbox guesser, operator_;
+  const auto id = greet(guesser);
+  for (int i = 0; i < Hub::kFreeCodes; ++i) say(id, {{"type", "pair"}, {"code", "wrong"}});
+  const auto answers = [&] { return guesser.count("error") + guesser.count("paired"); };
+  EXPECT_EQ(answers(), Hub::kFreeCodes);
+  pair(operator_);
+  EXPECT_TRUE(operator_.last("paired")) << "another connection is not affected";
+  say(id, {{"type", "pair"}, {"code", "wrong"}});
+  say(id, {{"type", "pair"}, {"code", hub_.code()}});
+  hub_.tick(now_ += Hub::kCodeDelay - Time(1));
+  EXPECT_EQ(answers(), Hub::kFreeCodes);
+  hub_.tick(now_ += Time(1));
+  EXPECT_TRUE(guesser.last("paired")) << "late, but not refused";
+  EXPECT_EQ(answers(), Hub::kFreeCodes + 1) << "one answer for what came meanwhile";
 }
 
 TEST_F(HubTest, MovesNothingForAClientWithoutTheLease) {
@@ -153,7 +210,7 @@ TEST_F(HubTest, TwoClientsFightForTheLease) {
   say(first, {{"type", "release"}});
   say(second, {{"type", "take"}});
   EXPECT_EQ(leases_, std::vector<std::uint64_t>({first, 0, second}));
-  hub_.leave(second);
+  hub_.leave(second, now_);
   EXPECT_EQ(leases_.back(), 0u);
 }
 
@@ -176,6 +233,192 @@ TEST_F(HubTest, LeaseEndsInSilenceAndComesBackWithTheToken) {
   say(back, {{"type", "take"}});
   EXPECT_EQ(hub_.holder(), back);
   EXPECT_FALSE(a.has_lease());
+}
+
+/// Two people, each paired; the first holds the lease.
+class AskingTest : public HubTest {
+ protected:
+  AskingTest() : holder_(pair(holds_)), asker_(pair(asks_)) { say(holder_, {{"type", "take"}}); }
+
+  /// Lets time pass; both are heard now and then.
+  void wait(Time span, bool closed_clutch = false) {
+    for (const Time end = now_ + span; now_ < end;) {
+      now_ += std::chrono::milliseconds(100);
+      say(holder_, {{"type", "ping"}, {"t_s", to_seconds(now_)}});
+      say(asker_, {{"type", "ping"}, {"t_s", to_seconds(now_)}});
+      if (closed_clutch) say(holder_, sample(++sequence_, to_seconds(now_)));
+      hub_.tick(now_);
+    }
+  }
+  const Json& lease(const FakeOutbox& outbox) const { return *outbox.last("lease"); }
+
+  FakeOutbox holds_, asks_;
+  std::uint64_t holder_, asker_, sequence_ = 0;
+};
+
+TEST_F(AskingTest, TheHolderSeesWhoAsksAndGrants) {
+  EXPECT_FALSE(lease(asks_)["takeable"]);
+  say(asker_, {{"type", "take"}});
+  EXPECT_EQ(asks_.last_error(), "taken");
+  EXPECT_EQ(lease(holds_)["asker"], 0) << "taking is not asking";
+  say(asker_, {{"type", "ask"}});
+  for (const FakeOutbox* each : {&holds_, &asks_}) {
+    EXPECT_EQ(lease(*each)["asker"], asker_);
+    EXPECT_EQ(lease(*each)["grant_s"], 10.0);
+  }
+  EXPECT_EQ(hub_.holder(), holder_);
+  say(asker_, {{"type", "answer"}, {"grant", true}});
+  EXPECT_EQ(hub_.holder(), holder_) << "nobody grants it to himself";
+  say(holder_, {{"type", "answer"}, {"grant", true}});
+  EXPECT_EQ(hub_.holder(), asker_);
+  EXPECT_EQ(leases_, std::vector<std::uint64_t>({holder_, asker_}));
+  EXPECT_TRUE(asks_.has_lease());
+  EXPECT_EQ(lease(asks_)["asker"], 0);
+}
+
+TEST_F(AskingTest, AHolderThatRefusesIsNotAskedAgainAtOnce) {
+  say(asker_, {{"type", "ask"}});
+  say(holder_, {{"type", "answer"}, {"grant", false}});
+  EXPECT_EQ(asks_.last_error(), "taken");
+  EXPECT_EQ(lease(holds_)["asker"], 0);
+  wait(Hub::kAskPatience - std::chrono::seconds(1));
+  say(asker_, {{"type", "ask"}});
+  EXPECT_EQ(lease(holds_)["asker"], 0);
+  wait(std::chrono::seconds(1));
+  say(asker_, {{"type", "ask"}});
+  EXPECT_EQ(lease(holds_)["asker"], asker_);
+}
+
+TEST_F(AskingTest, ASilentHolderLosesTheLeaseAfterTenSecondsAtRest) {
+  say(asker_, {{"type", "ask"}});
+  wait(Hub::kAskPatience - std::chrono::milliseconds(100));
+  EXPECT_EQ(hub_.holder(), holder_);
+  wait(std::chrono::milliseconds(100));
+  EXPECT_EQ(hub_.holder(), asker_);
+}
+
+TEST_F(AskingTest, AHandThatLeadsTheArmIsNotTakenAway) {
+  wait(std::chrono::milliseconds(100), true);
+  say(asker_, {{"type", "ask"}});
+  EXPECT_TRUE(lease(asks_)["grant_s"].is_null());
+  wait(3 * Hub::kAskPatience, true);
+  EXPECT_EQ(hub_.holder(), holder_);
+  wait(Hub::kAskPatience);  // the clutch closed for the last time a quarter of a second before it counts as open
+  EXPECT_EQ(hub_.holder(), holder_);
+  EXPECT_LT(lease(asks_)["grant_s"], 10.1);
+  wait(Hub::kOldest + std::chrono::milliseconds(100));
+  EXPECT_EQ(hub_.holder(), asker_);
+}
+
+TEST_F(AskingTest, NeitherIsARecordingThatLeadsIt) {
+  SessionSnapshot snapshot;
+  snapshot.state = SupervisionState::kEngaged;
+  hub_.broadcast_state(snapshot);
+  say(asker_, {{"type", "ask"}});
+  wait(3 * Hub::kAskPatience);
+  EXPECT_EQ(hub_.holder(), holder_);
+  snapshot.state = SupervisionState::kStopping;
+  hub_.broadcast_state(snapshot);
+  wait(Hub::kAskPatience + std::chrono::milliseconds(100));
+  EXPECT_EQ(hub_.holder(), asker_);
+}
+
+TEST_F(AskingTest, WhoAskedGetsWhatTheHolderLeavesAndMayThinkBetterOfIt) {
+  say(asker_, {{"type", "ask"}});
+  say(asker_, {{"type", "release"}});
+  EXPECT_EQ(lease(holds_)["asker"], 0);
+  wait(2 * Hub::kAskPatience);
+  EXPECT_EQ(hub_.holder(), holder_);
+  say(asker_, {{"type", "ask"}});
+  hub_.leave(holder_, now_);
+  EXPECT_EQ(hub_.holder(), asker_);
+}
+
+TEST_F(AskingTest, OneAsksAtATimeAndNobodyUnpaired) {
+  FakeOutbox stranger, third;
+  say(greet(stranger), {{"type", "ask"}});
+  EXPECT_EQ(stranger.last_error(), "unpaired");
+  say(asker_, {{"type", "ask"}});
+  const auto other = pair(third);
+  say(other, {{"type", "ask"}});
+  EXPECT_EQ(third.last_error(), "taken");
+  EXPECT_EQ(lease(third)["asker"], asker_);
+  hub_.leave(asker_, now_);
+  EXPECT_EQ(lease(third)["asker"], 0);
+  say(other, {{"type", "ask"}});
+  EXPECT_EQ(lease(third)["asker"], other);
+}
+
+TEST_F(AskingTest, ThePersonsOtherTabTakesItWithoutAsking) {
+  FakeOutbox tab;
+  const auto id = greet(tab, (*holds_.last("paired"))["token"]);
+  EXPECT_TRUE(lease(tab)["takeable"]);
+  say(id, {{"type", "take"}});
+  EXPECT_EQ(hub_.holder(), id);
+  EXPECT_FALSE(holds_.has_lease());
+}
+
+TEST_F(HubTest, AReleaseIsNeverDropped) {
+  FakeOutbox a;
+  const auto id = pair(a);
+  say(id, {{"type", "take"}});
+  for (int i = 1; i <= 50; ++i) {
+    now_ += from_seconds(0.02);
+    say(id, sample(static_cast<std::uint64_t>(i), 0.02 * i));
+  }
+  const auto release = [&](std::uint64_t sequence, double t) {
+    Json message = sample(sequence, t);
+    message["clutch"] = false;
+    const std::size_t before = samples_.size();
+    say(id, message);
+    ASSERT_EQ(samples_.size(), before + 1) << message;
+    EXPECT_FALSE(samples_.back().clutch);
+    // Whatever it said, the gate behind must find it newer than what was before, and fresh.
+    EXPECT_GE(samples_.back().stamp.hand, samples_[before - 1].stamp.hand);
+    EXPECT_LE(now_ - samples_.back().stamp.hand, Hub::kOldest / 2);
+  };
+  release(49, 0.98);  // out of order
+  now_ += from_seconds(0.01);
+  release(50, 1.0);  // twice
+  now_ += from_seconds(0.01);
+  release(51, -5.0);           // its clock stepped back
+  now_ += from_seconds(0.35);  // the network stalled
+  release(52, 1.04);
+  now_ += from_seconds(0.2);
+  release(53, 1.37);  // by 200 ms only
+}
+
+TEST_F(HubTest, TellsAClientWhoseSamplesAreOfAnotherClock) {
+  FakeOutbox a;
+  const auto id = pair(a);
+  say(id, {{"type", "take"}});
+  for (int i = 1; i <= 200; ++i) {
+    now_ += from_seconds(0.01);
+    if (i % 50 == 1) say(id, {{"type", "ping"}, {"t_s", 1.7e6 + 0.01 * i}});
+    say(id, sample(static_cast<std::uint64_t>(i), 5.0 + 0.01 * i));
+  }
+  EXPECT_TRUE(samples_.empty());
+  EXPECT_EQ(a.last_error(), "late");
+  EXPECT_GE(a.count("error"), 2) << "once a second";
+  EXPECT_LE(a.count("error"), 3);
+}
+
+TEST_F(HubTest, AClockThatWasSetBackIsUnderstoodAgain) {
+  FakeOutbox a;
+  const auto id = pair(a);
+  say(id, {{"type", "take"}});
+  double t = 1000.0;
+  std::uint64_t sequence = 0;
+  for (int i = 0; i < 2000; ++i) {
+    if (i == 100) t -= 60.0;
+    now_ += from_seconds(0.01);
+    say(id, sample(++sequence, t += 0.01));
+    if (i == 110) {
+      EXPECT_EQ(samples_.size(), 100u);
+    }
+  }
+  EXPECT_GT(samples_.size(), 100u + 800u) << "within two windows of its clock";
+  EXPECT_LE(now_ - samples_.back().stamp.hand, Hub::kOldest);
 }
 
 TEST_F(HubTest, DropsWhatIsOldDuplicatedOrOutOfOrder) {
@@ -247,7 +490,7 @@ TEST_F(HubTest, FuzzNeverCommands) {
   std::uint64_t id = 0;
   for (int i = 0; i < 100'000; ++i) {
     if (i % 16 == 0) {  // a client is closed after a few
-      hub_.leave(id);
+      hub_.leave(id, now_);
       outbox.closed = false;
       id = greet(outbox);
     }
@@ -258,6 +501,79 @@ TEST_F(HubTest, FuzzNeverCommands) {
   EXPECT_TRUE(leases_.empty());
   EXPECT_TRUE(requests_.empty());
   EXPECT_GT(hub_.refused_messages, 10'000u);
+}
+
+class PlacesTest : public HubTest {
+ protected:
+  /// Fills the places that are left from one address; greeted clients that then only ping.
+  void crowd(const Address& address) {
+    while (hub_.clients() < kPlaces) come(address);
+  }
+  FakeOutbox& come(const Address& address) {
+    outboxes_.push_back(std::make_unique<FakeOutbox>());
+    last_ = greet(*outboxes_.back(), "", address);
+    return *outboxes_.back();
+  }
+  std::vector<std::unique_ptr<FakeOutbox>> outboxes_;
+  std::uint64_t last_ = 0;
+};
+
+TEST_F(PlacesTest, WhoSaysNothingUsefulLeavesFirst) {
+  FakeOutbox paired, stops;
+  pair(paired);
+  const auto stopper = greet(stops);
+  FakeOutbox& first = come(kHere);
+  crowd(kHere);
+  now_ += std::chrono::seconds(1);
+  say(stopper, {{"type", "request"}, {"kind", "stop"}});
+  FakeOutbox& newcomer = come(kHere);
+  EXPECT_TRUE(first.closed);
+  EXPECT_EQ(first.last_error(), "full");
+  EXPECT_EQ(hub_.clients(), static_cast<std::size_t>(kPlaces));
+  // However many come, who is paired stays, and each newcomer may stop.
+  for (int i = 0; i < 3 * kPlaces; ++i) come(kHere);
+  EXPECT_FALSE(paired.closed);
+  EXPECT_TRUE(newcomer.closed && stops.closed);
+  const std::size_t before = requests_.size();
+  come(kHere);
+  say(last_, {{"type", "request"}, {"kind", "stop"}});
+  EXPECT_EQ(requests_.size(), before + 1);
+}
+
+TEST_F(PlacesTest, ACrowdTakesNoPlaceFromAnotherAddress) {
+  const Address near{"192.0.2.7", false}, far{"198.51.100.1", false};
+  FakeOutbox& here = come(kHere);
+  FakeOutbox& headset = come(near);
+  now_ += std::chrono::seconds(1);
+  crowd(far);
+  for (int i = 0; i < 3 * kPlaces; ++i) come(far);
+  EXPECT_FALSE(here.closed || headset.closed);
+  come(near);
+  EXPECT_NE(last_, 0u);
+  EXPECT_FALSE(here.closed || headset.closed);
+}
+
+TEST_F(PlacesTest, LoopbackKeepsItsPlacesHoweverManyAddressesThereAre) {
+  std::vector<FakeOutbox*> here;
+  for (int i = 0; i < kLoopbackPlaces; ++i) here.push_back(&come(kHere));
+  for (int i = 0; i < 5 * kPlaces; ++i) come({"address " + std::to_string(i), false});
+  EXPECT_TRUE(std::none_of(here.begin(), here.end(), [](const FakeOutbox* each) { return each->closed; }));
+}
+
+TEST_F(PlacesTest, APairedCrowdIsRefusedOnlyWhereAllPlacesAreKept) {
+  std::vector<FakeOutbox> people(kPlaces);
+  std::string token;
+  for (FakeOutbox& person : people) {
+    pair(person);
+    token = (*person.last("paired"))["token"];
+  }
+  FakeOutbox late;
+  EXPECT_EQ(hub_.join(late, kHere, now_), 0u);
+  // Eight of a token keep their places; the ninth is a guest.
+  hub_.shut_down();
+  std::vector<FakeOutbox> tabs(kPlaces);
+  for (FakeOutbox& tab : tabs) greet(tab, token);
+  EXPECT_NE(hub_.join(late, kHere, now_), 0u);
 }
 
 TEST(ClientClock, FindsTheHandsTimeThroughDelays) {

@@ -104,7 +104,7 @@ TEST(Messages, WritesTheServersFixtures) {
   facts.recordings = {"reach"};
   EXPECT_EQ(Json::parse(welcome_message(facts, 3)), expected["welcome"]);
   EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);
-  EXPECT_EQ(Json::parse(lease_message(3, true)), expected["lease"]);
+  EXPECT_EQ(Json::parse(lease_message({3, true, false, 5, from_seconds(7.5)})), expected["lease"]);
   EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);
   EXPECT_EQ(Json::parse(error_message(Refusal::kTaken, "client 3 commands the arm now")), expected["error"]);
   EXPECT_EQ(Json::parse(state_message(fixture_snapshot())), expected["state"]);

@@ -26,7 +26,7 @@ int run(long long messages, std::uint32_t seed) {
   callbacks.on_request = [&](const OperatorRequest& r) { commands += r.kind != OperatorRequest::Kind::kStop; };
   callbacks.on_lease = [&](std::uint64_t) { ++commands; };
   callbacks.on_pairing = [&](const auto&) { ++commands; };
-  Hub hub(facts, callbacks, 250.0);
+  Hub hub(facts, callbacks, 250.0, 96);
   if (!hub.prepare()) return 1;
   Deaf outbox;
   MessageFuzz fuzz(seed);
@@ -35,8 +35,8 @@ int run(long long messages, std::uint32_t seed) {
   for (long long i = 0; i < messages; ++i) {
     now += std::chrono::milliseconds(5);
     if (i % 16 == 0) {  // a client is closed after a few
-      hub.leave(client);
-      client = hub.join(outbox, now);
+      hub.leave(client, now);
+      client = hub.join(outbox, {"loopback", true}, now);
       hub.receive(client, R"({"type":"hello","version":1})", now);
     }
     hub.receive(client, fuzz.next(), now);

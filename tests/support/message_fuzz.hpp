@@ -18,7 +18,7 @@ class MessageFuzz {
         R"({"type":"hello","version":1})",
         R"({"type":"take"})",
         R"({"type":"release"})",
-        R"({"type":"pair","code":"h7dk2m9x4c"})",
+        R"({"type":"pair","code":"hdkmxcrtbnpq"})",
         R"({"type":"sample","sequence":3,"t_s":2.5,"p":[0,0,1],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false})",
         R"({"type":"request","kind":"reset"})",
         R"({"type":"ping","t_s":3,"echo_s":1,"held_s":0})",

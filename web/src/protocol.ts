@@ -14,6 +14,8 @@ export type ClientMessage =
   | { type: 'pair'; code: string }
   | { type: 'take' }
   | { type: 'release' }
+  | { type: 'ask' }
+  | { type: 'answer'; grant: boolean }
   | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean }
   | { type: 'request'; kind: RequestKind; text?: string; value?: number }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
@@ -91,13 +93,13 @@ export interface WelcomeMessage {
   robot: Robot | null;
 }
 
-export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease' | 'taken' | 'too_many' | 'unknown';
+export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease' | 'taken' | 'too_many' | 'full' | 'late' | 'unknown';
 
 export type ServerMessage =
   | WelcomeMessage
   | StateMessage
   | { type: 'paired'; token: string }
-  | { type: 'lease'; holder: number; yours: boolean }
+  | { type: 'lease'; holder: number; yours: boolean; takeable: boolean; asker: number; grant_s: Measure }
   | { type: 'pong'; t_s: number; now_s: number }
   | { type: 'error'; code: Refusal; message: string };
 

@@ -1,0 +1,136 @@
+// Codes, the lease and who gets it next, over real sockets; hub_test.cpp has the cases.
+#include "server_fixture.hpp"
+
+namespace steadyhand {
+namespace {
+
+class HandoverTest : public ServerTest {
+ protected:
+  /// What is said to a code.
+  Json try_code(SocketClient& client, const std::string& code) {
+    client.say({{"type", "pair"}, {"code", code}});
+    for (;;) {
+      Json answer = client.hear();
+      if (answer.is_null() || answer["type"] == "paired" || answer["type"] == "error") return answer;
+    }
+  }
+  void watch(SocketClient& client) {
+    ASSERT_EQ(client.connect(), 101u);
+    client.greet();
+    ASSERT_FALSE(client.hear("lease").is_null());
+  }
+  static Json hear_lease(SocketClient& client, std::uint64_t holder) {
+    for (;;) {
+      Json lease = client.hear("lease");
+      if (lease.is_null() || lease["holder"] == holder) return lease;
+    }
+  }
+};
+
+TEST_F(HandoverTest, LookingAtTheLinkDoesNotUseItUp) {
+  start();
+  SocketClient phone(server_->port()), headset(server_->port()), late(server_->port());
+  const std::string code = this->code();
+  for (SocketClient* each : {&phone, &headset, &late}) watch(*each);
+  EXPECT_EQ(try_code(phone, code)["type"], "paired");
+  EXPECT_EQ(try_code(headset, code)["type"], "paired");
+  headset.say({{"type", "take"}});
+  ASSERT_TRUE(wait_for([&] { return !urls_.empty(); })) << "the next code is shown";
+  EXPECT_NE(this->code(), code);
+  const Json refusal = try_code(late, code);
+  EXPECT_EQ(refusal["code"], "code");
+  EXPECT_NE(refusal["message"].get<std::string>().find("used up"), std::string::npos) << refusal;
+}
+
+TEST_F(HandoverTest, WrongCodesOfAnotherOnThisMachineLockNobodyOut) {
+  start();
+  SocketClient guesser(server_->port()), person(server_->port());
+  watch(guesser);
+  watch(person);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(try_code(guesser, "bcdfghjkmnpq")["code"], "code");
+  std::string typed = code();
+  typed.insert(8, "-").insert(4, " ");
+  EXPECT_EQ(try_code(person, typed)["type"], "paired");
+  const Time before = clock_now();
+  EXPECT_EQ(try_code(guesser, code())["type"], "paired") << "late, not never";
+  EXPECT_GE(clock_now() - before, 900ms);
+}
+
+TEST_F(HandoverTest, TheHolderSeesWhoAsksAndGrants) {
+  start();
+  SocketClient holder(server_->port()), asker(server_->port());
+  join(holder, true);
+  join(asker, false);
+  asker.say({{"type", "ask"}});
+  Json lease = holder.hear("lease");
+  EXPECT_EQ(lease["asker"], 2);
+  EXPECT_LE(lease["grant_s"], 10.0);
+  holder.say({{"type", "answer"}, {"grant", true}});
+  lease = hear_lease(asker, 2);
+  ASSERT_FALSE(lease.is_null());
+  EXPECT_TRUE(lease["yours"]);
+  ASSERT_TRUE(wait_for([&] { return leases_.size() == 2; }));
+  EXPECT_EQ(leases_.back(), 2u);
+}
+
+TEST_F(HandoverTest, ASilentHolderLosesTheLeaseAfterTenSeconds) {
+  start();
+  SocketClient holder(server_->port()), asker(server_->port());
+  join(holder, true);
+  join(asker, false);
+  asker.say({{"type", "ask"}});
+  const Time before = clock_now();
+  // Both are there: a connection that says nothing at all loses the lease after three seconds.
+  while (clock_now() - before < 12s) {
+    for (SocketClient* each : {&holder, &asker}) each->say({{"type", "ping"}, {"t_s", to_seconds(clock_now())}});
+    const std::lock_guard lock(mutex_);
+    if (leases_.size() == 2) break;
+    std::this_thread::sleep_for(50ms);
+  }
+  EXPECT_GE(clock_now() - before, 9900ms);
+  ASSERT_EQ(leases_.size(), 2u);
+  EXPECT_EQ(leases_.back(), 2u);
+}
+
+TEST_F(HandoverTest, AnyTabStopsAndTheHolderResets) {
+  start();
+  SocketClient holder(server_->port()), other(server_->port());
+  join(holder, true);
+  join(other, false);
+  other.say({{"type", "request"}, {"kind", "stop"}});
+  other.say({{"type", "request"}, {"kind", "reset"}});
+  EXPECT_EQ(other.hear("error")["code"], "no_lease");
+  holder.say({{"type", "request"}, {"kind", "reset"}});
+  ASSERT_TRUE(wait_for([&] { return requests_.size() == 2; }));
+  EXPECT_EQ(requests_[0].kind, OperatorRequest::Kind::kStop);
+  EXPECT_EQ(requests_[1].kind, OperatorRequest::Kind::kReset);
+}
+
+TEST_F(HandoverTest, ALateReleaseArrives) {
+  start();
+  SocketClient client(server_->port());
+  join(client, true);
+  for (int i = 10; i < 13; ++i) client.say(sample(i));
+  Json release = sample(5);
+  release["clutch"] = false;
+  release["t_s"] = to_seconds(clock_now()) - 30.0;
+  client.say(release);
+  ASSERT_TRUE(wait_for([&] { return samples_.size() == 4; }));
+  EXPECT_FALSE(samples_.back().clutch);
+  EXPECT_EQ(samples_.back().stamp.hand, samples_.back().stamp.made);
+}
+
+TEST_F(HandoverTest, AClientOfTwoClocksIsTold) {
+  start();
+  SocketClient client(server_->port());
+  join(client, true);
+  client.say({{"type", "ping"}, {"t_s", 1.7e8}});
+  client.say(sample(1));
+  const Json error = client.hear("error");
+  ASSERT_FALSE(error.is_null());
+  EXPECT_EQ(error["code"], "late");
+  EXPECT_NE(error["message"].get<std::string>().find("clock"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace steadyhand
