@@ -47,20 +47,20 @@ class Demo:
                     self.codes.append(found.group(2))
                     self.new_code.notify_all()
 
-    def code(self):
-        """The newest pairing code that nobody took from here yet."""
+    def code(self, after=None):
+        """The newest pairing code; one that follows `after`."""
         with self.new_code:
-            assert self.new_code.wait_for(lambda: self.codes, 60.0), "".join(self.lines)
+            assert self.new_code.wait_for(lambda: self.codes and self.codes[-1] != after, 60.0), "".join(self.lines)
             return self.codes[-1]
 
     def client(self, pair=True):
-        client = Client(self.port)
-        if pair:
-            with self.new_code:
-                assert self.new_code.wait_for(lambda: self.codes, 60.0)
-                code = self.codes.pop()
+        client, code = Client(self.port), None
+        while pair:
+            code = self.code(after=code)
             client.send(type="pair", code=code)
-            client.wait_for("paired")
+            # Somebody may have used it up meanwhile: then the next is on its way.
+            if client.wait_for(("paired", "error"))["type"] == "paired":
+                break
         return client
 
     def end(self):
@@ -139,11 +139,12 @@ class Client:
         self.send(type="ping", t_s=now, **({"echo_s": self.echo[0], "held_s": now - self.echo[1]} if self.echo else {}))
 
     def wait_for(self, kind, seconds=30.0, **members):
-        """The first message of this type with these members."""
+        """The first message of this type, or of one of these, with these members."""
+        kinds = (kind,) if isinstance(kind, str) else kind
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline and not self.closed:
             for message in self.messages(0.05):
-                if message["type"] == kind and all(message.get(k) == v for k, v in members.items()):
+                if message["type"] in kinds and all(message.get(k) == v for k, v in members.items()):
                     return message
         raise AssertionError(f"no {kind} with {members}; closed: {self.closed}, last state: {self.state and self.state['state']}")
 

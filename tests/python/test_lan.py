@@ -144,11 +144,13 @@ def test_serves_the_network_over_tls_to_who_knows_the_code(tmp_path):
             assert client.hear("error")["code"] == "unpaired"
             client.say({"type": "pair", "code": demo.code})
             assert client.hear("paired")["token"]
-            other.say({"type": "pair", "code": demo.code})
-            assert other.hear("error")["code"] == "code", "it works once"
             client.say({"type": "take"})
             while not client.hear("lease")["yours"]:
                 pass
+            demo.wait_for(r"https://\S+#code=(\w+)", count=2)
+            other.say({"type": "pair", "code": demo.code})
+            refusal = other.hear("error")
+            assert refusal["code"] == "code" and "used up" in refusal["message"], "one who commanded used it up"
             assert isinstance(client.hear("state")["q"], list)
     with Demo(tmp_path) as demo:
         assert hashlib.sha256(demo.get()[2]).hexdigest().upper() == digest, "the certificate stays"
