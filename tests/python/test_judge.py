@@ -66,33 +66,23 @@ class Sheet:
             dq[hill, joint] += step * w * np.sin(x) / 2
         self.ddq[hill, joint] += step * w * w * np.cos(x) / 2
 
-    def write(self, path):
-        stamp = lambda t: round(t * 1e9)
-        with open(path, "wb") as file:
-            writer = Writer(file)
-            writer.start()
-            writer.add_metadata("robot", {"json": json.dumps(ROBOT)})
-            channels = {topic: writer.register_channel(topic, "json", 0)
-                        for topic in ("/joint_command", "/joint_state", "/supervision")}
+    def messages(self):
+        kept = np.flatnonzero(self.kept)
+        lists = [a[kept].tolist() for a in (self.t, self.q, self.dq, self.ddq, self.state_q, self.state_dq)]
+        return {"/joint_command": [(t, dict(q=q, dq=dq, ddq=ddq)) for t, q, dq, ddq, _, _ in zip(*lists)],
+                "/joint_state": [(t, dict(q=q, dq=dq)) for t, _, _, _, q, dq in zip(*lists)],
+                "/supervision": [(t, {"from": before, "to": after, "reason": after}) for t, before, after in self.changes]}
 
-            def add(topic, t, **members):
-                writer.add_message(channels[topic], stamp(t), json.dumps(members).encode(), stamp(t))
+    def recorded(self):
+        return RecordedSession(self.messages(), {"robot": {"json": json.dumps(ROBOT)}}, [(self.t[0], self.t[-1])])
 
-            for i in np.flatnonzero(self.kept):
-                add("/joint_command", self.t[i], q=self.q[i].tolist(), dq=self.dq[i].tolist(), ddq=self.ddq[i].tolist())
-                add("/joint_state", self.t[i], q=self.state_q[i].tolist(), dq=self.state_dq[i].tolist())
-            for t, before, after in self.changes:
-                add("/supervision", t, **{"from": before, "to": after, "reason": after})
-            writer.finish()
-
-    def rules(self, folder):
+    def rules(self):
         """Those that are broken."""
-        self.write(folder / "session.mcap")
         looks = [dict(t=self.t[i], kind="look", now_s=BEGIN + self.t[i], q=self.state_q[i].tolist(), dq=self.state_dq[i].tolist(),
                       cycles=int(self.kept[:i + 1].sum())) for i in range(400, 4000, 50) if self.kept[i]]
         log = [dict(e, t=e["t"] + BEGIN, **({"until": e["until"] + BEGIN} if "until" in e else {})) for e in copy.deepcopy(self.log) + looks]
         log = SessionLog(log)
-        found = judge(RecordedSession([folder / "session.mcap"]), log)
+        found = judge(self.recorded(), log)
         assert log.begin == pytest.approx(BEGIN, abs=0.002)
         return {rule for rule, _, _ in found}
 
@@ -102,8 +92,30 @@ def sheet():
     return Sheet()
 
 
-def test_a_session_as_it_should_be_breaks_nothing(sheet, tmp_path):
-    assert sheet.rules(tmp_path) == set()
+def test_a_session_as_it_should_be_breaks_nothing(sheet):
+    assert sheet.rules() == set()
+
+
+def test_a_file_reads_as_what_was_written_also_when_it_is_cut_short(sheet, tmp_path):
+    with open(tmp_path / "session.mcap", "wb") as file:
+        writer = Writer(file, chunk_size=100_000)
+        writer.start()
+        writer.add_metadata("robot", {"json": json.dumps(ROBOT)})
+        for topic, messages in sheet.messages().items():
+            channel = writer.register_channel(topic, "json", 0)
+            for t, members in messages:
+                writer.add_message(channel, round(1e9 * t), json.dumps(members).encode(), round(1e9 * t))
+        writer.finish()
+    written, read = sheet.recorded(), RecordedSession.read([tmp_path / "session.mcap"])
+    assert read.robot == ROBOT and [c[1:] for c in read.changes] == [c[1:] for c in written.changes]
+    assert read.spans == [pytest.approx(span) for span in written.spans]
+    for track in ("commands", "states"):
+        a, b = getattr(written, track), getattr(read, track)
+        assert len(a) == len(b) and np.allclose(a.t, b.t, atol=1e-9) and np.array_equal(a.q, b.q) and np.array_equal(a.dq, b.dq)
+    content = (tmp_path / "session.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(content[:len(content) // 2])
+    cut = RecordedSession.read([tmp_path / "cut.mcap"])
+    assert cut.robot == ROBOT and 100 < len(cut.commands) < len(written.commands)
 
 
 def beyond_position(s):
@@ -265,9 +277,9 @@ def says_too_little(s):
     (no_rest_after_stop, "stop obeyed"), (an_old_grip, "fresh grip"), (a_playback_after_a_stop, "no living hand"),
     (hangs, "ends"), (crashes, "ends"), (is_not_served, "served"), (says_too_little, "summary"),
 ])
-def test_each_rule_finds_what_it_is_for(sheet, tmp_path, doctor, rule):
+def test_each_rule_finds_what_it_is_for(sheet, doctor, rule):
     doctor(sheet)
-    assert rule in sheet.rules(tmp_path)
+    assert rule in sheet.rules()
 
 
 def moves_with_the_hand_in_a_pause(s):
@@ -284,9 +296,9 @@ def reset_of_another_within_the_race(s):
 
 
 @pytest.mark.parametrize("doctor", [moves_with_the_hand_in_a_pause, stop_then_reset, reset_of_another_within_the_race])
-def test_what_is_allowed_breaks_nothing(sheet, tmp_path, doctor):
+def test_what_is_allowed_breaks_nothing(sheet, doctor):
     doctor(sheet)
-    assert sheet.rules(tmp_path) == set()
+    assert sheet.rules() == set()
 
 
 def test_meshes_of_the_ur5e_touch_where_it_bends_into_itself():

@@ -30,7 +30,7 @@ def run_episode(folder, seed, seconds, counts):
     world = World(folder, seed)
     how = world.play(seconds)
     world.save(folder / "log.jsonl")
-    session = RecordedSession(p for p in folder.glob("*.mcap") if "-fault-" not in p.name)
+    session = RecordedSession.read(p for p in folder.glob("*.mcap") if "-fault-" not in p.name)
     log = SessionLog(world.entries)
     violations = judge(session, log, meshes_of(session))
     counts.update(world.counts)

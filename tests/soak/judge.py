@@ -33,7 +33,7 @@ def main():
     if len(sys.argv) < 3:
         sys.exit(__doc__)
     log = SessionLog.load(sys.argv[1])
-    session = RecordedSession(sys.argv[2:])
+    session = RecordedSession.read(sys.argv[2:])
     violations = judge(session, log, motion_rules.meshes_of(session))
     for rule, t, words in violations:
         print(f"{t:9.3f} s  {rule}: {words}")

@@ -1,13 +1,15 @@
 """A recorded session as arrays, read with the public MCAP reader; nothing here is the program's own code."""
 
 import json
+import struct
 from pathlib import Path
 
 import numpy as np
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 
-TOPICS = ("/joint_command", "/joint_state", "/supervision", "/operator_sample")
+UNREADABLE = (McapError, EOFError, ValueError, struct.error)  # what the reader says of a file that ends too early
+TOPICS = ("/joint_command", "/joint_state", "/supervision")
 
 
 class Track:
@@ -24,44 +26,47 @@ class Track:
 
 
 class RecordedSession:
-    """What the files of one run of the program hold. A file that was cut short gives what can be read of it."""
+    """What one run of the program recorded. @param messages by topic: (t, members); @param spans that files cover, s"""
 
-    def __init__(self, paths):
-        found = {topic: [] for topic in TOPICS}
-        self.metadata, self.spans = {}, []
+    def __init__(self, messages, metadata, spans):
+        self.metadata, self.spans = metadata, spans
+        self.commands = Track(messages["/joint_command"], "q", "dq", "ddq")
+        self.states = Track(messages["/joint_state"], "q", "dq")
+        self.changes = sorted((t, m["from"], m["to"], m["reason"]) for t, m in messages["/supervision"])
+        self.robot = json.loads(metadata["robot"]["json"]) if "robot" in metadata else None
+
+    @staticmethod
+    def read(paths):
+        """From its files. One that was cut short gives what can be read of it."""
+        messages, metadata, spans = {topic: [] for topic in TOPICS}, {}, []
         for path in sorted(map(Path, paths)):
-            times = self._read(path, found)
+            times = []
+            try:
+                with open(path, "rb") as file:
+                    for topic, t, members in read_messages(file):
+                        messages[topic].append((t, members))
+                        if topic == "/joint_state":
+                            times.append(t)
+            except UNREADABLE:
+                pass
+            try:
+                with open(path, "rb") as file:
+                    for record in NonSeekingReader(file).iter_metadata():
+                        metadata[record.name] = record.metadata
+            except UNREADABLE:
+                pass  # it comes first; what was read stays
             if times:
-                self.spans.append((min(times), max(times)))
-        self.commands = Track(found["/joint_command"], "q", "dq", "ddq")
-        self.states = Track(found["/joint_state"], "q", "dq")
-        self.changes = sorted((t, m["from"], m["to"], m["reason"]) for t, m in found["/supervision"])
-        self.samples = sorted((t, m["clutch"]) for t, m in found["/operator_sample"])
-        self.robot = json.loads(self.metadata["robot"]["json"]) if "robot" in self.metadata else None
-
-    def _read(self, path, found):
-        times = []
-        with open(path, "rb") as file:
-            reader = NonSeekingReader(file, validate_crcs=True)
-            try:
-                for _, channel, message in reader.iter_messages(log_time_order=False):
-                    if channel.topic in found:
-                        found[channel.topic].append((1e-9 * message.log_time, json.loads(message.data)))
-                    if channel.topic == "/joint_state":
-                        times.append(1e-9 * message.log_time)
-            except (McapError, EOFError, ValueError) as error:
-                self.cut_short = f"{path.name}: {error!r}"
-        with open(path, "rb") as file:
-            try:
-                for record in NonSeekingReader(file).iter_metadata():
-                    self.metadata[record.name] = record.metadata
-            except (McapError, EOFError, ValueError):
-                pass  # metadata comes first; what was read stays
-        return times
+                spans.append((min(times), max(times)))
+        return RecordedSession(messages, metadata, spans)
 
     def covers(self, begin, end):
         """Whether it was recorded all the time from begin to end."""
         return any(a <= begin and end <= b for a, b in self.spans)
+
+
+def read_messages(file):
+    for _, channel, message in NonSeekingReader(file, validate_crcs=True).iter_messages(topics=TOPICS, log_time_order=False):
+        yield channel.topic, 1e-9 * message.log_time, json.loads(message.data)
 
 
 def begin_on_clock(states, looks):

@@ -11,7 +11,7 @@ from session_log import SessionLog  # noqa: E402
 
 def main():
     folder, at, span = Path(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3]) if len(sys.argv) > 3 else 0.5
-    session = RecordedSession(p for p in folder.glob("*.mcap") if "-fault-" not in p.name)
+    session = RecordedSession.read(p for p in folder.glob("*.mcap") if "-fault-" not in p.name)
     log = SessionLog.load(folder / "log.jsonl")
     begin = begin_on_clock(session.states, log.of("look"))
     lines = [(e["t"] - begin, " ".join(f"{k}={v}" for k, v in e.items() if k not in ("t", "q", "dq", "command") and v is not None))
