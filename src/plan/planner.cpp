@@ -30,14 +30,7 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
 }
 
 void Planner::reset(const JointVector& q, Time now) {
-  plan_.stamp = {now, now};
-  plan_.intervals = 0;
-  plan_.origin = PlanOrigin::kSolved;
-  plan_.start = now;
-  plan_.dt = ocp_.dt();
-  plan_.joints = ocp_.dof();
-  plan_.x[0].setZero(2 * ocp_.dof());
-  plan_.x[0].head(ocp_.dof()) = q;
+  stand(q, now, plan_);
   warm_start_.reset(now);
 }
 

@@ -58,7 +58,7 @@ void WarmStart::shift_multipliers(double intervals) {
     const int first = of_state ? 1 : 0, last = of_state ? N : N - 1, rows = constraint->rows();
     const auto begin = [&](int k) { return k == 0 ? begin_at_first : k == N ? begin_at_last : begin_between; };
     for (int k = first; k <= last; ++k) {
-      const double at = std::min(k + intervals, static_cast<double>(last));
+      const double at = std::clamp(k + intervals, static_cast<double>(first), static_cast<double>(last));
       const int before = static_cast<int>(at), after = std::min(before + 1, last);
       const double share = at - before;
       const double* a = last_multipliers_[before].data() + begin(before);

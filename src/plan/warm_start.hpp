@@ -14,7 +14,8 @@ class WarmStart {
   void reset(Time now);
   /// @param start time of the solution's node 0
   void keep(const Solution& solution, Time start);
-  /// Makes guess() and multipliers() for a problem that starts at x0 at time `start`, not before the last one.
+  /// Makes guess() and multipliers() for a problem that starts at x0 at time `start`; what was before the last solution is
+  /// taken for its first node.
   void shift(const StateVector& x0, Time start);
 
   const Trajectory& guess() const { return guess_; }

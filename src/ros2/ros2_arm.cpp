@@ -327,11 +327,7 @@ void Ros2Arm::hold_here() {
   const JointVector zero = JointVector::Zero(q.size());
   order_.count = 1;
   order_.commands[0] = {{then, then}, q, zero, zero};
-  order_.plan.start = then;
-  order_.plan.joints = static_cast<int>(q.size());
-  order_.plan.intervals = 0;
-  order_.plan.x[0].setZero(2 * q.size());
-  order_.plan.x[0].head(q.size()) = q;
+  stand(q, then, order_.plan);
   post(now - lead_);
 }
 

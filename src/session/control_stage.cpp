@@ -122,12 +122,7 @@ void ControlStage::follow(const Plan& plan) {
 
 /// From here on the commands are that the arm stands at q.
 void ControlStage::anchor(const JointVector& q, Time now) {
-  candidate_.stamp = {now, now};
-  candidate_.start = now;
-  candidate_.joints = static_cast<int>(q.size());
-  candidate_.intervals = 0;
-  candidate_.x[0].setZero(2 * q.size());
-  candidate_.x[0].head(q.size()) = q;
+  stand(q, now, candidate_);
   follow(candidate_);
   has_pending_ = false;
   stored_ = 0;

@@ -9,11 +9,7 @@ namespace steadyhand {
 class Tracker {
  public:
   /// @param rest the arm stands here until the first plan
-  explicit Tracker(const JointVector& rest) {
-    plan_.joints = static_cast<int>(rest.size());
-    plan_.x[0] = StateVector::Zero(2 * rest.size());
-    plan_.x[0].head(rest.size()) = rest;
-  }
+  explicit Tracker(const JointVector& rest) { stand(rest, Time(0), plan_); }
 
   /// The next commands come from this plan.
   void follow(const Plan& plan) { plan_ = plan; }

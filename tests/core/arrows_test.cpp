@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace steadyhand {
 namespace {
 
@@ -44,6 +47,36 @@ TEST(SamplePlan, BeforeTheStartIsTheFirstState) {
   const Plan plan = make_plan();
   const JointCommand c = sample(plan, plan.start - from_seconds(1.0));
   EXPECT_EQ(c.q, plan.x[0].head(2));
+}
+
+/// Whatever the plan, down to intervals far shorter than a nanosecond, and whatever the time: nothing is read that is
+/// not the plan's, and beside its span it stands.
+TEST(SamplePlan, IsSafeForEveryPlanAndTime) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const double inside = 7.0;  // of everything that is the plan's; beside it lies what is not a number
+  for (int i = 0; i < 20000; ++i) {
+    Plan plan;
+    for (StateVector& x : plan.x) x.setConstant(4, std::nan(""));
+    for (JointVector& u : plan.u) u.setConstant(2, std::nan(""));
+    plan.joints = 2;
+    plan.intervals = static_cast<int>(unit(random) * (Plan::kMaxIntervals + 1));
+    plan.dt = std::pow(10.0, -12.0 + 13.0 * unit(random));
+    if (i % 100 == 0) plan.dt = 0.0;
+    plan.start = Time(static_cast<std::int64_t>(random() >> 2)) * (i % 2 == 0 ? 1 : -1);
+    for (int k = 0; k <= plan.intervals; ++k) {
+      plan.x[k] << inside, inside, 0.0, 0.0;
+      if (k < plan.intervals) plan.u[k].setZero();
+    }
+    const double span = plan.intervals * plan.dt;
+    for (const double offset : {-3e8, -1.0, -1e-9, 0.0, 1e-9, unit(random) * span, span, span + 1e-9, 1e-3, 1.0, 10.0,
+                                unit(random) * 1e9, 3.2e9}) {
+      const JointCommand c = sample(plan, plan.start + from_seconds(offset));
+      ASSERT_EQ(c.q, JointVector::Constant(2, inside)) << plan.dt << " s, " << plan.intervals << ", at " << offset;
+      ASSERT_TRUE(c.dq.isZero(0.0) && c.ddq.isZero(0.0)) << plan.dt << " s, " << plan.intervals << ", at " << offset;
+    }
+    for (const Time t : {Time::min(), Time::max(), Time(0)}) ASSERT_EQ(sample(plan, t).q[0], inside);
+  }
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "ocp/evaluation.hpp"
+#include "plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/allocation_guard.hpp"
 #include "track/tracker.hpp"
@@ -129,6 +130,25 @@ TEST(Planner, RefusesBadSettings) {
   PlannerSettings planner;
   planner.solver = "magic";
   EXPECT_NE(message(loop.settings, planner).find("unknown solver 'magic'"), std::string::npos);
+}
+
+/// However slow, a stop takes some time, and is a plan that can be checked and followed.
+TEST(StraightStop, OfAnySpeedEndsAtRestWithinTheLimits) {
+  Loop loop(13);
+  for (const double speed : {0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, 3.0}) {
+    const JointVector q = loop.model.home, dq = JointVector::Constant(6, -speed), none = JointVector::Zero(6);
+    Plan stop;
+    make_straight_stop(loop.model, {{Time(0), Time(0)}, q, dq, none}, 0.0, stop);
+    const double span = stop.intervals * stop.dt;
+    EXPECT_EQ(stop.x[0].tail(6), dq);
+    EXPECT_EQ(sample(stop, from_seconds(1e6)).dq, none);
+    for (int k = 0; k < stop.intervals; ++k) {
+      EXPECT_LE((stop.u[k].cwiseAbs() - loop.model.acceleration_max).maxCoeff(), 1e-9);
+    }
+    EXPECT_GE(stop.dt, 5e-4) << speed;
+    EXPECT_NEAR(span, speed > 0.0 ? std::max(stop_time(loop.model, dq), 1e-3) : 0.0, 1e-9);
+    EXPECT_LT((sample(stop, from_seconds(1.0)).q - q - 0.5 * span * dq).norm(), 1e-9);
+  }
 }
 
 /// Every fault is found in a good plan that is spoilt in one place.

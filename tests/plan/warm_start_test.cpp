@@ -83,5 +83,23 @@ TEST(WarmStart, ShiftsByAnyTime) {
   }
 }
 
+/// A planner that is told to run faster begins its next plan sooner, which may be before the last one began.
+TEST(WarmStart, BackwardsItBeginsWithTheFirstNode) {
+  Fixture f;
+  f.warm_start.keep(f.problem.solution, from_seconds(1.0));
+  for (const double seconds : {0.99, 0.9, 0.0, -1e3}) {
+    f.warm_start.shift(f.problem.instance.x0, from_seconds(seconds));
+    for (int k = 0; k <= f.N; ++k) {
+      for (std::size_t i = 0; i < f.evaluation.rows(k).size(); ++i) {
+        const ConstraintRow row = f.evaluation.rows(k)[i];
+        const bool of_state = f.problem.ocp.constraints()[row.constraint]->nodes() == Nodes::kStates;
+        const double node = std::max(k - (1.0 - seconds) / f.problem.ocp.dt(), of_state ? 1.0 : 0.0);
+        EXPECT_NEAR((*f.warm_start.multipliers())[k][i], f.expected(row, node), 1e-9) << seconds;
+      }
+    }
+    for (const JointVector& u : f.warm_start.guess().u) EXPECT_TRUE(u.allFinite());
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

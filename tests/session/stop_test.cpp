@@ -130,5 +130,26 @@ TEST(AskedStop, AResetUndoesOneFaultAndNotTheNext) {
   EXPECT_EQ(session.state(), SupervisionState::kFault);
 }
 
+/// An arm that hardly moves is at rest in no time; what was planned for that is followed for as long as any other plan.
+TEST(AskedStop, AtNearlyNoSpeedIsAStopAsAnyOther) {
+  VirtualSession session;
+  session.hand = sweeping(Vector3::Constant(1e-9));
+  session.run(0.2);
+  for (const double apart : {0.002, 0.01, 0.05, 0.1}) {
+    ASSERT_TRUE(session.grip());
+    ASSERT_TRUE(session.run_until([&] { return session.last_command.dq.norm() > 0.0; }, 1.0));
+    session.ask_stop();
+    session.run(apart);
+    session.ask_stop();
+    session.run(10.0);
+    EXPECT_EQ(session.state(), SupervisionState::kStopping);
+    EXPECT_TRUE(session.at_rest());
+    session.ask_reset();
+    ASSERT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kReady; }, 1.0));
+    session.run(10.0);
+  }
+  session.expect_safe();
+}
+
 }  // namespace
 }  // namespace steadyhand
