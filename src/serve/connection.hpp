@@ -1,8 +1,7 @@
 #pragma once
 
-#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -10,10 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "serve/http.hpp"
 #include "serve/hub.hpp"
 #include "serve/site.hpp"
+#include "serve/stream.hpp"
 
 namespace steadyhand {
+
+constexpr Time kPatience = std::chrono::seconds(15);  // with a peer that says or takes nothing
 
 /// What all connections share; belongs to the server's thread.
 struct Desk {
@@ -22,8 +25,16 @@ struct Desk {
   std::function<Time()> now;
   std::vector<std::string> hosts;  ///< names under which this machine may be asked
   bool accept_missing_origin = true;
-  int max_clients = 96;
-  int connections = 0;  ///< open now, of any kind
+
+  /// Those that ask for files, or that have not asked yet; clients of the hub are not among them.
+  struct Visitor {
+    Address address;
+    Time since{0};
+    std::function<void()> cut;
+  };
+  std::size_t max_visitors = 3 * 96;  ///< files are small and few
+  std::map<std::uint64_t, Visitor> visitors;
+  std::uint64_t last_visitor = 0;
 
   using Answer = std::function<void(Result<FreshPage>)>;
   /// Asks the session for a page, by a number of its own; empty: there are none to be had. Its answer arrives at
@@ -37,5 +48,9 @@ struct Desk {
 /// A connection that serves the page's files and, at /live, becomes a WebSocket. Keeps itself alive until it ends; ends
 /// itself when the peer falls silent. tls: nullptr for plain HTTP.
 void serve_connection(boost::asio::ip::tcp::socket socket, Desk& desk, boost::asio::ssl::context* tls);
+
+/// Goes on as a client of the hub, with what it has sent beyond the request.
+void serve_websocket(std::unique_ptr<Stream> stream, Desk& desk, const Address& address, const HttpRequest& request,
+                     std::string_view rest);
 
 }  // namespace steadyhand

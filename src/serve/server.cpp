@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -150,7 +151,7 @@ struct Server::Impl {
     desk.now = callbacks.now;
     desk.hosts = {"127.0.0.1", "localhost"};
     desk.accept_missing_origin = settings.accept_non_browser_clients;
-    desk.max_clients = settings.max_clients;
+    desk.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
     if (callbacks.on_fetch) offer_fetching();
     if (Status s = listen(local, {asio::ip::address_v4::loopback(), settings.port}); !s) return s;
     port = local.local_endpoint().port();

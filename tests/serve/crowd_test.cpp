@@ -1,0 +1,115 @@
+// Many clients, and some that only want to be in the way.
+#include "server_fixture.hpp"
+
+namespace steadyhand {
+namespace {
+
+class CrowdTest : public ServerTest {
+ protected:
+  void start_with(int max_clients) {
+    ServerSettings settings;
+    settings.max_clients = max_clients;
+    start(settings);
+  }
+  SocketClient& come() {
+    crowd_.push_back(std::make_unique<SocketClient>(server_->port()));
+    EXPECT_EQ(crowd_.back()->connect(), 101u);
+    crowd_.back()->greet();
+    EXPECT_FALSE(crowd_.back()->hear("lease").is_null());
+    return *crowd_.back();
+  }
+  /// A frame of the WebSocket, as a client masks it, with zeros.
+  static std::string frame(int head, const std::string& payload = "") {
+    return std::string{static_cast<char>(head), static_cast<char>(0x80 | payload.size()), 0, 0, 0, 0} + payload;
+  }
+  std::vector<std::unique_ptr<SocketClient>> crowd_;
+};
+
+TEST_F(CrowdTest, StrangersThatOnlyPingKeepNobodyOut) {
+  constexpr int kMany = 8;
+  start_with(kMany);
+  SocketClient paired(server_->port());
+  join(paired, true);
+  for (int i = 1; i < kMany; ++i) come();
+  for (auto& stranger : crowd_) stranger->say({{"type", "ping"}, {"t_s", 1.0}});
+  for (auto& stranger : crowd_) stranger->hear("pong");
+
+  SocketClient newcomer(server_->port());
+  ASSERT_EQ(newcomer.connect(), 101u);
+  newcomer.say({{"type", "request"}, {"kind", "stop"}});
+  EXPECT_TRUE(wait_for([&] { return requests_.size() == 1; }));
+  const Json farewell = crowd_.front()->hear("error");
+  ASSERT_FALSE(farewell.is_null());
+  EXPECT_EQ(farewell["code"], "full");
+  paired.say(sample(1));
+  EXPECT_TRUE(wait_for([&] { return samples_.size() == 1; })) << "the operator's place is kept";
+}
+
+TEST_F(CrowdTest, ConnectionsThatAskForNothingKeepNobodyOut) {
+  start_with(2);
+  for (int i = 0; i < 40; ++i) {
+    crowd_.push_back(std::make_unique<SocketClient>(server_->port()));
+    ASSERT_TRUE(crowd_.back()->reach());
+  }
+  EXPECT_EQ(fetch(server_->port(), "/").status, 200u);
+  SocketClient client(server_->port());
+  EXPECT_EQ(client.connect(), 101u);
+}
+
+class FloodTest : public CrowdTest, public testing::WithParamInterface<std::pair<const char*, std::string>> {
+ public:
+  static std::string of(int head, const std::string& payload = "") { return frame(head, payload); }
+};
+
+/// More frames than anybody may send, and then a pause: what ends the connection is the flood, within less time than
+/// the server's patience with the silent.
+TEST_P(FloodTest, IsCutOff) {
+  start();
+  SocketClient& flooder = come();
+  const std::string begun = GetParam().second == of(0x00) ? of(0x01, "{") : "";
+  std::string flood = begun;
+  for (int i = 0; i < 4000; ++i) flood += GetParam().second;
+  flooder.say_bytes(flood);
+  EXPECT_TRUE(flooder.ends_within(5s));
+  come();
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, FloodTest,
+                         testing::Values(std::pair("ping", FloodTest::of(0x89)),
+                                         std::pair("pong", FloodTest::of(0x8a, "x")),
+                                         std::pair("empty_continuation", FloodTest::of(0x00)),
+                                         std::pair("message", FloodTest::of(0x81, R"({"type":"ping","t_s":1})"))),
+                         [](const auto& flood) { return flood.param.first; });
+
+TEST_F(CrowdTest, AsManyFramesAsAreAllowedAreNoFlood) {
+  start();
+  SocketClient& client = come();
+  for (int i = 0; i < 40; ++i) {
+    for (int k = 0; k < 5; ++k) client.say_bytes(frame(k % 2 ? 0x89 : 0x8a));
+    std::this_thread::sleep_for(25ms);
+  }
+  client.say({{"type", "ping"}, {"t_s", 7.0}});
+  EXPECT_EQ(client.hear("pong")["t_s"], 7.0);
+}
+
+TEST_F(CrowdTest, AFlooderThatDoesNotReadIsCutOff) {
+  start();
+  SocketClient flooder(server_->port(), 4096);
+  ASSERT_EQ(flooder.connect(), 101u);
+  flooder.greet();
+  ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
+  SessionSnapshot snapshot;
+  snapshot.measured.q.setZero(6);
+  // States until one cannot be written: the next ones replace each other.
+  ASSERT_TRUE(wait_until([&] {
+    server_->publish(snapshot);
+    return server_->counters().states_skipped > 20;
+  }));
+  std::string flood;
+  for (int i = 0; i < 4000; ++i) flood += frame(0x81, R"({"type":"release"})");
+  flooder.say_bytes(flood);
+  EXPECT_TRUE(wait_until([&] { return server_->counters().clients == 0; }));
+}
+
+}  // namespace
+}  // namespace steadyhand
