@@ -155,7 +155,8 @@ void print_addresses(const std::vector<std::string>& urls) {
   std::cout << std::flush;
 }
 
-/// Where there is a desktop; whether it works is no concern of the session.
+/// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
+/// address among the arguments of the programs that open it.
 void open_browser(const std::string& url) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
   std::string program = "xdg-open", address = url;
@@ -194,7 +195,7 @@ Result<std::unique_ptr<Server>> start_server(const Options& options, const Serve
     std::cout << "certificate's SHA-256 fingerprint: " << (*server)->fingerprint() << "\n"
               << terminal_qr(url) << std::flush;
   }
-  if (!options.no_browser) open_browser((*server)->urls().front());
+  if (!options.no_browser) open_browser((*server)->local_url());
   return server;
 }
 

@@ -68,10 +68,16 @@ Result<std::string> Pairing::redeem(std::string_view typed) {
     if (equal_secret(code, last_code_)) return Error{"this code is used up; the terminal shows the next one"};
     return Error{"this code is wrong; compare it with the one that the terminal showed last"};
   }
+  return add_token(code_);
+}
+
+Result<std::string> Pairing::admit() { return add_token({}); }
+
+Result<std::string> Pairing::add_token(const std::string& code) {
   std::string token = random_text(kTokenLength);
   if (token.empty()) return Error{"the system gives no random numbers for a token"};
   if (tokens_.size() >= kMaxTokens) tokens_.erase(tokens_.begin());
-  tokens_.push_back({token, code_});
+  tokens_.push_back({token, code});
   return token;
 }
 
@@ -81,7 +87,9 @@ bool Pairing::known(std::string_view token) const {
 }
 
 bool Pairing::use_up(std::string_view token) {
-  const auto earned = [&](const Token& given) { return given.text == token && given.code == code_; };
+  const auto earned = [&](const Token& given) {
+    return given.text == token && !given.code.empty() && given.code == code_;
+  };
   return std::any_of(tokens_.begin(), tokens_.end(), earned) && renew();
 }
 

@@ -25,6 +25,9 @@ bool host_allowed(std::string_view host, const std::vector<std::string>& names);
 /// Whether a WebSocket's Origin header is that of a page that this server gave out under this Host header.
 bool origin_allowed(std::string_view origin, std::string_view host, bool tls);
 
+/// In a code's place: the client is a program of the same user on this machine. No code holds a vowel.
+constexpr std::string_view kLocalCode = "local";
+
 /// The code with which clients earn the right to command, and the tokens of those that did. A token outlives its
 /// connection, so that a client that comes back need not pair again. One thread.
 class Pairing {
@@ -39,6 +42,8 @@ class Pairing {
 
   /// A token if this is the code that is valid, in whatever case and grouping. Error: it is not, in words for people.
   Result<std::string> redeem(std::string_view typed);
+  /// A token without a code, which uses up none. Error: no random numbers to be had.
+  Result<std::string> admit();
   bool known(std::string_view token) const;
   /// A client with this token commands. True: that used up the code that is valid, and there is a new one.
   bool use_up(std::string_view token);
@@ -46,8 +51,10 @@ class Pairing {
  private:
   struct Token {
     std::string text;
-    std::string code;  ///< with which it was earned
+    std::string code;  ///< with which it was earned; empty: without
   };
+  Result<std::string> add_token(const std::string& code);
+
   std::string code_, last_code_;
   std::vector<Token> tokens_;
 };

@@ -158,12 +158,18 @@ void Hub::handle(std::uint64_t id, Client& client, const PairMessage& message, T
   }
 }
 
+/// Who could read this program's memory needs no code; so none need be told to the browser that it opens.
+Result<std::string> Hub::admit(Client& client) {
+  if (client.outbox->of_this_user()) return pairing_.admit();
+  return Error{"only programs of the user who started steadyhand, on the same machine, pair without a code"};
+}
+
 /// A code cannot be guessed in any time; that a connection is slowed down after many wrong ones is only a courtesy to
 /// the others. Nobody is locked out: what comes from one machine may be a stranger's and the operator's.
 void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time now) {
   client.useful = now;
   if (client.token.empty()) {
-    auto token = pairing_.redeem(code);
+    auto token = code == kLocalCode ? admit(client) : pairing_.redeem(code);
     if (!token) {
       if (++client.wrong_codes >= kFreeCodes) client.next_code = now + kCodeDelay;
       return refuse(client, Refusal::kCode, token.error().message);

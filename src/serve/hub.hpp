@@ -25,6 +25,8 @@ class Outbox {
   virtual bool send_state(std::shared_ptr<const std::string> message) = 0;
   /// After what was sent before, but soon. No further message of this client reaches the hub.
   virtual void close() = 0;
+  /// Whether the client is a program of the same user on this machine.
+  virtual bool of_this_user() = 0;
 };
 
 /// Who is connected, who is paired, who commands, and what their messages mean; knows no sockets. All on one thread.
@@ -101,6 +103,7 @@ class Hub {
   bool make_room(const Address& newcomer);
   bool within_rate(Client& client, Time now);
   void pair(std::uint64_t id, Client& client, const std::string& code, Time now);
+  Result<std::string> admit(Client& client);
   bool may_take(std::uint64_t id, const Client& client) const;
   void ask(std::uint64_t id, Client& client, Time now);
   void give_lease(std::uint64_t id, Time now);

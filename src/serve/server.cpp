@@ -238,6 +238,7 @@ ServerCounters Server::counters() const {
   return impl_->counters;
 }
 
+std::string Server::local_url() const { return fmt::format("http://127.0.0.1:{}/#code={}", impl_->port, kLocalCode); }
 std::uint16_t Server::port() const { return impl_->port; }
 std::uint16_t Server::lan_port() const { return impl_->lan_port; }
 

@@ -98,6 +98,8 @@ class Server {
 
   /// Addresses that pair with the code that is valid now: loopback first, then the LAN's. Any thread.
   std::vector<std::string> urls() const;
+  /// An address that pairs only programs of the user who runs this one, on this machine: others may read it.
+  std::string local_url() const;
   /// SHA-256 of the LAN's certificate, "AB:CD:..."; empty without `lan`.
   const std::string& fingerprint() const;
   ServerCounters counters() const;

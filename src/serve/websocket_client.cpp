@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <array>
 #include <boost/asio/post.hpp>
 #include <deque>
@@ -5,6 +7,7 @@
 
 #include "serve/connection.hpp"
 #include "serve/frames.hpp"
+#include "serve/peer_user.hpp"
 
 namespace steadyhand {
 namespace {
@@ -62,6 +65,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   void close() override { close(CloseCode::kPolicy); }
+  bool of_this_user() override { return peer_user(stream_->socket()) == geteuid(); }
 
  private:
   void read() {

@@ -28,9 +28,9 @@ def run_soon(soon):
 class Demo:
     """The program, with a page on a free port."""
 
-    def __init__(self, folder, *arguments):
+    def __init__(self, folder, *arguments, browser=False):
         self.process = subprocess.Popen(
-            [PROGRAM, "demo", "--no-browser", "--port", "0", "--sessions", str(folder), *map(str, arguments)],
+            [PROGRAM, "demo", *([] if browser else ["--no-browser"]), "--port", "0", "--sessions", str(folder), *map(str, arguments)],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.lines, self.codes = [], []
         self.new_code = threading.Condition()

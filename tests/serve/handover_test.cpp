@@ -1,4 +1,7 @@
 // Codes, the lease and who gets it next, over real sockets; hub_test.cpp has the cases.
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include "server_fixture.hpp"
 
 namespace steadyhand {
@@ -40,6 +43,32 @@ TEST_F(HandoverTest, LookingAtTheLinkDoesNotUseItUp) {
   const Json refusal = try_code(late, code);
   EXPECT_EQ(refusal["code"], "code");
   EXPECT_NE(refusal["message"].get<std::string>().find("used up"), std::string::npos) << refusal;
+}
+
+TEST_F(HandoverTest, TheAddressThatTheBrowserIsOpenedWithHoldsNoCode) {
+  start();
+  EXPECT_EQ(server_->local_url().find(code()), std::string::npos);
+  SocketClient own(server_->port());
+  watch(own);
+  EXPECT_EQ(try_code(own, "local")["type"], "paired");
+}
+
+/// Only root can become somebody else for a while; without it this is not tested.
+TEST_F(HandoverTest, AnotherUserOfThisMachineNeedsTheCode) {
+  if (geteuid() != 0) GTEST_SKIP() << "not tested: another user; run as root";
+  start();
+  const pid_t child = fork();
+  if (child == 0) {  // no test of its own: it says by its exit code what it heard
+    if (setresuid(65534, 65534, 65534) != 0) _exit(3);
+    SocketClient stranger(server_->port());
+    if (stranger.connect() != 101u) _exit(4);
+    stranger.greet();
+    stranger.hear("lease");
+    _exit(try_code(stranger, "local")["code"] == "code" ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 TEST_F(HandoverTest, WrongCodesOfAnotherOnThisMachineLockNobodyOut) {

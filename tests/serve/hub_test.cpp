@@ -21,11 +21,13 @@ struct FakeOutbox : Outbox {
   int states = 0;
   bool closed = false;
   bool keep = true;
+  bool this_user = false;
   void send(std::shared_ptr<const std::string> message) override {
     if (keep) messages.push_back(Json::parse(*message));
   }
   bool send_state(std::shared_ptr<const std::string>) override { return states++ > 0; }
   void close() override { closed = true; }
+  bool of_this_user() override { return this_user; }
 
   const Json* last(const std::string& type) const {
     for (auto it = messages.rbegin(); it != messages.rend(); ++it) {
@@ -151,6 +153,20 @@ TEST_F(HubTest, ACodeIsEasyToTypeAndARefusalSaysWhatIsWrong) {
   const Json token = (*a.last("paired"))["token"];
   say(id, {{"type", "pair"}, {"code", "wrong"}});
   EXPECT_EQ((*a.last("paired"))["token"], token);
+}
+
+TEST_F(HubTest, AProgramOfTheSameUserNeedsNoCodeAndUsesUpNone) {
+  FakeOutbox own, strange;
+  own.this_user = true;
+  const std::string code = hub_.code();
+  const auto id = greet(own), stranger = greet(strange);
+  EXPECT_FALSE(own.last("paired")) << "it has to ask for it";
+  for (const auto each : {id, stranger}) say(each, {{"type", "pair"}, {"code", "local"}});
+  EXPECT_TRUE(own.last("paired"));
+  EXPECT_EQ(strange.last_error(), "code");
+  say(id, {{"type", "take"}});
+  EXPECT_EQ(hub_.holder(), id);
+  EXPECT_EQ(hub_.code(), code);
 }
 
 TEST_F(HubTest, WrongCodesDelayTheirConnectionAndLockNobodyOut) {
@@ -499,7 +515,8 @@ TEST_F(HubTest, FuzzNeverCommands) {
   }
   EXPECT_TRUE(samples_.empty());
   EXPECT_TRUE(leases_.empty());
-  EXPECT_TRUE(requests_.empty());
+  EXPECT_FALSE(requests_.empty());
+  for (const OperatorRequest& request : requests_) EXPECT_EQ(request.kind, OperatorRequest::Kind::kStop);
   EXPECT_GT(hub_.refused_messages, 10'000u);
 }
 

@@ -14,12 +14,16 @@ class MessageFuzz {
   explicit MessageFuzz(std::uint32_t seed) : random_(seed) {}
 
   std::string next() {
-    static const std::array<std::string, 8> kSeeds = {
+    static const std::array<std::string, 12> kSeeds = {
         R"({"type":"hello","version":1})",
         R"({"type":"take"})",
         R"({"type":"release"})",
         R"({"type":"pair","code":"hdkmxcrtbnpq"})",
         R"({"type":"sample","sequence":3,"t_s":2.5,"p":[0,0,1],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false})",
+        R"({"type":"ask"})",
+        R"({"type":"answer","grant":false})",
+        R"({"type":"request","kind":"stop"})",
+        R"({"type":"request","kind":"profile","text":"tracking"})",
         R"({"type":"request","kind":"reset"})",
         R"({"type":"ping","t_s":3,"echo_s":1,"held_s":0})",
         R"({"type":"request","kind":"weight","text":"lateral","value":3})"};

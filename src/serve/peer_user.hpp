@@ -1,0 +1,11 @@
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <optional>
+
+namespace steadyhand {
+
+/// Whose program is at the other end of a connection within this machine, as the kernel says; nothing: it is not here.
+std::optional<unsigned> peer_user(const boost::asio::ip::tcp::socket& socket);
+
+}  // namespace steadyhand
