@@ -1,9 +1,16 @@
-// fuzz_server [MESSAGES] [SEED]: hostile messages to the server's hub, from clients that may not command; 10 million by
-// default. Build it with the preset asan. Exit code 1: one of them got through.
+// fuzz_server [MESSAGES] [SEED]: hostile messages to the server's hub, by turns
+// from clients that may not command and from the one that holds the lease, as
+// frames of the WebSocket in random pieces; 10 million by default. Build it
+// with the preset asan. Exit code 1: a command got through that must not, or
+// none that may.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <random>
 #include <string>
 
+#include "serve/frames.hpp"
 #include "serve/hub.hpp"
 #include "support/message_fuzz.hpp"
 
@@ -14,38 +21,98 @@ struct Deaf : Outbox {
   void send(std::shared_ptr<const std::string>) override {}
   bool send_state(std::shared_ptr<const std::string>) override { return false; }
   void close() override {}
+  bool of_this_user() override { return false; }
 };
 
-int run(long long messages, std::uint32_t seed) {
-  long long commands = 0;
-  ServerFacts facts;
-  facts.objectives = {"lateral"};
-  ServerCallbacks callbacks;
-  callbacks.now = [] { return Time(0); };
-  callbacks.on_sample = [&](const OperatorSample&) { ++commands; };
-  callbacks.on_request = [&](const OperatorRequest& r) { commands += r.kind != OperatorRequest::Kind::kStop; };
-  callbacks.on_lease = [&](std::uint64_t) { ++commands; };
-  callbacks.on_pairing = [&](const auto&) { ++commands; };
-  Hub hub(facts, callbacks, 250.0, 96);
-  if (!hub.prepare()) return 1;
-  Deaf outbox;
-  MessageFuzz fuzz(seed);
-  Time now = std::chrono::seconds(100);
-  std::uint64_t client = 0;
-  for (long long i = 0; i < messages; ++i) {
-    now += std::chrono::milliseconds(5);
-    if (i % 16 == 0) {  // a client is closed after a few
-      hub.leave(client, now);
-      client = hub.join(outbox, {"loopback", true}, now);
-      hub.receive(client, R"({"type":"hello","version":1})", now);
-    }
-    hub.receive(client, fuzz.next(), now);
-    if (i % 1000 == 0) hub.tick(now);
+class Campaign {
+ public:
+  explicit Campaign(std::uint32_t seed) : fuzz_(seed), random_(seed) {
+    facts_.objectives = {"lateral"};
+    facts_.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
+    callbacks_.now = [this] { return now_; };
+    callbacks_.on_sample = [this](const OperatorSample& sample) {
+      const Vector3& p = sample.X_operator_hand.p;
+      const bool good = p.allFinite() && p.cwiseAbs().maxCoeff() <= 1000.0 &&
+                        std::abs(sample.X_operator_hand.q.norm() - 1.0) < 1e-9 && sample.stamp.made == now_ &&
+                        sample.stamp.hand <= now_ && now_ - sample.stamp.hand <= Hub::kOldest;
+      judge(good);
+    };
+    callbacks_.on_request = [this](const OperatorRequest& request) {
+      using Kind = OperatorRequest::Kind;
+      if (request.kind == Kind::kStop) return;
+      const bool known = request.kind == Kind::kWeight    ? request.text == "lateral"
+                         : request.kind == Kind::kProfile ? request.text == "tracking"
+                                                          : request.text.empty();
+      judge(known && std::isfinite(request.value) && std::abs(request.value) <= 1e6);
+    };
+    callbacks_.on_lease = [this](std::uint64_t client) { wrong_ += client != 0 && client != leader_; };
+    callbacks_.on_pairing = [](const auto&) {};
   }
-  std::printf("%lld messages, %llu refused, %lld commands got through\n", messages,
-              static_cast<unsigned long long>(hub.refused_messages), commands);
-  return commands == 0 ? 0 : 1;
-}
+
+  bool run(long long messages) {
+    if (!hub_.prepare()) return false;
+    for (long long i = 0; i < messages; ++i) {
+      now_ += std::chrono::milliseconds(5);
+      if (i % 16 == 0) begin_client(i % 32 == 0);  // a client is closed after a few
+      say(fuzz_.next());
+      if (i % 1000 == 0) hub_.tick(now_);
+    }
+    std::printf(
+        "%lld messages, %llu refused; with the lease %lld commands, "
+        "%lld others got through\n",
+        messages, static_cast<unsigned long long>(hub_.refused_messages), led_, wrong_);
+    return wrong_ == 0 && led_ > 0;
+  }
+
+ private:
+  void judge(bool good) {
+    const bool may = leader_ != 0 && hub_.holder() == leader_;
+    ++(good && may ? led_ : wrong_);
+  }
+
+  void begin_client(bool leads) {
+    leader_ = 0;
+    hub_.leave(client_, now_);
+    client_ = hub_.join(outbox_, {"loopback", true}, now_);
+    reader_ = FrameReader(kMaxClientMessage);
+    say(R"({"type":"hello","version":1})");
+    if (!leads) return;
+    leader_ = client_;
+    say(R"({"type":"pair","code":")" + hub_.code() + "\"}");
+    say(R"({"type":"take"})");
+  }
+
+  /// A good frame around whatever it is, now and then damaged, in pieces.
+  void say(const std::string& message) {
+    std::string bytes{'\x81', '\xfe', static_cast<char>(message.size() >> 8), static_cast<char>(message.size()), 0, 0,
+                      0,      0};
+    bytes += message;
+    const bool damaged = random_() % 64 == 0;
+    if (damaged) bytes[random_() % 8] = static_cast<char>(random_());
+    for (std::string_view rest = bytes; !rest.empty();) {
+      std::string_view piece = rest.substr(0, 1 + random_() % 300);
+      rest.remove_prefix(piece.size());
+      while (!piece.empty()) {
+        const FrameEvent event = reader_.next(piece);
+        if (event.kind == FrameEvent::Kind::kMessage) hub_.receive(client_, event.payload, now_);
+        if (event.kind == FrameEvent::Kind::kPing) hub_.receive_frame(client_, now_);
+        if (event.kind == FrameEvent::Kind::kBroken || event.kind == FrameEvent::Kind::kClose) piece = rest = {};
+      }
+    }
+    if (damaged) reader_ = FrameReader(kMaxClientMessage);
+  }
+
+  ServerFacts facts_;
+  ServerCallbacks callbacks_;
+  Hub hub_{facts_, callbacks_, 250.0, 96};
+  Deaf outbox_;
+  MessageFuzz fuzz_;
+  std::mt19937 random_;
+  FrameReader reader_{kMaxClientMessage};
+  Time now_ = std::chrono::seconds(100);
+  std::uint64_t client_ = 0, leader_ = 0;  // 0: this one may not command
+  long long led_ = 0, wrong_ = 0;
+};
 
 }  // namespace
 }  // namespace steadyhand
@@ -57,5 +124,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "fuzz_server [MESSAGES > 0] [SEED]\n");
     return 2;
   }
-  return steadyhand::run(messages, seed);
+  return steadyhand::Campaign(seed).run(messages) ? 0 : 1;
 }
