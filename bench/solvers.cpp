@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "app/command_line.hpp"
 #include "closed_loop.hpp"
 #include "config/profile_file.hpp"
 #include "config/robot_file.hpp"
@@ -204,7 +204,7 @@ int main_with(const Options& options) {
 int main(int argc, char** argv) {
   using namespace steadyhand::bench;
   Options options;
-  CLI::App app("Closed loops of the solvers on easy and hard sequences");
+  steadyhand::CommandLine app("bench_solvers", "Closed loops of the solvers on easy and hard sequences");
   app.add_option("--robot", options.robot, "Name, robot file or URDF")->capture_default_str();
   app.add_option("--solver", options.solvers, "Solvers")->capture_default_str();
   app.add_option("--sequence", options.sequences, "Sequences (default: all)");
@@ -217,11 +217,8 @@ int main(int argc, char** argv) {
   app.add_option("--budget-us", options.budget.time_us, "Time budget of a solve, 0: none")->capture_default_str();
   app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();
   app.add_flag("--json", options.json, "One JSON object a line instead of a table");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
-    return code == 0 ? 0 : 2;
-  }
+  const steadyhand::Result<bool> parsed = app.parse(argc, argv);
+  if (!parsed) std::cerr << parsed.error().message << "\n";
+  if (!parsed || !*parsed) return parsed ? 0 : 2;
   return main_with(options);
 }

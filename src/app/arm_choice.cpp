@@ -54,7 +54,7 @@ double ArmChoice::share() const { return speed > 0.0 ? speed : real() ? kFirstSp
 
 double ArmChoice::first_share() const { return real() ? std::min(1.0, kFirstSpeed / share()) : 1.0; }
 
-void add_host_options(CLI::App& command, ArmChoice& choice) {
+void add_host_options(CommandLine& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
   command.add_option("--rtde-port", choice.rtde_port, "RTDE")->capture_default_str()->group("Ports of the controller");
   command.add_option("--script-port", choice.script_port, "Programs")
@@ -65,7 +65,7 @@ void add_host_options(CLI::App& command, ArmChoice& choice) {
       ->group("Ports of the controller");
 }
 
-void add_arm_options(CLI::App& command, ArmChoice& choice) {
+void add_arm_options(CommandLine& command, ArmChoice& choice) {
   command.add_option(
       "--arm", choice.arm,
       "sim (in this program; the default), ros2 (a joint trajectory controller), or ur (Universal Robots, "

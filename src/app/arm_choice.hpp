@@ -1,10 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
 
+#include "app/command_line.hpp"
 #include "core/clock.hpp"
 #include "core/result.hpp"
 #include "robot/model.hpp"
@@ -28,9 +28,9 @@ struct ArmChoice {
   double first_share() const;
 };
 
-void add_arm_options(CLI::App& command, ArmChoice& choice);
+void add_arm_options(CommandLine& command, ArmChoice& choice);
 /// --host and the ports alone, for commands that only listen.
-void add_host_options(CLI::App& command, ArmChoice& choice);
+void add_host_options(CommandLine& command, ArmChoice& choice);
 
 /// Checks the choice, asks once before anything that can move hardware, and lowers the model's limits to the share.
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);

@@ -222,10 +222,10 @@ Status run(const Options& options, int& exit_code) {
 
 }  // namespace
 
-void add_check_command(CLI::App& app, Command& chosen, int& exit_code) {
+void add_check_command(CommandLine& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
   options->arm.arm = "ur";
-  CLI::App* command = app.add_subcommand("check", "Is this machine and network fit to lead that arm? Nothing moves");
+  CommandLine* command = app.add_subcommand("check", "Is this machine and network fit to lead that arm? Nothing moves");
   command->add_option("--arm", options->arm.arm, "ur (Universal Robots), or ros2")->capture_default_str();
   command->add_option("--settings", options->settings.file, "YAML file of settings, for ros2");
   command->add_option("--set", options->settings.assignments, "KEY=VALUE of any setting, also several")

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 
+#include "app/command_line.hpp"
 #include "core/result.hpp"
 
 namespace steadyhand {
@@ -12,13 +12,13 @@ using Command = std::function<Status()>;
 
 // One file each, NAME_command.cpp: declares the subcommand and its options, and sets `chosen` when it is on the command
 // line.
-void add_config_command(CLI::App& app, Command& chosen);
-void add_demo_command(CLI::App& app, Command& chosen);
+void add_config_command(CommandLine& app, Command& chosen);
+void add_demo_command(CommandLine& app, Command& chosen);
 /// @param exit_code becomes 1 if the link is not fit
-void add_check_command(CLI::App& app, Command& chosen, int& exit_code);
-void add_replay_command(CLI::App& app, Command& chosen);
-void add_report_command(CLI::App& app, Command& chosen);
-void add_describe_command(CLI::App& app, Command& chosen);
-void add_solve_command(CLI::App& app, Command& chosen);
+void add_check_command(CommandLine& app, Command& chosen, int& exit_code);
+void add_replay_command(CommandLine& app, Command& chosen);
+void add_report_command(CommandLine& app, Command& chosen);
+void add_describe_command(CommandLine& app, Command& chosen);
+void add_solve_command(CommandLine& app, Command& chosen);
 
 }  // namespace steadyhand

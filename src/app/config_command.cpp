@@ -20,9 +20,9 @@ Status run(const SettingsOptions& options) {
 
 }  // namespace
 
-void add_config_command(CLI::App& app, Command& chosen) {
+void add_config_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<SettingsOptions>();
-  CLI::App* command = app.add_subcommand("config", "The settings of a live session, as they would be in force");
+  CommandLine* command = app.add_subcommand("config", "The settings of a live session, as they would be in force");
   add_settings_options(*command, *options);
   command->footer("What it prints is itself a settings file: ./steadyhand config > my.yaml");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });

@@ -330,9 +330,9 @@ Status run(Options options) {
 
 }  // namespace
 
-void add_demo_command(CLI::App& app, Command& chosen) {
+void add_demo_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
+  CommandLine* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
   command->add_flag("--headless", options->headless, "Without a page: a recorded hand, over and over");
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
   command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");

@@ -24,9 +24,9 @@ Status run(const Options& options) {
 
 }  // namespace
 
-void add_describe_command(CLI::App& app, Command& chosen) {
+void add_describe_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("describe", "Print a robot as JSON: joints, tool, limits, spheres, pairs");
+  CommandLine* command = app.add_subcommand("describe", "Print a robot as JSON: joints, tool, limits, spheres, pairs");
   command->add_option("robot", options->robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
   command->add_flag("--pretty", options->pretty, "Over several lines");
   command->footer(

@@ -30,12 +30,9 @@ constexpr const char* kExamples =
     "Exit codes: 0 done; 1 check: not fit; 2 bad input, with the reason on stderr.";
 
 /// CLI11 would only say that a command is missing.
-std::optional<std::string> unknown_command(const CLI::App& app, int argc, char** argv) {
+std::optional<std::string> unknown_command(const steadyhand::CommandLine& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return std::nullopt;
-  std::vector<std::string> known;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    known.push_back(command->get_name());
-  }
+  const std::vector<std::string> known = app.subcommands();
   if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
   return "unknown command '" + std::string(argv[1]) + "'; " + steadyhand::suggestion(argv[1], known);
 }
@@ -48,10 +45,10 @@ int fail(const std::string& message) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds."};
-  app.name("steadyhand");
-  app.set_version_flag("--version", "steadyhand " STEADYHAND_VERSION);
-  app.require_subcommand(0, 1);
+  steadyhand::CommandLine app(
+      "steadyhand",
+      "A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds.");
+  app.version("steadyhand " STEADYHAND_VERSION);
   app.footer(kExamples);
   steadyhand::Command command;
   int exit_code = 0;
@@ -63,12 +60,9 @@ int main(int argc, char** argv) {
   steadyhand::add_describe_command(app, command);
   steadyhand::add_solve_command(app, command);
   if (const auto unknown = unknown_command(app, argc, argv)) return fail(*unknown + " (see steadyhand --help)");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return fail(std::string(error.what()) + " (see steadyhand --help)");
-  }
+  const steadyhand::Result<bool> parsed = app.parse(argc, argv);
+  if (!parsed) return fail(parsed.error().message + " (see steadyhand --help)");
+  if (!*parsed) return 0;
   if (!command) return fail("a command is expected (see steadyhand --help)");
   try {
     const steadyhand::Status status = command();

@@ -134,27 +134,6 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
                        std::move(result->commands)};
 }
 
-/// For a shell: in quotation marks if anything in it has a meaning there.
-std::string quoted(const std::string& word) {
-  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
-/// What to type for the same run: the options that were given, but for --out, which changes nothing in the report.
-std::string as_typed(const CLI::App& command) {
-  std::string text = "./steadyhand replay";
-  for (const CLI::Option* option : command.get_options([](const CLI::Option* o) { return o->count() > 0; })) {
-    if (option->check_name("--out")) continue;
-    if (!option->get_positional()) text += " " + option->get_name();
-    if (option->get_items_expected_max() == 0) continue;  // a flag
-    for (const std::string& value : option->results()) text += " " + quoted(value);
-  }
-  return text;
-}
-
 /// The numbers and names that the command line gives to settings.
 Status check(const Options& options) {
   const double fastest = ReplaySettings().command_rate_hz;
@@ -231,9 +210,9 @@ Status run(Options options) {
 
 }  // namespace
 
-void add_replay_command(CLI::App& app, Command& chosen) {
+void add_replay_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command =
+  CommandLine* command =
       app.add_subcommand("replay", "Send a recorded hand through the planner and report what the arm did");
   command->add_option(
       "recording", options->recording,
@@ -250,12 +229,12 @@ void add_replay_command(CLI::App& app, Command& chosen) {
       ->capture_default_str();
   command->add_option("--yaw", options->yaw_deg, "Turn of the operator's axes about the base's z, degrees")
       ->capture_default_str();
-  const auto frames = CLI::IsMember({"base", "tool"});
+  const std::vector<std::string> frames = {"base", "tool"};
   command->add_option("--translation-frame", options->translation_frame, "Frame of the hand's translation")
-      ->check(frames)
+      ->among(frames)
       ->capture_default_str();
   command->add_option("--rotation-frame", options->rotation_frame, "Frame of the hand's rotation")
-      ->check(frames)
+      ->among(frames)
       ->capture_default_str();
   command->add_option("--solver", options->solver, "Solver, instead of the profiles' own");
   command->add_option("--out", options->out, "Folder for report and data")->capture_default_str();
@@ -268,12 +247,11 @@ void add_replay_command(CLI::App& app, Command& chosen) {
       "  steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
       "  steadyhand replay mocap.json --track rhand --from 2 --until 20 --rate 50");
   command->callback([options, command, &chosen] {
-    options->command = as_typed(*command);
-    const auto given = [command](const char* name) { return command->get_option(name)->count() > 0; };
-    options->own_profiles = given("--profile");
-    options->own_rate = given("--rate");
-    options->own_scale = given("--scale");
-    options->own_yaw = given("--yaw");
+    options->command = "./steadyhand " + command->as_typed("--out");  // which changes nothing in the report
+    options->own_profiles = command->given("--profile");
+    options->own_rate = command->given("--rate");
+    options->own_scale = command->given("--scale");
+    options->own_yaw = command->given("--yaw");
     chosen = [options] { return run(*options); };
   });
 }

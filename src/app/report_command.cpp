@@ -49,9 +49,9 @@ Status run(const Options& options) {
 
 }  // namespace
 
-void add_report_command(CLI::App& app, Command& chosen) {
+void add_report_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("report", "Report what was driven in a session; without one, list them");
+  CommandLine* command = app.add_subcommand("report", "Report what was driven in a session; without one, list them");
   command->add_option("session", options->session, "SESSION.mcap of a live session or a replay, also one cut short");
   command->add_option("--out", options->out, "The page; default: SESSION.html beside the session");
   command->add_option("--sessions", options->folder, "Folder to list; default: " + default_session_folder().string());

@@ -25,11 +25,11 @@ Status SettingsOptions::apply(SettingsTable& table) const {
   return Done{};
 }
 
-void add_settings_options(CLI::App& command, SettingsOptions& options) {
+void add_settings_options(CommandLine& command, SettingsOptions& options) {
   command.add_option("--settings", options.file, "YAML file of settings; `steadyhand config` prints one");
   command.add_option("--set", options.assignments, "KEY=VALUE of any setting, also several")->expected(1, -1);
   const auto value = [&](const std::string& name, const std::string& key, const std::string& what) {
-    command.add_option_function<std::string>(
+    command.add_option_function(
         name,
         [&options, key, name](const std::string& text) {
           options.given.push_back({key, text, name});

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "app/command_line.hpp"
 #include "session/settings.hpp"
 
 namespace steadyhand {
@@ -24,6 +24,6 @@ struct SettingsOptions {
 };
 
 /// Adds --settings, --set, and options for what is set most. `options` must live as long as the command.
-void add_settings_options(CLI::App& command, SettingsOptions& options);
+void add_settings_options(CommandLine& command, SettingsOptions& options);
 
 }  // namespace steadyhand

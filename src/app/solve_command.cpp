@@ -89,9 +89,9 @@ Status run(const Options& options) {
 
 }  // namespace
 
-void add_solve_command(CLI::App& app, Command& chosen) {
+void add_solve_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("solve", "Solve planning problems given as JSON (docs/formulation.md)");
+  CommandLine* command = app.add_subcommand("solve", "Solve planning problems given as JSON (docs/formulation.md)");
   command->add_option("problem", options->problem, "File with one problem, or an array of them solved in order")
       ->required();
   command->add_option("--solver", options->solver, "Which solver")->capture_default_str();

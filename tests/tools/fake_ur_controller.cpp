@@ -6,9 +6,9 @@
 #include <sched.h>
 #include <signal.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "app/command_line.hpp"
 #include "config/robot_file.hpp"
 
 int main(int argc, char** argv) {
@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   bool cb3 = false;
   int unplug_ms = 0, lag = 0;
   double every = 0.0;
-  CLI::App app("Pretends to be a Universal Robots controller");
+  CommandLine app("fake_ur_controller", "Pretends to be a Universal Robots controller");
   app.add_option("--address", settings.address, "IPv4 address to listen at")->capture_default_str();
   app.add_option("--rtde-port", settings.rtde_port, "0: any")->capture_default_str();
   app.add_option("--script-port", settings.script_port, "0: any")->capture_default_str();
@@ -29,7 +29,9 @@ int main(int argc, char** argv) {
   app.add_option("--unplug-ms", unplug_ms, "Pull the cable for so long ...");
   app.add_option("--every", every, "... every so many seconds");
   app.add_option("--lag", lag, "Send everything so many cycles late");
-  CLI11_PARSE(app, argc, argv);
+  const Result<bool> parsed = app.parse(argc, argv);
+  if (!parsed) std::cerr << parsed.error().message << "\n";
+  if (!parsed || !*parsed) return parsed ? 0 : 2;
   if (cb3) settings.version = {3, 15, 8, 106339};
 
   sigset_t ends;

@@ -6,9 +6,9 @@
 #include <sched.h>
 #include <signal.h>
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "app/command_line.hpp"
 #include "config/robot_file.hpp"
 
 int main(int argc, char** argv) {
@@ -19,15 +19,13 @@ int main(int argc, char** argv) {
   int unplug_ms = 0, lag = 0;
   double every = 0.0;
   bool in_order = false;
-  CLI::App app("Pretends to be a ROS 2 machine with a joint trajectory controller");
+  CommandLine app("reference_controller", "Pretends to be a ROS 2 machine with a joint trajectory controller");
   app.add_option("--domain", settings.domain, "Of ROS 2; -1: ROS_DOMAIN_ID, else 0")->capture_default_str();
   app.add_option("--controller", settings.controller, "Its node")->capture_default_str();
   app.add_option("--joint-states", settings.joint_states, "Topic")->capture_default_str();
   app.add_option("--prefix", settings.prefix, "Of the joints' names");
   app.add_option("--robot", robot, "Its arm")->capture_default_str();
-  app.add_option("--rate", settings.rate_hz, "Of its cycles, Hz")
-      ->capture_default_str()
-      ->check(CLI::Range(20.0, 500.0));
+  app.add_option("--rate", settings.rate_hz, "Of its cycles, Hz")->capture_default_str()->within(20.0, 500.0);
   app.add_flag("--in-order", in_order, "Joint states name the joints from the base on; else the other way round");
   app.add_option("--unplug-ms", unplug_ms, "Lose everything for so long ...");
   app.add_option("--every", every, "... every so many seconds");
@@ -36,7 +34,9 @@ int main(int argc, char** argv) {
   app.add_flag("--interpolate-from-desired-state", parameters.interpolate_from_desired_state, "Parameter of that name");
   app.add_flag("--allow-trajectory-replacement", parameters.allow_trajectory_replacement, "Parameter of that name");
   app.add_option("--trajectory-tolerance", parameters.trajectory, "On the way, rad; 0: any");
-  CLI11_PARSE(app, argc, argv);
+  const Result<bool> parsed = app.parse(argc, argv);
+  if (!parsed) std::cerr << parsed.error().message << "\n";
+  if (!parsed || !*parsed) return parsed ? 0 : 2;
   settings.permuted = !in_order;
 
   sigset_t ends;
