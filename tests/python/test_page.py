@@ -16,7 +16,8 @@ FIREFOX = shutil.which("firefox-esr") if shutil.which("Xvfb") else None
 
 @pytest.mark.parametrize("browser", [
     pytest.param(CHROMIUM, id="chromium", marks=pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")),
-    pytest.param(FIREFOX, id="firefox", marks=pytest.mark.skipif(FIREFOX is None, reason="no firefox-esr with Xvfb on this machine")),
+    pytest.param(FIREFOX, id="firefox", marks=[
+        pytest.mark.long, pytest.mark.skipif(FIREFOX is None, reason="no firefox-esr with Xvfb on this machine")]),
 ])
 def test_page_in_a_browser(browser):
     environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser}
