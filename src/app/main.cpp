@@ -25,7 +25,7 @@ constexpr const char* kExamples =
     "  ./steadyhand describe my_arm.urdf --pretty\n"
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
     "  ./steadyhand bench                         our solver beside its peers\n"
-    "  ./steadyhand test                          every test\n"
+    "  ./steadyhand test [--long]                 the tests; --long: every test\n"
     "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
     "Exit codes: 0 done; 1 check: not fit; 2 bad input, with the reason on stderr.";
 
