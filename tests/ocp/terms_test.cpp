@@ -8,7 +8,7 @@
 namespace steadyhand {
 namespace {
 
-constexpr double kStep = 1e-5;
+constexpr double kDifference = 1e-5;
 
 /// An Evaluation of two intervals whose middle node can be moved along z = [q; dq; u].
 struct Fixture {
@@ -65,14 +65,14 @@ struct Fixture {
     const double scale = 1.0 + std::abs(value()) + H.norm();
     for (int i = 0; i < z.size(); ++i) {
       Eigen::VectorXd at = z;
-      at[i] = z[i] + kStep;
+      at[i] = z[i] + kDifference;
       move(at);
       const double value_plus = value();
       const NodeGradient g_plus = gradient();
-      at[i] = z[i] - kStep;
+      at[i] = z[i] - kDifference;
       move(at);
-      EXPECT_NEAR(g[i], (value_plus - value()) / (2.0 * kStep), 1e-6 * scale) << "entry " << i;
-      EXPECT_LT((H.col(i) - (g_plus - gradient()) / (2.0 * kStep)).norm(), 1e-6 * scale) << "column " << i;
+      EXPECT_NEAR(g[i], (value_plus - value()) / (2.0 * kDifference), 1e-6 * scale) << "entry " << i;
+      EXPECT_LT((H.col(i) - (g_plus - gradient()) / (2.0 * kDifference)).norm(), 1e-6 * scale) << "column " << i;
     }
   }
 
