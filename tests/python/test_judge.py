@@ -76,10 +76,10 @@ class Sheet:
     def recorded(self):
         return RecordedSession(self.messages(), {"robot": {"json": json.dumps(ROBOT)}}, [(self.t[0], self.t[-1])])
 
-    def rules(self):
+    def rules(self, unrecorded=0):
         """Those that are broken."""
         looks = [dict(t=self.t[i], kind="look", now_s=BEGIN + self.t[i], q=self.state_q[i].tolist(), dq=self.state_dq[i].tolist(),
-                      cycles=int(self.kept[:i + 1].sum())) for i in range(400, 4000, 50) if self.kept[i]]
+                      cycles=int(self.kept[:i + 1].sum()) + unrecorded) for i in range(400, 4000, 50) if self.kept[i]]
         log = [dict(e, t=e["t"] + BEGIN, **({"until": e["until"] + BEGIN} if "until" in e else {})) for e in copy.deepcopy(self.log) + looks]
         log = SessionLog(log)
         found = judge(self.recorded(), log)
@@ -118,6 +118,12 @@ def test_a_file_reads_as_what_was_written_also_when_it_is_cut_short(sheet, tmp_p
     assert cut.robot == ROBOT and 100 < len(cut.commands) < len(written.commands)
 
 
+def test_a_recording_that_began_late_is_set_beside_the_log(sheet):
+    sheet.state_q += 1e-4 * sheet.t[:, None]  # creeps, so that each look is found again
+    sheet.state_dq += 1e-4
+    assert sheet.rules(unrecorded=700) == set()
+
+
 def beyond_position(s):
     s.push(1.0, 3.0, 0, 0.9)
 
@@ -136,6 +142,10 @@ def a_step_between_commands(s):
 
 def a_small_step_between_commands(s):
     s.q[1000, 1] += 0.0008  # 0.4 m/s on top: only the second difference is too large
+
+
+def a_speed_told_that_bends(s):
+    s.dq[1000, 1] += 0.05
 
 
 def acceleration(s):
@@ -266,7 +276,7 @@ def says_too_little(s):
 @pytest.mark.parametrize("doctor, rule", [
     (beyond_position, "command position"), (beyond_speed, "command speed"), (told_speed_only, "command speed"),
     (a_step_between_commands, "command speed"), (a_small_step_between_commands, "command acceleration"),
-    (acceleration, "command acceleration"), (acceleration_told, "command acceleration"), (a_gap_made_up_for, "command step"),
+    (a_speed_told_that_bends, "command acceleration"), (acceleration, "command acceleration"), (acceleration_told, "command acceleration"), (a_gap_made_up_for, "command step"),
     (not_a_number, "command position"), (measured_position, "measured position"), (measured_speed, "measured speed"),
     (measured_speed_by_positions, "measured speed"), (measured_acceleration, "measured acceleration"),
     (measured_acceleration_by_positions, "measured acceleration"), (spheres, "command spheres"), (spheres, "measured spheres"),
@@ -282,9 +292,11 @@ def test_each_rule_finds_what_it_is_for(sheet, doctor, rule):
     assert rule in sheet.rules()
 
 
-def moves_with_the_hand_in_a_pause(s):
+def a_stop_in_a_pause(s):
     """What was sent while the program was stopped counts from when it could be heard."""
-    s.log.append(dict(t=4.0, kind="pause", until=4.3))
+    s.log.append(dict(t=4.98, kind="pause", until=5.28))
+    s.kept[(s.t > 4.98) & (s.t < 5.28)] = False
+    s.changes[3] = (5.288, "ready", "stopping")
 
 
 def stop_then_reset(s):
@@ -295,7 +307,7 @@ def reset_of_another_within_the_race(s):
     s.request(6.0005, "stop", "x")  # on another socket: nobody knows which came first
 
 
-@pytest.mark.parametrize("doctor", [moves_with_the_hand_in_a_pause, stop_then_reset, reset_of_another_within_the_race])
+@pytest.mark.parametrize("doctor", [a_stop_in_a_pause, stop_then_reset, reset_of_another_within_the_race])
 def test_what_is_allowed_breaks_nothing(sheet, doctor):
     doctor(sheet)
     assert sheet.rules() == set()
