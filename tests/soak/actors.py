@@ -76,7 +76,7 @@ def operator(world, random):
         stays = time.monotonic() + random.uniform(4.0, 25.0)
         while not client.gone and time.monotonic() < stays:
             if not client.holds:
-                client.send(type="take")
+                client.send(type=random.choice(("take", "take", "ask")))
                 yield 0.2
                 if not client.holds:
                     yield random.uniform(0.2, 2.0)
@@ -109,7 +109,7 @@ def drive(world, random, client):
 def interlude(world, random, client, hand, rate):
     """Something else while the clutch is closed."""
     kind = random.choice(("stop", "bursts", "setting", "setting", "stall", "clock", "untracked", "emulated", "playback", "reset",
-                          "give", "silence", "take"))
+                          "give", "silence", "take", "answer"))
     world.count(kind)
     if kind in REQUESTS:
         request(client, kind)
@@ -141,6 +141,8 @@ def interlude(world, random, client, hand, rate):
         yield random.choice((0.05, 0.11, 0.3, 1.0))
     elif kind == "take":
         client.send(type="take")
+    elif kind == "answer":  # to who may have asked for the lease
+        client.send(type="answer", grant=random.random() < 0.5)
 
 
 def farewell(random, client):
@@ -320,6 +322,9 @@ def saboteur(world, random):
         elif world.may_block_output:
             world.count("blocked stdout")
             world.program.deaf = True
+            for client in world.holders():
+                for _ in range(80):  # what is refused is told on the terminal: the pipe is full
+                    request(client, "rate", value=1e5)
             yield random.uniform(2.0, 10.0)
             world.program.deaf = False
 

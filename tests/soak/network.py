@@ -72,8 +72,8 @@ class FaultyClient(Client):
             self.log("request", client=self.name, request=message["kind"], text=message.get("text"), value=message.get("value"))
         elif kind == "pair":
             self.pairs = True
-        elif kind in ("take", "release"):
-            self.log("take" if kind == "take" else "give", client=self.name, paired=self.pairs)
+        elif kind in ("take", "ask", "release"):
+            self.log("give" if kind == "release" else "take", client=self.name, paired=self.pairs)
 
     def raw(self, data):
         """Bytes that are no message of ours."""

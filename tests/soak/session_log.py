@@ -4,7 +4,7 @@
 |---|---|
 | sample | client, clutch: written to its socket at t |
 | request | client, request, text, value |
-| take, give, gone | client, paired: asks for the lease, gives it back, closed its connection or was cut off |
+| take, give, gone | client, paired: takes or asks for the lease, gives it back, closed its connection or was cut off |
 | lease | client: was told that it holds the lease; holder: number of who does, as anybody was told |
 | pause | until: the program was stopped (SIGSTOP) from t on |
 | look | now_s, state, q, dq, command, command_dq: a live state as a watcher got it |
