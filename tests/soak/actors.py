@@ -2,6 +2,8 @@
 one thing after the other and yields how long it waits before the next, in s."""
 
 import json
+import re
+import socket
 import time
 
 import hands
@@ -10,7 +12,8 @@ from network import frame
 REQUESTS = ("stop", "reset")
 PROFILES = ("tracking", "anti-slosh", "waiter")
 RECORDINGS = ("carrying", "events-demo-recording", "mouse-demo-recording", "physics-demo-laser")
-SERVED_WITHIN = 5.0  # s
+SERVED_WITHIN = CUT_OFF_WITHIN = 5.0  # s
+FLOOD = 20000  # messages: eight times what is too much
 
 
 def samples(client, hand, seconds, clutch, rate, **members):
@@ -273,29 +276,29 @@ def deaf_one(world, random):
 
 
 def flooder(world, random):
-    client = world.connect("attacker", random)
-    if client is None:
-        return
-    many = 200 * frame(b'{"type":"ping","t_s":1}')
-    end = time.monotonic() + random.uniform(0.5, 2.0)
-    while time.monotonic() < end and not client.gone:
-        if not client.unsent:
-            client.raw(many)
-        yield 0.002
-    client.leave()
+    yield from flood(world, random, frame(b'{"type":"ping","t_s":1}'))
 
 
 def pinger(world, random):
     """Control frames and empty continuations."""
+    kinds = (frame(b"x" * 125, opcode=9), frame(b"x", opcode=10), frame(b"", opcode=0, final=False))
+    yield from flood(world, random, random.choice(kinds))
+
+
+def flood(world, random, one):
+    """As fast as the program takes it: who does that is cut off."""
     client = world.connect("attacker", random)
     if client is None:
         return
-    many = 200 * random.choice((frame(b"x" * 125, opcode=9), frame(b"x", opcode=10), frame(b"", opcode=0, final=False)))
-    end = time.monotonic() + random.uniform(0.5, 2.0)
+    many, written = 200 * one, 0
+    end = time.monotonic() + random.choice((0.5, 1.0, CUT_OFF_WITHIN))
     while time.monotonic() < end and not client.gone:
         if not client.unsent:
             client.raw(many)
+            written += 200
         yield 0.002
+    if not client.gone and written > FLOOD:
+        world.log("failed", what=f"who sent {written} messages in {CUT_OFF_WITHIN:.0f} s was not cut off")
     client.leave()
 
 
@@ -348,3 +351,37 @@ def newcomer(world, random):
             yield 0.3
         if client is not None:
             client.leave()
+
+
+def reader(world, random):
+    """Looks at recorded sessions, which takes the program's time and memory."""
+    while True:
+        yield random.uniform(2.0, 15.0)
+        world.count("reports read")
+        listed = yield from fetch(world, "/sessions")
+        names = re.findall(rb'"name":"([^"]+)"', listed)
+        if names:
+            yield from fetch(world, f"/sessions/{random.choice(names).decode()}/{random.choice(('motion', 'report.html'))}")
+
+
+def fetch(world, path, seconds=10.0):
+    """What GET answers, as far as it comes in time."""
+    answer, end = b"", time.monotonic() + seconds
+    try:
+        connection = socket.create_connection(("127.0.0.1", world.program.port), timeout=1.0)
+        connection.setblocking(False)
+        connection.send(f"GET {path} HTTP/1.1\r\nHost: localhost:{world.program.port}\r\nConnection: close\r\n\r\n".encode())
+    except OSError:
+        return answer
+    with connection:
+        while time.monotonic() < end:
+            try:
+                more = connection.recv(1 << 20)
+                if not more:
+                    break
+                answer += more
+            except BlockingIOError:
+                yield 0.02
+            except OSError:
+                break
+    return answer

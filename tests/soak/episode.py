@@ -12,7 +12,8 @@ from program import Program
 
 CAST = {"operator": (actors.operator, (1, 1, 2)), "watcher": (actors.watcher, (1, 2)), "helper": (actors.helper, (1,)),
         "newcomer": (actors.newcomer, (1,)), "attacker": (actors.attacker, (0, 0, 1, 2)), "saboteur": (actors.saboteur, (0, 1, 1)),
-        "brawler": (actors.brawler, (0, 1, 1))}
+        "brawler": (actors.brawler, (0, 1, 1)), "reader": (actors.reader, (0, 0, 1))}
+MEMORY = 250.0  # MiB, at most
 ENDS = ("told", "told", "told twice", "terminated", "killed")
 
 
@@ -99,6 +100,9 @@ class World:
             if now - looked > 1.0:
                 looked = now
                 self.most_memory = max(self.most_memory, self.program.memory_mib())
+                if self.most_memory > MEMORY and not self.counts["too much memory"]:
+                    self.count("too much memory")
+                    self.log("failed", what=f"the program takes {self.most_memory:.0f} MiB")
             wait = min(entry[0] for entry in queue) - time.monotonic()
             if wait > 0.0:
                 sockets = [c.socket for c in self.clients if not c.gone and not c.deaf]
