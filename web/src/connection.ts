@@ -26,7 +26,9 @@ export function browserSurroundings(): Surroundings {
   };
 }
 
-const PING_EVERY = 0.5;
+const PING_EVERY = 0.5; // s
+/** s without a word after which a connection is given up: one whose far end is gone would wait for TCP, minutes perhaps. */
+export const SILENT = 3;
 const RETRY = [0.25, 0.5, 1, 2]; // s
 
 /** One client's end of the WebSocket: greets, pairs, pings, and connects again when the connection is lost. */
@@ -37,7 +39,8 @@ export class Connection {
   bytesReceived = 0;
   #socket: WebSocket | null = null;
   #attempts = 0;
-  #pingTimer = 0;
+  #timer = 0;
+  #heard = 0;
   #echo = -1;
   #echoAt = 0;
 
@@ -51,11 +54,13 @@ export class Connection {
   start(): void {
     const socket = this.around.open();
     this.#socket = socket;
+    this.#heard = this.around.now();
     socket.onopen = () => {
       const token = this.around.readToken();
       this.send(token ? { type: 'hello', version: PROTOCOL_VERSION, token } : { type: 'hello', version: PROTOCOL_VERSION });
       this.#ping();
     };
+    this.#timer = this.around.after(PING_EVERY, () => this.#watch());
     socket.onmessage = (event) => this.#take(String(event.data));
     socket.onclose = () => this.#lost();
   }
@@ -75,6 +80,7 @@ export class Connection {
 
   #take(text: string): void {
     this.bytesReceived += text.length;
+    this.#heard = this.around.now();
     const message = decode(text);
     if (!message) return;
     if (message.type === 'welcome') {
@@ -100,11 +106,19 @@ export class Connection {
     this.send(this.#echo >= 0
       ? { type: 'ping', t_s: now, echo_s: this.#echo, held_s: Math.max(0, now - this.#echoAt) }
       : { type: 'ping', t_s: now });
-    this.#pingTimer = this.around.after(PING_EVERY, () => this.#ping());
+  }
+
+  #watch(): void {
+    if (this.around.now() - this.#heard > SILENT) return this.#lost();
+    this.#ping();
+    this.#timer = this.around.after(PING_EVERY, () => this.#watch());
   }
 
   #lost(): void {
-    this.around.cancel(this.#pingTimer);
+    this.around.cancel(this.#timer);
+    const socket = this.#socket!;
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    socket.close();
     this.#socket = null;
     this.#echo = -1;
     if (this.status === 'refused') return;

@@ -14,6 +14,8 @@ class FakeSocket {
   onopen: (() => void) | null = null;
   onmessage: ((event: { data: string }) => void) | null = null;
   onclose: (() => void) | null = null;
+  closed = false;
+  close(): void { this.closed = true; }
   send(text: string): void { this.sent.push(JSON.parse(text) as ClientMessage); }
   says(message: object): void { this.onmessage?.({ data: JSON.stringify(message) }); }
 }
@@ -71,6 +73,28 @@ describe('connection', () => {
     }
     expect(around.sockets.length).toBe(7);
     expect(statuses).toEqual(['lost']);
+  });
+
+  it('gives up a connection that fell silent, also one that never opened, and listens to it no more', () => {
+    around.socket.says(server.welcome!);
+    around.pass(2.9);
+    expect(statuses).toEqual(['open']);
+    for (let i = 0; i < 8; ++i) around.pass(0.5);
+    expect(statuses).toEqual(['open', 'lost']);
+    expect(around.sockets[0]!.closed).toBe(true);
+    expect(around.sockets[0]!.onmessage).toBeNull();
+    expect(around.sockets.length).toBe(2);
+    for (let i = 0; i < 8; ++i) around.pass(0.5); // this one never opens
+    expect(around.sockets.length).toBe(3);
+    expect(statuses).toEqual(['open', 'lost']);
+  });
+
+  it('keeps a connection that says anything at all', () => {
+    for (let i = 0; i < 20; ++i) {
+      around.pass(0.5);
+      around.socket.says({ type: 'pong', t_s: around.time, now_s: 1 });
+    }
+    expect(around.sockets.length).toBe(1);
   });
 
   it('does not come back to a server of another version', () => {
