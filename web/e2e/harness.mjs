@@ -15,7 +15,7 @@ const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bi
 /** A stock Firefox is led by WebDriver BiDi: without a phone's touches, without another colour scheme, without a wire to listen to. */
 export const FIREFOX = basename(BROWSER ?? '').startsWith('firefox');
 export const picture = (name) => join(ARTEFACTS, `page_${FIREFOX ? 'firefox_' : ''}${name}.png`);
-export const PATIENCE = 180_000; // ms; far above what anything takes, so that a test ends
+export const PATIENCE = Number(process.env.STEADYHAND_PATIENCE ?? 180_000); // ms; far above what anything takes, so that a test ends
 
 export let browser, address;
 let program, sessions, newest, output, screen;
@@ -44,7 +44,9 @@ export async function startProgram(...more) {
   await stopProgram();
   newest = null;
   output = '';
-  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions, ...more]);
+  // Another page than the one in the program, while one works on it.
+  const page = process.env.STEADYHAND_WEB && !more.includes('--page') ? ['--page', process.env.STEADYHAND_WEB] : [];
+  program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions, ...page, ...more]);
   program.stdout.on('data', (data) => { output += data; });
   program.stderr.on('data', (data) => { output += data; });
   address = await until(newestAddress, 'the program to print its address');
@@ -171,13 +173,14 @@ export async function shot(of, name) {
   await of.screenshot({ path: picture(name), timeout: PATIENCE });
 }
 
-/** A cable to the program that can be pulled: addresses at its far end, and what cuts it. */
+/** A cable to the program that can be pulled, or swallow what goes through: addresses at its far end, and what does that to the connections that it has. */
 export async function cable() {
   const ends = new Set();
   const { hostname, port } = new URL(address);
   const server = createServer((near) => {
     const far = connect(Number(port), hostname);
     for (const [one, other] of [[near, far], [far, near]]) {
+      one.setNoDelay(true);
       ends.add(one);
       one.on('error', () => {}).on('close', () => { ends.delete(one); other.destroy(); });
       one.pipe(other);
@@ -187,6 +190,7 @@ export async function cable() {
   return {
     to: (url) => url.replace(`:${port}/`, `:${server.address().port}/`),
     cut: () => ends.forEach((end) => end.destroy()),
+    swallow: () => ends.forEach((end) => end.unpipe().resume()),
     remove: () => { server.close(); ends.forEach((end) => end.destroy()); },
   };
 }

@@ -2,6 +2,9 @@ import type { Connection } from './connection';
 import { handFor, normalize, type MutablePose } from './frames';
 import type { Pose, Quat, Vec3 } from './protocol';
 
+/** s for which letting go is said again and again: one that is lost or late must not leave the arm following. */
+const REPEATED = 0.3;
+
 const rest = (): MutablePose => ({ p: [0, 0, 1], q: [0, 0, 0, 1] });
 
 function copy(from: Pose, to: MutablePose): void {
@@ -11,25 +14,34 @@ function copy(from: Pose, to: MutablePose): void {
 
 /** The operator's hand as the server hears of it, whichever way in leads it. One at a time. */
 export class Hand {
-  clutch = false;
   /** s, from the newest input event to its sample's way out; for the budget in docs/page.md. */
   readonly delays: number[] = [];
   #source: string | null = null;
+  #clutch = false;
+  #gripped = -Infinity;
+  #released = -Infinity;
   #sequence = 0;
   readonly #pose = rest();
   readonly #origin = rest();
 
-  /** @param allowed whether the server would take samples now: until then the clutch counts as open */
+  /** @param allowed whether this hand may lead the arm now. A grip counts only if it was so from the grip's begin on */
   constructor(private readonly connection: Pick<Connection, 'send'>, private readonly now: () => number,
               private readonly allowed: () => boolean) {}
 
   get source(): string | null { return this.#source; }
+  /** Closed, as the server hears of it. */
+  get clutch(): boolean { return this.#clutch; }
+  /** s for which a way in has had it; 0: none has. */
+  get heldFor(): number { return this.#source === null ? 0 : this.now() - this.#gripped; }
 
-  /** A way in takes the hand; false while another one has it. */
+  /** A way in takes the hand, which was open until now; false while another one has it. */
   grab(source: string): boolean {
-    if (this.#source !== null && this.#source !== source) return false;
-    if (this.#source === null) copy(this.#pose, this.#origin);
+    if (this.#source !== null) return this.#source === source;
     this.#source = source;
+    this.#gripped = this.now();
+    copy(this.#pose, this.#origin);
+    this.#clutch = this.allowed();
+    if (this.#clutch) this.#sample(false, true, false);
     return true;
   }
 
@@ -37,35 +49,41 @@ export class Hand {
   release(source: string): void {
     if (this.#source !== source) return;
     this.#source = null;
-    if (this.clutch) this.#send(false, true, false);
+    if (!this.#clutch) return;
+    this.#clutch = false;
+    this.#released = this.now();
+    this.#sample(false, true, false);
+  }
+
+  /** Whoever has it. */
+  letGo(): void { if (this.#source !== null) this.release(this.#source); }
+
+  /** 90 times a second. */
+  repeat(): void {
+    if (this.#source === null && this.now() - this.#released < REPEATED && this.allowed()) this.#sample(false, true, false);
   }
 
   /** Moves by as much from where it was grabbed, so that the tool moves by `shift` and turns by `spin` (base frame). */
   lead(source: string, shift: Vec3, spin: Quat, scale: number, yaw: number, eventTime?: number): void {
     if (this.#source !== source) return;
     handFor(this.#origin, shift, spin, scale, yaw, this.#pose);
-    this.#send(true, true, false, eventTime);
+    this.#close(true, false, eventTime);
   }
 
-  /** A device's own pose, in robot axes. */
-  report(source: string, pose: Pose | null, clutch: boolean, emulated: boolean): void {
+  /** A device's own pose, in robot axes; null: it knows none. @param lead s by which the device predicted it */
+  report(source: string, pose: Pose | null, emulated: boolean, _lead = 0): void {
     if (this.#source !== source) return;
     if (pose) {
       copy(pose, this.#pose);
       normalize(this.#pose.q, this.#pose.q);
     }
-    this.#send(clutch, pose !== null, emulated);
+    this.#close(pose !== null, emulated);
   }
 
-  #send(clutch: boolean, tracked: boolean, emulated: boolean, eventTime?: number): void {
-    if (!this.allowed()) {
-      this.clutch = false;
-      return;
-    }
-    // A grip counts only where the clutch was seen open before it closes.
-    if (clutch && !this.clutch) this.#sample(false, tracked, emulated);
-    this.#sample(clutch, tracked, emulated);
-    this.clutch = clutch;
+  #close(tracked: boolean, emulated: boolean, eventTime?: number): void {
+    this.#clutch &&= this.allowed();
+    if (!this.#clutch) return;
+    this.#sample(true, tracked, emulated);
     if (eventTime === undefined) return;
     this.delays.push(this.now() - eventTime);
     if (this.delays.length > 600) this.delays.shift();

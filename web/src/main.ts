@@ -3,6 +3,7 @@ import { browserSurroundings, Connection } from './connection';
 import { Hand } from './hand';
 import { Drag } from './input/drag';
 import { Gamepads, Keys } from './input/keys';
+import { listenForShortcuts } from './input/shortcuts';
 import { Headset } from './input/xr';
 import { element, Panel } from './panel';
 import { Plots } from './plots';
@@ -40,18 +41,22 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (robot) void stage.setRobot(robot, glass);
 }, (status) => {
   session.connectionBecame(status);
-  if (status !== 'open' && hand.source) hand.release(hand.source);
+  if (status !== 'open') hand.letGo();
 });
 
-const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement));
+const hand = new Hand(connection, now, () => session.yours && !session.past);
+const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
+  if (shown) hand.letGo();
+  session.past = shown;
+});
 let recorded: boolean | null = null;
-const hand = new Hand(connection, now, () => session.yours);
-const panel = new Panel(session, connection);
+const panel = new Panel(session, connection, hand);
 const wantLease = () => panel.takeOver();
 const stop = () => panel.stop();
 const drag = new Drag(stage, hand, session, wantLease, canvas);
-const keys = new Keys(hand, session, wantLease, stop);
-const gamepads = new Gamepads(hand, session, wantLease, stop);
+listenForShortcuts(stop, () => panel.reset());
+const keys = new Keys(hand, session, wantLease);
+const gamepads = new Gamepads(hand, session, wantLease, stop, now);
 const headset = new Headset(stage, hand, session, connection, wantLease, stop, () => void offerHeadset());
 
 async function offerHeadset(): Promise<void> {
@@ -66,11 +71,15 @@ async function offerHeadset(): Promise<void> {
 
 const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {
   if (headset.session) void headset.session.end();
-  else headset.enter(mode).catch((error: unknown) => { session.lastError = { code: 'unknown', message: String(error) }; });
+  else headset.enter(mode).then(() => { session.lastError = null; }, (error: unknown) => {
+    const why = error instanceof Error ? error.message : String(error);
+    session.lastError = { code: 'unknown', message: `The headset was not entered: ${why} Put it on, allow this page to use it, and try again.` };
+  });
 };
 element('enter-vr', HTMLButtonElement).onclick = enter('immersive-vr');
 element('enter-ar', HTMLButtonElement).onclick = enter('immersive-ar');
 element('emulate', HTMLButtonElement).onclick = () => void headset.emulate().then(offerHeadset);
+element('code', HTMLInputElement).oninput = () => { session.lastError = null; };
 
 const mode = element('mode', HTMLButtonElement);
 mode.onclick = () => {
@@ -96,7 +105,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   last = t;
   ++frames;
   headset.update(frame, t);
-  drag.show(!headset.session && !recordings.player && (session.mayDrive(t) || (session.paired && session.holder === 0 && !session.isStale(t))));
+  drag.show(!headset.session && !session.past && (session.mayDrive(t) || (!session.yours && session.mayTake && !session.isStale(t))));
   drag.follow();
   recordings.player?.advance(dt);
   if (recordings.player) stage.showPast(recordings.player.q());
@@ -124,6 +133,7 @@ setInterval(() => {
   keys.update(dt);
   gamepads.update(dt);
   drag.report();
+  hand.repeat();
   headset.repeat(t);
 }, 11);
 

@@ -1,6 +1,7 @@
 import type { Connection } from './connection';
 import { PROFILE_COLORS } from './plots';
 import type { Measure, RequestKind, WelcomeMessage } from './protocol';
+import type { Hand } from './hand';
 import type { Session } from './session';
 
 /** The element of index.html with this id. */
@@ -46,13 +47,9 @@ export class Panel {
   readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, 'mm');
   #profiles: HTMLInputElement[] = [];
 
-  constructor(private readonly session: Session, private readonly connection: Connection) {
+  constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('stop').onclick = () => this.stop();
     button('reset').onclick = () => this.reset();
-    addEventListener('keydown', (event) => {
-      const free = event.target === document.body || event.target instanceof HTMLCanvasElement;
-      if (event.key === 'Enter' && free) this.reset();
-    });
     button('lease').onclick = () => this.connection.send({ type: this.session.yours ? 'release' : 'take' });
     document.querySelector('#pairing')!.addEventListener('submit', (event) => {
       event.preventDefault();
@@ -78,22 +75,21 @@ export class Panel {
 
   stop(): void { this.ask('stop'); }
   reset(): void {
-    if (this.session.state?.state === 'stopping' || this.session.state?.state === 'fault') {
-      this.takeLease();
-      this.ask('reset');
-    }
+    if (!this.session.mayReset) return;
+    this.takeLease();
+    this.ask('reset');
   }
 
   /** If nobody has it; the server decides. */
   takeLease(): void {
-    if (!this.session.yours && this.session.paired && this.session.holder === 0) this.connection.send({ type: 'take' });
+    if (!this.session.yours && this.session.mayTake) this.connection.send({ type: 'take' });
   }
 
   /** The operator's own hand begins: the lease, and an end to the recording that leads the arm. */
   takeOver(): void {
-    const leasable = this.session.yours || (this.session.paired && this.session.holder === 0);
+    if (this.session.past) return;
     this.takeLease();
-    if (leasable && (this.session.state?.controls.playback ?? -1) >= 0) this.ask('playback', { text: '' });
+    if (this.session.mayTake && (this.session.state?.controls.playback ?? -1) >= 0) this.ask('playback', { text: '' });
   }
 
   ask(kind: RequestKind, more: { text?: string; value?: number } = {}): void {
@@ -139,30 +135,33 @@ export class Panel {
   draw(now: number): void {
     const { session } = this;
     const state = session.state;
-    const live = session.status === 'open' && !session.isStale(now);
+    const live = session.status === 'open' && !session.isStale(now), present = live && !session.past;
     document.body.dataset.state = session.status === 'open' ? (state?.state ?? 'none') : 'none';
     document.body.dataset.stale = String(!live);
     document.body.dataset.yours = String(session.yours);
-    write(element('state', HTMLElement), session.status === 'open' ? (live ? (state?.state ?? '') : 'no news') : session.status === 'connecting' ? 'connecting' : 'not connected');
-    write(element('reason', HTMLElement), live ? (state?.reason ?? '') : '');
-    write(element('advice', HTMLElement), session.advice(now));
-    const constraint = live ? session.constraint() : '';
+    write(element('state', HTMLElement), session.title(now));
+    write(element('reason', HTMLElement), present ? (state?.reason ?? '') : '');
+    write(element('advice', HTMLElement), session.advice(now, this.hand.heldFor));
+    const constraint = present ? session.constraint() : '';
     element('held', HTMLElement).hidden = !constraint;
     write(element('held', HTMLElement), constraint);
-    element('spill', HTMLElement).hidden = !state?.liquid.spilled;
+    element('spill', HTMLElement).hidden = session.past || !state?.liquid.spilled;
+    const refusal = element('refusal', HTMLElement);
+    refusal.hidden = !session.lastError;
+    write(refusal, session.lastError?.message ?? '');
     this.#latency.show(state?.latency_us.p50);
     this.#error.show(state?.tracking_error);
     this.#clearance.show(state?.clearance);
 
-    button('reset').hidden = !(state?.state === 'stopping' || state?.state === 'fault');
+    button('reset').hidden = !session.mayReset;
     button('stop').disabled = session.status !== 'open';
     const lease = button('lease');
     write(lease, session.yours ? 'Let others drive' : session.holder ? `Client ${session.holder} drives` : 'Drive');
     lease.disabled = !session.paired || (!session.yours && session.holder !== 0);
     lease.dataset.call = String(!session.yours && !lease.disabled);
     element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
-    const yours = session.yours && live;
-    element('playback', HTMLSelectElement).disabled = !session.paired || (session.holder !== 0 && !session.yours);
+    const yours = session.yours && present;
+    element('playback', HTMLSelectElement).disabled = session.past || !session.paired || (session.holder !== 0 && !session.yours);
     input('record').disabled = !yours;
     for (const choice of this.#profiles) choice.disabled = !yours;
     for (const slider of this.#sliders) {

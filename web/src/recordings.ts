@@ -72,7 +72,8 @@ export class Player {
 export class Recordings {
   player: Player | null = null;
 
-  constructor(private readonly list: HTMLElement, private readonly line: HTMLElement) {
+  /** @param onShown the past is on the screen from now on, or is not */
+  constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void) {
     this.#part('past-play', HTMLButtonElement).onclick = () => this.player?.toggle();
     this.#part('past-close', HTMLButtonElement).onclick = () => this.close();
     const range = this.#part('past-at', HTMLInputElement);
@@ -114,6 +115,7 @@ export class Recordings {
     }
     this.line.hidden = false;
     document.body.dataset.past = 'true';
+    this.onShown(true);
     this.#part('past-name', HTMLElement).textContent = name;
     this.#part('past-at', HTMLInputElement).max = String(this.player.duration);
     this.#part('past-play', HTMLButtonElement).focus();
@@ -123,6 +125,7 @@ export class Recordings {
     this.player = null;
     this.line.hidden = true;
     delete document.body.dataset.past;
+    this.onShown(false);
   }
 
   /** A few times a second. */

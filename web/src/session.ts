@@ -4,7 +4,20 @@ import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './pro
 /** s without a state after which the page greys out. */
 export const STALE_AFTER = 0.5;
 
-const TAKE_OVER = 'A recording leads the arm. Drag the target, or hold a key, to take over.';
+/** s in which a grip is heard and answered. */
+const HEARD_AFTER = 0.4;
+
+/** How the operator does what the page advises. */
+export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
+
+export const ON_PAGE: Means = {
+  lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the target, or hold a key, to take over.',
+  pair: 'To drive, enter the code from the terminal.', again: 'Let go, and take hold again.', reset: 'press “Reset”',
+};
+export const IN_HEADSET: Means = {
+  lead: 'Squeeze the grip to lead the arm.', takeOver: 'Squeeze the grip to take over.',
+  pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again.', reset: 'press the thumbstick to reset',
+};
 
 /** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */
 export class Session {
@@ -14,6 +27,9 @@ export class Session {
   paired = false;
   holder = 0;
   yours = false;
+  /** A recording of the past is on the screen in place of the arm: nothing that the operator does may move the arm, but Stop. */
+  past = false;
+  /** What was refused last, until something is granted or tried anew. */
   lastError: { code: Refusal; message: string } | null = null;
   statesReceived = 0;
   #stateAt = -Infinity;
@@ -35,7 +51,10 @@ export class Session {
         this.#stateAt = now;
         ++this.statesReceived;
         break;
-      case 'paired': this.paired = true; break;
+      case 'paired':
+        this.paired = true;
+        this.lastError = null;
+        break;
       case 'lease':
         this.holder = message.holder;
         this.yours = message.yours;
@@ -48,31 +67,46 @@ export class Session {
 
   isStale(now: number): boolean { return now - this.#stateAt > STALE_AFTER; }
 
+  /** Whether this client has the lease, or would get it. */
+  get mayTake(): boolean { return this.yours || (this.paired && this.holder === 0); }
+
   /** Whether a way in would move the arm now. */
   mayDrive(now: number): boolean {
     const state = this.state?.state;
-    return this.yours && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
+    return this.yours && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
   }
 
-  /** What the operator may do now, in a sentence. */
-  advice(now: number): string {
+  get mayReset(): boolean { return !this.past && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
+
+  /** What the arm does, in a word or two. */
+  title(now: number): string {
+    if (this.status === 'connecting') return 'connecting';
+    if (this.status !== 'open') return 'not connected';
+    if (this.isStale(now)) return 'no news';
+    return this.past ? 'recording' : (this.state?.state ?? '');
+  }
+
+  /** What the operator may do now, in a sentence. @param heldFor s for which a way in has had the hand */
+  advice(now: number, heldFor = 0, means = ON_PAGE): string {
     if (this.status === 'refused') return this.lastError?.message ?? 'This page is of another version: reload it.';
-    if (this.status !== 'open') return 'Not connected. Nothing moves. Trying again…';
-    if (this.isStale(now)) return 'No news from the arm. What you see is old.';
-    if (!this.paired) return 'You are watching. To drive, enter the code from the terminal.';
+    if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
+    if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
+    if (this.past) return `You see a recording. The arm itself is ${this.state?.state ?? 'elsewhere'}; only Stop acts on it.`;
+    if (!this.paired) return `You are watching. ${means.pair}`;
     if (!this.yours && this.holder) return `Client ${this.holder} drives. You are watching; you may stop the arm.`;
-    const plays = (this.state?.controls.playback ?? -1) >= 0;
+    const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A recording leads the arm. ${means.takeOver}`;
     switch (this.state?.state) {
       case 'idle': return 'The arm does not follow yet.';
       case 'ready':
-        if (plays) return TAKE_OVER;
-        return this.yours ? 'Drag the glass, or hold a key, to lead the arm.' : 'Nobody drives. Press “Drive”, or drag the target.';
+        if (plays) return takeOver;
+        if (this.yours && heldFor > HEARD_AFTER) return `You have the arm now. ${means.again}`;
+        return this.yours ? means.lead : `Nobody drives. ${means.lead}`;
       case 'engaged':
-        if (plays) return TAKE_OVER;
+        if (plays) return takeOver;
         return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';
-      case 'holding': return plays ? TAKE_OVER : 'The arm holds. Let go and take it again.';
-      case 'stopping': return 'Stopped. Press “Reset” to go on.';
-      case 'fault': return 'Fault. Look at the arm, then press “Reset”.';
+      case 'holding': return plays ? takeOver : `The arm holds. ${means.again}`;
+      case 'stopping': return `Stopped: ${means.reset}.`;
+      case 'fault': return `Fault. Look at the arm, then ${means.reset}.`;
       default: return '';
     }
   }

@@ -122,52 +122,94 @@ describe('connection', () => {
 });
 
 describe('hand', () => {
-  let sent: Extract<ClientMessage, { type: 'sample' }>[], hand: Hand, allowed: boolean;
+  let sent: Extract<ClientMessage, { type: 'sample' }>[], hand: Hand, allowed: boolean, time: number;
+  const still = [[0, 0, 0], [0, 0, 0, 1], 1, 0] as const;
+  const clutches = () => sent.map((sample) => sample.clutch);
   beforeEach(() => {
     sent = [];
-    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(structuredClone(message)); return true; } }, () => 5, () => allowed);
+    time = 5;
+    hand = new Hand({ send: (message) => { if (message.type === 'sample') sent.push(structuredClone(message)); return true; } }, () => time, () => allowed);
     allowed = true;
   });
 
   it('belongs to one way in at a time', () => {
     expect(hand.grab('drag')).toBe(true);
     expect(hand.grab('keys')).toBe(false);
+    const before = sent.length;
     hand.lead('keys', [1, 0, 0], [0, 0, 0, 1], 1, 0);
-    expect(sent).toEqual([]);
     hand.release('keys');
+    expect(sent.length).toBe(before);
     expect(hand.source).toBe('drag');
+    hand.letGo();
+    expect(hand.source).toBeNull();
   });
 
-  it('opens the clutch when it lets go, and goes on from where it was', () => {
+  it('says that it was open before it closes, opens when it lets go, and goes on from where it was', () => {
     hand.grab('drag');
     hand.lead('drag', [0.2, 0, 0], [0, 0, 0, 1], 0.5, 0);
     hand.release('drag');
-    expect(sent.map((s) => s.clutch)).toEqual([false, true, false]);
+    expect(clutches()).toEqual([false, true, false]);
     expect(sent[1]!.p[0]).toBeCloseTo(0.4);
     hand.grab('keys');
     hand.lead('keys', [0, 0, 0], [0, 0, 0, 1], 0.5, 0);
-    expect(sent[3]!.p).toEqual(sent[2]!.p);
+    expect(sent[4]!.p).toEqual(sent[2]!.p);
     expect(sent.map((s) => s.sequence)).toEqual([1, 2, 3, 4, 5]);
   });
 
-  it('waits with its grip for the lease, and opens the clutch before it closes it', () => {
+  it('says again and again that it let go, for a while, and not into the next grip', () => {
+    hand.grab('drag');
+    hand.lead('drag', ...still);
+    hand.release('drag');
+    for (let i = 0; i < 100; ++i) {
+      time += 0.011;
+      hand.repeat();
+    }
+    const repeated = sent.length - 3;
+    expect(repeated).toBeGreaterThan(20);
+    expect(repeated).toBeLessThan(30);
+    expect(clutches().slice(2).some(Boolean)).toBe(false);
+    hand.grab('keys');
+    hand.lead('keys', ...still);
+    hand.release('keys');
+    hand.grab('keys');
+    const before = sent.length;
+    hand.repeat();
+    expect(sent.length).toBe(before);
+  });
+
+  it('never makes up an open clutch: a grip from before it was allowed leads nothing, however long it lasts', () => {
     allowed = false;
     hand.grab('drag');
     hand.lead('drag', [0.1, 0, 0], [0, 0, 0, 1], 1, 0);
-    expect(sent).toEqual([]);
     allowed = true;
     hand.lead('drag', [0.2, 0, 0], [0, 0, 0, 1], 1, 0);
-    hand.lead('drag', [0.3, 0, 0], [0, 0, 0, 1], 1, 0);
-    expect(sent.map((s) => s.clutch)).toEqual([false, true, true]);
+    time += 0.5;
+    expect(hand.heldFor).toBeCloseTo(0.5);
+    hand.release('drag');
+    expect(sent).toEqual([]);
+    hand.grab('drag');
+    hand.lead('drag', ...still);
+    expect(clutches()).toEqual([false, true]);
+  });
+
+  it('never goes on with a grip during which it was not allowed', () => {
+    hand.grab('keys');
+    hand.lead('keys', ...still);
+    allowed = false;
+    hand.lead('keys', ...still);
+    allowed = true;
+    hand.lead('keys', ...still);
+    expect(clutches()).toEqual([false, true]);
+    expect(hand.clutch).toBe(false);
   });
 
   it('says when a device has lost its pose, and keeps the last one', () => {
     hand.grab('headset');
-    hand.report('headset', { p: [1, 2, 3], q: [0, 0, 0, 2] }, true, false);
-    hand.report('headset', null, true, false);
-    expect(sent.map((s) => s.tracked)).toEqual([true, true, false]);
+    hand.report('headset', { p: [1, 2, 3], q: [0, 0, 0, 2] }, true);
+    hand.report('headset', null, false);
+    expect(sent.map((s) => [s.clutch, s.tracked, s.emulated])).toEqual([[false, true, false], [true, true, true], [true, false, false]]);
     expect(sent[2]!.p).toEqual([1, 2, 3]);
-    expect(sent[0]!.q).toEqual([0, 0, 0, 1]);
+    expect(sent[1]!.q).toEqual([0, 0, 0, 1]);
   });
 });
 
@@ -204,13 +246,42 @@ describe('session', () => {
     expect(advice('stopping', -1, nobody)).toContain('Reset');
   });
 
+  it('tells whose grip came before the lease to let go', () => {
+    const session = new Session();
+    session.connectionBecame('open');
+    for (const message of [server.paired!, server.lease!, { ...(server.state as object), state: 'ready', controls: { playback: -1 } }]) session.take(message as ServerMessage, 1);
+    expect(session.advice(1, 0.1)).toContain('Drag the glass');
+    expect(session.advice(1, 1)).toContain('Let go');
+  });
+
+  it('shows the past alone: nobody drives, nothing resets, and the words say so', () => {
+    const session = new Session();
+    session.connectionBecame('open');
+    for (const message of [server.paired!, server.lease!, { ...(server.state as object), state: 'stopping' }]) session.take(message as ServerMessage, 1);
+    expect([session.mayReset, session.title(1)]).toEqual([true, 'stopping']);
+    session.past = true;
+    session.take({ ...(server.state as object), state: 'ready' } as ServerMessage, 1);
+    expect([session.mayReset, session.mayDrive(1), session.title(1)]).toEqual([false, false, 'recording']);
+    expect(session.advice(1)).toContain('only Stop');
+    session.past = false;
+    expect(session.mayDrive(1)).toBe(true);
+  });
+
+  it('says what was refused, until something is granted', () => {
+    const session = new Session();
+    session.take({ type: 'error', code: 'code', message: 'wrong' }, 1);
+    expect(session.lastError?.message).toBe('wrong');
+    session.take(server.paired!, 1);
+    expect(session.lastError).toBeNull();
+  });
+
   it('forgets the lease with the connection', () => {
     const session = new Session();
     session.connectionBecame('open');
     session.take(server.lease!, 1);
     session.connectionBecame('lost');
     expect(session.yours).toBe(false);
-    expect(session.advice(1)).toContain('Nothing moves');
+    expect(session.advice(1)).toContain('it may move'); // others may lead it
   });
 
   it('says what holds the arm back by name', () => {

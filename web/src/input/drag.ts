@@ -49,6 +49,8 @@ export class Drag {
   setMode(mode: 'translate' | 'rotate'): void { this.controls.setMode(mode); }
 
   show(shown: boolean): void {
+    // Handles that are switched off in a drag would never hear of its end.
+    if (!shown) this.controls.dragging = false;
     this.controls.getHelper().visible = shown;
     this.controls.enabled = shown;
   }
@@ -82,7 +84,7 @@ export class Drag {
     this.stage.view.orbit.enabled = !held;
     if (held) {
       this.wantLease();
-      if (!this.hand.grab('drag')) return;
+      this.hand.grab('drag');
       this.#holding = true;
       this.#start.copy(this.#proxy.position);
       this.#startTurn.copy(this.#proxy.quaternion);

@@ -1,6 +1,7 @@
 import type { Hand } from '../hand';
 import { multiply, normalize, rotation, type MutableQuat, type MutableVec3 } from '../frames';
 import type { Session } from '../session';
+import { isTyped } from './shortcuts';
 
 const SPEED = 0.25; // m/s
 const TURN = 0.8;   // rad/s
@@ -11,14 +12,14 @@ const KEYS: Readonly<Record<string, readonly [number, number]>> = {
   KeyJ: [5, 1], KeyL: [5, -1], KeyI: [4, 1], KeyK: [4, -1], KeyU: [3, 1], KeyO: [3, -1],
 };
 
-/** Rates along and about the axes: from keys or a gamepad. The hand moves while any is not zero, and is let go when all are. */
+/** Rates along and about the axes, from keys or a gamepad, while they hold the hand. */
 abstract class RateInput {
   protected readonly rates = new Float64Array(6);
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
   readonly #axis: MutableVec3 = [0, 0, 0];
   readonly #step: MutableQuat = [0, 0, 0, 1];
-  #active = false;
+  #held = false;
 
   constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
               private readonly wantLease: () => void) {}
@@ -27,14 +28,14 @@ abstract class RateInput {
   protected advance(dt: number, held: boolean, eventTime?: number): void {
     const controls = this.session.state?.controls;
     if (!held || !controls) {
-      if (this.#active) this.hand.release(this.name);
-      this.#active = false;
-      return;
+      this.#held = false;
+      return this.hand.release(this.name);
     }
-    if (!this.#active) {
+    if (!this.#held) {
+      // If another way in has the hand, this grip is lost on it, also when it lets go.
+      this.#held = true;
       this.wantLease();
-      if (!this.hand.grab(this.name)) return;
-      this.#active = true;
+      this.hand.grab(this.name);
       this.#shift.fill(0);
       this.#spin.fill(0);
       this.#spin[3] = 1;
@@ -56,15 +57,12 @@ export class Keys extends RateInput {
     this.rates[key[0]]! += key[1];
   };
 
-  constructor(hand: Hand, session: Session, wantLease: () => void, onStop: () => void) {
+  constructor(hand: Hand, session: Session, wantLease: () => void) {
     super('keys', hand, session, wantLease);
     addEventListener('keydown', (event) => {
-      if (event.code === 'Escape' || (event.code === 'Space' && !(event.target instanceof HTMLButtonElement))) {
-        event.preventDefault();
-        return onStop();
-      }
-      if (event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement) return;
-      if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || !(event.code in KEYS)) return;
+      if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
+      event.preventDefault(); // a list that has the focus would look for a name that begins with this letter
+      if (event.repeat) return;
       this.#down.add(event.code);
       this.update(0, event.timeStamp / 1000);
     });
@@ -82,25 +80,28 @@ export class Keys extends RateInput {
   }
 }
 
-/** Right bumper held engages; left stick moves, right stick lifts and turns, button B stops. */
+/** s without a new timestamp after which a gamepad counts as silent: browsers go on showing what they heard last of one that is gone. */
+const SILENT = 0.5;
+const STOP = 1, GRIP = 5;
+
+/** Right bumper held engages; left stick moves, right stick lifts and turns, button B of any gamepad stops. */
 export class Gamepads extends RateInput {
-  #stopHeld = false;
+  readonly #stopHeld: boolean[] = [];
+  /** The gamepad that leads, by its place in the browser's list. */
+  #leads = -1;
+  /** Its bumper was seen open since it was silent last. */
+  #opened = false;
+  #timestamp = 0;
+  #heard = -Infinity;
   #plugged = false;
 
-  constructor(hand: Hand, session: Session, wantLease: () => void, private readonly onStop: () => void) {
+  constructor(hand: Hand, session: Session, wantLease: () => void, private readonly onStop: () => void, private readonly now: () => number) {
     super('gamepad', hand, session, wantLease);
     // Asked 90 times a second, the browser makes its list anew each time.
-    const look = (): void => { this.#plugged = this.#pad() !== undefined; };
+    const look = (): void => { this.#plugged = (navigator.getGamepads?.() ?? []).some((pad) => pad?.mapping === 'standard'); };
     addEventListener('gamepadconnected', look);
     addEventListener('gamepaddisconnected', look);
     look();
-  }
-
-  #pad(): Gamepad | undefined {
-    for (const pad of navigator.getGamepads?.() ?? []) {
-      if (pad?.mapping === 'standard') return pad;
-    }
-    return undefined;
   }
 
   #stick(pad: Gamepad, axis: number): number {
@@ -109,15 +110,32 @@ export class Gamepads extends RateInput {
   }
 
   update(dt: number): void {
-    const pad = this.#plugged && this.#pad();
-    if (!pad) return this.advance(dt, false);
-    const stop = pad.buttons[1]?.pressed ?? false;
-    if (stop && !this.#stopHeld) this.onStop();
-    this.#stopHeld = stop;
+    const pads = this.#plugged ? navigator.getGamepads() : [];
+    for (let i = 0; i < pads.length; ++i) {
+      const pad = pads[i];
+      if (pad?.mapping !== 'standard') continue;
+      const stop = pad.buttons[STOP]?.pressed ?? false;
+      if (stop && !this.#stopHeld[i]) this.onStop();
+      this.#stopHeld[i] = stop;
+      if (this.#leads < 0) this.#leads = i;
+    }
+    const pad = pads[this.#leads];
+    if (pad?.mapping !== 'standard') {
+      this.#leads = -1;
+      this.#opened = false;
+      return this.advance(dt, false);
+    }
+    if (pad.timestamp !== this.#timestamp) {
+      this.#timestamp = pad.timestamp;
+      this.#heard = this.now();
+    }
+    const gripped = pad.buttons[GRIP]?.pressed ?? false;
+    if (!gripped) this.#opened = true;
+    else if (this.now() - this.#heard > SILENT) this.#opened = false;
     this.rates[0] = this.#stick(pad, 1);
     this.rates[1] = this.#stick(pad, 0);
     this.rates[2] = this.#stick(pad, 3);
     this.rates[5] = this.#stick(pad, 2);
-    this.advance(dt, pad.buttons[5]?.pressed ?? false);
+    this.advance(dt, gripped && this.#opened);
   }
 }

@@ -198,7 +198,7 @@ export class Headset {
 
   #tell(): void {
     const { pose, known, gripped, guessed } = this.#last;
-    this.hand.report('headset', known ? pose : null, gripped, guessed);
+    if (gripped) this.hand.report('headset', known ? pose : null, guessed);
   }
 
   /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */

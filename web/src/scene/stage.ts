@@ -15,6 +15,10 @@ export const STATE_COLORS: Record<SessionState, number> = {
   idle: 0x8a94a0, ready: 0x2f7fd0, engaged: 0x16a085, holding: 0xe0a100, stopping: 0xd1561c, fault: 0xc62828,
 };
 
+const NO_PAIR: [number, number] = [-1, -1];
+/** Level of `Pace` from which on nothing casts a shadow. */
+const SHADOWLESS = 2;
+
 /** Where the glass was: so many states, about two seconds. */
 const TRAIL = 120;
 
@@ -55,6 +59,7 @@ export class Stage {
   readonly #sky = new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5);
   #dark = false;
   #still = false;
+  #presents = false;
   readonly #pace: Pace;
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
@@ -144,12 +149,19 @@ export class Stage {
   present(mode: XRSessionMode | null): void {
     this.#room.visible = mode !== 'immersive-ar';
     this.scene.background = mode === 'immersive-vr' ? this.#backdrop : null;
+    // Drawn for both eyes, and nothing there makes a picture coarser that comes too late: it begins without what costs most.
+    this.#presents = mode !== null;
+    this.#shade();
   }
+  get spilled(): boolean { return this.#spill.visible; }
   showReach(shown: boolean): void { this.#reach.visible = shown; }
 
   /** The arm as it was in a recording: alone, for nothing else is known of then. */
   showPast(q: ArrayLike<number>): void {
     this.arm?.pose(q);
+    this.arm?.nearestPair(NO_PAIR, Infinity, false);
+    this.glass.liquid.tilt(0, 0);
+    this.#spill.visible = false;
     this.#now(false);
   }
 
@@ -195,9 +207,11 @@ export class Stage {
 
   #drawAt(quality: number): void {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.8, 0.6, 0.4][quality]!);
-    this.#sun.castShadow = quality < 2;
+    this.#shade();
     if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }
+
+  #shade(): void { this.#sun.castShadow = !this.#presents && this.#pace.level < SHADOWLESS; }
 
   resize(width: number, height: number): void {
     if (this.renderer.xr.isPresenting) return;

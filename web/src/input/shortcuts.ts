@@ -1,0 +1,30 @@
+const isSpace = (event: KeyboardEvent): boolean => event.key === ' ' || event.code === 'Space';
+
+/** Takes letters that are typed, so that they lead nothing. */
+export const isTyped = (target: EventTarget | null): boolean => target instanceof HTMLInputElement && target.type === 'text';
+
+/**
+ * One rule for the page, whatever has the focus: Space and Escape stop the arm. Enter does what Space does elsewhere: it presses or toggles
+ * what has the focus, and resets where there is nothing to press. Comes before all else that listens to keys.
+ */
+export function listenForShortcuts(stop: () => void, reset: () => void): void {
+  addEventListener('keydown', (event) => {
+    if (isSpace(event) || event.key === 'Escape') {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      if (!event.repeat) stop(); // a second stop brakes harder: held down it is still one
+      return;
+    }
+    if (event.key !== 'Enter') return;
+    const { target } = event;
+    if (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio')) {
+      event.preventDefault();
+      if (!event.repeat) target.click();
+      return;
+    }
+    const takesEnter = isTyped(target) || target instanceof HTMLButtonElement || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement;
+    if (!takesEnter && !event.repeat) reset();
+  }, { capture: true });
+  // Some browsers press a button when Space comes up again.
+  addEventListener('keyup', (event) => { if (isSpace(event)) event.preventDefault(); }, { capture: true });
+}
