@@ -8,7 +8,7 @@ import { after, afterEach, before, beforeEach, test } from 'node:test';
 import { allocations, buildReadable } from './allocations.mjs';
 import {
   address, browser, cable, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, plainAddress,
-  pressTarget, ready, rest, say, shot, shotOfNow, start, startProgram, state, targetOnScreen, until, watch, withoutPixels,
+  pressTarget, ready, rest, say, shot, start, startProgram, state, targetOnScreen, until, watch, withoutPixels,
 } from './harness.mjs';
 
 let page;
@@ -174,91 +174,6 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await ready(page);
   await page.check('#record');
   await until(async () => (await state(page)).recording, 'a new recording');
-  assert.deepEqual(page.complaints, []);
-});
-
-test('an emulated headset engages, moves, feels limits, loses tracking, scales, stops', async () => {
-  page = await open();
-  await ready(page);
-  await page.click('#emulate');
-  await page.waitForSelector('#enter-vr:not([hidden])');
-  await page.click('#enter-vr');
-  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session');
-  await page.evaluate(() => {
-    globalThis.pulses = 0;
-    globalThis.felt = false;
-    setInterval(() => {
-      const { session, headset } = globalThis.steadyhand;
-      globalThis.felt ||= session.state.constraint.kind !== 'none';
-      for (const { gamepad } of headset.session?.inputSources ?? []) { // they come with the first frames
-        if (gamepad && !gamepad.hapticActuators?.[0]?.counted) {
-          Object.defineProperty(gamepad, 'hapticActuators', { configurable: true, value: [{ counted: true, pulse: () => { ++globalThis.pulses; } }] });
-        }
-      }
-    }, 10);
-  });
-  const press = (button, value) => page.evaluate(([b, v]) => globalThis.emulatedHeadset.controllers.right.updateButtonValue(b, v), [button, value]);
-  const place = (y) => page.evaluate((to) => { globalThis.emulatedHeadset.controllers.right.position.y = to; }, y);
-  /** Grips and lifts the hand; once more if this machine was so slow that the hand counted as silent or lost. */
-  const lift = (by, done) => until(async () => {
-    await press('squeeze', 0);
-    await place(1.2);
-    await until(() => page.evaluate(() => !globalThis.steadyhand.hand.clutch), 'a frame that sees the hand open');
-    await page.waitForTimeout(300);
-    await press('squeeze', 1);
-    await until(() => page.evaluate(() => globalThis.steadyhand.hand.clutch), 'a frame that sees the grip');
-    await page.waitForTimeout(300);
-    if ((await state(page)).state !== 'engaged') return false;
-    for (let i = 1; i <= 25; ++i) {
-      await place(1.2 + (by * i) / 25);
-      await page.waitForTimeout(30);
-    }
-    await page.waitForTimeout(300);
-    return done();
-  }, 'the hand to lift the glass');
-  const scaleTo = (value) => until(async () => { // a slow machine may have lost the lease meanwhile
-    if (!(await facts(page)).yours) await say(page, { type: 'take' });
-    await say(page, { type: 'request', kind: 'scale', value });
-    return (await state(page)).controls.scale === value;
-  }, 'the scale');
-  await scaleTo(2); // so that the little that a slow machine sees of the motion is enough
-  const begin = await state(page);
-  await press('trigger', 1); // for a gripper: it moves nothing
-  const connect = (connected) => page.evaluate((is) => { globalThis.emulatedHeadset.controllers.right.connected = is; }, connected);
-  await until(async () => {
-    await connect(true);
-    await lift(0.2, async () => (await state(page)).tool.p[2] > begin.tool.p[2] + 0.04);
-    await connect(false);
-    await until(async () => (await state(page)).state !== 'engaged', 'the arm to disengage');
-    return (await state(page)).state === 'holding'; // not if the hand fell silent just before
-  }, 'the arm to hold for a lost hand');
-  assert.notEqual((await state(page)).reason, '');
-  await rest(page);
-  await shotOfNow(page, 'vr_holding');
-  await connect(true);
-  await lift(1.0, () => page.evaluate(() => globalThis.felt && globalThis.pulses > 0));
-  await press('squeeze', 0);
-  await ready(page);
-  await scaleTo(0.5);
-  const { scale, yaw } = (await state(page)).controls;
-  await page.evaluate(() => globalThis.emulatedHeadset.controllers.right.updateAxis('thumbstick', 'y-axis', -1));
-  await until(async () => (await state(page)).controls.scale > scale, 'the stick to scale');
-  await page.evaluate(() => globalThis.emulatedHeadset.controllers.right.updateAxis('thumbstick', 'y-axis', 0));
-  await press('a-button', 1);
-  await until(async () => (await state(page)).controls.yaw !== yaw, 'forward to be set');
-  await press('b-button', 1);
-  await inState(page, 'stopping');
-  await press('b-button', 0);
-  await page.evaluate(() => globalThis.steadyhand.headset.session.end());
-  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'the end');
-  await page.click('#enter-ar');
-  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session in the real room');
-  assert.equal(await page.evaluate(() => globalThis.steadyhand.stage.scene.background), null, 'the real room is the backdrop');
-  await page.evaluate(() => globalThis.steadyhand.headset.session.end());
-  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'its end');
-  await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
-  await say(page, { type: 'request', kind: 'reset' });
-  await inState(page, 'ready');
   assert.deepEqual(page.complaints, []);
 });
 

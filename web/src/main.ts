@@ -57,7 +57,7 @@ const drag = new Drag(stage, hand, session, wantLease, canvas);
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);
 const gamepads = new Gamepads(hand, session, wantLease, stop, now);
-const headset = new Headset(stage, hand, session, connection, wantLease, stop, () => void offerHeadset());
+const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset() }, () => void offerHeadset());
 
 async function offerHeadset(): Promise<void> {
   const { vr, ar } = await Headset.modes();

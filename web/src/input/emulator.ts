@@ -1,8 +1,25 @@
-import type { XRDevice } from 'iwer';
+import { metaQuest3, XRDevice } from 'iwer';
+import { P_SPACE } from 'iwer/lib/private.js';
 
 /** The WebXR names of a Quest's buttons. */
 type Button = 'squeeze' | 'trigger' | 'a-button';
 const REACH = 0.0016; // m of the hand for each pixel of the mouse
+
+/** A Quest 3 in place of the browser's own WebXR, before the arm and facing it. */
+export function emulatedQuest(): XRDevice {
+  const device = new XRDevice(metaQuest3);
+  device.installRuntime({ forceInstall: true } as never);
+  device.position.set(-0.5, 1.55, -0.1);
+  device.quaternion.set(-0.1, -0.17, -0.017, 0.98);
+  device.controllers.right?.position.set(-0.18, 1.25, -0.6);
+  device.controllers.left?.position.set(-0.62, 1.2, -0.5);
+  // iwer calls all its poses guesses; these are known.
+  for (const controller of Object.values(device.controllers)) {
+    const space = controller?.inputSource.gripSpace;
+    if (space) space[P_SPACE].emulated = false;
+  }
+  return device;
+}
 
 /**
  * A mouse and a few keys as the right hand of a headset that the page emulates: pressing grips, moving moves it across the

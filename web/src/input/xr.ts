@@ -2,87 +2,51 @@ import * as THREE from 'three';
 import type { Hand } from '../hand';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
-import type { Session } from '../session';
+import { IN_HEADSET, type Session } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
-import { EmulatedHand } from './emulator';
+import { Board } from './board';
+import { A, B, Buttons, GRIP, isController, STICK } from './controllers';
+import type { EmulatedHand } from './emulator';
 
-/** Buttons of the `xr-standard` mapping. */
-const GRIP = 1, A = 4, B = 5;
+/** Hz, asked of the headset: more pictures would leave too little time for each. */
+const RATE = 72;
+/** s: what a device predicts further ahead than this is no time that it means. */
+const LEAD_MAX = 0.1;
+
+/** What the operator may ask for in the headset. */
+export interface Acts { wantLease(): void; stop(): void; reset(): void }
 
 /** What the headset said last of the hand. */
-interface Heard { readonly pose: MutablePose; known: boolean; gripped: boolean; guessed: boolean; at: number }
+interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number }
 
-/** The state as a board beside the arm, readable in the headset. Drawn anew only when its words change. */
-class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
-  readonly #context: CanvasRenderingContext2D;
-  #shown = '';
-
-  constructor() {
-    const canvas = document.createElement('canvas');
-    canvas.width = 1024;
-    canvas.height = 512;
-    const map = new THREE.CanvasTexture(canvas);
-    map.colorSpace = THREE.SRGBColorSpace;
-    super(new THREE.PlaneGeometry(0.72, 0.36), new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }));
-    this.#context = canvas.getContext('2d')!;
-  }
-
-  write(title: string, color: string, warning: string, lines: string[]): void {
-    const text = [title, color, warning, ...lines].join('\n');
-    if (text === this.#shown) return;
-    this.#shown = text;
-    const c = this.#context;
-    c.clearRect(0, 0, 1024, 512);
-    c.fillStyle = 'rgba(16, 20, 25, 0.9)';
-    c.beginPath();
-    c.roundRect(0, 0, 1024, 512, 44);
-    c.fill();
-    c.fillStyle = color;
-    c.beginPath();
-    c.arc(84, 88, 30, 0, 2 * Math.PI);
-    c.fill();
-    c.font = '650 84px system-ui, sans-serif';
-    c.fillText(title, 142, 118);
-    c.font = '44px system-ui, sans-serif';
-    lines.forEach((line, i) => {
-      c.fillStyle = i === 0 ? '#c4ccd6' : '#e8edf3';
-      c.fillText(line, 56, 200 + 64 * i, 920);
-    });
-    if (warning) {
-      c.fillStyle = '#e0a100';
-      c.beginPath();
-      c.roundRect(40, 412, 944, 76, 20);
-      c.fill();
-      c.fillStyle = '#1a1d21';
-      c.font = '600 44px system-ui, sans-serif';
-      c.fillText(`⚠ ${warning}`, 64, 464, 900);
-    }
-    this.material.map!.needsUpdate = true;
-  }
-}
-
-/** A headset: the grip engages, thumbstick up and down scales, A sets forward, B stops. */
+/**
+ * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales, and
+ * pressed resets; A or X makes where the operator looks forward, without which nothing is led.
+ */
 export class Headset {
-  /** Its poses are exact though it calls them guesses: a headset that the page itself emulates. */
+  /** The page itself emulates it. */
   simulated = false;
   session: XRSession | null = null;
-  readonly #board = new Board();
+  readonly board = new Board();
+  /** s, by which the headset predicted its newest poses; for the figures in docs/page.md. */
+  readonly leads: number[] = [];
   readonly #rig = new THREE.Group();
-  readonly #controllers: THREE.Object3D[] = [];
-  readonly #held: boolean[] = [];
+  readonly #buttons = new Buttons();
+  /** Of the controller that has the hand. */
+  #handedness: XRHandedness = 'none';
+  /** Where forward is, since the origin moved last. */
+  #isForwardKnown = false;
   #scaleAt = 0;
   #constrained = false;
-  #gripping: XRHandedness = 'none';
   #wroteAt = 0;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
-  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, gripped: false, guessed: false, at: Infinity };
+  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, lead: 0, at: Infinity };
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
-              private readonly connection: Connection, private readonly wantLease: () => void, private readonly onStop: () => void,
-              private readonly onChange: () => void) {
-    this.#board.position.set(-0.55, 1.62, -1.2);
-    this.#rig.add(this.#board);
+              private readonly connection: Connection, private readonly acts: Acts, private readonly onChange: () => void) {
+    this.board.position.set(-0.55, 1.62, -1.2);
+    this.#rig.add(this.board);
     this.#rig.visible = false;
     stage.scene.add(this.#rig);
     for (const index of [0, 1]) {
@@ -90,7 +54,6 @@ export class Headset {
       const body = new THREE.Mesh(new THREE.CapsuleGeometry(0.014, 0.07, 6, 16), new THREE.MeshStandardMaterial({ color: 0xf0f3f6, roughness: 0.4 }));
       body.rotation.x = -Math.PI / 3;
       grip.add(body);
-      this.#controllers.push(grip);
       stage.scene.add(grip);
     }
   }
@@ -104,101 +67,115 @@ export class Headset {
 
   /** A Quest 3 of `iwer` in place of the browser's own WebXR. */
   async emulate(): Promise<void> {
-    const { XRDevice, metaQuest3 } = await import('iwer');
-    const device = new XRDevice(metaQuest3);
-    device.installRuntime({ forceInstall: true } as never);
-    device.position.set(-0.5, 1.55, -0.1);
-    device.quaternion.set(-0.1, -0.17, -0.017, 0.98); // towards the arm
-    device.controllers.right?.position.set(-0.18, 1.25, -0.6);
-    device.controllers.left?.position.set(-0.62, 1.2, -0.5);
+    const { EmulatedHand, emulatedQuest } = await import('./emulator');
+    const device = emulatedQuest();
     this.simulated = true;
     this.#mouse = new EmulatedHand(device, this.stage.renderer.domElement);
     Object.assign(window, { emulatedHeadset: device });
   }
 
   async enter(mode: 'immersive-vr' | 'immersive-ar'): Promise<void> {
-    const session = await navigator.xr!.requestSession(mode, { optionalFeatures: ['local-floor', 'hand-tracking'] });
+    // Without `layers` some browsers have the projection layer that three.js draws to, but no pictures behind it.
+    const session = await navigator.xr!.requestSession(mode, { optionalFeatures: ['local-floor', 'layers'] });
+    const { xr } = this.stage.renderer;
+    try {
+      await xr.setSession(session);
+    } catch (error) {
+      await session.end().catch(() => undefined);
+      throw error;
+    }
     this.session = session;
-    session.addEventListener('end', () => {
-      this.session = null;
-      this.#rig.visible = false;
-      if (this.#mouse) this.#mouse.running = false;
-      this.stage.present(null);
-      this.hand.release('headset');
-      this.onChange();
-    });
-    await this.stage.renderer.xr.setSession(session);
+    session.addEventListener('end', () => this.#left());
+    session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
+    xr.getReferenceSpace()?.addEventListener('reset', () => this.#recentred());
+    if (session.supportedFrameRates?.includes(RATE)) session.updateTargetFrameRate(RATE).catch(() => undefined);
     this.stage.present(mode);
     this.#rig.visible = true;
     if (this.#mouse) this.#mouse.running = true;
-    this.#held.length = 0;
     this.#last.at = Infinity;
+    this.#recentred();
     this.onChange();
+  }
+
+  #left(): void {
+    this.#letGo();
+    this.session = null;
+    this.#rig.visible = false;
+    if (this.#mouse) this.#mouse.running = false;
+    this.stage.present(null);
+    this.onChange();
+  }
+
+  /** Whatever is held now must be opened first. */
+  #letGo(): void {
+    this.hand.release('headset');
+    this.#buttons.forget();
+  }
+
+  /** Poses before and after have nothing to do with each other, and nobody knows where forward is. */
+  #recentred(): void {
+    this.#letGo();
+    this.#isForwardKnown = false;
   }
 
   /** Every frame of the headset. */
   update(frame: XRFrame | undefined, now: number): void {
-    if (!this.session || !frame) return;
+    const { session } = this;
+    if (!session || !frame) return;
     this.#mouse?.fit(this.stage.renderer.getPixelRatio());
-    const space = this.stage.renderer.xr.getReferenceSpace();
-    const source = this.#source();
     this.#write(now);
-    if (!space || !source?.gamepad || !source.gripSpace) return this.#noController(now);
-    const { buttons } = source.gamepad;
-    const pose = frame.getPose(source.gripSpace, space);
-    if (this.#fresh(buttons, B)) this.onStop();
-    if (this.#fresh(buttons, A)) this.#setForward(frame, space);
-    this.#scale(source.gamepad.axes[3] ?? 0, now);
-    const gripped = buttons[GRIP]?.pressed === true;
-    if (this.#fresh(buttons, GRIP)) this.wantLease();
-    if (gripped || this.hand.source === 'headset') this.hand.grab('headset');
-    if (gripped) this.#gripping = source.handedness;
-    if (this.hand.source === 'headset') {
-      this.#report(pose ?? null, gripped, now);
-      if (!gripped) this.hand.release('headset');
+    if (session.visibilityState !== 'visible') return;
+    const space = this.stage.renderer.xr.getReferenceSpace();
+    for (const source of session.inputSources) {
+      if (isController(source) && this.#buttons.isNew(source, B)) this.acts.stop();
     }
-    for (let i = 0; i < buttons.length; ++i) this.#held[i] = buttons[i]!.pressed;
-    this.#pulse(source);
+    if (space && !this.facts.past) this.#use(session, frame, space, now);
+    for (const source of session.inputSources) this.#buttons.note(source);
   }
 
-  /** Whether it is pressed, and was not a frame ago. */
-  #fresh(buttons: readonly GamepadButton[], button: number): boolean {
-    return buttons[button]?.pressed === true && this.#held[button] !== true;
-  }
-
-  /** The controller that grips; otherwise the one that did, whose absence must not look like letting go; otherwise the right one. */
-  #source(): XRInputSource | undefined {
-    let best: XRInputSource | undefined;
-    for (const one of this.session?.inputSources ?? []) {
-      if (!one.gripSpace || !one.gamepad) continue;
-      if (one.gamepad.buttons[GRIP]?.pressed) return one;
-      if (this.hand.source === 'headset' && one.handedness !== this.#gripping) continue;
-      if (!best || (one.handedness === 'right' && best.handedness !== 'right')) best = one;
+  #use(session: XRSession, frame: XRFrame, space: XRReferenceSpace, now: number): void {
+    let leading: XRInputSource | undefined;
+    for (const source of session.inputSources) {
+      if (!isController(source)) continue;
+      if (this.#buttons.began(source, STICK)) this.acts.reset();
+      if (this.#buttons.began(source, A)) this.#setForward(frame, space);
+      if (this.#buttons.began(source, GRIP)) this.#grip(source);
+      this.#scale(source.gamepad!.axes[3] ?? 0, now);
+      if (source.handedness === this.#handedness) leading = source;
     }
-    return best;
+    if (this.hand.source !== 'headset') return;
+    // Switched off, or put down: that is no letting go. The server hears that there is no pose.
+    if (!leading) return this.#report(null, 0, now);
+    if (!this.#buttons.isPressed(leading, GRIP)) return this.hand.release('headset');
+    const lead = (frame.predictedDisplayTime ?? 0) / 1000 - now;
+    this.#report(frame.getPose(leading.gripSpace!, space) ?? null, lead > 0 && lead < LEAD_MAX ? lead : 0, now);
+    this.#pulse(leading);
   }
 
-  #noController(now: number): void {
-    // Switched off, or put down: the server must hear that there is no pose rather than nothing.
-    if (this.hand.source === 'headset') this.#report(null, this.hand.clutch, now);
+  #grip(source: XRInputSource): void {
+    if (this.hand.source !== null || !this.#isForwardKnown) return;
+    this.acts.wantLease();
+    if (this.hand.grab('headset')) this.#handedness = source.handedness;
   }
 
-  #report(pose: XRPose | null, gripped: boolean, now: number): void {
+  #report(pose: XRPose | null, lead: number, now: number): void {
     const last = this.#last;
     last.known = pose !== null;
-    last.gripped = gripped;
-    last.guessed = pose !== null && pose.emulatedPosition && !this.simulated;
+    last.guessed = pose !== null && pose.emulatedPosition;
+    last.lead = lead;
     last.at = now;
     if (pose) {
       toRobot(pose.transform.position, last.pose.p);
       toRobotRotation(pose.transform.orientation, last.pose.q);
+      this.leads.push(lead);
+      if (this.leads.length > 600) this.leads.shift();
     }
     this.#tell();
   }
 
   #tell(): void {
-    const { pose, known, gripped, guessed } = this.#last;
-    if (gripped) this.hand.report('headset', known ? pose : null, guessed);
+    const { pose, known, guessed, lead } = this.#last;
+    this.hand.report('headset', known ? pose : null, guessed, lead);
   }
 
   /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */
@@ -207,10 +184,13 @@ export class Headset {
     this.#tell();
   }
 
+  /** With the lease, and an end to a recording that leads: whose forward it is leads. */
   #setForward(frame: XRFrame, space: XRReferenceSpace): void {
     const viewer = frame.getViewerPose(space);
-    if (!viewer) return;
+    if (!viewer || !this.facts.mayTake) return;
+    this.acts.wantLease();
     this.connection.send({ type: 'request', kind: 'yaw', value: -heading(toRobotRotation(viewer.transform.orientation)) });
+    this.#isForwardKnown = true;
   }
 
   #scale(stick: number, now: number): void {
@@ -231,21 +211,23 @@ export class Headset {
   }
 
   #write(now: number): void {
-    const state = this.facts.state;
+    const { facts } = this, { state } = facts;
     if (!state || now - this.#wroteAt < 0.2) return;
     this.#wroteAt = now;
-    const live = this.facts.status === 'open' && !this.facts.isStale(now);
+    const live = facts.status === 'open' && !facts.isStale(now), present = live && !facts.past;
     const ms = (us: number | null) => (us === null ? '–' : (us / 1000).toFixed(0));
-    const { p50, p99 } = state.latency_us;
-    this.#board.write(
-      live ? state.state.charAt(0).toUpperCase() + state.state.slice(1) : this.facts.status === 'open' ? 'No news' : 'Not connected',
-      `#${(live ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
-      !live ? 'nothing moves' : this.facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
-      [live ? state.reason || this.facts.advice(now) : 'what you see is old',
-        this.facts.yours ? 'Grip leads · stick scales · A forward · B stops' : this.facts.advice(now),
-        `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}`]);
+    const { p50, p99 } = state.latency_us, title = facts.title(now);
+    const asks = present && facts.mayTake && !this.#isForwardKnown && !facts.mayReset;
+    this.board.write(
+      title.charAt(0).toUpperCase() + title.slice(1),
+      `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
+      !live ? 'what you see is old, the arm may move' : !present ? '' : facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
+      [present ? state.reason : '',
+        asks ? 'Look where the arm’s forward is, and press A.' : facts.advice(now, this.hand.heldFor, IN_HEADSET),
+        present ? 'Grip leads · stick scales · A forward · B stops' : '',
+        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}` : '']);
     // It turns to whoever looks.
     this.stage.renderer.xr.getCamera().getWorldPosition(this.#eye);
-    this.#board.lookAt(this.#eye);
+    this.board.lookAt(this.#eye);
   }
 }

@@ -1,0 +1,386 @@
+// The emulated headset (iwer) against the real program: what is asserted is what the arm did, as the server tells another client.
+// One program, one page and, but where a test says otherwise, one VR session for all.
+import assert from 'node:assert/strict';
+import { after, before, beforeEach, test } from 'node:test';
+import { closePages, distance, facts, finish, inState, open, ready, rest, say, shotOfNow, start, startProgram, state, until, watch, withoutPixels } from './harness.mjs';
+
+let page, watcher;
+const HOME = { right: [-0.18, 1.25, -0.6], left: [-0.62, 1.2, -0.5] };
+
+before(async () => {
+  await start();
+  await startProgram();
+  watcher = await watch();
+  page = await open({
+    prepare: async (context) => {
+      await withoutPixels(context);
+      await context.addInitScript(() => { // the page's own connection, to cut it
+        globalThis.WebSocket = class extends WebSocket { constructor(...words) { super(...words); globalThis.socket = this; } };
+      });
+    },
+  });
+  await ready(page);
+  await page.click('#emulate');
+  await page.waitForSelector('#enter-vr:not([hidden])');
+});
+after(async () => {
+  await closePages();
+  await finish();
+});
+
+const press = (side, button, value = 1) => page.evaluate(([s, b, v]) => globalThis.emulatedHeadset.controllers[s].updateButtonValue(b, v), [side, button, value]);
+const place = (side, [x, y, z]) => page.evaluate(([s, ...p]) => globalThis.emulatedHeadset.controllers[s].position.set(...p), [side, x, y, z]);
+/** Raises the hand from where it was, as fast as a hand can. */
+async function raise(side, by) {
+  const [x, y, z] = HOME[side];
+  for (let i = 1; i <= 25; ++i) {
+    await place(side, [x, y + (by * i) / 25, z]);
+    await page.waitForTimeout(30);
+  }
+}
+const connect = (side, connected) => page.evaluate(([s, is]) => { globalThis.emulatedHeadset.controllers[s].connected = is; }, [side, connected]);
+const show = (visibility) => page.evaluate((to) => globalThis.emulatedHeadset.updateVisibilityState(to), visibility);
+const headset = (member) => page.evaluate((name) => globalThis.steadyhand.headset[name], member);
+const board = () => page.evaluate(() => globalThis.steadyhand.headset.board.text);
+const boardSays = (words) => until(async () => (await board()).includes(words), `“${words}” on the board`);
+const handOf = () => page.evaluate(() => globalThis.steadyhand.hand.source);
+const frames = () => page.evaluate(() => new Promise((done) => { let n = 0; const each = () => (++n > 3 ? done() : requestAnimationFrame(each)); requestAnimationFrame(each); }));
+
+async function tap(side, button) {
+  await press(side, button);
+  await frames();
+  await press(side, button, 0);
+  await frames();
+}
+async function enter(button = '#enter-vr') {
+  await page.evaluate((selector) => document.querySelector(selector).click(), button);
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session');
+}
+async function leave() {
+  await page.evaluate(() => globalThis.steadyhand.headset.session?.end());
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'its end');
+}
+const asksForForward = async () => { await page.waitForTimeout(250); return (await board()).includes('press A'); };
+async function setForward() {
+  await boardSays('press A');
+  await tap('right', 'a-button');
+  await until(async () => !(await board()).includes('press A'), 'forward to be set');
+}
+const stopped = () => inState(watcher, 'stopping');
+async function reset() {
+  await stopped();
+  await rest(watcher);
+  await tap('right', 'thumbstick');
+  await inState(watcher, 'ready');
+}
+/** Squeezes until the arm follows; anew where the machine was so slow that the hand counted as silent. */
+const squeeze = (side) => until(async () => {
+  await press(side, 'squeeze', 0);
+  await frames();
+  await inState(watcher, 'ready');
+  await press(side, 'squeeze');
+  for (let i = 0; i < 40; ++i) {
+    if ((await state(watcher)).state === 'engaged') return true;
+    await page.waitForTimeout(25);
+  }
+  return false;
+}, `the ${side} controller to lead the arm`);
+/** Nobody leads the arm, and it stays where it is for so many ms. */
+async function staysPut(ms, why) {
+  const { tool } = await state(watcher);
+  await page.waitForTimeout(ms);
+  const now = await state(watcher);
+  assert.ok(now.state !== 'engaged' && distance(now.tool.p, tool.p) < 0.002, `${why}: ${now.state}, moved by ${distance(now.tool.p, tool.p)} m`);
+}
+
+beforeEach(async () => {
+  for (const side of ['left', 'right']) {
+    await connect(side, true);
+    await place(side, HOME[side]);
+    for (const button of ['squeeze', 'thumbstick', 'trigger', side === 'right' ? 'a-button' : 'x-button', side === 'right' ? 'b-button' : 'y-button']) await press(side, button, 0);
+  }
+  await show('visible');
+  if (!(await page.evaluate(() => globalThis.steadyhand.headset.session !== null))) {
+    await enter();
+  }
+  await frames();
+  if (await asksForForward()) await setForward();
+  if ((await state(watcher)).state === 'stopping') await reset();
+  await ready(page);
+});
+
+test('leads, feels limits, loses the hand, scales, looks forward, also in the real room', async () => {
+  await page.evaluate(() => {
+    globalThis.pulses = 0;
+    globalThis.felt = false;
+    setInterval(() => {
+      const { session, headset } = globalThis.steadyhand;
+      globalThis.felt ||= session.state.constraint.kind !== 'none';
+      for (const { gamepad } of headset.session?.inputSources ?? []) {
+        if (gamepad && !gamepad.hapticActuators?.[0]?.counted) {
+          Object.defineProperty(gamepad, 'hapticActuators', { configurable: true, value: [{ counted: true, pulse: () => { ++globalThis.pulses; } }] });
+        }
+      }
+    }, 10);
+  });
+  await say(page, { type: 'request', kind: 'scale', value: 2 }); // so that the little that a slow machine sees of the motion is enough
+  await until(async () => (await state(page)).controls.scale === 2, 'the scale');
+  const begin = await state(watcher);
+  await press('right', 'trigger'); // for a gripper: it moves nothing
+  const lead = (by, done) => until(async () => {
+    await place('right', HOME.right);
+    await squeeze('right');
+    await page.waitForTimeout(300);
+    await raise('right', by);
+    return done();
+  }, 'the hand to lead the glass');
+  await until(async () => {
+    await connect('right', true);
+    await lead(0.2, async () => (await state(watcher)).tool.p[2] > begin.tool.p[2] + 0.04);
+    await connect('right', false);
+    await until(async () => (await state(watcher)).state !== 'engaged', 'the arm to disengage');
+    return (await state(watcher)).state === 'holding'; // not if the hand fell silent just before
+  }, 'the arm to hold for a lost hand');
+  assert.notEqual((await state(watcher)).reason, '');
+  await rest(watcher);
+  await shotOfNow(page, 'vr_holding');
+  await connect('right', true);
+  await lead(1.0, () => page.evaluate(() => globalThis.felt && globalThis.pulses > 0));
+  await press('right', 'squeeze', 0);
+  await ready(page);
+  const { scale, yaw } = (await state(page)).controls;
+  const stick = (y) => page.evaluate((to) => globalThis.emulatedHeadset.controllers.left.updateAxis('thumbstick', 'y-axis', to), y);
+  await stick(1);
+  await until(async () => (await state(page)).controls.scale < scale, 'the stick to scale');
+  await stick(0);
+  await page.evaluate(() => globalThis.emulatedHeadset.quaternion.set(0, -0.2, 0, 0.98));
+  await tap('left', 'x-button');
+  await until(async () => (await state(page)).controls.yaw !== yaw, 'forward to be set');
+  await leave();
+  await enter('#enter-ar');
+  assert.equal(await page.evaluate(() => globalThis.steadyhand.stage.scene.background), null, 'the real room is the backdrop');
+  await leave();
+  assert.deepEqual(page.complaints, []);
+});
+
+test('asks for a floor and for layers, for no hands; 72 pictures a second; no shadows', async () => {
+  await leave();
+  await page.evaluate(() => {
+    const { xr } = navigator, request = xr.requestSession.bind(xr);
+    xr.requestSession = (mode, options) => { globalThis.asked = options; return request(mode, options); };
+  });
+  await enter();
+  const { optionalFeatures, requiredFeatures } = await page.evaluate(() => globalThis.asked);
+  assert.deepEqual([...optionalFeatures].sort(), ['layers', 'local-floor']);
+  assert.equal(requiredFeatures, undefined);
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session.frameRate === 72), '72 Hz; the device begins with 90');
+  const shadows = () => page.evaluate(() => { let any = false; globalThis.steadyhand.stage.scene.traverse((o) => { any ||= o.isLight === true && o.castShadow; }); return any; });
+  const work = async () => {
+    const before = await page.evaluate(() => { const { stage } = globalThis.steadyhand; globalThis.emulatedHeadset.stereoEnabled = true; stage.setQuality(0); return stage.renderer.info.render.frame; });
+    await until(() => page.evaluate((n) => globalThis.steadyhand.stage.renderer.info.render.frame > n + 3, before), 'pictures');
+    const { calls, triangles } = await page.evaluate(() => globalThis.steadyhand.stage.renderer.info.render);
+    await page.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+    return { calls, triangles };
+  };
+  assert.equal(await shadows(), false);
+  const { calls, triangles } = await work();
+  assert.equal(await shadows(), false, 'a better picture on the page brings none either');
+  console.log(`a stereo picture: ${calls} calls, ${triangles} triangles`);
+  assert.ok(calls < 200 && calls > 40, `${calls} calls for both eyes`);
+  assert.ok(triangles < 400_000, `${triangles} triangles`);
+  await leave();
+  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(0));
+  assert.equal(await shadows(), true, 'on the page they are back');
+  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+});
+
+test('B and Y stop, whichever controller leads, and each press of each', async () => {
+  await squeeze('left');
+  await press('right', 'b-button');
+  await stopped();
+  await press('left', 'squeeze', 0);
+  await reset(); // B is still held
+  await press('left', 'y-button');
+  await stopped();
+  await press('left', 'y-button', 0);
+  await press('right', 'b-button', 0);
+  await reset();
+  await squeeze('right');
+  await press('left', 'y-button');
+  await stopped();
+  await press('left', 'y-button', 0);
+  await reset();
+});
+
+test('B stops also when the controller that leads has dropped out', async () => {
+  await squeeze('right');
+  await connect('right', false);
+  await until(async () => (await state(watcher)).state !== 'engaged', 'the arm to be left alone');
+  await press('left', 'y-button');
+  await stopped();
+});
+
+test('a controller that is lost in the grip holds the arm, and leads on where it comes back', async () => {
+  await squeeze('right');
+  await connect('right', false);
+  await until(async () => ['holding', 'ready'].includes((await state(watcher)).state), 'the arm to hold');
+  await connect('right', true);
+  await until(async () => ['engaged', 'ready'].includes((await state(watcher)).state), 'the arm to follow, or to have been let go by a slow machine');
+});
+
+test('a second squeeze steals nothing, and gets nothing when the first lets go', async () => {
+  await squeeze('right');
+  const begin = await state(watcher);
+  await press('left', 'squeeze');
+  await frames();
+  await raise('left', 0.3);
+  const after = await state(watcher);
+  assert.equal(after.state, 'engaged');
+  assert.ok(distance(after.target.p, begin.target.p) < 0.01, 'the left hand leads nothing');
+  await raise('right', 0.1);
+  assert.ok((await state(watcher)).target.p[2] > begin.target.p[2] + 0.02, 'the right one does');
+  await press('right', 'squeeze', 0);
+  await inState(watcher, 'ready');
+  await rest(watcher);
+  await place('left', HOME.left);
+  await staysPut(500, 'the left grip began in the right one’s');
+  await squeeze('left');
+});
+
+test('recentring lets go, and asks for forward anew', async () => {
+  await squeeze('right');
+  const begin = await state(watcher);
+  await page.evaluate(() => globalThis.emulatedHeadset.recenter());
+  await inState(watcher, 'ready');
+  await rest(watcher);
+  assert.ok(distance((await state(watcher)).tool.p, begin.tool.p) < 0.02, 'the new origin moved no arm');
+  await staysPut(400, 'the grip is held from before');
+  await press('right', 'squeeze', 0);
+  await boardSays('press A');
+  await press('right', 'squeeze');
+  await staysPut(500, 'forward is not known');
+  await press('right', 'squeeze', 0);
+  const { yaw } = (await state(watcher)).controls;
+  await page.evaluate(() => globalThis.emulatedHeadset.quaternion.set(0, 0.3, 0, 0.95));
+  await setForward();
+  await until(async () => (await state(watcher)).controls.yaw !== yaw, 'forward to be where the operator looks');
+  await squeeze('right');
+});
+
+for (const visibility of ['visible-blurred', 'hidden']) {
+  test(`a session that is ${visibility} lets go`, async () => {
+    await squeeze('right');
+    await show(visibility);
+    await until(async () => (await handOf()) === null, 'the hand to be let go');
+    // Hidden, no frames come; iwer makes them all the same.
+    if (visibility === 'hidden') {
+      await page.evaluate(() => {
+        const { session } = globalThis.steadyhand.headset, next = session.requestAnimationFrame.bind(session);
+        globalThis.kept = [];
+        session.requestAnimationFrame = (act) => globalThis.kept.push(act);
+        globalThis.goOn = () => { delete session.requestAnimationFrame; globalThis.kept.forEach((act) => next(act)); };
+      });
+    }
+    await inState(watcher, 'ready');
+    await rest(watcher);
+    await staysPut(400, 'the menu is open');
+    await show('visible');
+    if (visibility === 'hidden') await page.evaluate(() => globalThis.goOn());
+    await frames();
+    await staysPut(500, 'the grip is held from before');
+    await squeeze('right');
+  });
+}
+
+test('a headset that makes no more frames and says nothing is silent', async () => {
+  await squeeze('right');
+  await page.evaluate(() => {
+    const { headset } = globalThis.steadyhand;
+    headset.simulated = false; // a real one's hand is not repeated between frames
+    const next = headset.session.requestAnimationFrame.bind(headset.session);
+    globalThis.kept = [];
+    headset.session.requestAnimationFrame = (act) => globalThis.kept.push(act);
+    globalThis.goOn = () => { headset.simulated = true; delete headset.session.requestAnimationFrame; globalThis.kept.forEach((act) => next(act)); };
+  });
+  await inState(watcher, 'ready');
+  await rest(watcher);
+  await page.evaluate(() => globalThis.goOn());
+});
+
+test('a pose that the headset guesses holds the arm', async () => {
+  await squeeze('right');
+  const guess = (is) => page.evaluate((guessed) => {
+    const { gripSpace } = globalThis.emulatedHeadset.controllers.right.inputSource;
+    const key = Object.getOwnPropertySymbols(gripSpace).find(({ description }) => description === '@iwer/xr-space');
+    gripSpace[key].emulated = guessed;
+  }, is);
+  await guess(true);
+  await until(async () => /guesses/.test((await state(watcher)).reason), 'the arm to hold, and to say why');
+  assert.equal((await state(watcher)).state, 'holding');
+  await rest(watcher);
+  await guess(false);
+  await until(async () => ['engaged', 'ready'].includes((await state(watcher)).state), 'the arm to follow again');
+});
+
+test('hands that the headset sees lead nothing', async () => {
+  await leave();
+  await page.evaluate(() => { // a browser that tells of hands though nobody asked
+    const { xr } = navigator, request = Object.getPrototypeOf(xr).requestSession.bind(xr);
+    xr.requestSession = (mode, options) => request(mode, { ...options, optionalFeatures: [...options.optionalFeatures, 'hand-tracking'] });
+  });
+  await enter();
+  await setForward();
+  await squeeze('right');
+  await page.evaluate(() => { globalThis.emulatedHeadset.primaryInputMode = 'hand'; });
+  await until(async () => (await state(watcher)).state !== 'engaged', 'the arm to be left alone');
+  assert.equal(await page.evaluate(() => [...globalThis.steadyhand.headset.session.inputSources].filter(({ hand }) => hand).length), 2, 'there are hands');
+  await page.evaluate(() => {
+    globalThis.steadyhand.hand.letGo();
+    globalThis.emulatedHeadset.hands.right.updatePinchValue(1);
+    globalThis.emulatedHeadset.hands.right.position.y += 0.2;
+  });
+  await inState(watcher, 'ready');
+  await rest(watcher);
+  await staysPut(500, 'a pinch is no grip');
+  await page.evaluate(() => { globalThis.emulatedHeadset.primaryInputMode = 'controller'; delete navigator.xr.requestSession; });
+  await leave();
+});
+
+test('the lease comes with A; a grip before it leads nothing', async () => {
+  await leave();
+  await say(page, { type: 'release' });
+  await until(async () => !(await facts(page)).yours, 'the lease to be free');
+  await enter();
+  await press('right', 'squeeze');
+  await staysPut(500, 'forward is not known, and nobody has the lease');
+  await press('right', 'squeeze', 0);
+  assert.doesNotMatch(await board(), /Drive|drag|key/i);
+  await setForward();
+  await until(async () => (await facts(page)).yours, 'the lease');
+  await squeeze('right');
+});
+
+test('a session that cannot be drawn to is left again, and that is said', async () => {
+  await leave();
+  await page.evaluate(() => {
+    globalThis.Layer = globalThis.XRWebGLLayer;
+    globalThis.XRWebGLLayer = class { constructor() { throw new Error('no buffer for this layer'); } };
+  });
+  await page.evaluate(() => document.querySelector('#enter-vr').click());
+  await page.waitForSelector('#refusal:not([hidden])');
+  assert.match(await page.textContent('#refusal'), /no buffer/);
+  await page.evaluate(() => { globalThis.XRWebGLLayer = globalThis.Layer; });
+  await enter(); // the one before has ended, or there could be no other
+  await page.waitForSelector('#refusal[hidden]', { state: 'attached' });
+  await setForward();
+});
+
+test('the board never says that nothing moves when it cannot know', async () => {
+  await page.evaluate(() => { globalThis.steadyhand.connection.start = () => {}; }); // stays cut
+  await page.evaluate(() => globalThis.socket.close());
+  await boardSays('Not connected');
+  assert.doesNotMatch(await board(), /nothing moves/i);
+  assert.match(await board(), /may move/);
+  await page.evaluate(() => { const { connection } = globalThis.steadyhand; delete connection.start; connection.start(); });
+  await ready(page);
+});
