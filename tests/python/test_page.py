@@ -14,13 +14,18 @@ CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrom
 FIREFOX = shutil.which("firefox-esr") if shutil.which("Xvfb") else None
 
 
-@pytest.mark.parametrize("browser", [
-    pytest.param(CHROMIUM, id="chromium", marks=pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")),
-    pytest.param(FIREFOX, id="firefox", marks=[
-        pytest.mark.long, pytest.mark.skipif(FIREFOX is None, reason="no firefox-esr with Xvfb on this machine")]),
+def cases(browser, name, why, *files, tier=()):
+    absent = pytest.mark.skipif(browser is None, reason=why)
+    return [pytest.param(browser, file, id=f"{name}-{file}", marks=[*tier, absent]) for file in files]
+
+
+# The headset is emulated by a package, in whichever browser: once is enough.
+@pytest.mark.parametrize("browser, file", [
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset"),
+    *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops", tier=[pytest.mark.long]),
 ])
-def test_page_in_a_browser(browser):
+def test_page_in_a_browser(browser, file):
     environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser}
-    done = subprocess.run([NODE, "--test", "e2e/page.test.mjs"], cwd=ROOT / "web", env=environment, capture_output=True,
-                          text=True, timeout=900)
+    done = subprocess.run([NODE, "--test", f"e2e/{file}.test.mjs"], cwd=ROOT / "web", env=environment, capture_output=True,
+                          text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -22,6 +22,8 @@ let program, sessions, newest, output, screen;
 
 /** The newest address with its code, from the terminal. */
 export const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
+/** All that the program said. */
+export const terminal = () => output;
 export const plainAddress = () => address.replace(/#.*/, '');
 /** What the page knew at last, for whoever reads that a test failed. */
 const news = async () => (newest ? newest.evaluate(() => {

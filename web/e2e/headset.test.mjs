@@ -292,6 +292,12 @@ for (const visibility of ['visible-blurred', 'hidden']) {
   });
 }
 
+test('keeps by how much the headset predicted its poses', async () => {
+  await page.evaluate(() => Object.defineProperty(XRFrame.prototype, 'predictedDisplayTime', { configurable: true, get: () => performance.now() + 30 }));
+  await squeeze('right');
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.leads.some((lead) => lead > 0.02 && lead < 0.031)), 'the lead');
+});
+
 test('a headset that makes no more frames and says nothing is silent', async () => {
   await squeeze('right');
   await page.evaluate(() => {

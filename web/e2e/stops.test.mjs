@@ -264,16 +264,69 @@ test('a gamepad that falls silent with its bumper held lets go, and needs a fres
   await inState(watcher, 'ready');
 });
 
+/** Another person: another browser's profile, paired with the newest code. */
+const stranger = async () => {
+  const page = await open();
+  await until(async () => (await facts(page)).paired, 'the other to be paired');
+  return page;
+};
+
+test('the arm passes to who asks: granted, refused, and when nothing has led it for ten seconds', async () => {
+  const page = await open(), watcher = await watch();
+  await ready(page);
+  const other = await stranger();
+  const ask = async (of, holder) => {
+    await until(async () => (await of.textContent('#lease')).startsWith('Ask client'), 'the offer');
+    await of.click('#lease');
+    await holder.waitForSelector('#asked:not([hidden])');
+  };
+  await ask(other, page);
+  assert.match(await page.textContent('#asked-words'), /Client \d+ asks/);
+  await page.click('#grant');
+  await until(async () => (await facts(other)).yours, 'the arm to change hands');
+  // A hand that leads is not taken away, however long somebody asks; once it rests it is.
+  await ask(page, other);
+  await other.bringToFront();
+  await other.evaluate(() => document.activeElement?.blur());
+  await lead(watcher, key(other, 'KeyJ'), () => isEngaged(watcher), 'the holder to lead');
+  await until(async () => (await other.textContent('#asked-until')) === '', 'no hour for it');
+  await other.keyboard.up('KeyJ');
+  const since = Date.now();
+  await until(async () => (await facts(page)).yours, 'the arm to come back');
+  assert.ok(Date.now() - since > 9000, 'not before it had rested');
+  await staysPut(watcher, 300, 'the new holder has not gripped');
+  await ask(other, page);
+  await page.click('#keep');
+  await other.waitForSelector('#refusal:not([hidden])');
+  assert.equal((await facts(page)).yours, true);
+});
+
+test('the second tab of the same person takes the arm at once', async () => {
+  const page = await open(), watcher = await watch();
+  await ready(page);
+  const tab = await page.context().newPage();
+  await tab.goto(page.url(), { waitUntil: 'commit' });
+  await until(() => tab.evaluate(() => globalThis.steadyhand?.session.paired && globalThis.steadyhand.session.state), 'the tab');
+  await tab.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  await until(async () => (await tab.textContent('#lease')) === 'Drive', 'the offer');
+  await tab.click('#lease');
+  await until(async () => (await facts(tab)).yours && !(await facts(page)).yours, 'the lease in the other tab');
+  await tab.evaluate(() => document.activeElement?.blur());
+  await lead(watcher, key(tab, 'KeyL'), () => isEngaged(watcher), 'the tab to lead');
+  await tab.keyboard.up('KeyL');
+  await inState(watcher, 'ready');
+});
+
 test('any tab stops the arm, paired or not, whoever leads it', async () => {
-  const page = await open(), watcher = await watch(), stranger = await open({ watch: true });
+  const page = await open(), watcher = await watch(), visitor = await open({ watch: true });
   await ready(page);
   await page.bringToFront();
   await page.evaluate(() => document.activeElement?.blur());
   await lead(watcher, key(page, 'KeyQ'), () => isEngaged(watcher), 'the owner to lead');
-  await stranger.keyboard.press('Space');
+  await visitor.keyboard.press('Space');
   await stopped(watcher);
   await page.keyboard.up('KeyQ');
-  await stranger.keyboard.press('Enter');
+  await visitor.keyboard.press('Enter');
   await page.waitForTimeout(300);
   assert.equal((await state(watcher)).state, 'stopping', 'who watches resets nothing');
   await reset(page, watcher);

@@ -87,7 +87,7 @@ export class Connection {
       this.#attempts = 0;
       this.#become('open');
       if (this.code) this.pair(this.code);
-      this.code = ''; // it works once
+      this.code = ''; // from then on there is the token
     } else if (message.type === 'paired') {
       this.around.keepToken(message.token);
     } else if (message.type === 'state') {

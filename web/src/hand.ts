@@ -70,8 +70,8 @@ export class Hand {
     this.#close(true, false, eventTime);
   }
 
-  /** A device's own pose, in robot axes; null: it knows none. @param lead s by which the device predicted it */
-  report(source: string, pose: Pose | null, emulated: boolean, _lead = 0): void {
+  /** A device's own pose, in robot axes; null: it knows none. */
+  report(source: string, pose: Pose | null, emulated: boolean): void {
     if (this.#source !== source) return;
     if (pose) {
       copy(pose, this.#pose);

@@ -18,7 +18,7 @@ const stage = new Stage(canvas, reducedMotion);
 const now = () => performance.now() / 1000;
 
 const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
-// It works once, and nobody should copy it from the address bar.
+// Nobody should copy it from the address bar.
 if (code) history.replaceState(null, '', location.pathname + location.search);
 
 let plots: Plots | null = null;

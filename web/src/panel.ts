@@ -50,7 +50,8 @@ export class Panel {
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('stop').onclick = () => this.stop();
     button('reset').onclick = () => this.reset();
-    button('lease').onclick = () => this.connection.send({ type: this.session.yours ? 'release' : 'take' });
+    button('lease').onclick = () => this.#askLease();
+    for (const grant of [true, false]) button(grant ? 'grant' : 'keep').onclick = () => this.connection.send({ type: 'answer', grant });
     document.querySelector('#pairing')!.addEventListener('submit', (event) => {
       event.preventDefault();
       this.connection.pair(input('code').value.trim().toLowerCase());
@@ -78,6 +79,11 @@ export class Panel {
     if (!this.session.mayReset) return;
     this.takeLease();
     this.ask('reset');
+  }
+
+  #askLease(): void {
+    const { yours, asks, mayTake } = this.session;
+    this.connection.send({ type: yours || asks ? 'release' : mayTake ? 'take' : 'ask' });
   }
 
   /** If nobody has it; the server decides. */
@@ -146,9 +152,9 @@ export class Panel {
     element('held', HTMLElement).hidden = !constraint;
     write(element('held', HTMLElement), constraint);
     element('spill', HTMLElement).hidden = session.past || !state?.liquid.spilled;
-    const refusal = element('refusal', HTMLElement);
-    refusal.hidden = !session.lastError;
-    write(refusal, session.lastError?.message ?? '');
+    const refusal = session.refusal(now);
+    element('refusal', HTMLElement).hidden = !refusal;
+    write(element('refusal', HTMLElement), refusal);
     this.#latency.show(state?.latency_us.p50);
     this.#error.show(state?.tracking_error);
     this.#clearance.show(state?.clearance);
@@ -156,12 +162,16 @@ export class Panel {
     button('reset').hidden = !session.mayReset;
     button('stop').disabled = session.status !== 'open';
     const lease = button('lease');
-    write(lease, session.yours ? 'Let others drive' : session.holder ? `Client ${session.holder} drives` : 'Drive');
-    lease.disabled = !session.paired || (!session.yours && session.holder !== 0);
-    lease.dataset.call = String(!session.yours && !lease.disabled);
+    write(lease, session.yours ? 'Let others drive' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : `Ask client ${session.holder} for the arm`);
+    lease.disabled = !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks);
+    lease.dataset.call = String(!session.yours && session.mayTake);
+    const asked = session.asked();
+    element('asked', HTMLElement).hidden = !asked;
+    write(element('asked-words', HTMLElement), asked);
+    write(element('asked-until', HTMLElement), session.askedUntil(now));
     element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
     const yours = session.yours && present;
-    element('playback', HTMLSelectElement).disabled = session.past || !session.paired || (session.holder !== 0 && !session.yours);
+    element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
     input('record').disabled = !yours;
     for (const choice of this.#profiles) choice.disabled = !yours;
     for (const slider of this.#sliders) {

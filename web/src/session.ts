@@ -4,6 +4,8 @@ import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './pro
 /** s without a state after which the page greys out. */
 export const STALE_AFTER = 0.5;
 
+/** s for which a refusal stands. */
+const SAID_FOR = 10;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -27,20 +29,28 @@ export class Session {
   paired = false;
   holder = 0;
   yours = false;
+  /** The server would give this client the lease: nobody has it, or the same person in another tab. */
+  takeable = false;
+  /** Who asks the holder for the lease; 0: nobody. */
+  asker = 0;
   /** A recording of the past is on the screen in place of the arm: nothing that the operator does may move the arm, but Stop. */
   past = false;
-  /** What was refused last, until something is granted or tried anew. */
-  lastError: { code: Refusal; message: string } | null = null;
+  /** How the operator leads now. */
+  means = ON_PAGE;
+  /** What was refused last; the page, too, may say so. */
+  lastError: { code: Refusal; message: string; at?: number } | null = null;
   statesReceived = 0;
   #stateAt = -Infinity;
+  /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
+  #grantAt = NaN;
 
   connectionBecame(status: ConnectionStatus): void {
     this.status = status;
     if (status === 'open') return;
     // Whatever was true of the lease ended with the connection.
     this.paired = false;
-    this.yours = false;
-    this.holder = 0;
+    this.yours = this.takeable = false;
+    this.holder = this.asker = 0;
   }
 
   take(message: ServerMessage, now: number): void {
@@ -58,9 +68,12 @@ export class Session {
       case 'lease':
         this.holder = message.holder;
         this.yours = message.yours;
+        this.takeable = message.takeable;
+        this.asker = message.asker;
+        this.#grantAt = message.grant_s === null ? NaN : now + message.grant_s;
         if (message.yours) this.lastError = null;
         break;
-      case 'error': this.lastError = { code: message.code, message: message.message }; break;
+      case 'error': this.lastError = { code: message.code, message: message.message, at: now }; break;
       case 'pong': break;
     }
   }
@@ -68,7 +81,11 @@ export class Session {
   isStale(now: number): boolean { return now - this.#stateAt > STALE_AFTER; }
 
   /** Whether this client has the lease, or would get it. */
-  get mayTake(): boolean { return this.yours || (this.paired && this.holder === 0); }
+  get mayTake(): boolean { return this.yours || this.takeable; }
+  /** Whether this client asks another for the lease. */
+  get asks(): boolean { return this.welcome !== null && this.asker === this.welcome.client; }
+  /** Whole s until `asker` gets the lease; NaN while something leads the arm. */
+  grantIn(now: number): number { return Math.max(0, Math.ceil(this.#grantAt - now)); }
 
   /** Whether a way in would move the arm now. */
   mayDrive(now: number): boolean {
@@ -76,7 +93,13 @@ export class Session {
     return this.yours && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
   }
 
-  get mayReset(): boolean { return !this.past && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
+  get mayReset(): boolean { return !this.past && this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
+
+  /** What was refused, for people: until something is granted or tried anew, or it is old and nothing waits for it. */
+  refusal(now: number): string {
+    const { lastError } = this;
+    return lastError && (lastError.at === undefined || lastError.code === 'code' || now - lastError.at < SAID_FOR) ? lastError.message : '';
+  }
 
   /** What the arm does, in a word or two. */
   title(now: number): string {
@@ -87,13 +110,15 @@ export class Session {
   }
 
   /** What the operator may do now, in a sentence. @param heldFor s for which a way in has had the hand */
-  advice(now: number, heldFor = 0, means = ON_PAGE): string {
+  advice(now: number, heldFor = 0): string {
+    const { means } = this;
     if (this.status === 'refused') return this.lastError?.message ?? 'This page is of another version: reload it.';
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
     if (this.past) return `You see a recording. The arm itself is ${this.state?.state ?? 'elsewhere'}; only Stop acts on it.`;
     if (!this.paired) return `You are watching. ${means.pair}`;
-    if (!this.yours && this.holder) return `Client ${this.holder} drives. You are watching; you may stop the arm.`;
+    if (this.asks) return `You asked client ${this.holder} for the arm. ${this.#granted(now)}`;
+    if (!this.yours && this.holder && !this.takeable) return `Client ${this.holder} drives. You are watching; you may stop the arm.`;
     const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A recording leads the arm. ${means.takeOver}`;
     switch (this.state?.state) {
       case 'idle': return 'The arm does not follow yet.';
@@ -109,6 +134,19 @@ export class Session {
       case 'fault': return `Fault. Look at the arm, then ${means.reset}.`;
       default: return '';
     }
+  }
+
+  #granted(now: number): string {
+    const left = this.grantIn(now);
+    return Number.isNaN(left) ? 'Something leads it now.' : `If nothing leads it, it is yours in ${left} s.`;
+  }
+
+  /** That somebody asks this client for the arm; empty: nobody does. */
+  asked(): string { return this.yours && this.asker ? `Client ${this.asker} asks for the arm.` : ''; }
+  /** When they get it all the same. */
+  askedUntil(now: number): string {
+    const left = this.grantIn(now);
+    return !this.asked() || Number.isNaN(left) ? '' : `Theirs in ${left} s if nothing leads it.`;
   }
 
   /** Which limit holds the arm back, for people; empty: none. */

@@ -3,7 +3,7 @@ import fixtures from '../protocol/fixtures/server.json';
 import { Connection, type ConnectionStatus, type Surroundings } from '../src/connection';
 import { Hand } from '../src/hand';
 import type { ClientMessage, ServerMessage } from '../src/protocol';
-import { Session, STALE_AFTER } from '../src/session';
+import { IN_HEADSET, Session, STALE_AFTER } from '../src/session';
 
 const server = fixtures as unknown as Record<string, ServerMessage>;
 
@@ -236,7 +236,8 @@ describe('session', () => {
       session.take({ type: 'lease', ...lease } as ServerMessage, 1);
       return session.advice(1);
     };
-    const nobody = { holder: 0, yours: false }, another = { holder: 7, yours: false }, me = { holder: 3, yours: true };
+    const none = { asker: 0, grant_s: null };
+    const nobody = { holder: 0, yours: false, takeable: true, ...none }, another = { holder: 7, yours: false, takeable: false, ...none }, me = { holder: 3, yours: true, takeable: false, ...none };
     expect(advice('engaged', 0, nobody)).toContain('recording leads');
     expect(advice('engaged', 0, me)).toContain('recording leads');
     expect(advice('engaged', 0, another)).toContain('Client 7');
@@ -252,6 +253,8 @@ describe('session', () => {
     for (const message of [server.paired!, server.lease!, { ...(server.state as object), state: 'ready', controls: { playback: -1 } }]) session.take(message as ServerMessage, 1);
     expect(session.advice(1, 0.1)).toContain('Drag the glass');
     expect(session.advice(1, 1)).toContain('Let go');
+    session.means = IN_HEADSET;
+    expect(session.advice(1)).toContain('Squeeze');
   });
 
   it('shows the past alone: nobody drives, nothing resets, and the words say so', () => {
@@ -267,12 +270,37 @@ describe('session', () => {
     expect(session.mayDrive(1)).toBe(true);
   });
 
-  it('says what was refused, until something is granted', () => {
+  it('says what was refused, until something is granted or it is old', () => {
     const session = new Session();
     session.take({ type: 'error', code: 'code', message: 'wrong' }, 1);
-    expect(session.lastError?.message).toBe('wrong');
+    expect([session.refusal(1), session.refusal(100)]).toEqual(['wrong', 'wrong']); // until another is typed
     session.take(server.paired!, 1);
-    expect(session.lastError).toBeNull();
+    expect(session.refusal(1)).toBe('');
+    session.take({ type: 'error', code: 'late', message: 'late' }, 1);
+    expect([session.refusal(5), session.refusal(20)]).toEqual(['late', '']);
+  });
+
+  it('tells who asks for the arm, and when they get it', () => {
+    const session = new Session();
+    session.connectionBecame('open');
+    const lease = (more: object) => session.take({ type: 'lease', holder: 7, yours: false, takeable: false, asker: 0, grant_s: null, ...more } as ServerMessage, 20);
+    for (const message of [server.welcome!, server.paired!, server.state!]) session.take(message, 20);
+    const own = session.welcome!.client;
+    lease({ asker: own, grant_s: null });
+    expect([session.asks, session.mayTake]).toEqual([true, false]);
+    expect(session.advice(20)).toContain('leads it now');
+    lease({ asker: own, grant_s: 7.5 });
+    expect(session.advice(20.2)).toContain('yours in 8 s');
+    expect(session.asked()).toBe('');
+    lease({ holder: own, yours: true, asker: 5, grant_s: 3 });
+    expect([session.asks, session.asked()]).toEqual([false, 'Client 5 asks for the arm.']);
+    expect(session.askedUntil(21.5)).toContain('in 2 s');
+    lease({ holder: own, yours: true, asker: 5 });
+    expect(session.askedUntil(21.5)).toBe('');
+    lease({ takeable: true });
+    expect(session.mayTake).toBe(true);
+    session.connectionBecame('lost');
+    expect([session.mayTake, session.asks]).toEqual([false, false]);
   });
 
   it('forgets the lease with the connection', () => {

@@ -5,7 +5,7 @@ const isPressed = (source: XRInputSource, button: number): boolean => source.gam
 
 /** What an operator holds. Hands that the headset sees come as sources, too: some of them with a gamepad of one button. */
 export function isController(source: XRInputSource): boolean {
-  return !source.hand && source.gripSpace !== undefined && (source.gamepad?.buttons.length ?? 0) > GRIP
+  return !source.hand && Boolean(source.gripSpace) && (source.gamepad?.buttons.length ?? 0) > GRIP
     && !source.profiles.some((profile) => profile.includes('hand'));
 }
 

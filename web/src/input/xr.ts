@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import type { Hand } from '../hand';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
-import { IN_HEADSET, type Session } from '../session';
+import { IN_HEADSET, ON_PAGE, type Session } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { Board } from './board';
 import { A, B, Buttons, GRIP, isController, STICK } from './controllers';
@@ -17,7 +17,7 @@ const LEAD_MAX = 0.1;
 export interface Acts { wantLease(): void; stop(): void; reset(): void }
 
 /** What the headset said last of the hand. */
-interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number }
+interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; at: number }
 
 /**
  * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales, and
@@ -41,7 +41,7 @@ export class Headset {
   #wroteAt = 0;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
-  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, lead: 0, at: Infinity };
+  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, at: Infinity };
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly acts: Acts, private readonly onChange: () => void) {
@@ -85,6 +85,7 @@ export class Headset {
       throw error;
     }
     this.session = session;
+    this.facts.means = IN_HEADSET;
     session.addEventListener('end', () => this.#left());
     session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
     xr.getReferenceSpace()?.addEventListener('reset', () => this.#recentred());
@@ -100,6 +101,7 @@ export class Headset {
   #left(): void {
     this.#letGo();
     this.session = null;
+    this.facts.means = ON_PAGE;
     this.#rig.visible = false;
     if (this.#mouse) this.#mouse.running = false;
     this.stage.present(null);
@@ -162,7 +164,6 @@ export class Headset {
     const last = this.#last;
     last.known = pose !== null;
     last.guessed = pose !== null && pose.emulatedPosition;
-    last.lead = lead;
     last.at = now;
     if (pose) {
       toRobot(pose.transform.position, last.pose.p);
@@ -174,8 +175,8 @@ export class Headset {
   }
 
   #tell(): void {
-    const { pose, known, guessed, lead } = this.#last;
-    this.hand.report('headset', known ? pose : null, guessed, lead);
+    const { pose, known, guessed } = this.#last;
+    this.hand.report('headset', known ? pose : null, guessed);
   }
 
   /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */
@@ -221,9 +222,9 @@ export class Headset {
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
-      !live ? 'what you see is old, the arm may move' : !present ? '' : facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
+      !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
       [present ? state.reason : '',
-        asks ? 'Look where the arm’s forward is, and press A.' : facts.advice(now, this.hand.heldFor, IN_HEADSET),
+        asks ? 'Look forward, and press A.' : facts.advice(now, this.hand.heldFor),
         present ? 'Grip leads · stick scales · A forward · B stops' : '',
         present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}` : '']);
     // It turns to whoever looks.
