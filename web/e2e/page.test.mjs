@@ -223,7 +223,7 @@ test('a finger leads the arm on a phone, and a gamepad leads and stops it', IN_C
     context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true },
     prepare: (context) => context.addInitScript(() => {
       globalThis.pads = [];
-      navigator.getGamepads = () => globalThis.pads;
+      navigator.getGamepads = () => globalThis.pads.map((pad) => pad && { ...pad, timestamp: performance.now() }); // one that talks
     }),
   });
   await ready(phone);

@@ -35,6 +35,12 @@ const input = (id: string) => element(id, HTMLInputElement);
 /** Hz, of the planner, that are offered beside the one it has. */
 const RATES = [50, 100, 250, 500];
 
+/** All of a list at once: one that opens has keys of its own while it is open, and Space would not come through. */
+function show(list: HTMLSelectElement, options: HTMLOptionElement[]): void {
+  list.replaceChildren(...options);
+  list.size = Math.max(2, options.length);
+}
+
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
 
@@ -123,7 +129,7 @@ export class Panel {
       return choice;
     });
     const list = element('playback', HTMLSelectElement);
-    list.replaceChildren(new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name)));
+    show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name))]);
   }
 
   #showRate(rate: number, yours: boolean, now: number): void {
@@ -131,7 +137,7 @@ export class Panel {
     list.disabled = !yours;
     if (!this.#isAnswered(list, now) || list.value === String(rate)) return;
     const rates = [...new Set([...RATES, rate])].sort((a, b) => a - b);
-    list.replaceChildren(...rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
+    show(list, rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
   }
 
   /** Whether the server's word may replace what this control shows. */
