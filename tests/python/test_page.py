@@ -21,7 +21,7 @@ def cases(browser, name, why, *files, tier=()):
 
 # The headset is emulated by a package, in whichever browser: once is enough.
 @pytest.mark.parametrize("browser, file", [
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset"),
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset", "first_quest"),
     *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops", tier=[pytest.mark.long]),
 ])
 def test_page_in_a_browser(browser, file):
