@@ -150,12 +150,22 @@ test('while the past is on the screen nothing but Stop acts on the arm, and noth
   await until(async () => !(await state(watcher)).recording, 'the recording to end');
   await page.click('#recordings button'); // the key is still held
   await page.waitForSelector('#past:not([hidden])');
+  assert.equal(await page.evaluate(() => globalThis.steadyhand.hand.source), null, 'let go at once, not by falling silent');
   await inState(watcher, 'ready');
   await rest(watcher);
   await staysPut(watcher, 300, 'a key is held from before');
   await page.keyboard.up('KeyE');
   await page.keyboard.down('KeyE');
   await staysPut(watcher, 700, 'a key is pressed');
+  await page.keyboard.up('KeyE');
+  await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
+  await until(async () => (await state(watcher)).controls.playback >= 0, 'a recording to lead the arm unseen');
+  await page.keyboard.down('KeyE');
+  await page.waitForTimeout(300);
+  assert.ok((await state(watcher)).controls.playback >= 0, 'no grip takes it over');
+  await say(page, { type: 'request', kind: 'playback', text: '' });
+  await inState(watcher, 'ready');
+  await rest(watcher);
   for (const shown of ['#latency', '#held', '#spill', '#plots', '#compare', '#reset']) assert.equal(await page.isVisible(shown), false, `${shown} is of now`);
   for (const control of ['#scale', '#playback', '#rate', '#record']) assert.equal(await page.isDisabled(control), true, `${control} acts on now`);
   assert.equal((await page.textContent('#state')).toLowerCase(), 'recording');
