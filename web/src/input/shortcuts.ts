@@ -17,12 +17,12 @@ export function listenForShortcuts(stop: () => void, reset: () => void): void {
     }
     if (event.key !== 'Enter') return;
     const { target } = event;
-    if (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio')) {
-      event.preventDefault();
+    if (target instanceof HTMLButtonElement || (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio'))) {
+      event.preventDefault(); // not every browser's Enter presses every button
       if (!event.repeat) target.click();
       return;
     }
-    const takesEnter = isTyped(target) || target instanceof HTMLButtonElement || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement;
+    const takesEnter = isTyped(target) || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement;
     if (!takesEnter && !event.repeat) reset();
   }, { capture: true });
   // Some browsers press a button when Space comes up again.
