@@ -40,7 +40,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  private:
   /// For as long as one request, or its answer, may take.
   void be_patient() {
-    timer_.expires_after(kPatience);
+    timer_.expires_after(desk_.patience);
     timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
       const auto self = weak.lock();
       // It may have been set anew while this call was on its way.

@@ -16,7 +16,6 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 constexpr Time kFarewell = std::chrono::milliseconds(200);  // for one that is thrown out to hear why
-constexpr Time kGlance = std::chrono::seconds(1);           // between looks at what the client is doing
 constexpr std::size_t kMaxQueued = 64;                      // messages other than states
 constexpr int kSendBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
 
@@ -44,7 +43,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
                             {"Connection", "Upgrade"},
                             {"Sec-WebSocket-Accept", accept_key(*request.find("sec-websocket-key"))}});
     write();
-    watch(kGlance);
+    watch();
     take(rest);
     read();
   }
@@ -155,19 +154,20 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   /// Ends the connection of a client that says or takes nothing.
-  void watch(Time pause) {
-    timer_.expires_after(pause);
+  void watch() {
+    timer_.expires_after(desk_.patience / 15);
     timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
       const auto self = weak.lock();
       if (!self || cancelled || self->closing_) return;
       const Time now = self->desk_.now();
       const Time silence = now - self->heard_;
-      if (silence > kPatience || (self->writing_ && now - self->written_ > kPatience)) return self->end();
-      if (silence > kPatience / 2 && self->control_.empty()) {
+      if (silence > self->desk_.patience || (self->writing_ && now - self->written_ > self->desk_.patience))
+        return self->end();
+      if (silence > self->desk_.patience / 2 && self->control_.empty()) {
         append_frame_head(self->control_, Opcode::kPing, 0);
         self->write();
       }
-      self->watch(kGlance);
+      self->watch();
     });
   }
 

@@ -111,5 +111,68 @@ TEST_F(CrowdTest, AFlooderThatDoesNotReadIsCutOff) {
   EXPECT_TRUE(wait_until([&] { return server_->counters().clients == 0; }));
 }
 
+/// A server that waits for nobody for longer than this.
+class PatienceTest : public CrowdTest {
+ protected:
+  PatienceTest() {
+    ServerSettings settings;
+    settings.patience = 600ms;
+    start(settings);
+  }
+};
+
+TEST_F(PatienceTest, WhoSaysNothingIsPingedAndThenLetGo) {
+  SocketClient& silent = come();
+  SocketClient& reads = come();
+  std::thread reader([&] { reads.hear("never said"); });  // answers pings
+  EXPECT_TRUE(silent.ends_within(5s));
+  std::this_thread::sleep_for(1s);
+  EXPECT_EQ(server_->counters().clients, 1u);
+  server_.reset();
+  reader.join();
+}
+
+TEST_F(PatienceTest, WhoTakesNothingIsLetGo) {
+  SocketClient full(server_->port(), 4096);
+  ASSERT_EQ(full.connect(), 101u);
+  full.greet();
+  ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
+  SessionSnapshot snapshot;
+  snapshot.measured.q.setZero(6);
+  EXPECT_TRUE(wait_until([&] {
+    server_->publish(snapshot);
+    full.say({{"type", "release"}});  // it is there, but reads nothing
+    std::this_thread::sleep_for(5ms);
+    return server_->counters().clients == 0;
+  }));
+}
+
+TEST_F(PatienceTest, ARequestThatNeverEndsIsLetGo) {
+  SocketClient slow(server_->port());
+  ASSERT_TRUE(slow.reach());
+  slow.say_bytes("GET / HTT");
+  EXPECT_TRUE(slow.ends_within(5s));
+}
+
+TEST_F(CrowdTest, AnEndlessRequestIsRefusedAtOnce) {
+  start();
+  SocketClient endless(server_->port());
+  ASSERT_TRUE(endless.reach());
+  endless.say_bytes("GET / HTTP/1.1\r\nEndless: " + std::string(9000, 'x'));
+  EXPECT_TRUE(endless.ends_within(5s));
+}
+
+TEST_F(CrowdTest, PingsAndFarewellsAreAnswered) {
+  start();
+  SocketClient& client = come();
+  client.say_bytes(frame(0x89, "how are you"));
+  client.say({{"type", "ping"}, {"t_s", 1.0}});
+  client.hear("pong");
+  client.say({{"type", "ping"}, {"t_s", 2.0}});
+  client.hear("pong");
+  EXPECT_EQ(client.pong(), "how are you");
+  EXPECT_TRUE(client.part());
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -350,6 +350,15 @@ TEST_F(AskingTest, WhoAskedGetsWhatTheHolderLeavesAndMayThinkBetterOfIt) {
   EXPECT_EQ(hub_.holder(), asker_);
 }
 
+TEST_F(AskingTest, WhoAsksAndFallsSilentIsForgotten) {
+  say(asker_, {{"type", "ask"}});
+  now_ += Hub::kLeaseSilence + Time(1);
+  say(holder_, {{"type", "ping"}, {"t_s", 1.0}});
+  hub_.tick(now_);
+  EXPECT_EQ(lease(holds_)["asker"], 0);
+  EXPECT_EQ(hub_.holder(), holder_);
+}
+
 TEST_F(AskingTest, OneAsksAtATimeAndNobodyUnpaired) {
   FakeOutbox stranger, third;
   say(greet(stranger), {{"type", "ask"}});
@@ -568,6 +577,15 @@ TEST_F(PlacesTest, ACrowdTakesNoPlaceFromAnotherAddress) {
   come(near);
   EXPECT_NE(last_, 0u);
   EXPECT_FALSE(here.closed || headset.closed);
+}
+
+TEST(Places, ANewcomerOfAnAddressThatIsThereReplacesItsOwn) {
+  std::vector<Guest> guests;
+  for (int i = 1; i <= 5; ++i)
+    guests.push_back({static_cast<std::uint64_t>(i), {"address " + std::to_string(i), false}, {}});
+  EXPECT_EQ(who_leaves(guests, {"address 3", false}), 3u);
+  EXPECT_EQ(who_leaves(guests, {"elsewhere", false}), 1u);
+  EXPECT_EQ(who_leaves({}, {"elsewhere", false}), std::nullopt);
 }
 
 TEST_F(PlacesTest, LoopbackKeepsItsPlacesHoweverManyAddressesThereAre) {

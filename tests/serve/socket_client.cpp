@@ -52,11 +52,15 @@ struct SocketClient::Impl {
   int receive_buffer = 0;
   asio::io_context io{};
   websocket::stream<tcp::socket> socket{io};
+  std::string pong{};
 };
 
 SocketClient::SocketClient(std::uint16_t port, int receive_buffer) : impl_(std::make_unique<Impl>()) {
   impl_->port = port;
   impl_->receive_buffer = receive_buffer;
+  impl_->socket.control_callback([pong = &impl_->pong](websocket::frame_type kind, beast::string_view payload) {
+    if (kind == websocket::frame_type::pong) *pong = std::string(payload);
+  });
 }
 SocketClient::~SocketClient() = default;
 
@@ -115,6 +119,14 @@ Json SocketClient::hear(const std::string& type) {
     if (message.is_null() || message["type"] == type) return message;
   }
 }
+
+bool SocketClient::part() {
+  error_code error;
+  impl_->socket.close(websocket::close_code::normal, error);
+  return !error;
+}
+
+const std::string& SocketClient::pong() const { return impl_->pong; }
 
 bool SocketClient::ends_within(Time span) {
   const auto end = std::chrono::steady_clock::now() + span;

@@ -42,6 +42,10 @@ class SocketClient {
   Json hear(const std::string& type);
   /// Whether the connection ends within this time, whatever comes until then. Nothing can be heard afterwards.
   bool ends_within(Time span);
+  /// Whether the server answers a farewell with its own.
+  bool part();
+  /// What came with the newest pong, as far as was read.
+  const std::string& pong() const;
   void greet() { say({{"type", "hello"}, {"version", 1}}); }
 
  private:
