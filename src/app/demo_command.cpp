@@ -183,7 +183,10 @@ Result<std::unique_ptr<Server>> start_server(const Options& options, const Serve
     ros2.lead_at_page(client != 0);
     desk.change_hands();
   };
-  callbacks.on_pairing = print_addresses;
+  callbacks.on_pairing = [lan = settings.lan](const std::vector<std::string>& urls) {
+    print_addresses(urls);
+    if (lan) std::cout << terminal_qr(urls.back()) << std::flush;
+  };
   callbacks.on_fetch = [&library](const std::string& path, SessionLibrary::Answer answer) {
     library.fetch(path, std::move(answer));
   };

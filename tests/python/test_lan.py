@@ -144,9 +144,11 @@ def test_serves_the_network_over_tls_to_who_knows_the_code(tmp_path):
             assert client.hear("error")["code"] == "unpaired"
             client.say({"type": "pair", "code": demo.code})
             assert client.hear("paired")["token"]
+            rows = demo.text.count("\x1b[38;2")
             client.say({"type": "take"})
             while not client.hear("lease")["yours"]:
                 pass
+            demo.wait_for(r"\x1b\[38;2", count=2 * rows)  # the next code as a QR code, too
             demo.wait_for(r"https://\S+#code=(\w+)", count=2)
             other.say({"type": "pair", "code": demo.code})
             refusal = other.hear("error")
