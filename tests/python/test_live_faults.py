@@ -91,40 +91,28 @@ def test_who_asks_gets_the_arm_when_its_holder_lets_go_and_stays_silent(demo):
     first, second = demo.client(), demo.client()
     first.grip()
     second.send(type="ask")
-    asked = first.wait_for("lease", yours=True)
-    assert asked["asker"] != 0 and asked["grant_s"] is None, "while it leads the arm it keeps it"
-    first.move(hand, 12.0)
-    assert first.state["state"] == "engaged"
+    assert first.wait_for("lease", yours=True)["asker"] != 0
+    leases = []
+
+    def listen(_=None):
+        second.ping()
+        leases.extend(m for m in second.messages() if m["type"] == "lease")
+
+    begin = time.monotonic()
+    while time.monotonic() < begin + 12.0:
+        first.grip(take=False)  # whenever this machine was too busy to send, the arm was let go
+        first.move(hand, 2.0, each=listen)
+    assert leases[-1]["asker"] != 0 and not leases[-1]["yours"], "while it leads the arm it keeps it"
     first.sample(hand(12.0), False)
     begin = time.monotonic()
-    first.messages()
-    given = None
-    while given is None and time.monotonic() < begin + 30.0:
+    while not leases[-1]["yours"]:
+        assert time.monotonic() < begin + 30.0
         first.ping()
-        second.ping()
-        given = next((m for m in second.messages(0.5) if m["type"] == "lease" and m["yours"]), None)
-    assert given and time.monotonic() - begin >= 9.9
+        first.messages(0.2)
+        listen()
+    assert time.monotonic() - begin >= 9.9
     assert still(second)
     second.grip(take=False)
-
-
-def test_a_stop_beside_a_reset_wins_and_stays(demo):
-    operator, other = demo.client(), demo.client(pair=False)
-    operator.grip()
-    operator.send(type="request", kind="stop")
-    for i in range(20):
-        operator.wait_for("state", state="stopping")
-        still(operator, 0.05)
-        operator.send(type="request", kind="reset")
-        (operator if i % 2 else other).send(type="request", kind="stop")
-        operator.move(hand, 0.2)
-        assert operator.state["state"] == "stopping", i
-    deadline = time.monotonic() + 30.0
-    while operator.state["state"] != "ready":  # a reset that comes after the stop was seen counts
-        assert time.monotonic() < deadline, operator.state
-        operator.send(type="request", kind="reset")
-        operator.move(hand, 0.1)
-    operator.grip(take=False)
 
 
 @pytest.mark.parametrize("after, again", [(0.0, False), (0.1, True), (0.6, False), (1.2, True), (2.3, False)])
