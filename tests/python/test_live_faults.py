@@ -115,6 +115,25 @@ def test_who_asks_gets_the_arm_when_its_holder_lets_go_and_stays_silent(demo):
     second.grip(take=False)
 
 
+def test_a_stop_beside_a_reset_wins_and_stays(demo):
+    operator, other = demo.client(), demo.client(pair=False)
+    operator.grip()
+    operator.send(type="request", kind="stop")
+    for i in range(20):
+        operator.wait_for("state", state="stopping")
+        still(operator, 0.05)
+        operator.send(type="request", kind="reset")
+        (operator if i % 2 else other).send(type="request", kind="stop")
+        operator.move(hand, 0.2)
+        assert operator.state["state"] == "stopping", i
+    deadline = time.monotonic() + 30.0
+    while operator.state["state"] != "ready":  # a reset that comes after the stop was seen counts
+        assert time.monotonic() < deadline, operator.state
+        operator.send(type="request", kind="reset")
+        operator.move(hand, 0.1)
+    operator.grip(take=False)
+
+
 @pytest.mark.parametrize("after, again", [(0.0, False), (0.1, True), (0.6, False), (1.2, True), (2.3, False)])
 def test_ctrl_c_at_any_moment_ends_in_order(tmp_path, after, again):
     process = subprocess.Popen([PROGRAM, "demo", "--headless", "--sessions", str(tmp_path)],
