@@ -129,11 +129,11 @@ setInterval(() => {
   const t = now();
   const dt = Math.min(0.1, t - lastHand);
   lastHand = t;
+  hand.repeat(); // also of a page that has just been hidden, and let go
   if (document.hidden) return;
   keys.update(dt);
   gamepads.update(dt);
   drag.report();
-  hand.repeat();
   headset.repeat(t);
 }, 11);
 
