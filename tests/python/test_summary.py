@@ -47,7 +47,14 @@ def test_counts_cases_and_names_what_failed_or_was_skipped(tmp_path):
     assert "failed: pytest t.c" in lines
 
 
+def test_a_run_that_left_no_results_has_failed(tmp_path):
+    write(tmp_path, pytest=PYTEST.replace("<error message=\"x\"/>", ""))
+    code, lines = summary(tmp_path)
+    assert (code, lines[-1]) == (1, "2 passed, 1 failed, 1 skipped")
+    assert "failed: ctest (asan) ended without its results" in lines
+
+
 def test_exit_code_is_zero_only_if_something_passed_and_nothing_failed(tmp_path):
     assert summary(tmp_path)[0] == 1
-    write(tmp_path, ctest=CTEST.replace('status="fail"><failure message="SEGFAULT"/>', 'status="run">'), test_core=CORE)
+    write(tmp_path, pytest=PYTEST.replace("<error message=\"x\"/>", ""), ctest=CTEST.replace('status="fail"><failure message="SEGFAULT"/>', 'status="run">'), test_core=CORE)
     assert summary(tmp_path)[0] == 0
