@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,9 @@ struct ArmState {
   std::uint64_t cycle = 0;  ///< counts control cycles of the arm, also those that the program slept through
   ArmStatus status = ArmStatus::kStarting;
   std::string_view reason;  ///< why it stopped; static text
+  /// Set while the arm follows if it got no command for the cycle before this one: where its own set-point has gone
+  /// meanwhile, in that cycle, within its limits. What it is sent next has to go on from there.
+  std::optional<JointCommand> carried_on;
 };
 
 struct ArmInfo {
@@ -42,8 +46,8 @@ class Arm {
   /// The commands from now on are samples of this plan, which was checked to its end, where it rests. Comes before the
   /// first of them, as often as the plan changes. For arms that are sent motions: to others it means nothing.
   virtual void follow(const Plan& plan) { (void)plan; }
-  /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it: an arm may
-  /// refuse a step, or limits exceeded, with a stop of its own.
+  /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it, the arm's own
+  /// too (ArmState::carried_on): an arm may refuse a step, or limits exceeded, with a stop of its own.
   virtual void send(const JointCommand& command) = 0;
   /// Asks the arm to begin (again) to follow commands, from where it stands; the first command must be there. Does not
   /// wait: the status tells when it does.

@@ -16,11 +16,14 @@ constexpr double kFirstStep = 0.01;  // rad (m)
 
 std::string_view CommandCheck::refusal(const JointCommand& command, const JointVector& q) {
   const std::string_view why = judge(command, q);
-  if (!why.empty()) return why;
+  if (why.empty()) take(command);
+  return why;
+}
+
+void CommandCheck::take(const JointCommand& command) {
   before_ = last_;
   last_ = command;
   received_ = std::min(received_ + 1, 2);
-  return "";
 }
 
 std::string_view CommandCheck::judge(const JointCommand& c, const JointVector& q) const {

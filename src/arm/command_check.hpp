@@ -18,6 +18,8 @@ class CommandCheck {
   void restart() { received_ = 0; }
   /// Why a command is refused; empty, and then it is remembered, if it is not. @param q where the arm stands
   std::string_view refusal(const JointCommand& command, const JointVector& q);
+  /// The arm's own set-point, where none came: what comes next is to continue that.
+  void take(const JointCommand& command);
   bool has_command() const { return received_ > 0; }
 
  private:

@@ -14,6 +14,7 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
       period_(from_seconds(1.0 / settings.rate_hz)),
       now_(clock.now()),
       check_(model),
+      carry_on_{settings.bridged, model.acceleration_max},
       q_(q),
       dq_(JointVector::Zero(model.dof())),
       random_(settings.seed) {
@@ -21,7 +22,7 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
 }
 
 void SimulatedArm::restart() {
-  received_ = 0;
+  stored_ = 0;
   check_.restart();
   status_ = ArmStatus::kStarting;
   reason_ = {};
@@ -43,6 +44,9 @@ ArmState SimulatedArm::receive() {
   state.cycle = cycle_;
   state.status = status_;
   state.reason = reason_;
+  if (status_ == ArmStatus::kFollowing && stored_ > 0 && set_point(0).stamp.made > last_.stamp.made) {
+    state.carried_on = set_point(0);
+  }
   if (settings_.noise > 0.0) {
     std::normal_distribution<double> normal(0.0, settings_.noise);
     for (int i = 0; i < q_.size(); ++i) {
@@ -56,18 +60,24 @@ ArmState SimulatedArm::receive() {
   return state;
 }
 
+/// From the cycle that began at now_ to the next, at `now`.
 void SimulatedArm::advance(Time now) {
+  if (status_ == ArmStatus::kFollowing && stored_ > 0 && set_point(0).stamp.made < now_) {  // without a command
+    const JointCommand own = carried_on(last_, to_seconds(now_ - last_.stamp.made), carry_on_);
+    check_.take(own);
+    store(own);
+  }
   now_ = now;
   ++cycle_;
   const double dt = to_seconds(period_);
   if (status_ == ArmStatus::kStarting && now >= following_since_) status_ = ArmStatus::kFollowing;
   if (status_ == ArmStatus::kFollowing &&
-      to_seconds(now - std::max(command(0).stamp.made, following_since_)) > settings_.command_timeout) {
+      to_seconds(now - std::max(last_.stamp.made, following_since_)) > settings_.command_timeout) {
     stop("no command came in time");
   }
-  if (status_ == ArmStatus::kFollowing && received_ > 0) {
+  if (status_ == ArmStatus::kFollowing && stored_ > 0) {
     const double share = settings_.servo_lag > 0.0 ? -std::expm1(-dt / settings_.servo_lag) : 1.0;
-    const JointVector next = q_ + share * (set_point(now - from_seconds(settings_.latency)) - q_);
+    const JointVector next = q_ + share * (effective(now - from_seconds(settings_.latency)) - q_);
     dq_ = (next - q_) / dt;
     q_ = next;
   } else {  // brakes
@@ -77,13 +87,19 @@ void SimulatedArm::advance(Time now) {
   }
 }
 
-/// The command that took effect last at time t, carried on at its speed for at most two cycles.
-JointVector SimulatedArm::set_point(Time t) const {
+/// The set-point that took effect last at time t, carried on at its speed for at most two cycles.
+JointVector SimulatedArm::effective(Time t) const {
   int age = 0;
-  while (age + 1 < received_ && command(age).stamp.made > t) ++age;
-  const JointCommand& c = command(age);
+  while (age + 1 < stored_ && set_point(age).stamp.made > t) ++age;
+  const JointCommand& c = set_point(age);
   const double ahead = std::clamp(to_seconds(t - c.stamp.made), 0.0, 2.0 * to_seconds(period_));
   return c.q + ahead * c.dq;
+}
+
+void SimulatedArm::store(const JointCommand& set_point) {
+  newest_ = (newest_ + 1) % kHistory;
+  set_points_[newest_] = set_point;
+  stored_ = std::min(stored_ + 1, kHistory);
 }
 
 void SimulatedArm::stop(std::string_view reason) {
@@ -94,9 +110,8 @@ void SimulatedArm::stop(std::string_view reason) {
 void SimulatedArm::send(const JointCommand& c) {
   if (status_ != ArmStatus::kFollowing) return;
   if (const std::string_view why = check_.refusal(c, q_); !why.empty()) return stop(why);
-  newest_ = (newest_ + 1) % kHistory;
-  commands_[newest_] = c;
-  received_ = std::min(received_ + 1, kHistory);
+  last_ = c;
+  store(c);
 }
 
 }  // namespace steadyhand

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "arm/arm.hpp"
+#include "arm/carry_on.hpp"
 #include "arm/command_check.hpp"
 #include "core/clock.hpp"
 #include "robot/model.hpp"
@@ -16,6 +17,7 @@ struct SimulatedArmSettings {
   double servo_lag = 0.010;  ///< s, time constant of the first-order servo, >= 0
   /// rad (m): steps of the measured position, that of a 19-bit encoder; 0: none.
   double quantisation = 1.2e-5;
+  double bridged = 0.004;  ///< s without a command that it carries its motion on, before it brakes
   double noise = 0.0;  ///< standard deviation of measured position, rad (m), and a hundred times that of speed
   unsigned seed = 1;   ///< of the noise
   double command_timeout = 0.1;  ///< s without a command after which the arm stops by itself, > 0
@@ -23,8 +25,9 @@ struct SimulatedArmSettings {
 };
 
 /// An arm of the model's limits that exists in the program only. Commands take effect after a latency, through a
-/// first-order servo. As a UR does, it stops by itself and stays so until restart() when a command is not finite, is
-/// out of the position, velocity or acceleration limits (by differences of positions), or steps, and when none came for
+/// first-order servo. In a cycle without a command it carries its motion on, and soon brakes. As a UR does, it stops by
+/// itself and stays so until restart() when a command is not finite, is out of the position, velocity or acceleration
+/// limits (by differences of positions, from cycle to cycle, its own set-points too), or steps, and when none came for
 /// a while.
 class SimulatedArm final : public Arm {
  public:
@@ -47,8 +50,9 @@ class SimulatedArm final : public Arm {
  private:
   void advance(Time now);
   void stop(std::string_view reason);
-  JointVector set_point(Time t) const;
-  const JointCommand& command(int age) const { return commands_[(newest_ - age + kHistory) % kHistory]; }
+  void store(const JointCommand& set_point);
+  JointVector effective(Time t) const;
+  const JointCommand& set_point(int age) const { return set_points_[(newest_ - age + kHistory) % kHistory]; }
 
   static constexpr int kHistory = 64;
   const RobotModel* model_;
@@ -61,8 +65,10 @@ class SimulatedArm final : public Arm {
   ArmStatus status_ = ArmStatus::kStarting;
   std::string_view reason_;
   Time following_since_;
-  std::array<JointCommand, kHistory> commands_;  ///< ring
-  int newest_ = 0, received_ = 0;                ///< received since restart, up to kHistory
+  CarryOn carry_on_;
+  JointCommand last_;                              ///< command
+  std::array<JointCommand, kHistory> set_points_;  ///< ring: one a cycle, sent or its own
+  int newest_ = 0, stored_ = 0;                    ///< stored since the first command, up to kHistory
   JointVector q_, dq_;
   std::mt19937 random_;
 };

@@ -104,6 +104,7 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
                        version_.bugfix),
            6, connection_->rtde->rate_hz(), settings.delay};
   period_ = from_seconds(1.0 / info_.rate_hz);
+  carry_on_ = {settings.program.bridged / info_.rate_hz, JointVector::Constant(6, settings.program.braking)};
   program_.session = kFirstSession;
   program_.velocity_max = model.velocity_max;
   program_.acceleration_max = model.acceleration_max;
@@ -223,7 +224,17 @@ ArmState UniversalRobotsArm::receive() {
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
                                               : ArmStatus::kStarting;
   if (phase_ != Phase::kStopped) state_.reason = {};
+  tell_what_was_carried_on();
   return state_;
+}
+
+/// Cycles that we slept through the program bridged by itself, and braked. It would find its way to any set-point near
+/// by; from where it is now there is none to find.
+void UniversalRobotsArm::tell_what_was_carried_on() {
+  state_.carried_on.reset();
+  const Time without = state_.joints.stamp.made - period_ - last_command_.stamp.made;
+  if (phase_ != Phase::kFollowing || last_command_.q.size() == 0 || without < period_ / 2) return;
+  state_.carried_on = steadyhand::carried_on(last_command_, to_seconds(without), carry_on_);
 }
 
 /// Counts cycles by the controller's clock, and brings its stamp to ours.
@@ -278,6 +289,7 @@ void UniversalRobotsArm::proceed() {
       if (ours() && report_.program >= UrProgramState::kReady) {
         phase_ = Phase::kFollowing;
         check_.restart();
+        last_command_ = {};
       } else if (long_ago(settings_.start_within)) {
         stop("the controller does not start the program: switch it to remote control at the pendant");
       }
@@ -333,6 +345,7 @@ void UniversalRobotsArm::upload() {
 void UniversalRobotsArm::send(const JointCommand& command) {
   if (phase_ != Phase::kFollowing) return;
   if (const std::string_view why = check_.refusal(command, state_.joints.q); !why.empty()) return stop(why);
+  last_command_ = command;
   send_input(&command);
 }
 

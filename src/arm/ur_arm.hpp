@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "arm/arm.hpp"
+#include "arm/carry_on.hpp"
 #include "arm/command_check.hpp"
 #include "arm/offset_filter.hpp"
 #include "arm/rtde_client.hpp"
@@ -84,6 +85,7 @@ class UniversalRobotsArm final : public Arm {
   void keep_time();
   void keep_time_alone();
   void proceed();
+  void tell_what_was_carried_on();
   bool long_ago(double seconds) const;
   void begin_program();
   void upload();
@@ -107,6 +109,8 @@ class UniversalRobotsArm final : public Arm {
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
   CommandCheck check_;
+  CarryOn carry_on_;           ///< of the program
+  JointCommand last_command_;  ///< since it follows; without joints: none yet
   bool silent_ = false, known_ = false;
   std::uint64_t phase_since_ = 0;  ///< cycle
   Time period_, last_timestamp_{0};

@@ -218,6 +218,7 @@ ArmState Ros2Arm::receive() {
     lets_go_ = false;
     hold_here();
   }
+  carry_on();
   following_.store(phase_ == Phase::kFollowing, std::memory_order_relaxed);
   state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
@@ -296,6 +297,45 @@ void Ros2Arm::proceed() {
   }
 }
 
+/// Through cycles that we slept through the controller goes on along what it was sent. Until it has executed all
+/// commands there is time to send it the newest plan; then it follows the plan that came with the last trajectory, and
+/// what comes next has to begin there.
+void Ros2Arm::carry_on() {
+  state_.carried_on.reset();
+  if (phase_ != Phase::kFollowing || sent_count_ == 0) return;
+  const Time now = state_.joints.stamp.made, last = sent_[newest_sent_].stamp.made;
+  if (now - period_ - last < period_ / 2) return;
+  const bool executed = now - lead_ > last;
+  const Plan& plan = executed ? order_.plan : plan_;
+  if (executed) order_.count = 0;
+  for (Time t = executed ? last - kMargin : last + period_; t < now - period_ / 2; t += period_) {
+    if (t < plan.start) continue;
+    const JointCommand own = sample(plan, t);
+    order(own, now);
+    if (t <= last) continue;
+    remember(own);
+    check_.take(own);
+  }
+  cycles_since_order_ = cycles_per_order_;
+  state_.carried_on = sent_[newest_sent_];
+}
+
+void Ros2Arm::remember(const JointCommand& command) {
+  newest_sent_ = (newest_sent_ + 1) % kSent;
+  sent_[newest_sent_] = command;
+  sent_count_ = std::min(sent_count_ + 1, kSent);
+}
+
+/// What is executed by `now`, and arrives late at that, goes.
+void Ros2Arm::order(const JointCommand& command, Time now) {
+  const auto keep = std::find_if(order_.commands.begin(), order_.commands.begin() + order_.count,
+                                 [&](const JointCommand& c) { return c.stamp.made >= now - lead_ - kMargin; });
+  const auto gone = keep - order_.commands.begin();
+  std::move(keep, order_.commands.begin() + order_.count, order_.commands.begin());
+  order_.count = std::min(order_.count - static_cast<int>(gone), Order::kCommands - 1);
+  order_.commands[order_.count++] = command;
+}
+
 /// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
 /// the way to us they may have been held up.
 bool Ros2Arm::off_plan() const {
@@ -342,17 +382,8 @@ void Ros2Arm::send(const JointCommand& command) {
     return stop("a command is not on the plan that was checked");
   }
   last_command_ = state_.joints.stamp.made;
-  newest_sent_ = (newest_sent_ + 1) % kSent;
-  sent_[newest_sent_] = command;
-  sent_count_ = std::min(sent_count_ + 1, kSent);
-  // What is executed by now, and arrives late at that, goes.
-  const auto keep = std::find_if(order_.commands.begin(), order_.commands.begin() + order_.count,
-                                 [&](const JointCommand& c) { return c.stamp.made >= now - lead_ - kMargin; });
-  const auto gone = keep - order_.commands.begin();
-  std::move(keep, order_.commands.begin() + order_.count, order_.commands.begin());
-  order_.count = std::min(order_.count - static_cast<int>(gone), Order::kCommands - 1);
-  order_.commands[order_.count] = command;
-  order_.commands[order_.count++].ddq = on_plan.ddq;
+  remember(command);
+  order({command.stamp, command.q, command.dq, on_plan.ddq}, now);
   if (++cycles_since_order_ < cycles_per_order_) return;
   cycles_since_order_ = 0;
   order_.plan = plan_;

@@ -86,6 +86,9 @@ class Ros2Arm final : public Arm {
   void proceed();
   void begin_settling();
   void hold_here();
+  void carry_on();
+  void remember(const JointCommand& command);
+  void order(const JointCommand& command, Time now);
   bool off_plan() const;
   bool heard_lately() const;
   bool standing() const;

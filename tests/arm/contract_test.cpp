@@ -6,6 +6,7 @@
 
 #include "arm/simulated_arm.hpp"
 #include "arm/ur_lockstep.hpp"
+#include "core/arrows.hpp"
 #include "plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
@@ -155,6 +156,36 @@ TEST_P(ArmContract, StopsByItselfWhenNoCommandComes) {
   for (int i = 0; i < 1000; ++i) state = arm->receive();
   EXPECT_LT(state.joints.dq.norm(), 0.05);
   EXPECT_EQ(state.status, ArmStatus::kStopped);
+}
+
+/// Of cycles that were slept through it tells where it has gone meanwhile; commands that go on there are no step, and
+/// those that go on by time, where they would have led by then, are at most what the arm did by itself.
+TEST_P(ArmContract, TellsWhereItWentWithoutCommandsAndGoesOnFromThere) {
+  const double period = 1.0 / arm->info().rate_hz;
+  for (const int lost : {1, 2, 4}) {
+    ArmState state = swing(0.2, 4.0, 0.4);  // 0.8 rad/s, and about to change
+    ASSERT_EQ(state.status, ArmStatus::kFollowing) << state.reason;
+    EXPECT_FALSE(state.carried_on);
+    const JointCommand before = sample(plan, state.joints.stamp.made - from_seconds(period));
+    clock.advance((lost + 0.5) * period);
+    state = arm->receive();
+    ASSERT_EQ(state.status, ArmStatus::kFollowing) << state.reason;
+    ASSERT_TRUE(state.carried_on);
+    const JointCommand own = *state.carried_on;
+    EXPECT_NEAR(to_seconds(state.joints.stamp.made - own.stamp.made), period, 2e-9);
+    const double dt = to_seconds(own.stamp.made - before.stamp.made);
+    EXPECT_LE((own.dq - before.dq).cwiseAbs().maxCoeff(), 1.001 * dt * 15.0);
+    EXPECT_LE((own.q - before.q - 0.5 * dt * (own.dq + before.dq)).cwiseAbs().maxCoeff(), 0.26 * dt * dt * 15.0);
+    make_straight_stop(model, own, 0.0, plan);
+    arm->follow(plan);
+    for (int i = 0; i < 200; ++i) {
+      arm->send(sample(plan, state.joints.stamp.made));
+      state = arm->receive();
+      ASSERT_EQ(state.status, ArmStatus::kFollowing) << state.reason;
+      ASSERT_FALSE(state.carried_on);
+    }
+    arm->restart();
+  }
 }
 
 /// Each is refused with a stop of which only restart() is the end, and then the arm follows again from where it stands.
