@@ -40,7 +40,12 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.x0 << now.q, now.dq;
   instance_.reference = reference;
   warm_start_.shift(instance_.x0, reference.start);
-  solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
+  try {
+    solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
+  } catch (...) {  // a third party's: it has failed, and the arm goes on along what was checked
+    solution_.status = SolveStatus::kInvalid;
+    solution_.iterations = 0;
+  }
 
   // Between the solution's last node and rest lies a stop that the problem does not know: it may need to begin earlier.
   fault_ = PlanFault::kNotFinite;

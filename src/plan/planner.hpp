@@ -31,6 +31,8 @@ class Planner {
   void reset(const JointVector& q, Time now);
   /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
   void continue_from(const Plan& followed) { plan_ = followed; }
+  /// Another solver, of ocp(), than the settings name.
+  void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
   /// Weights for the next plans, in the order of ocp().objectives().
   void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
 

@@ -273,6 +273,7 @@ class FatropSolver final : public Solver {
       program.algorithm->reset();
       flag = program.algorithm->optimize();
     } catch (const OutOfTime&) {
+    } catch (...) {  // FATROP's own: what it leaves behind is judged as any other point
     }
     solution.iterations += program.data->iteration_number();
     read(program, instance, solution);

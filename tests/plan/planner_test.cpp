@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <stdexcept>
 
 #include "ocp/evaluation.hpp"
 #include "plan/straight_stop.hpp"
@@ -92,6 +93,31 @@ TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
   const Plan& next = loop.planner->update(loop.reference(from_seconds(5.0)));
   EXPECT_EQ(next.origin, PlanOrigin::kSolved);
   EXPECT_EQ(next.x[0].head(6), good.x[good.intervals].head(6));
+}
+
+/// FATROP throws where it cannot go on, and so may what it stands on.
+struct Thrower final : Solver {
+  std::string_view name() const override { return "thrower"; }
+  void solve(const OcpInstance&, const Trajectory&, const std::vector<std::vector<double>>*, const SolveBudget&,
+             Solution& solution) override {
+    solution.status = SolveStatus::kSolved;
+    solution.iterations = 3;
+    throw std::runtime_error("no way");
+  }
+};
+
+TEST(Planner, KeepsTheLastPlanWhenTheSolverThrows) {
+  Loop loop(8);
+  for (int i = 0; i < 10; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+  const Plan good = loop.planner->plan();
+  loop.planner->use(std::make_unique<Thrower>());
+  const Plan& kept = loop.planner->update(loop.reference(from_seconds(0.5)));
+  EXPECT_NE(loop.planner->fault(), PlanFault::kNone);
+  EXPECT_EQ(kept.origin, PlanOrigin::kPrevious);
+  EXPECT_EQ(kept.start, good.start);
+  for (int k = 0; k <= good.intervals; ++k) EXPECT_EQ(kept.x[k], good.x[k]);
+  loop.planner->use(*make_solver(kDefaultSolver, loop.planner->ocp(), 1e-6));
+  EXPECT_EQ(loop.planner->update(loop.reference(from_seconds(0.55))).origin, PlanOrigin::kSolved);
 }
 
 /// Planning a step of the way, and once more by a planner whose solver has no time for it.
