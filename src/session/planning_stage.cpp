@@ -14,20 +14,38 @@ namespace {
 /// within 0.6 s.
 constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 10.0;
 
+/// By how much plans stay inside the limits: more than the tolerances of solver and check, and than what is between the
+/// instants that the check looks at.
+constexpr double kPositionMargin = 1e-4;  // rad (m)
+constexpr double kMargin = 1e-4;          // share of speed and acceleration
+
+/// The model with a share of its limits, less the margins, and spheres that much larger that where two of these overlap
+/// by what plans may between nodes those of the model do not; less so if they are nearer than that at home.
+RobotModel within(const RobotModel& model, double share, double overlap) {
+  RobotModel limited = model;
+  limited.velocity_max *= share * (1.0 - kMargin);
+  limited.acceleration_max *= share * (1.0 - kMargin);
+  const JointVector range = model.position_max - model.position_min;
+  const JointVector margin = (0.01 * range).cwiseMin(kPositionMargin);
+  limited.position_min += margin;
+  limited.position_max -= margin;
+  Kinematics arm(model);
+  arm.set_position(model.home);
+  const double room = model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, overlap);
+  for (Sphere& sphere : limited.spheres) sphere.radius += 0.5 * room;
+  return limited;
+}
+
 }  // namespace
 
 Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share,
                                                      const PlanningSettings& settings) {
-  std::unique_ptr<RobotModel> slow;
-  if (share < 1.0) {
-    slow = std::make_unique<RobotModel>(model);
-    slow->velocity_max *= share;
-    slow->acceleration_max *= share;
-  }
-  const RobotModel& limited = slow ? *slow : model;
-  auto planner = Planner::make(limited, settings.ocp, settings.planner);
+  auto limited =
+      std::make_unique<RobotModel>(within(model, share, settings.planner.check.overlap_between_nodes));
+  auto planner = Planner::make(*limited, settings.ocp, settings.planner);
   if (!planner) return planner.error();
-  return Gear{std::move(slow), std::move(*planner), Kinematics(limited)};
+  Kinematics arm(*limited);
+  return Gear{std::move(limited), share < 1.0, std::move(*planner), std::move(arm)};
 }
 
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
@@ -185,7 +203,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
 
 /// At rest, where there is no motion that the other limits would not allow.
 void PlanningStage::change_gear() {
-  if (!gear_.slow || followed_for_ < settings_.first_moves) return;
+  if (!gear_.is_slow || followed_for_ < settings_.first_moves) return;
   std::swap(gear_, *next_gear_);
 }
 

@@ -60,7 +60,8 @@ class PlanningStage {
  private:
   /// What plans within certain limits.
   struct Gear {
-    std::unique_ptr<const RobotModel> slow;  ///< the model with a share of its limits; null: with all of them
+    std::unique_ptr<const RobotModel> model;  ///< its limits less margins
+    bool is_slow = false;                     ///< with a share of the limits
     std::unique_ptr<Planner> planner;
     Kinematics arm;
   };
