@@ -63,15 +63,17 @@ def command_limits(session, _):
 
 
 def command_steps(session, _):
-    """A servo that hears nothing stands, or goes straight on for a little. So after a gap the next command may be no
-    further than from where it was left than a joint moves in two cycles."""
-    c, speed_max = session.commands, share(session.robot, "velocity_max", COMMANDED)
+    """A servo that hears nothing goes on for two cycles, and then it brakes. So after a gap the next command may be no
+    further from where it was left than that leads, and a cycle."""
+    c, change_max = session.commands, share(session.robot, "acceleration_max", COMMANDED)
     if len(c) < 3:
         return
-    cycle = np.median(np.diff(c.t))
-    step = np.abs(np.diff(c.q, axis=0)) - 2.0 * cycle * speed_max
+    on = 3.0 * np.median(np.diff(c.t))
+    speed = np.abs(c.dq[:-1]) + on * change_max
+    braking = np.clip(np.diff(c.t)[:, None] - on, 0.0, speed / change_max)
+    step = np.abs(np.diff(c.q, axis=0)) - speed * (on + braking) + 0.5 * change_max * braking**2
     follows = ~restarts(session)
-    yield from worst("command step", c.t[1:][follows], step[follows], "more than two cycles' way at once")
+    yield from worst("command step", c.t[1:][follows], step[follows], "more at once than an arm goes on by itself")
 
 
 def measured_limits(session, _):
