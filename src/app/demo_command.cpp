@@ -69,14 +69,8 @@ std::string format_summary(const RobotModel& model, const LiveSummary& s) {
       format_timing(s.solve_us), s.plans, s.failed_plans, s.late_plans, s.cycles, s.missed_deadlines,
       s.cycles > 0 ? 100.0 * static_cast<double>(s.missed_deadlines) / static_cast<double>(s.cycles) : 0.0,
       format_timing(s.wake_us));
-  const MonitorResult& m = s.monitor;
-  text += fmt::format("commands           {} looked at, {} beyond a limit, {} in contact", m.commands, m.beyond_limits,
-                      m.in_contact);
-  if (m.nearest[0] >= 0) {
-    text += fmt::format("; smallest gap {:.1f} mm ({}, {})", 1e3 * m.smallest_clearance,
-                        model.spheres[m.nearest[0]].name, model.spheres[m.nearest[1]].name);
-  }
-  text += fmt::format("\nliquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
+  text += to_text(s.monitor, model);
+  text += fmt::format("liquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
   if (s.tap_drops > 0) text += fmt::format("recording          {} messages were dropped\n", s.tap_drops);
   for (const auto& [reason, count] : s.holds) text += fmt::format("held back          {} x {}\n", count, reason);
   return text;

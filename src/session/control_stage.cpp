@@ -13,6 +13,19 @@ namespace {
 constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
 /// Measured speed below which an arm that stopped by itself counts as standing.
 constexpr double kStanding = 0.02;  // rad/s (m/s)
+/// After lost cycles the arm comes to rest so slowly, if the planner does not plan on before.
+constexpr double kEasy = 0.2;  // s
+
+bool same(const JointCommand& a, const JointCommand& b, double tolerance) {
+  return (a.q - b.q).cwiseAbs().maxCoeff() <= tolerance && (a.dq - b.dq).cwiseAbs().maxCoeff() <= tolerance;
+}
+
+/// Position at time t between two commands: the cubic that has their positions and speeds.
+JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
+  const double h = to_seconds(b.stamp.made - a.stamp.made), s = to_seconds(t - a.stamp.made) / h;
+  const double rest = 1.0 - s;
+  return rest * rest * ((1.0 + 2.0 * s) * a.q + s * h * a.dq) + s * s * ((1.0 + 2.0 * rest) * b.q - rest * h * b.dq);
+}
 
 }  // namespace
 
@@ -26,6 +39,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const std::uint64_t missed = first ? 0 : state.cycle - last_cycle_ - 1;
   last_cycle_ = state.cycle;
   if (first) anchor(state.joints.q, now);
+  if (state.carried_on) resume(*state.carried_on);
   (void)links_->hand.read(hand_);
   take_plan(now);
 
@@ -61,10 +75,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
 
   output_.command = tracker_.update(now);
-  last_ = output_.command;
-  newest_ = (newest_ + 1) % kHistory;
-  history_[newest_] = last_;
-  stored_ = std::min(stored_ + 1, kHistory);
+  remember(output_.command);
   const Plan& plan = tracker_.plan();
   at_rest_ = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
   if (after == SupervisionState::kFault) at_rest_ = state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
@@ -80,7 +91,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   view_.missed_deadlines += missed;
   links_->report.write({now, after, supervisor_.engagements(), supervisor_.grip(), soft_});
   links_->control_view.write(view_);
-  if (input.arm_follows) links_->taps.commands.push(last_);
+  if (input.arm_follows && links_->taps.commands.push({last_, anew_})) anew_ = false;
   links_->taps.states.push(state.joints);
   if (transition != nullptr) {
     const bool failure = after == SupervisionState::kFault ||
@@ -98,9 +109,8 @@ void ControlStage::take_plan(Time now) {
   const SupervisionState state = supervisor_.state();
   const bool wanted = state == SupervisionState::kReady || state == SupervisionState::kEngaged ||
                       state == SupervisionState::kHolding || soft_;
-  const JointCommand here = tracker_.update(pending_.start), there = sample(pending_, pending_.start);
-  const bool continues = pending_.start > last_.stamp.made && (here.q - there.q).cwiseAbs().maxCoeff() <= kContinuity &&
-                         (here.dq - there.dq).cwiseAbs().maxCoeff() <= kContinuity;
+  const bool continues = pending_.start > last_.stamp.made &&
+                         same(tracker_.update(pending_.start), sample(pending_, pending_.start), kContinuity);
   if (!wanted || !continues) {
     ++view_.rejected_plans;
     return;
@@ -120,11 +130,34 @@ void ControlStage::follow(const Plan& plan) {
   links_->followed.write(plan);
 }
 
+void ControlStage::remember(const JointCommand& command) {
+  last_ = command;
+  newest_ = (newest_ + 1) % kHistory;
+  history_[newest_] = command;
+  stored_ = std::min(stored_ + 1, kHistory);
+}
+
+/// The arm went on by itself, and is not where the plan would have it by now: commands go on from where it is. They
+/// lead to rest, as gently as a stop that is under way bears it, and the planner plans on from there. Without a way
+/// that passes the check the arm is past help, but for the shortest.
+void ControlStage::resume(const JointCommand& carried_on) {
+  remember(carried_on);
+  if (same(tracker_.update(carried_on.stamp.made), carried_on, 1e-3 * kContinuity)) return;
+  const SupervisionState state = supervisor_.state();
+  const bool hard = (state == SupervisionState::kStopping && !soft_) || state == SupervisionState::kFault;
+  for (const double duration : {hard ? 0.0 : kEasy, 0.0}) {
+    make_straight_stop(kinematics_.model(), carried_on, duration, candidate_);
+    if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) break;
+  }
+  follow(candidate_);
+}
+
 /// From here on the commands are that the arm stands at q.
 void ControlStage::anchor(const JointVector& q, Time now) {
   stand(q, now, candidate_);
   follow(candidate_);
   has_pending_ = false;
+  anew_ = true;
   stored_ = 0;
   last_ = sample(candidate_, now);
 }
@@ -152,7 +185,8 @@ bool ControlStage::off_plan(const JointState& measured) const {
   for (int age = 0; age < stored_; ++age) {
     const JointCommand& command = history_[(newest_ - age + kHistory) % kHistory];
     if (command.stamp.made > then) continue;
-    const JointVector expected = command.q + to_seconds(then - command.stamp.made) * command.dq;
+    const JointVector expected = age > 0 ? between(command, history_[(newest_ - age + 1 + kHistory) % kHistory], then)
+                                         : command.q + to_seconds(then - command.stamp.made) * command.dq;
     return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
   }
   return false;

@@ -10,13 +10,12 @@ namespace steadyhand {
 struct ControlSettings {
   SupervisorSettings supervisor;
   double off_plan_max = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
-  /// So many cycles slept through in a row stop the arm. Commands go by time, so a short sleep skips some of them and
-  /// no more; this is half of what a UR waits for at most.
+  /// So many cycles slept through in a row stop the arm. After fewer it goes on from where it went by itself.
   std::uint64_t stall_cycles = 50;
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
   double soft_stop = 0.5;
   double arm_delay = 0.0;  ///< s, see ArmInfo
-  PlanCheckSettings check;
+  PlanCheckSettings check{.overlap_between_nodes = 0.0};  ///< of stops straight on
 };
 
 /// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make
@@ -40,6 +39,8 @@ class ControlStage {
  private:
   void take_plan(Time now);
   void follow(const Plan& plan);
+  void remember(const JointCommand& command);
+  void resume(const JointCommand& carried_on);
   void anchor(const JointVector& q, Time now);
   void brake();
   void begin_stop(const Transition& transition, Time now);
@@ -51,7 +52,8 @@ class ControlStage {
   Supervisor supervisor_;
   Tracker tracker_;
   Plan pending_, candidate_;
-  bool has_pending_ = false, anchored_ = false, at_rest_ = true;
+  bool has_pending_ = false, at_rest_ = true;
+  bool anew_ = true;   ///< the next command that taps see is the first after an anchor
   bool soft_ = false;  ///< stopping, by the planner's plans
   Time stop_by_{0};
   HandReport hand_;

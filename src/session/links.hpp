@@ -74,6 +74,11 @@ struct PlanningRecord {
   bool engaged = false;  ///< following the hand, not coming to rest
 };
 
+struct TappedCommand {
+  JointCommand command;
+  bool anew = false;  ///< the arm was restarted where it stands: it need not continue those before
+};
+
 /// Copies of everything on its way, for a recorder. What does not fit is dropped and counted; nobody waits.
 struct TapRings {
   // written by the planner thread
@@ -82,7 +87,7 @@ struct TapRings {
   SpscRing<AppliedSettings> settings{64};
   SpscRing<PlanningRecord> steps{64};  ///< some of all: see PlanningSettings::tap_period
   // written by the control thread
-  SpscRing<JointCommand> commands{2048};
+  SpscRing<TappedCommand> commands{2048};
   SpscRing<JointState> states{2048};
   SpscRing<SupervisionChange> changes{256};
 };

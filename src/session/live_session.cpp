@@ -174,7 +174,11 @@ void LiveSession::drain() {
   empty(rings.targets, taps_.target, nothing);
   empty(rings.settings, taps_.settings, nothing);
   empty(rings.steps, taps_.step, nothing);
-  empty(rings.commands, taps_.command, [&](const JointCommand& command) { monitor_.update(command); });
+  TappedCommand tapped;
+  while (rings.commands.pop(tapped)) {
+    monitor_.update(tapped.command, tapped.anew);
+    if (taps_.command) taps_.command(tapped.command);
+  }
   empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
   empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
 }

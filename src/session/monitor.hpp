@@ -1,20 +1,33 @@
 #pragma once
 
 #include <limits>
+#include <string>
 
 #include "arm/liquid.hpp"
 #include "robot/kinematics.hpp"
 
 namespace steadyhand {
 
-/// What the whole session's commands and measured motion came to.
+/// What the whole session's commands and measured motion came to. Whatever is more than rounding counts, and by how
+/// much is told.
 struct MonitorResult {
   std::uint64_t commands = 0, states = 0;
-  std::uint64_t beyond_limits = 0;  ///< commands out of the model's position, velocity or acceleration limits
-  std::uint64_t in_contact = 0;  ///< commands that let a pair of spheres overlap by more than plans may between nodes
-  double smallest_clearance = std::numeric_limits<double>::infinity();  ///< m, over all commands
+  /// Commands out of the model's limits of position, speed or acceleration, by their own word or by what became of them
+  /// from one to the next, however long that took.
+  std::uint64_t beyond_limits = 0;
+  std::uint64_t too_fast = 0;    ///< measured states beyond a speed limit
+  std::uint64_t in_contact = 0;  ///< commands that let a pair of spheres overlap
+  // ---- the most by which anything was beyond a limit, 0: nothing was
+  double position_excess = 0.0;      ///< rad (m)
+  double speed_excess = 0.0;         ///< rad/s (m/s)
+  double acceleration_excess = 0.0;  ///< rad/s^2 (m/s^2)
+  double step = 0.0;                 ///< rad (m): of a command, beyond where those accelerations lead
+  double measured_excess = 0.0;      ///< rad/s (m/s), of measured speed
+  double smallest_clearance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
   std::array<int, 2> nearest{-1, -1};                                   ///< pair of spheres at that
 };
+/// In two lines or more, for people.
+std::string to_text(const MonitorResult& result, const RobotModel& model);
 
 /// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
 /// independent witness of what the session did. It also carries the liquid, driven by the glass as measured. One
@@ -24,7 +37,8 @@ class Monitor {
   /// The model must outlive it.
   Monitor(const RobotModel& model, const GlassSettings& glass);
 
-  void update(const JointCommand& command);
+  /// @param anew the arm was restarted where it stands: the command need not continue those before
+  void update(const JointCommand& command, bool anew = false);
   void update(const JointState& state);
   void reset_liquid() { liquid_.reset(); }
 

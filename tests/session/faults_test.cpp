@@ -18,7 +18,7 @@ struct Faults : testing::Test {
     session.run(2.0);
     EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
   }
-  void TearDown() override { session.expect_safe(); }
+  void TearDown() override { session.expect_safe(forced); }
 
   /// The commands bring the arm to rest within `seconds`, and the state is this.
   void expect_rest_within(double seconds, State state) {
@@ -45,6 +45,7 @@ struct Faults : testing::Test {
   }
 
   VirtualSession session;
+  bool forced = false;  ///< the arm was moved by force
 };
 
 TEST_F(Faults, ReleaseBringsTheArmToRestAndGrippingAgainMovesIt) {
@@ -73,6 +74,7 @@ OperatorSample of_another_hand(OperatorSample sample) {
 }
 
 TEST_F(Faults, AnotherHandsFirstGripIsFollowedHoweverSoonItComes) {
+  const double usual = largest_move([&] { session.run(1.0); });
   bool changed = false;
   session.channel = [&](const OperatorSample& s) {
     if (!changed) {  // all of this between two steps of the planner
@@ -86,7 +88,7 @@ TEST_F(Faults, AnotherHandsFirstGripIsFollowedHoweverSoonItComes) {
     }
     session.deliver(of_another_hand(s));
   };
-  EXPECT_LT(largest_move([&] { session.run(1.0); }), 0.002);  // it takes hold of the glass where that is
+  EXPECT_LT(largest_move([&] { session.run(1.0); }), 1.2 * usual);  // it takes hold of the glass where that is
   EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
   EXPECT_EQ(session.view.reason, "the arm follows a new grip");
 }
@@ -110,11 +112,12 @@ TEST_F(Faults, PacketsLostAtRandomAreNotNoticed) {
 
 TEST_F(Faults, BurstsHoldTheArmAndTheNewestWins) {
   std::vector<OperatorSample> waiting;
-  const double begin = session.now();
   session.hand = sweeping({0.05, 0.05, 0.02}, 1.0);
   session.clutch = false;
   session.run(1.0);
   ASSERT_TRUE(session.grip());
+  session.run(1.0);
+  const double usual = largest_move([&] { session.run(3.0); });
   session.channel = [&](const OperatorSample& s) {  // 300 ms at once
     waiting.push_back(s);
     if (to_seconds(s.stamp.hand - waiting.front().stamp.hand) < 0.3) return;
@@ -129,8 +132,7 @@ TEST_F(Faults, BurstsHoldTheArmAndTheNewestWins) {
     }
   });
   EXPECT_TRUE(held);
-  EXPECT_LT(move, 0.002);
-  EXPECT_GT(session.now(), begin);
+  EXPECT_LT(move, 1.2 * usual);
 }
 
 TEST_F(Faults, RepeatedAndReorderedPacketsChangeNothing) {
@@ -201,20 +203,28 @@ TEST_F(Faults, TheDevicesClockIsSetBackOrAhead) {
   }
 }
 
-TEST_F(Faults, APlannerThatIsLateByHalfASecondHolds) {
+TEST_F(Faults, APlannerThatIsLateByAFifthOfASecondHoldsAndFollowsAgainByItself) {
   session.planner_runs = false;
-  bool held = false;
-  for (int i = 0; i < 250; ++i) {
-    session.cycle();
-    held = held || session.state() != State::kEngaged;
-  }
-  EXPECT_TRUE(held);
-  session.planner_runs = true;
   session.run(0.2);
-  EXPECT_NE(session.state(), State::kStopping);
+  EXPECT_EQ(session.state(), State::kHolding) << session.view.reason;
+  session.planner_runs = true;
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kEngaged; }, 0.2)) << session.view.reason;
+  EXPECT_EQ(session.view.reason, "the hand is back");
+  const JointVector q = session.last_command.q;
+  session.run(1.0);
+  EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+  EXPECT_GT((session.last_command.q - q).norm(), 0.05);
+}
+
+TEST_F(Faults, APlannerThatIsLateByHalfASecondNeedsAFreshGrip) {
+  session.planner_runs = false;
+  session.run(0.5);
+  EXPECT_EQ(session.state(), State::kReady) << session.view.reason;
+  session.planner_runs = true;
+  expect_rest_within(1.5, State::kReady);
   EXPECT_TRUE(session.grip());
   session.run(1.0);
-  EXPECT_EQ(session.state(), State::kEngaged);
+  EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
 }
 
 TEST_F(Faults, APlannerThatDiedLeavesTheArmAtRest) {
@@ -285,6 +295,7 @@ TEST_F(Faults, AnArmThatStopsByItselfIsAFaultUntilReset) {
 }
 
 TEST_F(Faults, AnArmThatIsPushedOffItsPlanStopsAndIsTakenOverWhereItStands) {
+  forced = true;
   session.arm().push(JointVector::Constant(6, 0.3));
   session.run(0.01);
   EXPECT_EQ(session.state(), State::kStopping);
@@ -308,17 +319,29 @@ TEST_F(Faults, AStopIsObeyedAtOnceAndLastsUntilReset) {
   EXPECT_TRUE(session.grip());
 }
 
-TEST_F(Faults, AControlLoopThatSleptStopsTheArm) {
-  session.clock().advance(0.15);
-  session.cycle();
-  // The arm may have stopped by itself before.
-  EXPECT_TRUE(session.state() == State::kStopping || session.state() == State::kFault);
-  session.run(1.0);
-  session.ask_reset();
-  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5)) << session.view.reason;
-  session.ask_reset();
-  session.run(0.1);
-  EXPECT_TRUE(session.grip());
+TEST(Stalls, AControlLoopThatSleptStopsTheArm) {
+  for (const double timeout : {1.0, 0.1}) {  // the arm's own, which comes first or does not
+    VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+    options.arm.command_timeout = timeout;
+    VirtualSession session(options);
+    session.hand = sweeping({0.15, 0.2, 0.1});
+    session.run(0.2);
+    ASSERT_TRUE(session.grip());
+    session.run(2.0);
+    session.clock().advance(0.15);
+    session.cycle();
+    EXPECT_EQ(session.state(), timeout > 0.15 ? State::kStopping : State::kFault) << session.view.reason;
+    EXPECT_EQ(session.view.reason, timeout > 0.15 ? "the control loop stalled" : "no command came in time");
+    EXPECT_TRUE(session.run_until([&] { return session.at_rest(); }, 0.5));
+    const JointVector q = session.last_command.q;
+    session.run(1.0);
+    EXPECT_LT((session.last_command.q - q).norm(), 1e-3);
+    EXPECT_FALSE(session.grip());
+    session.ask_reset();
+    EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5)) << session.view.reason;
+    EXPECT_TRUE(session.grip());
+    session.expect_safe();
+  }
 }
 
 TEST_F(Faults, ShortSleepsOfTheControlLoopAreNoReasonToStop) {

@@ -158,6 +158,28 @@ TEST_P(Pushed, IntoItselfItMovesAlongAndComesBackCalmly) {
   EXPECT_LT(session.monitor().result().smallest_clearance, 0.01);  // it was pushed there
 }
 
+/// Joints that may hardly move: the arm goes to their limits, and to the last digit no further.
+TEST(Motion, ALimitOfPositionIsKeptToTheLastDigit) {
+  RobotModel model = ur5e();
+  model.position_min = model.home.array() - 0.25;
+  model.position_max = model.home.array() + 0.25;
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  options.model = &model;
+  VirtualSession session(options);
+  session.hand = sweeping({0.4, 0.5, 0.3}, 2.0);
+  double farthest = 0.0;
+  session.on_command = [&](const JointCommand& c) {
+    farthest = std::max(farthest, (c.q - model.home).cwiseAbs().maxCoeff());
+  };
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  session.run(10.0);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  EXPECT_GT(farthest, 0.249);
+  EXPECT_LE(farthest, 0.25);
+  session.expect_safe();
+}
+
 /// Hands that lead through the singularities of wrist, elbow and shoulder.
 TEST(Motion, SingularitiesStopNothing) {
   struct Path {

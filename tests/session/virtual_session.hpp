@@ -27,6 +27,7 @@ inline const RobotModel& ur5e() {
 class VirtualSession {
  public:
   struct Options {
+    const RobotModel* model = &ur5e();
     std::string profile = "waiter";
     double planner_rate_hz = 50.0;
     double solve_time = 0.003;  ///< s that a plan takes to reach control
@@ -34,6 +35,8 @@ class VirtualSession {
     double first_moves = 0.0, first_share = 1.0;
     SolveBudget budget;
     SimulatedArmSettings arm;
+    /// Makes another arm than that.
+    std::function<std::unique_ptr<Arm>(Clock&)> make_arm;
 
     static Options at_rate(double hz) {
       Options options;
@@ -43,7 +46,9 @@ class VirtualSession {
     }
   };
 
-  explicit VirtualSession(const Options& options) : options_(options), arm_(ur5e(), ur5e().home, options.arm, clock_) {
+  explicit VirtualSession(const Options& options) : options_(options), model_(*options.model) {
+    arm_ = options.make_arm ? options.make_arm(clock_)
+                            : std::make_unique<SimulatedArm>(model_, model_.home, options.arm, clock_);
     const auto profile = load_profile(options.profile);
     EXPECT_TRUE(profile) << profile.error().message;
     PlanningSettings planning;
@@ -53,16 +58,16 @@ class VirtualSession {
     planning.first_moves = options.first_moves;
     planning.first_share = options.first_share;
     planning.retarget.ramp = 0.5;
-    planning.cycle = 1.0 / options.arm.rate_hz;
+    planning.cycle = 1.0 / arm_->info().rate_hz;
     planning.planner.budget = options.budget;
     planning.lead = PlanningSettings::default_lead(1.0 / options.planner_rate_hz);
-    auto stage = PlanningStage::make(ur5e(), planning, planner_side_, clock_);
+    auto stage = PlanningStage::make(model_, planning, planner_side_, clock_);
     EXPECT_TRUE(stage) << stage.error().message;
     planning_ = std::move(*stage);
     ControlSettings control;
-    control.arm_delay = arm_.info().delay;
-    control_ = std::make_unique<ControlStage>(ur5e(), control, control_side_);
-    monitor_ = std::make_unique<Monitor>(ur5e(), GlassSettings{});
+    control.arm_delay = arm_->info().delay;
+    control_ = std::make_unique<ControlStage>(model_, control, control_side_);
+    monitor_ = std::make_unique<Monitor>(model_, GlassSettings{});
     next_step_ = next_sample_ = clock_.now();
   }
   /// At 50 Hz, where a test takes a moment; STEADYHAND_TEST_RATE runs all of them at another rate.
@@ -80,6 +85,8 @@ class VirtualSession {
   bool planner_runs = true;
   /// Called before (true) and after (false) each step of a stage.
   std::function<void(bool begins)> around_control = [](bool) {}, around_planner = [](bool) {};
+  /// Called for what the arm reports in each cycle.
+  std::function<void(const ArmState&)> on_state = [](const ArmState&) {};
   /// Called for every command before the arm gets it.
   std::function<void(const JointCommand&)> on_command = [](const JointCommand&) {};
 
@@ -107,7 +114,8 @@ class VirtualSession {
   }
 
   void cycle() {
-    const ArmState measured = arm_.receive();
+    const ArmState measured = arm_->receive();
+    on_state(measured);
     const Time now = measured.joints.stamp.made;
     for (; next_sample_ <= clock_.now(); next_sample_ += std::chrono::milliseconds(11)) {
       OperatorSample sample;
@@ -122,16 +130,17 @@ class VirtualSession {
     around_control(true);
     const ControlStage::Output& output = control_->step(measured);
     around_control(false);
-    if (output.restart_arm) arm_.restart();
+    if (output.restart_arm) arm_->restart();
     on_command(output.command);
-    arm_.send(output.command);
+    if (output.follows != nullptr) arm_->follow(*output.follows);
+    arm_->send(output.command);
     // What an arm is told to follow is what its commands are samples of, whatever goes wrong.
     if (output.follows != nullptr) followed_ = *output.follows;
     const JointCommand planned = sample(followed_, output.command.stamp.made);
     EXPECT_TRUE(planned.q == output.command.q && planned.dq == output.command.dq) << to_seconds(now);
     last_command = output.command;
-    JointCommand command;
-    while (control_side_.taps.commands.pop(command)) monitor_->update(command);
+    TappedCommand tapped;
+    while (control_side_.taps.commands.pop(tapped)) monitor_->update(tapped.command, tapped.anew);
     JointState joints;
     while (control_side_.taps.states.pop(joints)) monitor_->update(joints);
     (void)control_side_.control_view.read(view);
@@ -158,7 +167,7 @@ class VirtualSession {
     kinematics_.set_position(q);
     return {kinematics_.p(), Quaternion(kinematics_.R())};
   }
-  SimulatedArm& arm() { return arm_; }
+  SimulatedArm& arm() { return dynamic_cast<SimulatedArm&>(*arm_); }
   ManualClock& clock() { return clock_; }
   double now() const { return to_seconds(clock_.now()); }
   const Monitor& monitor() const { return *monitor_; }
@@ -172,22 +181,24 @@ class VirtualSession {
   PlannerView planner_view;
   JointCommand last_command;
 
-  /// What must hold whatever was done to it. Call at the end of every test.
-  void expect_safe() const {
-    EXPECT_EQ(monitor_->result().beyond_limits, 0u);
-    EXPECT_EQ(monitor_->result().in_contact, 0u);
-    EXPECT_GT(monitor_->result().commands, 0u);
+  /// What must hold whatever was done to it. Call at the end of every test. @param forced the arm was moved by force
+  void expect_safe(bool forced = false) const {
+    const MonitorResult& seen = monitor_->result();
+    EXPECT_TRUE(seen.beyond_limits == 0 && seen.in_contact == 0 && (forced || seen.too_fast == 0))
+        << to_text(seen, model_);
+    EXPECT_GT(seen.commands, 0u);
   }
 
  private:
   Options options_;
+  const RobotModel& model_;
   ManualClock clock_;
-  SimulatedArm arm_;
+  std::unique_ptr<Arm> arm_;
   Links planner_side_, control_side_;  ///< what lies between them is the solve time
   std::unique_ptr<PlanningStage> planning_;
   std::unique_ptr<ControlStage> control_;
   std::unique_ptr<Monitor> monitor_;
-  Kinematics kinematics_{ur5e()};
+  Kinematics kinematics_{model_};
   Plan plan_, followed_;
   Time next_step_, next_sample_, plan_due_{0};
 };
