@@ -18,8 +18,8 @@ struct SimulatedArmSettings {
   /// rad (m): steps of the measured position, that of a 19-bit encoder; 0: none.
   double quantisation = 1.2e-5;
   double bridged = 0.004;  ///< s without a command that it carries its motion on, before it brakes
-  double noise = 0.0;  ///< standard deviation of measured position, rad (m), and a hundred times that of speed
-  unsigned seed = 1;   ///< of the noise
+  double noise = 0.0;      ///< standard deviation of measured position, rad (m), and a hundred times that of speed
+  unsigned seed = 1;       ///< of the noise
   double command_timeout = 0.1;  ///< s without a command after which the arm stops by itself, > 0
   double start_time = 0.05;      ///< s from restart() to following
 };

@@ -1,5 +1,6 @@
 #include "plan/plan_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace steadyhand {
@@ -40,6 +41,9 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   const int n = model.dof();
   const double dt = plan.dt, tolerance = settings.tolerance;
 
+  if (!(dt > 0.0 && dt < 1e6) || plan.intervals < 0 || plan.intervals > Plan::kMaxIntervals) {
+    return PlanFault::kNotFinite;
+  }
   for (int k = 0; k <= plan.intervals; ++k) {
     if (plan.x[k].size() != 2 * n || !plan.x[k].allFinite()) return PlanFault::kNotFinite;
     if (k < plan.intervals && (plan.u[k].size() != n || !plan.u[k].allFinite())) return PlanFault::kNotFinite;
@@ -47,9 +51,14 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   if ((plan.x[0] - before).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kDiscontinuous;
   if (plan.x[plan.intervals].tail(n).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kNotAtRest;
 
+  // The state that the arm has now may be outside; what matters is where the plan leads: no further.
+  const JointVector q0 = plan.x[0].head(n), fastest = model.velocity_max.cwiseMax(plan.x[0].tail(n).cwiseAbs());
+  const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
+  kinematics.set_position(q0);
+  const double depth = -kinematics.clearance() + tolerance;
   const auto in_collision = [&](Time t, double overlap) {
     kinematics.set_position(sample(plan, t).q);
-    return kinematics.clearance() < -overlap;
+    return kinematics.clearance() < -std::max(overlap, depth);
   };
   const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
   for (int k = 0; k < plan.intervals; ++k) {
@@ -59,9 +68,8 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
       const double s = dt * i / commands;
       const JointVector dq = plan.x[k].tail(n) + s * plan.u[k];
       const JointVector q = plan.x[k].head(n) + s * plan.x[k].tail(n) + (0.5 * s * s) * plan.u[k];
-      // The state that the arm has now may be slightly outside; what matters is where the plan leads.
-      if (k + i > 0 && beyond(dq, -model.velocity_max, model.velocity_max, tolerance)) return PlanFault::kVelocity;
-      if (k + i > 0 && beyond(q, model.position_min, model.position_max, tolerance)) return PlanFault::kPosition;
+      if (beyond(dq, -fastest, fastest, tolerance)) return PlanFault::kVelocity;
+      if (beyond(q, lowest, highest, tolerance)) return PlanFault::kPosition;
       if (i == commands) {
         const double jump = std::max((q - plan.x[k + 1].head(n)).lpNorm<Eigen::Infinity>(),
                                      (dq - plan.x[k + 1].tail(n)).lpNorm<Eigen::Infinity>());

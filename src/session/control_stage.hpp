@@ -14,7 +14,7 @@ struct ControlSettings {
   std::uint64_t stall_cycles = 50;
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
   double soft_stop = 0.5;
-  double arm_delay = 0.0;  ///< s, see ArmInfo
+  double arm_delay = 0.0;                                 ///< s, see ArmInfo
   PlanCheckSettings check{.overlap_between_nodes = 0.0};  ///< of stops straight on
 };
 

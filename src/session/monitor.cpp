@@ -48,10 +48,9 @@ Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
 void Monitor::update(const JointCommand& command, bool anew) {
   const RobotModel& model = commanded_.model();
   MonitorResult& r = result_;
-  bool outside =
-      note(excess(command.q, model.position_min, model.position_max), kPosition, r.position_excess) |
-      note(excess(command.dq, model.velocity_max), kSpeed, r.speed_excess) |
-      note(excess(command.ddq, model.acceleration_max), kAcceleration, r.acceleration_excess);
+  bool outside = note(excess(command.q, model.position_min, model.position_max), kPosition, r.position_excess) |
+                 note(excess(command.dq, model.velocity_max), kSpeed, r.speed_excess) |
+                 note(excess(command.ddq, model.acceleration_max), kAcceleration, r.acceleration_excess);
   const double dt = to_seconds(command.stamp.made - last_command_.stamp.made);
   if (r.commands > 0 && !anew) {  // what it says of its derivatives may not be what it does
     const JointVector way = command.q - last_command_.q, change = command.dq - last_command_.dq;

@@ -40,8 +40,7 @@ RobotModel within(const RobotModel& model, double share, double overlap) {
 
 Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share,
                                                      const PlanningSettings& settings) {
-  auto limited =
-      std::make_unique<RobotModel>(within(model, share, settings.planner.check.overlap_between_nodes));
+  auto limited = std::make_unique<RobotModel>(within(model, share, settings.planner.check.overlap_between_nodes));
   auto planner = Planner::make(*limited, settings.ocp, settings.planner);
   if (!planner) return planner.error();
   Kinematics arm(*limited);

@@ -32,7 +32,8 @@ struct Turning : testing::Test {
   JointCommand command(Time now) const {
     const double t = to_seconds(now - begin), up = std::min(t, 0.1);
     const JointVector ones = JointVector::Ones(6);
-    return {{now, now}, model.home + (5.0 * up * up + (t - up)) * ones, 10.0 * up * ones, (t < 0.1 ? 10.0 : 0.0) * ones};
+    return {
+        {now, now}, model.home + (5.0 * up * up + (t - up)) * ones, 10.0 * up * ones, (t < 0.1 ? 10.0 : 0.0) * ones};
   }
 
   std::mt19937 random;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -203,7 +205,67 @@ TEST(PlanCheck, FindsEachFault) {
   };
   EXPECT_EQ(with_limit([](RobotModel& m) { m.velocity_max.setConstant(0.01); }), PlanFault::kVelocity);
   EXPECT_EQ(with_limit([&](RobotModel& m) { m.position_max = good.x[0].head(6).array() - 1.0; }), PlanFault::kPosition);
-  EXPECT_EQ(with_limit([](RobotModel& m) { m.spheres[m.pairs[0].first].radius = 3.0; }), PlanFault::kSelfCollision);
+  const auto apart = [&](const SpherePair& pair, int k) {
+    loop.arm.set_position(good.x[k].head(6));
+    return std::sqrt(loop.arm.squared_distance(pair));
+  };
+  RobotModel close = loop.model;  // one pair, which comes nearer on the way, and is near already
+  const auto nears = [&](const SpherePair& pair) { return apart(pair, 0) - apart(pair, 8) > 0.005; };
+  const auto found = std::find_if(loop.model.pairs.begin(), loop.model.pairs.end(), nears);
+  ASSERT_NE(found, loop.model.pairs.end());
+  close.pairs = {*found};
+  close.spheres[found->first].radius = apart(*found, 0) - 0.001 - close.spheres[found->second].radius;
+  EXPECT_EQ(with_limit([&](RobotModel& m) { m = close; }), PlanFault::kSelfCollision);
+}
+
+/// An arm that braked by itself may stand a little beyond a limit: it must be possible to lead it back.
+TEST(PlanCheck, LetsAPlanLeadBackFromBeyondALimitAndNoFurther) {
+  Loop loop(10);
+  const auto fault = [&](const RobotModel& model, double acceleration) {  // of all joints for 0.1 s, and to rest
+    Plan plan;
+    stand(model.home, Time(0), plan);
+    plan.intervals = 4;
+    for (int k = 0; k < 4; ++k) {
+      plan.u[k] = JointVector::Constant(6, k < 2 ? acceleration : -acceleration);
+      plan.x[k + 1].resize(12);
+      plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+          plan.x[k].tail(6) + plan.dt * plan.u[k];
+    }
+    Kinematics arm(model);
+    return check_plan(plan, plan.x[0], {}, arm);
+  };
+  RobotModel beyond = loop.model;
+  beyond.position_max = beyond.home.array() - 0.001;
+  EXPECT_EQ(fault(beyond, -0.3), PlanFault::kNone);
+  EXPECT_EQ(fault(beyond, 0.0), PlanFault::kNone);
+  EXPECT_EQ(fault(beyond, 0.3), PlanFault::kPosition);
+
+  RobotModel touching = loop.model;  // one pair of spheres, larger than where it is now
+  const auto gap = [&](double offset) {
+    loop.arm.set_position(loop.model.home.array() + offset);
+    return std::sqrt(loop.arm.squared_distance(touching.pairs[0]));
+  };
+  const auto moves = [&](const SpherePair& pair) {
+    touching.pairs = {pair};
+    return std::abs(gap(1e-3) - gap(0.0)) > 1e-4;
+  };
+  ASSERT_TRUE(std::any_of(loop.model.pairs.begin(), loop.model.pairs.end(), moves));
+  const auto [first, second] = touching.pairs[0];
+  touching.spheres[first].radius = gap(0.0) + 0.002 - touching.spheres[second].radius;
+  const double deeper = gap(1e-3) < gap(0.0) ? 0.3 : -0.3;
+  EXPECT_EQ(fault(touching, -deeper), PlanFault::kNone);
+  EXPECT_EQ(fault(touching, 0.0), PlanFault::kNone);
+  EXPECT_EQ(fault(touching, deeper), PlanFault::kSelfCollision);
+}
+
+TEST(PlanCheck, RefusesIntervalsThatAreNone) {
+  Loop loop(10);
+  for (const double dt : {0.0, -0.05, std::nan(""), 1e300, std::numeric_limits<double>::infinity()}) {
+    Plan plan;
+    stand(loop.model.home, Time(0), plan);
+    plan.dt = dt;
+    EXPECT_EQ(check_plan(plan, plan.x[0], {}, loop.arm), PlanFault::kNotFinite) << dt;
+  }
 }
 
 TEST(Allocation, NoneInKinematicsEvaluationCheckAndTracking) {

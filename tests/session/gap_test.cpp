@@ -43,12 +43,12 @@ class Receiver {
   void judge(const JointCommand& c, const char* what) {
     if (known_) {
       const double dt = to_seconds(c.stamp.made - before_.stamp.made);
-      const JointVector &fastest = ur5e().velocity_max, &most = ur5e().acceleration_max;
+      const JointVector &speed_max = ur5e().velocity_max, &most = ur5e().acceleration_max;
       const JointVector way = (c.q - before_.q).cwiseAbs(), change = (c.dq - before_.dq).cwiseAbs();
       const JointVector astray = (c.q - before_.q - 0.5 * dt * (c.dq + before_.dq)).cwiseAbs();
       ASSERT_GT(dt, 0.0);
-      ASSERT_LE((c.dq.cwiseAbs() - fastest).maxCoeff(), 1e-9) << what << " after " << dt;
-      ASSERT_LE((way - dt * fastest).maxCoeff(), 3e-6) << what << " after " << dt;
+      ASSERT_LE((c.dq.cwiseAbs() - speed_max).maxCoeff(), 1e-9) << what << " after " << dt;
+      ASSERT_LE((way - dt * speed_max).maxCoeff(), 3e-6) << what << " after " << dt;
       ASSERT_LE((change - dt * most).maxCoeff(), 2e-5) << what << " after " << dt;
       ASSERT_LE((astray - 0.25 * dt * dt * most).maxCoeff(), 3e-6) << what << " after " << dt;
       ++judged;

@@ -39,8 +39,9 @@ TEST_F(Witness, HasNothingAgainstMotionAtTheLimits) {
   for (const double dt : {0.002, 0.02, 0.1}) {  // however far apart commands are
     for (int k = 0; k * dt < 0.4; ++k) {
       const double t = k * dt, up = std::min(t, 0.2), down = t - up;
-      JointCommand c = command(10.0 / dt + t, home + one(0.5 * most * up * up + down * most * 0.2 - 0.5 * most * down * down),
-                               one(most * (up - down)));
+      JointCommand c =
+          command(10.0 / dt + t, home + one(0.5 * most * up * up + down * most * 0.2 - 0.5 * most * down * down),
+                  one(most * (up - down)));
       c.ddq = one(t < 0.2 ? most : -most);
       witness.update(c, k == 0);
     }
@@ -106,7 +107,8 @@ TEST_F(Witness, CountsOverlapOfATenthOfAMillimetre) {
   const auto clearance = [&](const JointVector& q) { return arm.set_position(q), arm.clearance(); };
   JointVector into;
   do {
-    into = home + 2.0 * JointVector::NullaryExpr(6, [&] { return std::uniform_real_distribution<double>(-1, 1)(random); });
+    into =
+        home + 2.0 * JointVector::NullaryExpr(6, [&] { return std::uniform_real_distribution<double>(-1, 1)(random); });
   } while (clearance(into) > -0.02);
   double clear = 0.0, touching = 1.0;  // shares of the way there
   for (int i = 0; i < 60; ++i) {
