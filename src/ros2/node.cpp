@@ -28,11 +28,15 @@ Error failure(const std::string& what, dds_return_t code) {
 /// On DDS the topics of ROS begin with rt.
 std::string dds_name(const std::string& topic) { return (topic.starts_with('/') ? "rt" : "rt/") + topic; }
 
-Qos make_qos(bool reliable) {
+Qos make_qos(bool reliable, const Ros2Type& type) {
   Qos qos(dds_create_qos(), dds_delete_qos);
   dds_qset_reliability(qos.get(), reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_MSECS(100));
   dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, reliable ? 1 : kAtOnce);
+  if (!type.hash.empty()) {
+    const std::string told = fmt::format("typehash=RIHS01_{};", type.hash);
+    dds_qset_userdata(qos.get(), told.data(), told.size());
+  }
   return qos;
 }
 
@@ -92,27 +96,27 @@ Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime) {
 
 Ros2Node::~Ros2Node() { (void)dds_delete(participant_); }
 
-Result<dds_entity_t> Ros2Node::make_topic(const dds_topic_descriptor_t& type, const std::string& topic) {
-  const dds_entity_t entity = dds_create_topic(participant_, &type, dds_name(topic).c_str(), nullptr, nullptr);
+Result<dds_entity_t> Ros2Node::make_topic(const Ros2Type& type, const std::string& topic) {
+  const dds_entity_t entity =
+      dds_create_topic(participant_, type.descriptor, dds_name(topic).c_str(), nullptr, nullptr);
   if (entity < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be made", topic), entity);
   return entity;
 }
 
-Result<dds_entity_t> Ros2Node::make_writer(const dds_topic_descriptor_t& type, const std::string& topic,
-                                           Time lifespan) {
+Result<dds_entity_t> Ros2Node::make_writer(const Ros2Type& type, const std::string& topic, Time lifespan) {
   const Result<dds_entity_t> entity = make_topic(type, topic);
   if (!entity) return entity.error();
-  const Qos qos = make_qos(true);
+  const Qos qos = make_qos(true, type);
   if (lifespan > Time(0)) dds_qset_lifespan(qos.get(), lifespan.count());
   const dds_entity_t writer = dds_create_writer(participant_, *entity, qos.get(), nullptr);
   if (writer < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be published", topic), writer);
   return writer;
 }
 
-Status Ros2Node::make_reader(const dds_topic_descriptor_t& type, const std::string& topic, Heard heard) {
+Status Ros2Node::make_reader(const Ros2Type& type, const std::string& topic, Heard heard) {
   const Result<dds_entity_t> entity = make_topic(type, topic);
   if (!entity) return entity.error();
-  const Qos qos = make_qos(false);
+  const Qos qos = make_qos(false, type);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
   listeners_.push_back(std::make_unique<Heard>(std::move(heard)));
   const Listener listener(dds_create_listener(listeners_.back().get()), dds_delete_listener);

@@ -60,7 +60,7 @@ class Ros2Node {
   /// @param lifespan after which a message that has not arrived is not sent again; 0: never
   template <typename Message>
   Result<Ros2Publisher<Message>> publish(const std::string& topic, Time lifespan = Time(0)) {
-    const Result<dds_entity_t> writer = make_writer(descriptor_of(static_cast<Message*>(nullptr)), topic, lifespan);
+    const Result<dds_entity_t> writer = make_writer(type_of(static_cast<Message*>(nullptr)), topic, lifespan);
     if (!writer) return writer.error();
     return Ros2Publisher<Message>(*writer);
   }
@@ -69,7 +69,7 @@ class Ros2Node {
   /// every publisher of the type, reliable or not.
   template <typename Message>
   Status listen(const std::string& topic, std::function<void(const Message&, Ros2PublisherId)> heard) {
-    return make_reader(descriptor_of(static_cast<Message*>(nullptr)), topic,
+    return make_reader(type_of(static_cast<Message*>(nullptr)), topic,
                        [heard = std::move(heard)](const void* message, Ros2PublisherId publisher) {
                          heard(*static_cast<const Message*>(message), publisher);
                        });
@@ -78,9 +78,9 @@ class Ros2Node {
  private:
   using Heard = std::function<void(const void*, Ros2PublisherId)>;
   Ros2Node(int domain, dds_entity_t participant) : domain_(domain), participant_(participant) {}
-  Result<dds_entity_t> make_topic(const dds_topic_descriptor_t& type, const std::string& topic);
-  Result<dds_entity_t> make_writer(const dds_topic_descriptor_t& type, const std::string& topic, Time lifespan);
-  Status make_reader(const dds_topic_descriptor_t& type, const std::string& topic, Heard heard);
+  Result<dds_entity_t> make_topic(const Ros2Type& type, const std::string& topic);
+  Result<dds_entity_t> make_writer(const Ros2Type& type, const std::string& topic, Time lifespan);
+  Status make_reader(const Ros2Type& type, const std::string& topic, Heard heard);
 
   int domain_;
   dds_entity_t participant_;
