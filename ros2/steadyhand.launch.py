@@ -1,4 +1,4 @@
-"""ur_robot_driver, and a joint trajectory controller for steadyhand beside its own.
+"""ur_robot_driver, and a joint trajectory controller for steadyhand beside its own. From Humble on.
 
     ros2 launch ros2/steadyhand.launch.py ur_type:=ur5e robot_ip:=192.168.56.101
 
@@ -29,11 +29,6 @@ def generate_launch_description():
         DeclareLaunchArgument("tf_prefix", default_value="", description="Before the names of joints and frames"),
         DeclareLaunchArgument("launch_rviz", default_value="false", description="Show the arm"),
         DeclareLaunchArgument("parameters", default_value=PARAMETERS, description="Of the controller"),
-        DeclareLaunchArgument(
-            "controller_type",
-            default_value="ur_controllers/ScaledJointTrajectoryController",
-            description="joint_trajectory_controller/JointTrajectoryController where the driver has no other",
-        ),
     ]
     driver = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(
@@ -47,13 +42,12 @@ def generate_launch_description():
             "activate_joint_controller": "false",
         }.items(),
     )
+    # The controller's type stands in its parameters: --controller-type went with Jazzy.
     controller = Node(
         package="controller_manager",
         executable="spawner",
         arguments=[
             "steadyhand_controller",
-            "--controller-type",
-            LaunchConfiguration("controller_type"),
             "--param-file",
             LaunchConfiguration("parameters"),
             "--controller-manager-timeout",
