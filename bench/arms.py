@@ -52,7 +52,7 @@ ARMS = {
 def start_fake(arguments):
     for _ in range(20):
         address = f"127.{random.randint(1, 254)}.{random.randint(1, 254)}.{random.randint(1, 254)}"
-        ports = ["--rtde-port", "30004", "--script-port", "30002", "--dashboard-port", "29999"]
+        ports = ["--rtde-port", "30004", "--script-port", "30001", "--dashboard-port", "29999"]
         process = subprocess.Popen([FAKE, "--address", address, *ports, *arguments], stdout=subprocess.PIPE, text=True)
         if process.stdout.readline().startswith("listening"):
             return address, process

@@ -57,10 +57,10 @@ double ArmChoice::first_share() const { return real() ? std::min(1.0, kFirstSpee
 void add_host_options(CommandLine& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
   command.add_option("--rtde-port", choice.rtde_port, "RTDE")->capture_default_str()->group("Ports of the controller");
-  command.add_option("--script-port", choice.script_port, "Programs")
+  command.add_option("--script-port", choice.script_port, "Primary interface, for programs")
       ->capture_default_str()
       ->group("Ports of the controller");
-  command.add_option("--dashboard-port", choice.dashboard_port, "Dashboard")
+  command.add_option("--dashboard-port", choice.dashboard_port, "Dashboard; with PolyScope X its Robot API")
       ->capture_default_str()
       ->group("Ports of the controller");
 }
@@ -117,12 +117,25 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
     return std::unique_ptr<Arm>(std::move(*arm));
   }
 #endif
-  UrSettings settings;
+  UrSettings settings = session.ur;
   settings.host = choice.host;
   settings.rtde_port = choice.rtde_port;
   settings.script_port = choice.script_port;
   auto arm = UniversalRobotsArm::connect(model, settings, clock);
   if (!arm) return arm.error();
+  if ((*arm)->runtime() == UrRuntime::kPaused) {
+    std::cout
+        << "note: a program is paused on the controller (after switching on, too); it is ended before ours starts\n";
+  } else if ((*arm)->runtime() != UrRuntime::kStopped) {
+    if (!settings.replace_program) {
+      return Error{
+          fmt::format("another program runs on the controller at {}: stop it at the pendant, or allow us to with "
+                      "--set ur.replace_program=true",
+                      choice.host)};
+    }
+    std::cout << "note: the program that runs on the controller is ended (ur.replace_program)\n";
+  }
+  std::cout << std::flush;
   return std::unique_ptr<Arm>(std::move(*arm));
 }
 

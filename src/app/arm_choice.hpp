@@ -15,7 +15,7 @@ namespace steadyhand {
 /// Which arm follows, as the command line chose it, or else the settings.
 struct ArmChoice {
   std::string arm, host;  ///< empty: not said
-  std::uint16_t rtde_port = 30004, script_port = 30002, dashboard_port = 29999;
+  std::uint16_t rtde_port = 30004, script_port = 30001, dashboard_port = 29999;
   double speed = 0.0;  ///< share of the model's speeds and accelerations; 0: all of it simulated, a quarter of it real
   double first_moves = 0.0;  ///< s, of the settings
   bool yes = false;          ///< was asked elsewhere whether hardware may move

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -13,34 +16,28 @@
 #include "arm/offset_filter.hpp"
 #include "arm/rtde_client.hpp"
 #include "arm/ur_modes.hpp"
-#include "arm/ur_program.hpp"
+#include "arm/ur_primary.hpp"
+#include "arm/ur_settings.hpp"
 #include "core/clock.hpp"
 
 namespace steadyhand {
 
-struct UrSettings {
-  std::string host;
-  std::uint16_t rtde_port = 30004, script_port = 30002;
-  UrProgramSettings program;  ///< its session, limits and state_period are set by the arm
-  double silence = 0.04;      ///< s without a word from the controller after which the arm counts as stopped
-  double start_within = 5.0;  ///< s in which the controller has to start the program
-  double start_tolerance =
-      0.02;               ///< rad, between where the controller wants the joints and where they are, at the start
-  double delay = 0.035;   ///< s, ArmInfo::delay: mostly the lookahead of servoj
-  double patience = 2.0;  ///< s, for each step of connecting
-};
-
 /// A Universal Robots arm without ROS: state over RTDE, set-points into its registers, and a program of ours on the
 /// controller that follows them with servoj and stops by itself when they stop coming (ur_program.hpp). A second thread
-/// connects again after a loss; the control thread never waits for it. docs/universal-robots.md has the whole story.
+/// makes connections: one for states after a loss, and a fresh one for each program, since whether a connection may
+/// send programs is settled when it is opened. The control thread never waits for it. docs/universal-robots.md has the
+/// whole story.
 class UniversalRobotsArm final : public Arm {
  public:
+  /// Makes one connection to the controller; may block.
+  using Dial = std::function<Result<Socket>()>;
+
   /// Connects and reads the state; sends no program before the first receive(). Fails with what to do. Model and clock
   /// must outlive it. @pre the model has six joints in the controller's order, base to wrist
   static Result<std::unique_ptr<UniversalRobotsArm>> connect(const RobotModel& model, const UrSettings& settings,
                                                              Clock& clock);
-  /// Over connections that are there already; a loss is for good then. For tests.
-  static Result<std::unique_ptr<UniversalRobotsArm>> over(Socket rtde, Socket script, const RobotModel& model,
+  /// Over connections that others make, without a second thread: whoever calls it also calls keep(). For tests.
+  static Result<std::unique_ptr<UniversalRobotsArm>> over(Dial rtde, Dial script, const RobotModel& model,
                                                           const UrSettings& settings, Clock& clock);
   ~UniversalRobotsArm() override;
 
@@ -51,15 +48,15 @@ class UniversalRobotsArm final : public Arm {
 
   const ControllerVersion& controller() const { return version_; }
   int protocol() const { return protocol_; }
+  /// Of the controller's one program, at the newest word; as q().
+  UrRuntime runtime() const { return report_.runtime; }
+  bool program_is_ours() const;
+  /// A turn of the second thread: makes the connections that are wanted, ends those that are not.
+  void keep();
   /// Where the joints were at the newest word from the controller. Not while another thread is in receive().
   const JointVector& q() const { return state_.joints.q; }
 
  private:
-  /// What goes and comes over one connection's life.
-  struct Connection {
-    std::unique_ptr<RtdeClient> rtde;
-    Socket script;
-  };
   /// The output recipe's variables.
   struct Report {
     double timestamp = 0.0;  ///< s, of the controller
@@ -67,30 +64,38 @@ class UniversalRobotsArm final : public Arm {
     UrRobotMode mode = UrRobotMode::kNoController;
     UrSafety safety = UrSafety::kUndefined;
     std::uint32_t status_bits = 0;
+    UrRuntime runtime = UrRuntime::kStopped;
+    double scaling = 1.0, slider = 1.0;  ///< shares of the speed
     UrProgramState program = UrProgramState::kNone;
     std::int32_t cycle = 0, owner = 0;  ///< of our program
+    std::int32_t addressed = 0;         ///< whose the set-points in the registers are
   };
-  enum class Phase { kWaiting, kUploading, kStarting, kFollowing, kStopped };
+  enum class Phase { kWaiting, kDialling, kUploading, kStarting, kFollowing, kStopped };
 
-  UniversalRobotsArm(const RobotModel& model, const UrSettings& settings, Clock& clock,
-                     std::unique_ptr<Connection> first);
-  static Result<std::unique_ptr<Connection>> open(Socket rtde, Socket script, double patience);
-  static Result<std::unique_ptr<Connection>> open(const UrSettings& settings);
-  void take_connection();
+  UniversalRobotsArm(const RobotModel& model, const UrSettings& settings, Clock& clock, Dial rtde, Dial script,
+                     std::unique_ptr<RtdeClient> first);
+  void wake_keeper();
+  void take_connections();
   void lose_connection();
-  void reconnect();
   bool listen();
   void read(RtdeReader& data);
-  void drain_script();
+  void hear_script();
   void keep_time();
   void keep_time_alone();
   void proceed();
   void tell_what_was_carried_on();
+  void watch_program();
+  bool counts_cycles();
   bool long_ago(double seconds) const;
   void begin_program();
+  void dial();
   void upload();
+  void await_program();
   void stop(std::string_view reason);
+  template <typename... Arguments>
+  std::string_view words(fmt::format_string<Arguments...> text, Arguments&&... arguments);
   void send_input(const JointCommand* command);
+  bool playing() const { return report_.runtime == UrRuntime::kPlaying; }
   bool ours() const { return report_.owner == program_.session; }
 
   const RobotModel* model_;
@@ -104,7 +109,8 @@ class UniversalRobotsArm final : public Arm {
   std::array<std::size_t, 2> session_at_{};  ///< where the session's number stands in the text
   std::size_t uploaded_ = 0;
 
-  std::unique_ptr<Connection> connection_;  ///< of the control thread; null: lost
+  std::unique_ptr<RtdeClient> rtde_;    ///< of the control thread; null: lost
+  std::unique_ptr<UrPrimary> primary_;  ///< the same; null: none since the last program was sent
   Report report_;
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
@@ -116,8 +122,20 @@ class UniversalRobotsArm final : public Arm {
   Time period_, last_timestamp_{0};
   OffsetFilter offset_;
 
-  std::atomic<Connection*> incoming_{nullptr}, outgoing_{nullptr};
-  std::atomic<int> lost_{0};  ///< connections lost, for the other thread to wait on
+  std::uint64_t counted_from_ = 0;  ///< cycle, see counts_cycles()
+  int quiet_ = 0;                   ///< states in which the program's cycle did not change
+  std::int32_t begun_at_ = 0;       ///< the program's cycle then, or when it was first heard of
+  bool asked_to_stop_ = false;      ///< is the paused program
+
+  /// Why the arm stopped, where that is no static text. Kept for long, since others read it later.
+  std::array<std::array<char, 240>, 16> words_{};
+  std::size_t next_words_ = 0;
+
+  Dial dial_rtde_, dial_script_;
+  std::atomic<RtdeClient*> incoming_{nullptr}, outgoing_{nullptr};
+  std::atomic<UrPrimary*> incoming_script_{nullptr}, outgoing_script_{nullptr};
+  std::atomic<bool> rtde_wanted_{false}, script_wanted_{false}, script_failed_{false};
+  std::atomic<int> work_{0};  ///< grows with each wish, for the second thread to wait on
   std::atomic<bool> running_{true};
   std::thread keeper_;
 };

@@ -29,8 +29,11 @@ std::string_view why_not(UrRobotMode mode) {
 std::string_view why_not(UrSafety safety) {
   switch (safety) {
     case UrSafety::kNormal:
-    case UrSafety::kReduced:
       return "";
+    case UrSafety::kReduced:
+      return "the robot is in reduced mode, whose limits of speed this program does not know: leave it (a safety "
+             "plane, a "
+             "safety input or the pendant asks for it)";
     case UrSafety::kProtectiveStop:
       return "protective stop: see why on the pendant, make room, then unlock it there";
     case UrSafety::kRecovery:
@@ -48,7 +51,21 @@ std::string_view why_not(UrSafety safety) {
     case UrSafety::kValidateJointId:
       return "the robot's joints are to be validated at the pendant";
     case UrSafety::kThreePositionStop:
+    case UrSafety::kPendantThreePositionStop:
       return "the three-position enabling device is released";
+    case UrSafety::kImmiEmergencyStop:
+      return "emergency stop of the injection moulding machine";
+    case UrSafety::kImmiSafeguardStop:
+      return "safeguard stop of the injection moulding machine";
+    case UrSafety::kProfisafeWaits:
+      return "the robot waits for its PROFIsafe parameters";
+    case UrSafety::kProfisafeAutomaticStop:
+    case UrSafety::kProfisafeSafeguardStop:
+      return "safeguard stop over PROFIsafe";
+    case UrSafety::kProfisafeEmergencyStop:
+      return "emergency stop over PROFIsafe";
+    case UrSafety::kSafetyApiStop:
+      return "safeguard stop, asked for through the safety API";
     case UrSafety::kUndefined:
       break;
   }

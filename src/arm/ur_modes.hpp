@@ -19,7 +19,8 @@ enum class UrRobotMode : std::int32_t {
   kUpdatingFirmware = 8,
 };
 
-/// safety_status of RTDE (software 3.10 and 5.4 on), whose first ten are also safety_mode's.
+/// safety_status of RTDE (software 3.10 and 5.4 on), whose first ten are also safety_mode's. Those beyond 13 came with
+/// later software; the names are those of UR's client library.
 enum class UrSafety : std::int32_t {
   kNormal = 1,
   kReduced = 2,
@@ -34,6 +35,24 @@ enum class UrSafety : std::int32_t {
   kUndefined = 11,
   kAutomaticSafeguardStop = 12,
   kThreePositionStop = 13,
+  kPendantThreePositionStop = 14,
+  kImmiEmergencyStop = 15,  ///< of an injection moulding machine, as the next
+  kImmiSafeguardStop = 16,
+  kProfisafeWaits = 17,
+  kProfisafeAutomaticStop = 18,
+  kProfisafeSafeguardStop = 19,
+  kProfisafeEmergencyStop = 20,
+  kSafetyApiStop = 22,
+};
+
+/// runtime_state of RTDE: of the controller's one program.
+enum class UrRuntime : std::uint32_t {
+  kStopping = 0,
+  kStopped = 1,
+  kPlaying = 2,
+  kPausing = 3,
+  kPaused = 4,
+  kResuming = 5,
 };
 
 /// Bits of robot_status_bits.

@@ -117,6 +117,14 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ros2.control_rate", "Hz", "control cycles, by this computer's clock", ros2.control_rate_hz, {20.0, 500.0});
   t.add("ros2.start_within", "s", "until controller and joint states are there", ros2.start_within, up_to(60.0));
 
+  UrSettings& ur = s.ur;
+  t.add("ur.delay", "s", "from a command to its effect; `check --stage slow` measures it", ur.delay, at_most(0.3));
+  t.add("ur.lookahead", "s", "of servoj: longer is smoother and later", ur.program.lookahead, {0.03, 0.2});
+  t.add("ur.gain", "", "of servoj: higher is stiffer and rougher", ur.program.gain, {100.0, 2000.0});
+  t.add("ur.replace_program", "end another program that runs on the controller to start ours", ur.replace_program);
+  t.add("ur.lost_cycles_max", "", "share of its cycles that our program may lose there: beyond, it stops",
+        ur.lost_cycles_max, up_to(1.0));
+
   GlassSettings& glass = live.glass;
   t.add("glass.radius", "m", "inside", glass.radius, up_to(1.0));
   t.add("glass.height", "m", "inside", glass.height, up_to(2.0));

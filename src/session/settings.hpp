@@ -4,6 +4,7 @@
 
 #include "arm/ros2_settings.hpp"
 #include "arm/simulated_arm.hpp"
+#include "arm/ur_settings.hpp"
 #include "config/settings_table.hpp"
 #include "serve/server.hpp"
 #include "session/live_session.hpp"
@@ -23,6 +24,7 @@ struct SessionSettings {
   LiveSettings live;
   SimulatedArmSettings arm;
   Ros2Settings ros2;
+  UrSettings ur;
   ServerSettings server;
   RecordingSettings recording;
 

@@ -40,12 +40,26 @@ class UrFaults : public testing::Test {
   /// Moves fast when the fault comes.
   void swing() {
     ASSERT_EQ(run(0.9).status, ArmStatus::kFollowing) << state.reason;
-    ASSERT_GT(std::abs(state.joints.dq.mean()), 1.0);
+    ASSERT_GT(std::abs(state.joints.dq.mean()), 0.9);
   }
   void expect_rest() {
     EXPECT_LT(arm->controller.arm().dq().norm(), 0.02);
     EXPECT_LT((arm->controller.target() - arm->controller.arm().q()).norm(), 0.01);
     EXPECT_FALSE(arm->controller.program_running());
+  }
+  /// What the controller does by itself, for so many of its cycles: how far its set-point goes.
+  double wander(int cycles) {
+    const JointVector before = arm->controller.target();
+    double furthest = 0.0;
+    for (int i = 0; i < cycles; ++i) {
+      arm->controller.step();
+      furthest = std::max(furthest, (arm->controller.target() - before).cwiseAbs().maxCoeff());
+    }
+    return furthest;
+  }
+  void expect_reason(const char* words) {
+    EXPECT_EQ(state.status, ArmStatus::kStopped) << words;
+    EXPECT_NE(state.reason.find(words), std::string_view::npos) << state.reason;
   }
   void expect_recovery() {
     arm->restart();
@@ -115,24 +129,156 @@ TEST_F(UrFaults, AControllerThatBeginsToLagStopsTheArm) {
 TEST_F(UrFaults, AProtectiveStopIsReportedAndStaysUntilUnlocked) {
   swing();
   arm->controller.protective_stop();
-  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
-  EXPECT_NE(state.reason.find("protective stop"), std::string_view::npos) << state.reason;
+  (void)run(0.5);
+  expect_reason("protective stop");
   arm->restart();
   EXPECT_EQ(run(0.2).status, ArmStatus::kStopped);  // still locked
   arm->controller.unlock();
   expect_recovery();
 }
 
+/// The controller keeps what was going on, and would go on with it.
+TEST_F(UrFaults, AProgramThatIsResumedAfterASafetyStopMovesNothing) {
+  swing();
+  arm->controller.protective_stop();
+  (void)run(0.5);
+  expect_reason("protective stop");
+  arm->controller.unlock();
+  (void)arm->controller.press_play();
+  EXPECT_LT(wander(500), 1e-3);
+  EXPECT_FALSE(arm->controller.program_running());
+  expect_recovery();
+}
+
+/// As above, at any speed and moment, and with our side killed meanwhile: nobody but the program can know.
+TEST_F(UrFaults, AProgramThatIsResumedAfterOurSideDiedMovesNothing) {
+  for (const bool safety : {true, false}) {
+    for (const double seconds : {0.2, 0.35, 0.5, 0.7, 0.9, 1.3}) {
+      arm = std::make_unique<UrLockstep>(model, FakeUrController::Settings{}, clock);
+      swinging.forget();
+      ASSERT_EQ(run(seconds).status, ArmStatus::kFollowing) << state.reason;
+      FakeUrController& controller = arm->controller;
+      controller.unplug(1000000);
+      if (safety) {
+        controller.set_safety(UrSafety::kSafeguardStop);
+      } else {
+        controller.press_pause();
+      }
+      arm->kill_arm();
+      (void)wander(500);
+      controller.set_safety(UrSafety::kNormal);
+      ASSERT_TRUE(controller.press_play());
+      EXPECT_LT(wander(500), 2e-3) << safety << " " << seconds;
+      expect_rest();
+    }
+  }
+}
+
+TEST_F(UrFaults, APauseAtThePendantIsAFaultAndPlayMovesNothing) {
+  swing();
+  arm->controller.press_pause();
+  (void)run(0.5);
+  expect_reason("paused");
+  (void)arm->controller.press_play();
+  EXPECT_LT(wander(500), 1e-3);
+  expect_recovery();
+}
+
+TEST_F(UrFaults, AProgramThatIsPausedAtTheStartIsEndedFirst) {
+  EXPECT_EQ(arm->controller.runtime(), UrRuntime::kPaused);  // as after switching on
+  EXPECT_EQ(run(0.5).status, ArmStatus::kFollowing) << state.reason;
+}
+
+TEST_F(UrFaults, SomebodyElsesProgramIsNotEndedUnasked) {
+  arm->controller.play_foreign_program();
+  (void)run(0.5);
+  expect_reason("another program");
+  EXPECT_EQ(arm->controller.program_name(), "palletizing");
+  arm->controller.press_stop();
+  expect_recovery();
+  arm->controller.play_foreign_program();
+  (void)run(0.5);
+  expect_reason("stopped or replaced");
+  UrSettings replaces;
+  replaces.replace_program = true;
+  arm = std::make_unique<UrLockstep>(model, FakeUrController::Settings{}, clock, replaces);
+  arm->controller.play_foreign_program();
+  EXPECT_EQ(run(0.5).status, ArmStatus::kFollowing) << state.reason;
+}
+
+/// A process that died left a program, paused, and what it read; the next one is not taken for it.
+TEST_F(UrFaults, AnotherProcessNeverLeadsAnOldProgram) {
+  ASSERT_EQ(run(0.2).status, ArmStatus::kFollowing) << state.reason;
+  arm->controller.press_pause();
+  arm->kill_arm();
+  (void)wander(100);
+  arm->controller.set_remote(false);  // so that the next one cannot end it, either
+  arm->begin_process();
+  const JointVector before = arm->controller.target();
+  for (int i = 0; i < 1500; ++i) {
+    if (i == 20) (void)arm->controller.press_play();
+    state = arm->receive();
+    EXPECT_NE(state.status, ArmStatus::kFollowing) << i;
+    arm->send(
+        {state.joints.stamp, before + JointVector::Constant(6, 0.004), JointVector::Zero(6), JointVector::Zero(6)});
+    ASSERT_LT((arm->controller.target() - before).cwiseAbs().maxCoeff(), 1e-3) << i;
+  }
+  expect_reason("remote control");
+}
+
+TEST_F(UrFaults, TheSpeedSliderMustBeAtItsEnd) {
+  arm->controller.set_slider(0.5);
+  (void)run(0.5);
+  expect_reason("speed slider");
+  arm->controller.set_slider(1.0);
+  expect_recovery();
+  swing();
+  arm->controller.set_slider(0.9);
+  (void)run(0.5);
+  expect_reason("slows the arm down");
+  expect_rest();
+  EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
+}
+
+TEST_F(UrFaults, ReducedModeIsRefused) {
+  arm->controller.set_safety(UrSafety::kReduced);
+  (void)run(0.5);
+  expect_reason("reduced mode");
+  arm->controller.set_safety(UrSafety::kNormal);
+  expect_recovery();
+  swing();
+  arm->controller.set_safety(UrSafety::kReduced);
+  (void)run(0.5);
+  expect_reason("reduced mode");
+}
+
+TEST_F(UrFaults, ErrorsOfTheControllerAreTold) {
+  UrSettings wrong;
+  wrong.program.gain = 5000.0;
+  arm = std::make_unique<UrLockstep>(model, FakeUrController::Settings{}, clock, wrong);
+  (void)run(0.5);
+  expect_reason("gain is 100 to 2000");
+}
+
+TEST_F(UrFaults, AnInterpreterThatIsTooSlowIsNamed) {
+  FakeUrController::Settings slow;
+  slow.budget = 60;
+  arm = std::make_unique<UrLockstep>(model, slow, clock);
+  (void)run(1.0);
+  expect_reason("cycles");
+  EXPECT_GT(arm->controller.overruns(), 0u);
+}
+
 TEST_F(UrFaults, AnEmergencyStopAndPowerOffAreNamed) {
   swing();
   arm->controller.set_safety(UrSafety::kRobotEmergencyStop);
-  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
-  EXPECT_NE(state.reason.find("emergency stop"), std::string_view::npos) << state.reason;
+  (void)run(0.5);
+  expect_reason("emergency stop");
   arm->controller.set_safety(UrSafety::kNormal);
   arm->controller.set_mode(UrRobotMode::kPowerOff);
   arm->restart();
-  EXPECT_EQ(run(0.2).status, ArmStatus::kStopped);
-  EXPECT_NE(state.reason.find("power is off"), std::string_view::npos) << state.reason;
+  (void)run(0.2);
+  expect_reason("power is off");
   arm->controller.set_mode(UrRobotMode::kRunning);
   arm->restart();
   EXPECT_EQ(run(1.0).status, ArmStatus::kFollowing) << state.reason;
@@ -141,8 +287,8 @@ TEST_F(UrFaults, AnEmergencyStopAndPowerOffAreNamed) {
 TEST_F(UrFaults, AProgramStoppedAtThePendantIsAFault) {
   swing();
   arm->controller.press_stop();
-  EXPECT_EQ(run(0.5).status, ArmStatus::kStopped);
-  EXPECT_NE(state.reason.find("stopped or replaced"), std::string_view::npos) << state.reason;
+  (void)run(0.5);
+  expect_reason("stopped or replaced");
   expect_rest();
 }
 
@@ -155,12 +301,29 @@ TEST_F(UrFaults, AKilledProgramLeavesTheArmAtRest) {
   EXPECT_LE(arm->controller.largest_acceleration(), kGentle);
 }
 
-TEST_F(UrFaults, WithoutRemoteControlItSaysSo) {
+/// Whether a connection takes programs is settled when it is opened.
+TEST_F(UrFaults, RemoteControlMayBeSwitchedOnLater) {
   FakeUrController::Settings settings;
   settings.remote_control = false;
   arm = std::make_unique<UrLockstep>(model, settings, clock);
-  EXPECT_EQ(run(6.0).status, ArmStatus::kStopped);
-  EXPECT_NE(state.reason.find("remote control"), std::string_view::npos) << state.reason;
+  (void)run(1.0);
+  expect_reason("remote control");
+  arm->restart();
+  (void)run(1.0);
+  expect_reason("remote control");
+  arm->controller.set_remote(true);
+  expect_recovery();
+}
+
+TEST_F(UrFaults, RemoteControlMayBeSwitchedOffMeanwhile) {
+  swing();
+  arm->controller.set_remote(false);
+  EXPECT_EQ(run(0.5).status, ArmStatus::kFollowing) << state.reason;
+  arm->controller.press_stop();
+  (void)run(0.1);
+  arm->restart();
+  (void)run(1.0);
+  expect_reason("remote control");
 }
 
 /// Over real sockets, with threads: the controller goes and comes back.

@@ -18,26 +18,10 @@ namespace steadyhand {
 class UrLockstep final : public Arm {
  public:
   UrLockstep(const RobotModel& model, const FakeUrController::Settings& settings, Clock& clock, UrSettings ur = {})
-      : clock_(&clock), controller(model, settings), now_(clock.now()) {
-    auto rtde = Socket::pair();
-    auto script = Socket::pair();
-    EXPECT_TRUE(rtde && script);
-    controller.accept_rtde(std::move(rtde->second));
-    controller.accept_script(std::move(script->second));
-    std::atomic<bool> connecting{true};
-    std::thread pump([&] {
-      while (connecting) {
-        controller.serve();
-        std::this_thread::yield();
-      }
-    });
-    ur.silence = 0.001;  // real time: what is to come is there
-    ur.patience = 60.0;  // on a machine that has other things to do
-    auto made = UniversalRobotsArm::over(std::move(rtde->first), std::move(script->first), model, ur, clock);
-    connecting = false;
-    pump.join();
-    if (!made) throw std::runtime_error(made.error().message);  // ends the test
-    arm_ = *std::move(made);
+      : clock_(&clock), controller(model, settings), now_(clock.now()), model_(&model), ur_(ur) {
+    ur_.silence = 0.001;  // real time: what is to come is there
+    ur_.patience = 60.0;  // on a machine that has other things to do
+    begin_process();
   }
   ~UrLockstep() override { arm_.reset(); }
 
@@ -53,6 +37,7 @@ class UrLockstep final : public Arm {
       step();
       clock_->sleep_until(now_);
     }
+    arm_->keep();
     around_arm(true);
     const ArmState state = arm_->receive();
     around_arm(false);
@@ -66,6 +51,37 @@ class UrLockstep final : public Arm {
   void restart() override { arm_->restart(); }
   /// As if the program had been killed.
   void kill_arm() { arm_.reset(); }
+  /// As another process of this program, on the same controller.
+  void begin_process() {
+    arm_.reset();
+    controller.serve();
+    auto ends = Socket::pair();
+    EXPECT_TRUE(ends);
+    controller.accept_rtde(std::move(ends->second));
+    auto first = std::make_shared<Socket>(std::move(ends->first));
+    const auto rtde = [first]() -> Result<Socket> {
+      if (!*first) return Error{"a second time is not for tests"};
+      return std::move(*first);
+    };
+    const auto script = [this]() -> Result<Socket> {
+      auto both = Socket::pair();
+      if (!both) return both.error();
+      controller.accept_script(std::move(both->second));
+      return std::move(both->first);
+    };
+    std::atomic<bool> connecting{true};
+    std::thread pump([&] {
+      while (connecting) {
+        controller.serve();
+        std::this_thread::yield();
+      }
+    });
+    auto made = UniversalRobotsArm::over(rtde, script, *model_, ur_, *clock_);
+    connecting = false;
+    pump.join();
+    if (!made) throw std::runtime_error(made.error().message);  // ends the test
+    arm_ = *std::move(made);
+  }
 
  private:
   void step() {
@@ -84,6 +100,8 @@ class UrLockstep final : public Arm {
 
  private:
   Time now_;
+  const RobotModel* model_;
+  UrSettings ur_;
   std::unique_ptr<UniversalRobotsArm> arm_;
 };
 

@@ -19,8 +19,14 @@ class ProgramHost {
   explicit ProgramHost(const UrProgramSettings& settings) {
     builtins_["get_steptime"] = [](const Arguments&, Waiting&) { return Value(0.002); };
     builtins_["get_target_joint_positions"] = [this](const Arguments&, Waiting&) { return Value(List(6, Value(q))); };
+    builtins_["get_target_joint_speeds"] = [this](const Arguments&, Waiting&) { return Value(List(6, Value(dq))); };
     builtins_["textmsg"] = [](const Arguments&, Waiting&) { return Value(); };
-    builtins_["norm"] = [](const Arguments& a, Waiting&) { return Value(std::abs(number(a.values[0]))); };
+    builtins_["norm"] = [](const Arguments& a, Waiting&) {
+      if (!std::holds_alternative<List>(a.values[0])) return Value(std::abs(number(a.values[0])));
+      double sum = 0.0;
+      for (const Value& each : list(a.values[0])) sum += number(each) * number(each);
+      return Value(std::sqrt(sum));
+    };
     builtins_["read_input_float_register"] = [this](const Arguments& a, Waiting&) {
       return Value(doubles.at(static_cast<std::size_t>(number(a.values[0]))));
     };

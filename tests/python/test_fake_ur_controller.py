@@ -18,12 +18,12 @@ FAKE = str(Path(PROGRAM).parent / "fake_ur_controller")
 
 
 @contextlib.contextmanager
-def controller(*arguments):
+def controller(*arguments, script_port="30001"):
     """The fake at the usual ports of an address of its own on the loopback."""
     for _ in range(20):
         address = f"127.{random.randint(1, 254)}.{random.randint(1, 254)}.{random.randint(1, 254)}"
-        ports = ["--rtde-port", "30004", "--script-port", "30003", "--dashboard-port", "29999"]
-        process = subprocess.Popen([FAKE, "--address", address, *ports, *arguments], stdout=subprocess.PIPE, text=True)
+        ports = ["--rtde-port", "30004", "--script-port", script_port, "--dashboard-port", "29999"]
+        process = subprocess.Popen([FAKE, "--address", address, *ports, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         if process.stdout.readline().startswith("listening"):
             break
         process.wait()
@@ -68,7 +68,7 @@ def away(a, b):
 
 def test_ur_rtde_reads_moves_and_stops_it(ur_rtde):
     rtde_control, rtde_receive = ur_rtde
-    with controller() as (address, _):
+    with controller("--stopped", script_port="30003") as (address, _):  # where ur-rtde sends its program
         receive = rtde_receive.RTDEReceiveInterface(address)
         assert wait_until(lambda: receive.getTimestamp() > 0.0)
         assert receive.getRobotMode() == 7 and receive.getSafetyMode() == 1
@@ -149,7 +149,7 @@ def test_it_says_how_fast_the_arm_will_move(arguments, said):
 
 def test_demo_drives_it_and_leaves_it_at_rest(tmp_path):
     with controller() as (address, process):
-        arguments = ["--headless", "--seconds", "5", "--arm", "ur", "--host", address, "--script-port", "30003", "--yes", "--sessions", tmp_path]
+        arguments = ["--headless", "--seconds", "5", "--arm", "ur", "--host", address, "--yes", "--sessions", tmp_path]
         result = subprocess.run([PROGRAM, "demo", *arguments], capture_output=True, text=True, timeout=120)
         assert result.returncode == 0, result.stderr
         assert "will MOVE" in result.stdout and "Universal Robots, software 5.12.0" in result.stdout, result.stdout

@@ -1,10 +1,12 @@
 // A Universal Robots controller to try `--arm ur` with, and for tests in Python: the fake one in real time, until a
-// signal.
+// signal. Lines on its standard input are what somebody does at its pendant (FakeUrController::ask).
 #include "support/ur/fake_ur_controller.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <sched.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <iostream>
 
@@ -15,7 +17,7 @@ int main(int argc, char** argv) {
   using namespace steadyhand;
   FakeUrController::Settings settings;
   std::string robot = "ur5e";
-  bool cb3 = false;
+  bool cb3 = false, polyscope_x = false, local = false, stopped = false;
   int unplug_ms = 0, lag = 0;
   double every = 0.0;
   CommandLine app("fake_ur_controller", "Pretends to be a Universal Robots controller");
@@ -26,6 +28,12 @@ int main(int argc, char** argv) {
   app.add_option("--robot", robot, "Its arm")->capture_default_str();
   app.add_option("--protocol", settings.newest_protocol, "Newest RTDE version")->capture_default_str();
   app.add_flag("--cb3", cb3, "125 Hz");
+  app.add_flag("--polyscope-x", polyscope_x, "Software 10.12: a Robot API over HTTP at the dashboard's port");
+  app.add_flag("--local", local, "Not in remote control");
+  app.add_flag("--stopped", stopped, "Its program is stopped; after switching on it is paused");
+  app.add_option("--servo-lag", settings.servo_lag, "Of servoj, s")->capture_default_str();
+  app.add_option("--budget", settings.budget, "Of its interpreter; 0: none")->capture_default_str();
+  app.add_option("--payload", settings.payload, "Set at the pendant, kg")->capture_default_str();
   app.add_option("--unplug-ms", unplug_ms, "Pull the cable for so long ...");
   app.add_option("--every", every, "... every so many seconds");
   app.add_option("--lag", lag, "Send everything so many cycles late");
@@ -33,6 +41,9 @@ int main(int argc, char** argv) {
   if (!parsed) std::cerr << parsed.error().message << "\n";
   if (!parsed || !*parsed) return parsed ? 0 : 2;
   if (cb3) settings.version = {3, 15, 8, 106339};
+  if (polyscope_x) settings.version = {10, 12, 0, 1};
+  settings.remote_control = !local;
+  settings.paused = !stopped;
 
   sigset_t ends;
   sigemptyset(&ends);
@@ -58,9 +69,25 @@ int main(int argc, char** argv) {
   (void)sched_setscheduler(0, SCHED_FIFO, &priority);
   controller.lag(lag);
   controller.run();
-  const timespec wait{every > 0.0 ? static_cast<time_t>(every) : 1, 0};
-  while (sigtimedwait(&ends, nullptr, &wait) < 0) {
-    if (every > 0.0) controller.unplug(static_cast<int>(1e-3 * unplug_ms / controller.period()));
+  constexpr timespec kNoTime{};
+  pollfd lines{STDIN_FILENO, POLLIN, 0};
+  std::string said;
+  MonotonicClock clock;
+  Time unplugged = clock.now();
+  while (sigtimedwait(&ends, nullptr, &kNoTime) < 0) {
+    if (every > 0.0 && clock.now() - unplugged > from_seconds(every)) {
+      unplugged = clock.now();
+      controller.unplug(static_cast<int>(1e-3 * unplug_ms / controller.period()));
+    }
+    if (poll(&lines, 1, 50) <= 0) continue;
+    char bytes[256];
+    const ssize_t n = read(STDIN_FILENO, bytes, sizeof(bytes));
+    if (n <= 0) lines.fd = -1;  // nobody is there
+    said.append(bytes, static_cast<std::size_t>(std::max<ssize_t>(0, n)));
+    for (std::size_t end; (end = said.find('\n')) != std::string::npos; said.erase(0, end + 1)) {
+      const std::string what = said.substr(0, end);
+      std::cout << (controller.ask(what) ? "done: " : "unknown: ") << what << "\n" << std::flush;
+    }
   }
   controller.stop();
   std::cout << fmt::format(

@@ -3,7 +3,10 @@
 #include <array>
 #include <atomic>
 #include <deque>
+#include <limits>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -11,26 +14,42 @@
 #include "arm/rtde_client.hpp"
 #include "arm/simulated_arm.hpp"
 #include "arm/ur_modes.hpp"
+#include "arm/ur_primary.hpp"
+#include "robot/kinematics.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/urscript.hpp"
 
 namespace steadyhand {
 
-/// The controller of a Universal Robots arm as its documents describe it, with the simulated arm behind it: RTDE
-/// versions 1 and 2, programs over the script port (run by urscript.hpp, a cycle at a time), the dashboard, protective
-/// stops. Not there: the safety system's own limits other than the simulated arm's refusals, forces, speed scaling,
-/// inverse kinematics, movel and movec, and the time that a real controller takes to compile a program. One thread
-/// calls everything but run().
+/// The controller of a Universal Robots arm as its documents and the manufacturer's client library describe it, with
+/// the simulated arm behind it: RTDE versions 1 and 2, programs over the primary interface (run by urscript.hpp, a
+/// cycle at a time), the dashboard or PolyScope X's Robot API, protective stops, pause, remote control, speed slider,
+/// reduced mode. What nobody documents is marked [?] and is such that it is hard on clients. Not there: forces, inverse
+/// kinematics, movel and movec, and the time that a real controller takes to compile a program. One thread calls
+/// everything but run().
 class FakeUrController {
  public:
+  /// Speeds in m/s beyond which the safety system stops the arm.
+  struct SpeedCaps {
+    double tool = std::numeric_limits<double>::infinity(), elbow = tool;
+  };
   struct Settings {
-    ControllerVersion version{5, 12, 0, 1101534};  ///< 3.x: a CB3, at 125 Hz
+    ControllerVersion version{5, 12, 0, 1101534};  ///< 3.x: a CB3, at 125 Hz; 10.x: PolyScope X
     int newest_protocol = 2;
-    bool remote_control = true;  ///< otherwise programs that are sent do not run
-    double lookahead = 0.03;     ///< s, time constant of servoj
+    bool remote_control = true;  ///< otherwise connections opened meanwhile cannot send programs (but to a CB3)
+    bool paused = true;          ///< is the program after switching on
+    double servo_lag = 0.03;     ///< s, time constant of servoj, whatever its lookahead says
+    /// Of the interpreter: what a thread may evaluate in a cycle; one that wants more goes on in the next [?].
+    int budget = 1200;
+    double unlock_wait = 5.0;  ///< s after a protective stop in which it cannot be unlocked
+    SpeedCaps normal{}, reduced{0.75, 0.75};
+    std::optional<UrKinematics> kinematics;  ///< told on the primary interface
+    double payload = 0.0;                    ///< kg, set at the pendant
+    std::array<double, 6> tcp{};             ///< m, rad, the same
     std::string address = "127.0.0.1";
-    /// Of RTDE, scripts and dashboard; 0: any free one. run() listens there.
+    /// Of RTDE, scripts, and dashboard or Robot API; 0: any free one. run() listens there.
     std::uint16_t rtde_port = 0, script_port = 0, dashboard_port = 0;
+    bool polyscope_x() const { return version.major >= 10; }
   };
 
   /// The model must outlive it. The arm stands at the model's home.
@@ -61,11 +80,21 @@ class FakeUrController {
   /// Everything that goes out comes so many cycles later.
   void lag(int cycles) { lag_ = cycles; }
   void protective_stop() { protective_asked_ = true; }
-  /// Ends the program, as the pendant's stop button does. Not while run() does.
+  /// What the pendant's buttons do. Not while run() does.
   void press_stop() { end_program("stopped at the pendant"); }
-  /// Not while run() does.
-  void unlock() { (void)dashboard("unlock protective stop"); }
+  void press_pause() { paused_ = true; }
+  /// Goes on with the program that was paused, if the safety system lets the arm move.
+  bool press_play();
+  /// As a person does it: waits until the controller unlocks. Not while run() does.
+  void unlock();
   void drop_connections() { drop_asked_ = true; }
+  void set_slider(double share) { slider_ = share; }
+  void set_remote(bool remote) { remote_ = remote; }
+  /// Somebody else's program, from the pendant. Not while run() does.
+  void play_foreign_program();
+  /// Any of these by its name, before the next cycle: pause, play, stop, foreign, protective, unlock, reduced, normal,
+  /// safeguard, local, remote, off, on, slider NUMBER, lag CYCLES, unplug CYCLES. False: none of these.
+  bool ask(const std::string& what);
   void set_mode(UrRobotMode mode) { mode_ = mode; }
   void set_safety(UrSafety safety) { safety_ = safety; }
 
@@ -80,7 +109,14 @@ class FakeUrController {
   double largest_speed_step() const { return largest_acceleration_ * period(); }
   /// Cycles in which the program followed and no new set-point had come: late, lost, or not sent.
   std::uint64_t unanswered() const { return unanswered_; }
+  UrRuntime runtime() const {
+    return paused_ ? UrRuntime::kPaused : program_ != nullptr ? UrRuntime::kPlaying : UrRuntime::kStopped;
+  }
   bool program_running() const { return program_ != nullptr; }
+  const std::string& program_name() const { return program_ != nullptr ? program_->name() : no_program_; }
+  /// Cycles in which a program wanted more than the interpreter's budget, and the most that it took in one.
+  std::uint64_t overruns() const { return overruns_; }
+  int largest_effort() const { return largest_effort_; }
   const std::string& last_error() const { return last_error_; }
   /// What programs said with textmsg.
   const std::vector<std::string>& log() const { return log_; }
@@ -107,6 +143,8 @@ class FakeUrController {
     Socket socket;
     std::string text;
     bool gone = false, dashboard = false;
+    bool writable = true;  ///< settled when it was accepted
+    bool told = false;     ///< version and kinematics
   };
 
   void accept_all();
@@ -116,17 +154,27 @@ class FakeUrController {
   void take_inputs(RtdePeer& peer, RtdeReader data);
   void send(RtdePeer& peer, RtdeWriter& writer);
   void flush(RtdePeer& peer);
-  void say(const std::string& message);
+  void tell(TextPeer& peer, const std::string& bytes);
+  void tell_error(TextPeer& peer, int code, int level, const std::string& text);
+  void tell_exception(const std::string& error);
+  void tell_state(TextPeer& peer);
   void put_output(RtdeWriter& writer, const std::string& name, const std::string& type) const;
   bool taken_by_other(const RtdePeer& peer, const std::string& name) const;
   void serve_text(TextPeer& peer);
+  void take_scripts(TextPeer& peer);
+  void serve_http(TextPeer& peer);
   std::string dashboard(const std::string& command);
+  std::string robot_api(const std::string& method, const std::string& path, const std::string& body, int& status);
+  bool try_unlock();
   void start_program(const std::string& source);
+  void run_program();
   void end_program(const std::string& why);
+  void press(const std::string& what);
   void make_builtins();
   urscript::Value move(const urscript::Arguments& arguments, urscript::Waiting& thread);
   urscript::Value brake(double deceleration, urscript::Waiting& thread);
   void advance_robot();
+  void watch_speeds();
   void count_unanswered();
   bool may_move() const;
   JointVector joints(const urscript::Value& value) const;
@@ -139,15 +187,26 @@ class FakeUrController {
   std::atomic<UrRobotMode> mode_{UrRobotMode::kRunning};
   std::atomic<UrSafety> safety_{UrSafety::kNormal};
   JointVector target_, target_dq_;
-  JointVector wanted_;  ///< of a motion command this cycle
+  JointVector wanted_, move_begin_;  ///< of a motion command, and where it began
+  double progress_ = 1.0;            ///< of a motion command: 1 when its cycle is over
+  double scaling_ = 1.0;             ///< follows the slider
   bool moves_ = false, spoke_ = false;
+  bool paused_ = true;
+  std::atomic<bool> remote_{true};
+  std::atomic<double> slider_{1.0};
+  double stopped_at_ = -1e9;  ///< s, when the last protective stop came
+  Kinematics kinematics_;
+  Vector3 tool_ = Vector3::Zero(), elbow_ = Vector3::Zero();  ///< where they were
+  bool watched_ = false;
+  std::uint64_t overruns_ = 0;
+  int largest_effort_ = 0;
   double largest_acceleration_ = 0.0, largest_speed_ = 0.0, largest_position_step_ = 0.0, time_ = 0.0;
   std::uint64_t cycle_ = 0, unanswered_ = 0;
   std::int32_t last_answer_ = 0;
 
   urscript::Builtins builtins_;
   std::unique_ptr<urscript::Program> program_;
-  std::string last_error_, program_source_;
+  std::string last_error_, no_program_;
   std::vector<std::string> log_;
   std::array<double, 48> double_in_{}, double_out_{};
   std::array<std::int32_t, 48> int_in_{}, int_out_{};
@@ -157,6 +216,8 @@ class FakeUrController {
   std::vector<std::unique_ptr<RtdePeer>> rtde_peers_;
   std::vector<std::unique_ptr<TextPeer>> text_peers_;
 
+  std::mutex asked_mutex_;
+  std::vector<std::string> asked_;
   std::atomic<int> unplugged_{0}, lag_{0};
   std::atomic<bool> protective_asked_{false}, drop_asked_{false}, running_{false};
   std::thread thread_;

@@ -2,6 +2,7 @@
 
 #include <ucontext.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -114,7 +115,7 @@ class Program::Fiber final : public Waiting {
   /// Runs until it waits or ends.
   void go() {
     if (ended) return;
-    statements = 0;
+    effort = 0;
     void* mine = nullptr;
     leaving(&mine, stack_.get(), kStack);
     swapcontext(&caller_, &own_);
@@ -125,6 +126,11 @@ class Program::Fiber final : public Waiting {
     go();
   }
   void next_cycle() override {
+    statements = 0;
+    wait();
+  }
+  /// Without being asked to.
+  void wait() {
     void* mine = nullptr;
     leaving(&mine, callers_stack_, callers_size_);
     swapcontext(&own_, &caller_);
@@ -134,6 +140,7 @@ class Program::Fiber final : public Waiting {
 
   bool killed = false, ended = false;
   int statements = 0, calls = 0;
+  int effort = 0;  ///< of this cycle
 
  private:
   static void enter(unsigned high, unsigned low) {
@@ -172,7 +179,8 @@ class Program::Fiber final : public Waiting {
   std::size_t callers_size_ = 0;
 };
 
-Program::Program(const std::string& source, const Builtins& builtins) : builtins_(&builtins), root_(parse(source)) {
+Program::Program(const std::string& source, const Builtins& builtins, int budget)
+    : builtins_(&builtins), root_(parse(source)), budget_(budget) {
   for (const auto& part : root_->parts) {
     if (part->kind != Kind::kFunction) fail(*part, "only functions stand outside of functions");
     functions_[part->text] = part.get();
@@ -223,7 +231,16 @@ Program::Flow Program::run(Fiber& fiber, const std::vector<std::unique_ptr<Node>
   return Flow::kNext;
 }
 
+/// A frame is lost to a thread that has used up its share of the cycle.
+void Program::spend(Fiber& fiber) {
+  largest_effort_ = std::max(largest_effort_, ++fiber.effort);
+  if (budget_ == 0 || fiber.effort <= budget_) return;
+  ++overruns_;
+  fiber.wait();
+}
+
 Program::Flow Program::run(Fiber& fiber, const Node& node, Scope& scope, Value& result) {
+  spend(fiber);
   if (++fiber.statements > kStatements) fail(node, "a loop that takes a whole control cycle: sync() is missing");
   switch (node.kind) {
     case Kind::kBlock:
@@ -304,6 +321,7 @@ Value& Program::variable(const Node& node, Scope& scope, bool create) {
 }
 
 Value Program::evaluate(Fiber& fiber, const Node& node, Scope& scope) {
+  spend(fiber);
   switch (node.kind) {
     case Kind::kNumber:
       return node.number;

@@ -52,14 +52,18 @@ struct Node;
 /// A program that runs a control cycle at a time; each of its threads goes on until it waits for the next cycle.
 class Program {
  public:
-  /// Parses; throws ScriptError. @param builtins must outlive it
-  Program(const std::string& source, const Builtins& builtins);
+  /// Parses; throws ScriptError. @param builtins must outlive it @param budget what a thread may evaluate in a cycle
+  /// (expressions and statements, each with its parts); one that wants more goes on in the next; 0: without end
+  Program(const std::string& source, const Builtins& builtins, int budget = 0);
   ~Program();
 
   const std::string& name() const { return name_; }
   /// One control cycle. False: it has ended; error() says whether by itself.
   bool cycle();
   const std::string& error() const { return error_; }
+  /// Most that a thread evaluated in a cycle, and how often it wanted more than the budget.
+  int largest_effort() const { return largest_effort_; }
+  int overruns() const { return overruns_; }
 
  private:
   class Fiber;
@@ -73,6 +77,7 @@ class Program {
   Value evaluate(Fiber& fiber, const Node& expression, Scope& scope);
   Value evaluate_call(Fiber& fiber, const Node& expression, Scope& scope);
   Value& variable(const Node& name, Scope& scope, bool create);
+  void spend(Fiber& fiber);
 
   const Builtins* builtins_;
   std::string name_;
@@ -82,6 +87,7 @@ class Program {
   std::vector<std::unique_ptr<Fiber>> fibers_;  ///< [0] is the program itself; a thread's value is its index
   Fiber* critical_ = nullptr;                   ///< between enter_critical and exit_critical
   bool halted_ = false;
+  int budget_ = 0, largest_effort_ = 0, overruns_ = 0;
   std::string error_;
 };
 
