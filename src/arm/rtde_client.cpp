@@ -121,8 +121,9 @@ Status RtdeClient::agree(RtdeType type, std::vector<RtdeField> fields, Time pati
         field.name = std::exchange(field.instead, {});
         again = true;
       } else if (types[i] == "NOT_FOUND") {
-        return Error{fmt::format("the controller (software {}.{}) has no variable '{}'; it needs 3.9 or 5.3 at least",
-                                 controller_.major, controller_.minor, field.name)};
+        return Error{
+            fmt::format("the controller (software {}.{}) has no variable '{}'; it needs 3.14.3 or 5.9.4 at least",
+                        controller_.major, controller_.minor, field.name)};
       } else if (types[i] == "IN_USE") {
         return Error{
             fmt::format("'{}' is written by another client of the controller; end that program, or switch its fieldbus "

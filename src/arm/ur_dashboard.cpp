@@ -29,6 +29,15 @@ Result<std::string> UrDashboard::ask(const std::string& command) {
   return line();
 }
 
+std::vector<UrPanel::Line> UrDashboard::state() {
+  std::vector<Line> lines;
+  for (const char* question : {"robotmode", "safetystatus", "programState", "is in remote control"}) {
+    const auto answer = ask(question);
+    lines.push_back({question, answer ? *answer : answer.error().message});
+  }
+  return lines;
+}
+
 Result<std::string> UrDashboard::line() {
   const auto until = std::chrono::steady_clock::now() + patience_;
   for (;;) {
