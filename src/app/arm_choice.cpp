@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "arm/ur_arm.hpp"
+#include "arm/ur_calibration.hpp"
 #include "config/nearest.hpp"
 #ifdef STEADYHAND_ROS2
 #include "ros2/ros2_arm.hpp"
@@ -16,18 +17,25 @@ namespace steadyhand {
 
 namespace {
 
+constexpr Time kPatience = std::chrono::seconds(2);
 constexpr double kFirstSpeed = 0.25;  ///< of a real arm: in its first moves, and until asked for more
 
-Status ask(const ArmChoice& choice, double speed) {
+std::string follows(const ArmChoice& choice, double speed) {
   const bool slow_first = choice.first_share() < 1.0 && choice.first_moves > 0.0;
   const std::string first = slow_first ? fmt::format(", at {:.0f} % until the first grip after {:g} s of following",
                                                      100.0 * choice.first_share() * speed, choice.first_moves)
                                        : "";
+  return fmt::format("it follows the hand at {:.0f} % of its speed and acceleration{}", 100.0 * speed, first);
+}
+
+}  // namespace
+
+Status confirm(const ArmChoice& choice, const std::string& what) {
   std::cout << fmt::format(
-                   "The arm {} will MOVE: it follows the hand at {:.0f} % of its speed and acceleration{}.\n"
+                   "The arm {} will MOVE: {}.\n"
                    "It knows the limits of its joints and its own body, not the table, the walls, or you.\n"
                    "Nobody within its reach; a hand on the emergency stop. See docs/{}.\n",
-                   choice.arm == "ur" ? "at " + choice.host : "behind the ROS 2 controller", 100.0 * speed, first,
+                   choice.arm == "ur" ? "at " + choice.host : "behind the ROS 2 controller", what,
                    choice.arm == "ur" ? "universal-robots.md" : "ros2.md")
             << std::flush;
   if (choice.yes) return Done{};
@@ -40,7 +48,27 @@ Status ask(const ArmChoice& choice, double speed) {
   return Done{};
 }
 
-}  // namespace
+Status take_calibration(const ArmChoice& choice, RobotModel& model) {
+  if (choice.arm != "ur" || !choice.calibration) return Done{};
+  auto socket = Socket::connect(choice.host, choice.script_port, kPatience);
+  if (!socket) {
+    return Error{socket.error().message +
+                 "; enable the primary interface at the pendant: Settings, Security, Services"};
+  }
+  UrPrimary primary(*std::move(socket));
+  const auto kinematics = read_kinematics(primary, kPatience);
+  if (!kinematics) {
+    std::cout << "note: the controller does not tell what its factory measured of the arm; the robot file counts\n";
+    return Done{};
+  }
+  UrDeviation deviation;
+  auto calibrated = calibrate(model, *kinematics, deviation);
+  if (!calibrated) return calibrated.error();
+  model = *std::move(calibrated);
+  std::cout << fmt::format("the arm's own kinematics: its tool is {:.1f} mm from where the robot file has it\n",
+                           1e3 * deviation.tool_m);
+  return Done{};
+}
 
 Status has_ros2() {
 #ifdef STEADYHAND_ROS2
@@ -81,6 +109,7 @@ void ArmChoice::complete(const SessionSettings& settings) {
   if (arm.empty()) arm = settings.arm_kind;
   if (arm == "ur" && host.empty()) host = settings.arm_host;
   first_moves = settings.live.planning.first_moves;
+  calibration = settings.ur.calibration;
 }
 
 Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
@@ -100,7 +129,9 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   const double speed = choice.share();
   model.velocity_max *= speed;
   model.acceleration_max *= speed;
-  return choice.real() ? ask(choice, speed) : Status(Done{});
+  if (!choice.real()) return Done{};
+  if (Status s = confirm(choice, follows(choice, speed)); !s) return s;
+  return take_calibration(choice, model);
 }
 
 Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,

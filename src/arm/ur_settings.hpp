@@ -19,6 +19,7 @@ struct UrSettings {
   double delay = 0.035;   ///< s, ArmInfo::delay: mostly the controller's servo; `check --stage slow` measures it
   double patience = 2.0;  ///< s, for each step of connecting
   double lost_cycles_max = 0.1;  ///< share of the controller's cycles, over a second, that its program may lose
+  bool calibration = true;       ///< take the arm's kinematics, as its factory measured it, from the controller
   bool replace_program = false;  ///< end another program that runs on the controller, to start ours
 };
 

@@ -121,6 +121,7 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ur.delay", "s", "from a command to its effect; `check --stage slow` measures it", ur.delay, at_most(0.3));
   t.add("ur.lookahead", "s", "of servoj: longer is smoother and later", ur.program.lookahead, {0.03, 0.2});
   t.add("ur.gain", "", "of servoj: higher is stiffer and rougher", ur.program.gain, {100.0, 2000.0});
+  t.add("ur.calibration", "take the arm's kinematics, as its factory measured it, from the controller", ur.calibration);
   t.add("ur.replace_program", "end another program that runs on the controller to start ours", ur.replace_program);
   t.add("ur.lost_cycles_max", "", "share of its cycles that our program may lose there: beyond, it stops",
         ur.lost_cycles_max, up_to(1.0));

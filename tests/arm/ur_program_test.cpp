@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "support/ur/urscript.hpp"
 
@@ -60,6 +62,7 @@ class ProgramHost {
   }
   bool cycle() { return program_->cycle(); }
   std::string error() const { return program_->error(); }
+  int effort() const { return program_->effort(); }
   UrProgramState state() const { return static_cast<UrProgramState>(outputs[R::kState]); }
   /// A set-point for all joints alike, that answers to the program's newest cycle.
   void set_point(double p, double v, double a, int session = 1) {
@@ -243,6 +246,56 @@ TEST(UrProgram, WaitsForTheFirstSetPointButNotForEver) {
   EXPECT_GT(k, 990);
   EXPECT_EQ(host.q, 0.5);
   EXPECT_EQ(host.state(), UrProgramState::kSilence);
+}
+
+/// The controller's interpreter has a share of the cycle: nobody tells how long it takes, so what it does is kept short.
+TEST(UrProgram, EvaluatesLittleInACycle) {
+  ProgramHost host(settings());
+  int usual = 0, most = 0;
+  for (int k = 0; k < 1300; ++k) {
+    ASSERT_TRUE(host.cycle()) << host.error();
+    most = std::max(most, host.effort());
+    if (k > 300 && k < 600) usual = std::max(usual, host.effort());
+    const Swing s = swing(k);
+    if (k < 600 || k % 100 > 5) host.set_point(s.q, s.dq, s.ddq);
+  }
+  EXPECT_LT(usual, 230);
+  EXPECT_LT(most, 480);
+}
+
+/// Between one cycle and the next the arm stood still, or went elsewhere: somebody paused the program, and resumed it.
+TEST(UrProgram, EndsWhenTheArmStoppedOrMovedWithoutIt) {
+  for (const double moved : {0.0, 0.3}) {
+    ProgramHost host(settings());
+    for (int k = 0; k < 250; ++k) {
+      ASSERT_TRUE(host.cycle()) << host.error();
+      const Swing s = swing(k);
+      host.set_point(s.q, s.dq, s.ddq);
+    }
+    ASSERT_GT(host.dq, 0.3);
+    host.dq = 0.0;
+    host.q += moved;
+    const double stood = host.q;
+    host.hardest = 0.0;
+    int left = 0;
+    while (host.cycle()) ASSERT_LT(++left, 3);
+    EXPECT_EQ(host.state(), UrProgramState::kMoved);
+    EXPECT_EQ(host.q, stood);
+    EXPECT_TRUE(host.stopped);
+  }
+}
+
+/// Inner lines are indented, as the script manual wants, and none is empty.
+TEST(UrProgram, IsWrittenAsTheManualWantsIt) {
+  const std::string text = make_ur_program(settings());
+  std::istringstream lines(text);
+  int number = 0;
+  const auto count = std::count(text.begin(), text.end(), '\n');
+  for (std::string line; std::getline(lines, line);) {
+    const bool outer = ++number == 1 || number == count;
+    EXPECT_EQ(outer, line.rfind("  ", 0) != 0) << number << ": " << line;
+    EXPECT_NE(line.find_first_not_of(' '), std::string::npos) << number;
+  }
 }
 
 /// Each leads to its end, and the arm does not jump.

@@ -123,7 +123,9 @@ def test_check_measures_without_moving():
         (["demo", "--headless", "--host", "127.0.0.1"], ["--arm ur"]),
         (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1"], ["--yes"]),
         (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1", "--speed", "2"], ["--speed", "2"]),
-        (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1", "--rtde-port", "1", "--yes"], ["127.0.0.1:1"]),
+        (["check", "--host", "127.0.0.1", "--stage", "slwo"], ["--stage", "slwo", "slow"]),
+        (["check", "--host", "127.0.0.1", "--stage", "slow"], ["--yes"]),
+        (["demo", "--headless", "--arm", "ur", "--host", "127.0.0.1", "--script-port", "1", "--yes"], ["127.0.0.1:1", "Services"]),
     ],
 )
 def test_bad_input_ends_with_2_and_says_what_is_wrong(arguments, words):

@@ -12,12 +12,13 @@
 
 #include "app/command_line.hpp"
 #include "config/robot_file.hpp"
+#include "support/ur/ur5e_kinematics.hpp"
 
 int main(int argc, char** argv) {
   using namespace steadyhand;
   FakeUrController::Settings settings;
   std::string robot = "ur5e";
-  bool cb3 = false, polyscope_x = false, local = false, stopped = false;
+  bool calibrated = false, cb3 = false, polyscope_x = false, local = false, stopped = false;
   int unplug_ms = 0, lag = 0;
   double every = 0.0;
   CommandLine app("fake_ur_controller", "Pretends to be a Universal Robots controller");
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   app.add_option("--protocol", settings.newest_protocol, "Newest RTDE version")->capture_default_str();
   app.add_flag("--cb3", cb3, "125 Hz");
   app.add_flag("--polyscope-x", polyscope_x, "Software 10.12: a Robot API over HTTP at the dashboard's port");
+  app.add_flag("--calibrated", calibrated, "Its kinematics differs from the robot file's by some mm");
   app.add_flag("--local", local, "Not in remote control");
   app.add_flag("--stopped", stopped, "Its program is stopped; after switching on it is paused");
   app.add_option("--servo-lag", settings.servo_lag, "Of servoj, s")->capture_default_str();
@@ -54,6 +56,12 @@ int main(int argc, char** argv) {
   if (!model) {
     std::cerr << model.error().message << "\n";
     return 2;
+  }
+  if (robot == "ur5e") settings.kinematics = ur5e_kinematics();
+  if (settings.kinematics && calibrated) {  // as factories measure them
+    settings.kinematics->d[2] += 2e-3;
+    settings.kinematics->a[1] -= 1e-3;
+    settings.kinematics->theta[3] += 1e-3;
   }
   FakeUrController controller(*model, settings);
   if (const Status s = controller.listen(); !s) {
@@ -92,8 +100,10 @@ int main(int argc, char** argv) {
   controller.stop();
   std::cout << fmt::format(
       "{} cycles without a set-point; largest speed {:.3f} rad/s, largest steps: position {:.4f} mrad, "
-      "speed {:.4f} rad/s, largest acceleration {:.2f} rad/s^2; {}\n",
+      "speed {:.4f} rad/s, largest acceleration {:.2f} rad/s^2; the interpreter evaluates up to {} in a cycle, {} "
+      "cycles lost; "
+      "{}\n",
       controller.unanswered(), controller.largest_speed(), 1e3 * controller.largest_position_step(),
-      controller.largest_speed_step(), controller.largest_acceleration(),
-      controller.last_error().empty() ? "no stop" : "last stop: " + controller.last_error());
+      controller.largest_speed_step(), controller.largest_acceleration(), controller.largest_effort(),
+      controller.overruns(), controller.last_error().empty() ? "no stop" : "last stop: " + controller.last_error());
 }

@@ -210,6 +210,7 @@ bool Program::cycle() {
   for (std::size_t i = 0; i < fibers_.size() && !halted_; ++i) {
     if (critical_ == nullptr || critical_ == fibers_[i].get()) fibers_[i]->go();
   }
+  effort_ = fibers_[0]->effort;
   return !halted_;
 }
 

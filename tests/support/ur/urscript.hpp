@@ -64,6 +64,8 @@ class Program {
   /// Most that a thread evaluated in a cycle, and how often it wanted more than the budget.
   int largest_effort() const { return largest_effort_; }
   int overruns() const { return overruns_; }
+  /// What the program itself, not its threads, evaluated in the last cycle.
+  int effort() const { return effort_; }
 
  private:
   class Fiber;
@@ -87,7 +89,7 @@ class Program {
   std::vector<std::unique_ptr<Fiber>> fibers_;  ///< [0] is the program itself; a thread's value is its index
   Fiber* critical_ = nullptr;                   ///< between enter_critical and exit_critical
   bool halted_ = false;
-  int budget_ = 0, largest_effort_ = 0, overruns_ = 0;
+  int budget_ = 0, effort_ = 0, largest_effort_ = 0, overruns_ = 0;
   std::string error_;
 };
 
