@@ -28,9 +28,9 @@ def summary(folder):
 
 
 def write(folder, **files):
-    (folder / "asan").mkdir(exist_ok=True)
     for name, text in files.items():
         path = folder / "pytest.xml" if name == "pytest" else folder / "asan" / f"{name}.xml"
+        path.parent.mkdir(exist_ok=True)
         path.write_text(text)
 
 
@@ -49,12 +49,19 @@ def test_counts_cases_and_names_what_failed_or_was_skipped(tmp_path):
 
 def test_a_run_that_left_no_results_has_failed(tmp_path):
     write(tmp_path, pytest=PYTEST.replace("<error message=\"x\"/>", ""))
+    (tmp_path / "asan").mkdir()
     code, lines = summary(tmp_path)
     assert (code, lines[-1]) == (1, "2 passed, 1 failed, 1 skipped")
     assert "failed: ctest (asan) ended without its results" in lines
 
 
+def test_a_program_that_was_not_built_has_failed(tmp_path):
+    write(tmp_path, pytest=PYTEST, ctest=CTEST.replace("SKIP_RETURN_CODE=77", "Unable to find executable"))
+    assert "failed: ctest (asan) x86-64-v4: Unable to find executable" in summary(tmp_path)[1]
+
+
 def test_exit_code_is_zero_only_if_something_passed_and_nothing_failed(tmp_path):
-    assert summary(tmp_path)[0] == 1
+    write(tmp_path, pytest='<testsuites><testsuite><testcase name="a"><skipped message="b"/></testcase></testsuite></testsuites>')
+    assert summary(tmp_path)[0] == 1, "nothing passed"
     write(tmp_path, pytest=PYTEST.replace("<error message=\"x\"/>", ""), ctest=CTEST.replace('status="fail"><failure message="SEGFAULT"/>', 'status="run">'), test_core=CORE)
     assert summary(tmp_path)[0] == 0
