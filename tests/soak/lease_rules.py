@@ -10,6 +10,7 @@ REST_WITHIN = 1.5  # s, after whatever ended following
 SLACK = 0.15  # s, that a message may take to the control loop on a machine that is busy
 OBEYED = 0.1  # s, for a stop; on top, cycles that did not run
 RACE = 0.02  # s: of messages on different sockets so close nobody knows which came first
+CYCLE = 0.01  # s: what comes while a cycle waits for its turn counts in it, after its stamp
 MOVES = 1e-5  # rad/s, commanded
 STOPPED = ("stopping", "fault")
 
@@ -111,7 +112,7 @@ def stop_is_never_undone(session, log):
         if before not in STOPPED or after in STOPPED:
             continue
         heard = [e for e in log.requests("stop") if log.arrival(e["t"]) + RACE < now]
-        good = [t for t, client in resets if since < t < now and
+        good = [t for t, client in resets if since < t < now + CYCLE and
                 (not heard or t > heard[-1]["t"] - race(log, heard[-1], t, client))]
         if not good:
             yield ("stop undone", at, f"left {before} for {after} without a reset after the last stop")
@@ -137,7 +138,7 @@ def fresh_grip(session, log):
         if after != "engaged" or before == "holding" or inside(np.array([now]), plays)[0]:
             continue
         slack = SLACK + log.stopped_for(ended - SLACK, now)
-        if not len(closings) or not ((closings > ended - slack) & (closings <= now + 0.002)).any():
+        if not len(closings) or not ((closings > ended - slack) & (closings <= now + CYCLE)).any():
             yield ("fresh grip", at, f"'{why}' without a clutch that was closed since {ended - log.begin:.2f} s")
 
 
