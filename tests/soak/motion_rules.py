@@ -1,9 +1,12 @@
 """Rules for what the recording says by itself: limits and distances, of commands and of what the arm did."""
 
+from pathlib import Path
+
 import numpy as np
 
 from arm_model import Ur5eMeshes, link_poses, smallest_sphere_gaps
 
+ROOT = Path(__file__).resolve().parents[2]
 # Of our own, smaller than the program's: rounding of numbers, not of limits.
 POSITION = 2e-6  # rad
 COMMANDED = 1e-4  # share of speed and acceleration
@@ -20,21 +23,17 @@ MESH_PERIOD = 0.02  # s, between looks at meshes
 
 
 def meshes_of(session):
-    """The UR5e's, where it is the robot and its geometry is installed."""
-    if session.robot is None or session.robot["name"] != "ur5e":
-        return None
-    from pathlib import Path
-
-    return Ur5eMeshes(Path(__file__).resolve().parents[2])
+    """The UR5e's, where it is the robot."""
+    return Ur5eMeshes(ROOT) if session.robot is not None and session.robot["name"] == "ur5e" else None
 
 
-def worst(rule, t, excess, words, count_as="times"):
+def worst(rule, t, excess, words):
     """At most one violation: the worst of all where `excess` (N, joints) is above 0 or no number."""
     bad = ~(excess <= 0.0)
     if not bad.any():
         return []
     i, joint = np.unravel_index(np.argmax(np.where(np.isnan(excess), np.inf, excess)), excess.shape)
-    return [(rule, float(t[i]), f"joint {joint}: {words} by {excess[i, joint]:.4g}; {int(bad.any(axis=1).sum())} {count_as}")]
+    return [(rule, float(t[i]), f"joint {joint}: {words} by {excess[i, joint]:.4g}; {int(bad.any(axis=1).sum())} times")]
 
 
 def share(robot, key, part):
@@ -101,12 +100,10 @@ def measured_limits(session, _):
 def led_throughout(session):
     """For each state: commands came all the time just before, so that the arm did as it was told."""
     c, s = session.commands.t, session.states.t
-    gaps = np.flatnonzero(np.diff(c) > GAP)
-    spans = [(c[0], c[-1])]
     led = (s >= c[0] + SETTLED) & (s <= c[-1])
-    for i in gaps:
-        led &= (s < c[i] + GAP - BETWEEN) | (s > c[i + 1] + SETTLED)
-    return led if spans else np.zeros(len(s), dtype=bool)
+    for i in np.flatnonzero(np.diff(c) > GAP):
+        led &= (s < c[i] + BETWEEN) | (s > c[i + 1] + SETTLED)
+    return led
 
 
 def restarts(session):
