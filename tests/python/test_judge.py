@@ -299,6 +299,12 @@ def a_stop_in_a_pause(s):
     s.changes[3] = (5.288, "ready", "stopping")
 
 
+def granted_long_after_it_was_asked_for(s):
+    s.log.insert(2, dict(t=0.1, kind="lease", client="x", holder=2))
+    s.log[1]["t"] = 0.05
+    s.log.append(dict(t=0.06, kind="take", client="x", paired=True))
+
+
 def stop_then_reset(s):
     s.request(5.98, "stop")  # and the reset at 6 s is later
 
@@ -307,7 +313,7 @@ def reset_of_another_within_the_race(s):
     s.request(6.0005, "stop", "x")  # on another socket: nobody knows which came first
 
 
-@pytest.mark.parametrize("doctor", [a_stop_in_a_pause, stop_then_reset, reset_of_another_within_the_race])
+@pytest.mark.parametrize("doctor", [a_stop_in_a_pause, granted_long_after_it_was_asked_for, stop_then_reset, reset_of_another_within_the_race])
 def test_what_is_allowed_breaks_nothing(sheet, doctor):
     doctor(sheet)
     assert sheet.rules() == set()

@@ -17,6 +17,7 @@ import json
 import numpy as np
 
 HEARD = 0.25  # s, that the word of a hand lasts
+TOLD = 0.1  # s, from getting the lease to being told
 
 
 class SessionLog:
@@ -48,8 +49,8 @@ class SessionLog:
         return sum(max(0.0, min(end, until) - max(begin, a)) for a, until in self.pauses)
 
     def tenures(self):
-        """(client, from, to): when a client may have held the lease. From when it asked; to when it gave it back, was gone, or
-        another was told to hold it."""
+        """(client, from, to): when a client may have held the lease. From when it took it or was told to hold it; to when it gave
+        it back, was gone, or another was told to hold it."""
         tenures, since = [], {}
 
         def close(client, t):
@@ -64,6 +65,7 @@ class SessionLog:
             elif e["kind"] == "lease":
                 for other in [c for c in since if c != e["client"]]:
                     close(other, e["t"])
+                since.setdefault(e["client"], e["t"] - TOLD)  # it asked long ago
         for client in list(since):
             close(client, self.entries[-1]["t"])
         return tenures
