@@ -1,6 +1,7 @@
 #include "config/yaml_reader.hpp"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "config/nearest.hpp"
 
@@ -98,6 +100,31 @@ YamlMap::YamlMap(std::shared_ptr<File> file, YAML::Node node, std::string path)
   }
 }
 
+namespace {
+
+/// Hears a document and keeps nothing.
+struct Deaf : YAML::EventHandler {
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+/// Not by YAML::LoadAll: where a document begins with a comma, it makes empty ones until the memory is full.
+bool has_several_documents(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  Deaf deaf;
+  return parser.HandleNextDocument(deaf) && parser.HandleNextDocument(deaf);
+}
+
+}  // namespace
+
 Result<YamlMap> YamlMap::open(const fs::path& path) {
   const std::string name = path.string();
   std::error_code error;
@@ -106,24 +133,26 @@ Result<YamlMap> YamlMap::open(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream) return Error{fmt::format("{} cannot be read", name)};
-  std::vector<YAML::Node> documents;
+  YAML::Node document;
+  bool several = false;
   try {
-    documents = YAML::LoadAll(text);
+    several = has_several_documents(text);
+    if (!several) document.reset(YAML::Load(text));
   } catch (const YAML::Exception& exception) {
     return Error{fmt::format("{}:{}: not valid YAML: {}", name, exception.mark.line + 1, exception.msg)};
   } catch (const std::exception& exception) {
     return Error{fmt::format("{}: not valid YAML: {}", name, exception.what())};
   }
-  if (documents.empty() || documents[0].IsNull()) return Error{fmt::format("{} is empty", name)};
-  if (documents.size() > 1) {
-    return Error{fmt::format("{} holds {} YAML documents; one is expected", name, documents.size())};
+  if (several) {
+    return Error{fmt::format("{} holds several YAML documents, or begins with what is none; one is expected", name)};
   }
-  if (!documents[0].IsMap()) {
-    return Error{fmt::format("{} is {}; a mapping (key: value) is expected", name, kind(documents[0]))};
+  if (document.IsNull()) return Error{fmt::format("{} is empty", name)};
+  if (!document.IsMap()) {
+    return Error{fmt::format("{} is {}; a mapping (key: value) is expected", name, kind(document))};
   }
   auto file = std::make_shared<File>();
   file->name = name;
-  return YamlMap(file, documents[0], "");
+  return YamlMap(file, document, "");
 }
 
 YAML::Node YamlMap::find(const std::string& key, bool required) {
