@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cmath>
+
+#include "fuzz/fuzz.hpp"
+#include "input/recording.hpp"
+
+namespace steadyhand::fuzz {
+
+/// What load_recording promises of everything that it lets through.
+inline void check(const Result<Recording>& recording) {
+  if (!recording) return require(!recording.error().message.empty(), "a refusal says why");
+  require(recording->samples.size() >= 2, "two samples");
+  Time last{-1};
+  for (const OperatorSample& sample : recording->samples) {
+    require(sample.stamp.hand > last, "times increase from 0");
+    last = sample.stamp.hand;
+    require(sample.X_operator_hand.p.allFinite() && sample.X_operator_hand.p.cwiseAbs().maxCoeff() <= 100.001,
+            "a place");
+    require(std::abs(sample.X_operator_hand.q.norm() - 1.0) < 1e-9, "a rotation");
+  }
+  require(recording->samples.front().stamp.hand == Time(0), "times from 0");
+}
+
+}  // namespace steadyhand::fuzz
