@@ -6,17 +6,21 @@ namespace steadyhand {
 
 /// How to reach an arm through ROS 2. docs/ros2.md has the whole story.
 struct Ros2Settings {
-  int domain = -1;                                                 ///< -1: ROS_DOMAIN_ID, else 0
-  std::string controller = "/scaled_joint_trajectory_controller";  ///< its node; listens at CONTROLLER/joint_trajectory
+  int domain = -1;                                          ///< -1: ROS_DOMAIN_ID, else 0
+  std::string controller = "/joint_trajectory_controller";  ///< its node; listens at CONTROLLER/joint_trajectory
   std::string joint_states = "/joint_states";
-  std::string hand;           ///< topic of poses that lead the arm as the operator's hand does; empty: none
-  bool show = false;          ///< publish for RViz, and listen to `hand`, also with other arms
-  std::string prefix;         ///< of the joints' and frames' names on the ROS side
-  std::string joints;         ///< names of the joints from the base, with commas between; empty: those of the robot
-  double rate_hz = 100.0;     ///< of trajectories
-  double lead = 0.05;         ///< s between a command and its execution; all that is sent comes this much ahead
-  double silence = 0.035;     ///< s without joint states after which the arm counts as stopped
-  double servo_delay = 0.03;  ///< s by which the arm lags behind its controller's set-points, about
+  /// Tells in % how fast the hardware executes what it is sent; below 100 nothing moves. Empty: nobody tells.
+  std::string speed_scaling = "/speed_scaling_state_broadcaster/speed_scaling";
+  std::string hand;        ///< topic of poses that lead the arm as the operator's hand does; empty: none
+  bool show = false;       ///< publish for RViz, and listen to `hand`, also with other arms
+  std::string prefix;      ///< of the joints' and frames' names on the ROS side
+  std::string joints;      ///< names of the joints from the base, with commas between; empty: those of the robot
+  double rate_hz = 100.0;  ///< of trajectories
+  double lead = 0.05;      ///< s between a command and its execution; all that is sent comes this much ahead
+  double silence = 0.035;  ///< s without joint states after which the arm counts as stopped
+  /// s by which the arm lags behind its controller's set-points. By default between none and that of a UR's servos, so
+  /// that at 3 rad/s neither is off_plan_max away; `check --move` measures it.
+  double servo_delay = 0.015;
   double control_rate_hz = 500.0;  ///< of control cycles, by our own clock
   double settle = 0.5;             ///< s in which the controller takes over where the arm stands, at the start
   double start_within = 5.0;       ///< s in which controller and joint states have to be there

@@ -12,12 +12,23 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kStanding = 0.02;  ///< rad/s, measured, below which an arm counts as standing
-constexpr double kOnPlan = 1e-6;    ///< rad, rad/s, between a command and its plan: rounding only
+constexpr double kStanding = 0.02;  ///< rad/s, measured, below which an arm counts as standing ...
+constexpr Time kStands =
+    std::chrono::milliseconds(300);  ///< ... after so long: servos have come to where they were led
+constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its plan: rounding only
 /// Stamps of joint states that are that much ahead of what they were expected to be: somebody set a clock.
 constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
 constexpr Time kMargin = std::chrono::milliseconds(20);
+/// s beyond ros2.silence without a word from the controller after which it counts as not active; Humble's tells at 50
+/// Hz.
+constexpr double kActive = 0.2;
+/// The controller's set-point may be off by so much, and by what the joints do in so long.
+constexpr double kSetPointError = 0.001;                       // rad
+constexpr double kSetPointTime = 0.0015;                       // s
+constexpr double kFullSpeed = 99.9;                            // %
+constexpr double kStep = 0.005;                                ///< rad between two states beyond the commanded speed
+constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
 constexpr std::string_view kOffPlan =
     "the arm is not where its commands lead: stopped protectively, held up, or slowed down at its controller";
@@ -27,6 +38,11 @@ dds_sequence_double numbers(JointVector& values) {
   sequence._maximum = sequence._length = static_cast<std::uint32_t>(values.size());
   sequence._buffer = values.data();
   return sequence;
+}
+
+bool same(const JointCommand& a, const JointCommand& b) {
+  return a.q.size() == b.q.size() && (a.q - b.q).cwiseAbs().maxCoeff() <= kOnPlan &&
+         (a.dq - b.dq).cwiseAbs().maxCoeff() <= kOnPlan;
 }
 
 }  // namespace
@@ -82,7 +98,8 @@ Ros2Arm::Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& c
       cycles_per_order_(std::max(1, static_cast<int>(std::lround(settings.control_rate_hz / settings.rate_hz)))),
       phase_since_(clock.now()),
       check_(model),
-      joints_(std::move(names)) {
+      joints_(names),
+      told_joints_(std::move(names)) {
   state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(model.dof())};
   for (const std::string& name : joints_.names()) letter_.names.push_back(const_cast<char*>(name.c_str()));
 }
@@ -95,6 +112,7 @@ Status Ros2Arm::join(int domain) {
            settings_.control_rate_hz, settings_.lead + settings_.servo_delay};
   no_states_ = fmt::format("no joint states that name this arm's joints come from {}", settings_.joint_states);
   no_controller_ = fmt::format("no controller listens to {}", topic);
+  not_active_ = fmt::format("the controller {} is not active", settings_.controller);
   auto trajectories =
       (*node)->publish<JointTrajectoryMessage>(topic, from_seconds(settings_.lead - 1.0 / settings_.rate_hz));
   if (!trajectories) return trajectories.error();
@@ -106,6 +124,16 @@ Status Ros2Arm::join(int domain) {
   listens = (*node)->listen<JointTrajectoryMessage>(
       topic, [this](const JointTrajectoryMessage&, Ros2PublisherId) { trouble_ = Trouble::kTwoCommanders; });
   if (!listens) return listens.error();
+  listens = (*node)->listen<ControllerStateMessage>(
+      settings_.controller + "/controller_state",
+      [this](const ControllerStateMessage& message, Ros2PublisherId) { hear(message); });
+  if (!listens) return listens.error();
+  if (!settings_.speed_scaling.empty()) {
+    listens = (*node)->listen<Float64Message>(
+        settings_.speed_scaling,
+        [this](const Float64Message& message, Ros2PublisherId) { slowed_down_ = !(message.data >= kFullSpeed); });
+    if (!listens) return listens.error();
+  }
   node_ = std::move(*node);
   return Done{};
 }
@@ -170,6 +198,20 @@ void Ros2Arm::hear(const JointStateMessage& message, Ros2PublisherId publisher) 
   heard_news_.write(news);
 }
 
+void Ros2Arm::hear(const ControllerStateMessage& message) {
+  Told& told = newest_told_;
+  told.arrival = clock_->now();
+  told.theirs = time_of(message.header.stamp);
+  told.q.resize(0);
+  const std::uint32_t count = message.joint_names._length;
+  const dds_sequence_double& q = message.reference.positions;
+  if (told_joints_.find({message.joint_names._buffer, count}) && q._length == count) {
+    told.q.resize(model_->dof());
+    for (int i = 0; i < model_->dof(); ++i) told.q[i] = q._buffer[told_joints_[i]];
+  }
+  told_news_.write(told);
+}
+
 // ---------------------------------------------------------------------------------------------- the thread that speaks
 
 void Ros2Arm::speak() {
@@ -207,14 +249,17 @@ void Ros2Arm::talk() {
 
 ArmState Ros2Arm::receive() {
   keep_time();
+  heard_before_ = heard_;
   if (heard_news_.read(heard_)) known_ = true;
+  (void)told_news_.read(told_);
   if (known_) {
     state_.joints.q = heard_.q;
     state_.joints.dq = heard_.dq;
     if (!heard_lately()) state_.joints.dq.setZero();
+    if (!(state_.joints.dq.cwiseAbs().maxCoeff() < kStanding)) moved_ = state_.joints.stamp.made;
   }
   if (phase_ != Phase::kStopped) proceed();
-  if (phase_ == Phase::kStopped && lets_go_ && heard_lately() && standing()) {
+  if (phase_ == Phase::kStopped && lets_go_ && why_not().empty() && standing()) {
     lets_go_ = false;
     hold_here();
   }
@@ -242,7 +287,7 @@ bool Ros2Arm::heard_lately() const {
   return known_ && clock_->now() - heard_.arrival <= from_seconds(settings_.silence);
 }
 
-bool Ros2Arm::standing() const { return state_.joints.dq.cwiseAbs().maxCoeff() < kStanding; }
+bool Ros2Arm::standing() const { return state_.joints.stamp.made - moved_ > kStands; }
 
 bool Ros2Arm::long_ago(double seconds) const { return to_seconds(state_.joints.stamp.made - phase_since_) > seconds; }
 
@@ -260,6 +305,10 @@ std::string_view Ros2Arm::why_not() const {
   }
   if (!heard_lately()) return no_states_;
   if (heard_.controllers == 0) return no_controller_;
+  if (slowed_down_.load(std::memory_order_relaxed)) {
+    return "the arm's speed scaling is not 100 %: set its speed slider to that, and start its program";
+  }
+  if (to_seconds(clock_->now() - told_.arrival) > settings_.silence + kActive) return not_active_;
   return {};
 }
 
@@ -283,11 +332,12 @@ void Ros2Arm::proceed() {
       phase_since_ = last_command_ = state_.joints.stamp.made;
       return;
     case Phase::kFollowing:
+      lets_go_ = true;  // whatever stops it now, the controller is not to take up again what it has
       if (!why.empty()) return stop(why);
-      if (off_plan()) {
-        lets_go_ = true;
-        return stop(kOffPlan);
-      }
+      if (off_plan()) return stop(kOffPlan);
+      if (misled()) return stop("the controller does not execute what it was sent: slowed down, or led by others");
+      if (stepped()) return stop("the joints stepped: they moved further than they were told to");
+      lets_go_ = false;
       if (to_seconds(state_.joints.stamp.made - last_command_) > settings_.command_timeout) {
         stop("no command came in time");
       }
@@ -305,11 +355,11 @@ void Ros2Arm::carry_on() {
   if (phase_ != Phase::kFollowing || sent_count_ == 0) return;
   const Time now = state_.joints.stamp.made, last = sent_[newest_sent_].stamp.made;
   if (now - period_ - last < period_ / 2) return;
-  const bool executed = now - lead_ > last;
+  const bool executed = now - lead_ + kMargin > last;  // by the time that what is sent now arrives
   const Plan& plan = executed ? order_.plan : plan_;
-  if (executed) order_.count = 0;
-  for (Time t = executed ? last - kMargin : last + period_; t < now - period_ / 2; t += period_) {
-    if (t < plan.start) continue;
+  const int unsent = executed ? std::min(cycles_since_order_, order_.count) : 0;
+  order_.count -= unsent;
+  for (Time t = last + (1 - unsent) * period_; t < now - period_ / 2; t += period_) {
     const JointCommand own = sample(plan, t);
     order(own, now);
     if (t <= last) continue;
@@ -339,14 +389,45 @@ void Ros2Arm::order(const JointCommand& command, Time now) {
 /// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
 /// the way to us they may have been held up.
 bool Ros2Arm::off_plan() const {
-  const Time then = heard_.theirs + heard_.offset - from_seconds(info_.delay);
+  const JointCommand expected = commanded(heard_.theirs + heard_.offset - from_seconds(info_.delay));
+  return expected.q.size() > 0 && (heard_.q - expected.q).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+}
+
+/// Whether the controller's own set-point is another than that time's: it sets its trajectory time to now with each
+/// trajectory that comes; slowed down it would crawl in between, and jump.
+bool Ros2Arm::misled() const {
+  const JointCommand expected = commanded(told_.theirs + heard_.offset - lead_);
+  if (expected.q.size() == 0 || told_.q.size() == 0) return false;
+  const double most = kSetPointError + kSetPointTime * expected.dq.cwiseAbs().maxCoeff();
+  return !((told_.q - expected.q).cwiseAbs().maxCoeff() <= most);
+}
+
+/// Whether a joint moved further, from one state to the next, than the speeds explain at which it was commanded lately.
+bool Ros2Arm::stepped() const {
+  const double dt = to_seconds(heard_.theirs - heard_before_.theirs);
+  if (dt <= 0.0 || sent_count_ == 0) return false;
+  const Time since = heard_.theirs + heard_.offset - lead_ - kSpeedCounts;
+  JointVector fastest = JointVector::Zero(heard_.q.size());
+  for (int age = 0; age < sent_count_; ++age) {
+    const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
+    if (command.stamp.made < since) break;
+    fastest = fastest.cwiseMax(command.dq.cwiseAbs());
+  }
+  return ((heard_.q - heard_before_.q).cwiseAbs() - dt * fastest).maxCoeff() > kStep;
+}
+
+/// What the controller was to execute a lead after `then`; of size 0 if that is before the first command. Beyond the
+/// newest one it goes on along the plan that it was sent last.
+JointCommand Ros2Arm::commanded(Time then) const {
+  if (sent_count_ > 0 && then > sent_[newest_sent_].stamp.made + period_) return sample(order_.plan, then);
   for (int age = 0; age < sent_count_; ++age) {
     const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
     if (command.stamp.made > then) continue;
-    const JointVector expected = command.q + to_seconds(then - command.stamp.made) * command.dq;
-    return (heard_.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+    JointCommand expected = command;
+    expected.q += to_seconds(then - command.stamp.made) * command.dq;
+    return expected;
   }
-  return false;
+  return {};
 }
 
 void Ros2Arm::begin_settling() {
@@ -375,12 +456,8 @@ void Ros2Arm::send(const JointCommand& command) {
   if (phase_ != Phase::kFollowing) return;
   if (const std::string_view why = check_.refusal(command, state_.joints.q); !why.empty()) return stop(why);
   const Time now = command.stamp.made;
-  const bool planned = plan_.joints == command.q.size();
-  const JointCommand on_plan = planned ? sample(plan_, now) : JointCommand{};
-  if (!planned || (on_plan.q - command.q).cwiseAbs().maxCoeff() > kOnPlan ||
-      (on_plan.dq - command.dq).cwiseAbs().maxCoeff() > kOnPlan) {
-    return stop("a command is not on the plan that was checked");
-  }
+  const JointCommand on_plan = sample(plan_, now);
+  if (!same(on_plan, command)) return stop("a command is not on the plan that was checked");
   last_command_ = state_.joints.stamp.made;
   remember(command);
   order({command.stamp, command.q, command.dq, on_plan.ddq}, now);

@@ -56,6 +56,11 @@ class Ros2Arm final : public Arm {
     Time offset{0};              ///< ours less theirs
     int controllers = 0;         ///< that listen to our trajectories
   };
+  /// The newest that the controller tells of itself, as it does only while it is active.
+  struct Told {
+    JointVector q;  ///< its set-point; of size 0 where it names other joints
+    Time theirs{0}, arrival = -std::chrono::hours(1);
+  };
   /// What is to be sent next.
   struct Order {
     static constexpr int kCommands = 128;
@@ -81,6 +86,7 @@ class Ros2Arm final : public Arm {
   static Result<std::unique_ptr<Ros2Arm>> make(const RobotModel& model, const Ros2Settings& settings, Clock& clock);
   Status join(int domain);
   void hear(const JointStateMessage& message, Ros2PublisherId publisher);
+  void hear(const ControllerStateMessage& message);
   void speak();
   void keep_time();
   void proceed();
@@ -90,6 +96,9 @@ class Ros2Arm final : public Arm {
   void remember(const JointCommand& command);
   void order(const JointCommand& command, Time now);
   bool off_plan() const;
+  bool misled() const;
+  bool stepped() const;
+  JointCommand commanded(Time then) const;
   bool heard_lately() const;
   bool standing() const;
   bool long_ago(double seconds) const;
@@ -101,7 +110,7 @@ class Ros2Arm final : public Arm {
   Ros2Settings settings_;
   Clock* clock_;
   ArmInfo info_;
-  std::string no_states_, no_controller_;  ///< reasons that name a topic
+  std::string no_states_, no_controller_, not_active_;  ///< reasons that name a topic
   Time period_, lead_;
   int cycles_per_order_ = 1;
 
@@ -109,14 +118,16 @@ class Ros2Arm final : public Arm {
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
   Time phase_since_{0}, last_command_{0};
-  Heard heard_;
+  Heard heard_, heard_before_;
+  Told told_;
   bool known_ = false;
   CommandCheck check_;
   Plan plan_;
   JointVector settled_at_;
   Order order_;
   int cycles_since_order_ = 0;
-  bool lets_go_ = false;  ///< stopped elsewhere than commanded: the controller is still to be told to stay there
+  bool lets_go_ = false;  ///< stopped: the controller is still to be told to stay where the arm comes to stand
+  Time moved_{0};         ///< when the arm was last seen to move
   static constexpr int kSent = 512;
   std::array<JointCommand, kSent> sent_;  ///< ring of commands while following; holds any lead and delay
   int newest_sent_ = 0, sent_count_ = 0;
@@ -124,11 +135,14 @@ class Ros2Arm final : public Arm {
   std::atomic<int> posted_{0};
 
   // ---- of the thread that listens
-  JointOrder joints_;
+  JointOrder joints_, told_joints_;
   Heard newest_;
+  Told newest_told_;
   Ros2PublisherId state_publisher_ = 0;
   OffsetFilter offset_;
   LatestValue<Heard> heard_news_;  ///< to the control thread
+  LatestValue<Told> told_news_;
+  std::atomic<bool> slowed_down_{false};  ///< the hardware is, by what it tells
   std::atomic<Trouble> trouble_{Trouble::kNone};
   std::atomic<bool> following_{false};
 

@@ -1,8 +1,9 @@
-// The reference controller does what the documentation of joint_trajectory_controller says.
+// The reference controller does what the source of joint_trajectory_controller does.
 #include "support/ros2/joint_trajectory_controller.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 namespace steadyhand {
@@ -23,32 +24,71 @@ JointTrajectory trajectory(int derivatives = 2) {
   return t;
 }
 
+/// A controller that is active at kStart, cycle by cycle.
+class Running {
+ public:
+  explicit Running(const JointTrajectoryController::Settings& settings, const JointVector& q) : controller(settings) {
+    controller.activate(q);
+    (void)controller.update(kStart, settings.period, q, JointVector::Zero(q.size()));
+  }
+  std::string accept(const JointTrajectory& t) { return controller.accept(t, now()); }
+  /// Its reference after so many seconds since kStart, where the joints are measured at q all the time.
+  const JointTrajectoryController::State& at(double seconds, const JointVector& q) {
+    const Time period = controller.settings().period;
+    for (; to_seconds(now() - kStart) + 1e-9 < seconds; ++cycles_) {
+      written = controller.update(now() + period, period, q, JointVector::Zero(q.size()));
+    }
+    return controller.reference();
+  }
+  /// Sleeps, then makes one cycle.
+  void freeze(double seconds, const JointVector& q) {
+    const Time period = controller.settings().period;
+    const auto slept = static_cast<int>(std::lround(seconds / to_seconds(period)));
+    cycles_ += slept;
+    written = controller.update(now(), slept * period, q, JointVector::Zero(q.size()));
+  }
+  Time now() const { return kStart + cycles_ * controller.settings().period; }
+
+  JointTrajectoryController controller;
+  JointTrajectoryController::State written;
+
+ private:
+  int cycles_ = 0;
+};
+
 class ControllerTest : public testing::Test {
  protected:
-  /// What the joints are to do after so many seconds, if they are where they are told.
-  const JointTrajectoryController::State& at(JointTrajectoryController& controller, double seconds) {
-    const auto& state = controller.update(kStart + from_seconds(seconds), measured, zero);
-    return state;
-  }
-  JointVector zero = JointVector::Zero(2), measured = zero;
+  JointVector zero = JointVector::Zero(2);
   JointTrajectoryController::Settings settings{{"a", "b"}};
 };
 
 TEST_F(ControllerTest, InterpolatesByWhatPointsGive) {
   for (const int derivatives : {0, 1, 2}) {
-    JointTrajectoryController controller(settings);
-    ASSERT_EQ(controller.accept(trajectory(derivatives), kStart), "");
-    const double h = 1e-4;
-    for (double t = 0.0; t < 2.0; t += 0.1) {
-      const auto before = at(controller, t), here = at(controller, t + h), after = at(controller, t + 2.0 * h);
-      EXPECT_LT(((after.q - before.q) / (2.0 * h) - here.dq).norm(), derivatives == 0 && t > 0.9 ? 2.0 : 1e-2);
+    Running run(settings, zero);
+    ASSERT_EQ(run.accept(trajectory(derivatives)), "");
+    const double h = 0.002;  // begins in the next cycle
+    JointTrajectoryController::State before = run.at(h, zero), here = run.at(2.0 * h, zero);
+    for (double t = 2.0 * h; t < 1.99; t += h) {
+      const auto after = run.at(t + h, zero);
+      EXPECT_LT(((after.q - before.q) / (2.0 * h) - here.dq).norm(), derivatives == 0 ? 2.0 : 1e-2);
       EXPECT_DOUBLE_EQ(here.q[1], -2.0 * here.q[0]);
+      if (std::abs(t - 0.502) < 1e-9) {
+        EXPECT_NEAR(here.q[0], derivatives == 0 ? 0.25 : derivatives == 1 ? 0.15625 : 0.13281, 1e-4);
+      }
+      before = here, here = after;
     }
-    EXPECT_NEAR(at(controller, 1.0).q[0], 0.5, 1e-12);
-    EXPECT_NEAR(at(controller, 0.5).q[0], derivatives == 0 ? 0.25 : derivatives == 1 ? 0.15625 : 0.13281, 1e-4);
-    EXPECT_NEAR(at(controller, 5.0).q[0], 1.0, 1e-12);
-    EXPECT_EQ(at(controller, 5.0).dq, zero);
+    EXPECT_NEAR(run.at(5.0, zero).q[0], 1.0, 1e-12);
+    EXPECT_EQ(run.at(5.0, zero).dq, zero);
   }
+}
+
+TEST_F(ControllerTest, WritesWhatIsToBeACycleFromNow) {
+  Running run(settings, zero);
+  ASSERT_EQ(run.accept(trajectory()), "");
+  (void)run.at(1.0, zero);
+  const JointVector written = run.written.q;
+  EXPECT_LT((run.at(1.002, zero).q - written).norm(), 1e-12);
+  EXPECT_GT((run.written.q - written).norm(), 1e-4);
 }
 
 TEST_F(ControllerTest, RefusesWhatItMust) {
@@ -57,7 +97,7 @@ TEST_F(ControllerTest, RefusesWhatItMust) {
     std::function<void(JointTrajectory&)> spoil;
   };
   for (const Bad& bad :
-       {Bad{"not at rest", [](auto& t) { t.points.back().dq[0] = 1e-9; }},
+       {Bad{"not at rest", [](auto& t) { t.points.back().dq[0] = 1e-6; }},
         Bad{"1 joints of 2", [](auto& t) { t.joints.pop_back(); }},
         Bad{"not the controller's", [](auto& t) { t.joints[0] = "c"; }},
         Bad{"named twice", [](auto& t) { t.joints[0] = "b"; }}, Bad{"no points", [](auto& t) { t.points.clear(); }},
@@ -66,27 +106,41 @@ TEST_F(ControllerTest, RefusesWhatItMust) {
         Bad{"velocities", [](auto& t) { t.points[1].dq.pop_back(); }},
         Bad{"accelerations", [](auto& t) { t.points[1].ddq.push_back(0.0); }},
         Bad{"in the past", [](auto& t) { t.stamp = kStart - 3 * kSecond; }}}) {
-    JointTrajectoryController controller(settings);
+    Running run(settings, zero);
     JointTrajectory t = trajectory();
     bad.spoil(t);
-    EXPECT_NE(controller.accept(t, kStart).find(bad.word), std::string::npos) << bad.word;
-    EXPECT_EQ(at(controller, 1.0).q, zero);
+    EXPECT_NE(run.accept(t).find(bad.word), std::string::npos) << bad.word;
+    EXPECT_EQ(run.at(1.0, zero).q, zero);
   }
+}
+
+TEST_F(ControllerTest, InactiveItTakesNothingAndActiveAgainItHolds) {
+  Running run(settings, zero);
+  ASSERT_EQ(run.accept(trajectory()), "");
+  (void)run.at(1.0, zero);
+  const JointVector last = run.written.q;
+  run.controller.deactivate();
+  EXPECT_EQ(run.accept(trajectory()), "inactive");
+  (void)run.at(1.5, zero);
+  EXPECT_EQ(run.written.q, last);
+  const JointVector elsewhere = JointVector::Constant(2, 0.3);
+  run.controller.activate(elsewhere);
+  (void)run.at(2.0, elsewhere);
+  EXPECT_EQ(run.written.q, elsewhere);
 }
 
 TEST_F(ControllerTest, TakesMoreWhereParametersAllowIt) {
   settings.allow_nonzero_velocity_at_trajectory_end = settings.allow_partial_joints_goal = true;
-  JointTrajectoryController controller(settings);
+  Running run(settings, zero);
   JointTrajectory t = trajectory();
   t.joints = {"b"};
   for (JointTrajectory::Point& point : t.points) {
     for (auto* values : {&point.q, &point.dq, &point.ddq}) values->pop_back();
   }
   t.points.back().dq[0] = 0.5;
-  ASSERT_EQ(controller.accept(t, kStart), "");
-  (void)at(controller, 0.0);
-  EXPECT_NEAR(at(controller, 1.0).q[1], 0.5, 1e-12);
-  EXPECT_EQ(at(controller, 1.0).q[0], 0.0);  // stays
+  ASSERT_EQ(run.accept(t), "");
+  EXPECT_NEAR(run.at(1.002, zero).q[1], 0.5, 1e-12);
+  EXPECT_EQ(run.at(1.002, zero).q[0], 0.0);  // stays
 }
 
 TEST_F(ControllerTest, ANewOneReplacesTheOldAtOnceOrAtItsStamp) {
@@ -94,40 +148,69 @@ TEST_F(ControllerTest, ANewOneReplacesTheOldAtOnceOrAtItsStamp) {
     for (const bool desired : {false, true}) {
       settings.allow_trajectory_replacement = replacement;
       settings.interpolate_from_desired_state = desired;
-      JointTrajectoryController controller(settings);
-      ASSERT_EQ(controller.accept(trajectory(), kStart), "");
-      (void)at(controller, 0.0);
-      const JointVector there = at(controller, 1.0).q;
+      Running run(settings, zero);
+      ASSERT_EQ(run.accept(trajectory()), "");
+      const JointVector there = run.at(1.0, zero).q;
       JointTrajectory next = trajectory();
       next.stamp = kStart + 2 * kSecond;
-      ASSERT_EQ(controller.accept(next, kStart + kSecond), "");
+      ASSERT_EQ(run.accept(next), "");
       // At once, and from where it is said to be, unless it is to wait.
-      const JointVector begun = at(controller, 1.0).q;
-      EXPECT_LT((begun - (replacement || desired ? there : measured)).norm(), 1e-9) << replacement << desired;
-      const bool went_on = at(controller, 1.9).q[0] > 0.95;  // along the old one, to 1; the new one begins at 0
+      const JointVector begun = run.at(1.002, zero).q;
+      EXPECT_LT((begun - (replacement || desired ? there : zero)).norm(), 1e-2) << replacement << desired;
+      const bool went_on = run.at(1.9, zero).q[0] > 0.95;  // along the old one, to 1; the new one begins at 0
       EXPECT_EQ(went_on, replacement);
-      EXPECT_NEAR(at(controller, 3.0).q[0], 0.5, 1e-12);
+      EXPECT_NEAR(run.at(3.0, zero).q[0], 0.5, 1e-12);
     }
   }
 }
 
-TEST_F(ControllerTest, GivesUpBeyondItsTolerances) {
-  settings.trajectory = 0.2;
-  JointTrajectoryController on_the_way(settings);
-  ASSERT_EQ(on_the_way.accept(trajectory(), kStart), "");
-  for (double t = 0.0; t < 2.0; t += 0.1) (void)at(on_the_way, t);
-  EXPECT_NE(on_the_way.aborted(), "");
-  EXPECT_EQ(at(on_the_way, 3.0).q, measured);  // holds where it was measured
+/// Below full speed its trajectory time falls behind, and each new trajectory sets it to now: so it crawls and jumps.
+TEST_F(ControllerTest, ANewOneMakesItForgetThatItWasSlowedDown) {
+  Running run(settings, zero), at_full_speed(settings, zero);
+  run.controller.scale(0.5);
+  JointTrajectory t = trajectory();
+  t.stamp = kStart;
+  ASSERT_EQ(run.accept(t), "");
+  ASSERT_EQ(at_full_speed.accept(t), "");
+  EXPECT_NEAR(run.at(1.602, zero).q[0], at_full_speed.at(0.802, zero).q[0], 1e-9);
+  ASSERT_EQ(run.accept(t), "");
+  EXPECT_NEAR(run.at(1.604, zero).q[0], at_full_speed.at(1.604, zero).q[0], 1e-9);
+}
 
-  settings.trajectory = 0.0;
+TEST_F(ControllerTest, AfterAFreezeItGoesOnWhereItsTrajectoryIsByThen) {
+  Running run(settings, zero);
+  ASSERT_EQ(run.accept(trajectory()), "");
+  (void)run.at(0.5, zero);
+  run.freeze(1.0, zero);
+  EXPECT_GT(run.written.q[0], 0.8);
+}
+
+/// Beyond a tolerance nothing is written, and it holds where the joints are measured.
+TEST_F(ControllerTest, ATolerancesKeepsItFromJumping) {
+  for (const bool on_the_way : {true, false}) {
+    (on_the_way ? settings.trajectory : settings.goal) = 0.2;
+    settings.goal_time = 0.1;
+    Running run(settings, zero);
+    ASSERT_EQ(run.accept(trajectory()), "");
+    const JointVector there = run.at(0.5, zero).q;
+    run.freeze(on_the_way ? 1.0 : 2.0, there);
+    EXPECT_NE(run.controller.aborted(), "");
+    EXPECT_LT((run.written.q - there).norm(), 5e-3);
+    (void)run.at(4.0, there);
+    EXPECT_EQ(run.written.q, there);
+    settings.trajectory = settings.goal = 0.0;
+  }
+}
+
+TEST_F(ControllerTest, GivesUpWhatIsNotAtTheGoalInTime) {
   settings.goal = 0.1;
   settings.goal_time = 0.5;
-  JointTrajectoryController at_the_end(settings);
-  ASSERT_EQ(at_the_end.accept(trajectory(), kStart), "");
-  for (double t = 0.0; t < 2.4; t += 0.1) (void)at(at_the_end, t);
-  EXPECT_EQ(at_the_end.aborted(), "");
-  (void)at(at_the_end, 2.6);
-  EXPECT_NE(at_the_end.aborted(), "");
+  Running run(settings, zero);
+  ASSERT_EQ(run.accept(trajectory()), "");
+  (void)run.at(2.4, zero);
+  EXPECT_EQ(run.controller.aborted(), "");
+  (void)run.at(2.6, zero);
+  EXPECT_NE(run.controller.aborted(), "");
 }
 
 }  // namespace

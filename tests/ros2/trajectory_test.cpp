@@ -86,12 +86,14 @@ TEST_F(TrajectoryTest, AControllerExecutesThePlanItself) {
     make_trajectory({&first, 1}, plan, points);
     JointTrajectory t = message(points, plan.start);
     JointTrajectoryController controller({t.joints});
+    controller.activate(first.q);
     ASSERT_EQ(controller.accept(t, plan.start), "");
     double largest = 0.0;
     JointVector before = first.dq;
     for (int i = 0; i * kCycle < plan.intervals * plan.dt; ++i) {
       const Time now = plan.start + from_seconds(i * kCycle);
-      const auto& desired = controller.update(now, first.q, first.dq);
+      (void)controller.update(now, from_seconds(kCycle), first.q, first.dq);
+      const auto& desired = controller.reference();
       EXPECT_LT((desired.q - sample(plan, now).q).cwiseAbs().maxCoeff(), 1e-5);
       if (i > 0) largest = std::max(largest, (desired.dq - before).cwiseAbs().maxCoeff() / kCycle);
       before = desired.dq;
@@ -114,6 +116,7 @@ TEST_F(TrajectoryTest, OneAfterTheOtherWithoutAStep) {
       JointTrajectoryController controller(
           {t.joints, false, false, desired, replacement});  // what is measured is far off
       const JointVector measured = JointVector::Constant(kJoints, 0.3), still = JointVector::Zero(kJoints);
+      controller.activate(rest.head(kJoints));
       double largest = 0.0;
       std::vector<JointVector> past;
       for (int i = 0; i < 1000; ++i) {
@@ -131,7 +134,8 @@ TEST_F(TrajectoryTest, OneAfterTheOtherWithoutAStep) {
           for (JointCommand& point : points) point.stamp.made += lead;
           ASSERT_EQ(controller.accept(message(points, std::min(points.front().stamp.made, now)), now), "");
         }
-        past.push_back(controller.update(now, i == 0 ? commands.back().q : measured, still).q);
+        (void)controller.update(now, from_seconds(kCycle), i == 0 ? commands.back().q : measured, still);
+        past.push_back(controller.reference().q);
         if (i > 60) {
           const JointVector expected = commands[commands.size() - 26].q;  // lead ago
           EXPECT_LT((past.back() - expected).cwiseAbs().maxCoeff(), 1e-5) << i;

@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   std::string robot = "ur5e";
   settings.domain = -1;
   int unplug_ms = 0, lag = 0;
-  double every = 0.0;
+  double every = 0.0, scale = 1.0;
   bool in_order = false;
   CommandLine app("reference_controller", "Pretends to be a ROS 2 machine with a joint trajectory controller");
   app.add_option("--domain", settings.domain, "Of ROS 2; -1: ROS_DOMAIN_ID, else 0")->capture_default_str();
@@ -30,14 +30,24 @@ int main(int argc, char** argv) {
   app.add_option("--unplug-ms", unplug_ms, "Lose everything for so long ...");
   app.add_option("--every", every, "... every so many seconds");
   app.add_option("--lag", lag, "Send and take everything so many cycles late");
+  bool inactive = false;
+  double frozen_ms = 0.0;
+  app.add_flag("--inactive", inactive, "The controller is loaded, not active");
+  app.add_option("--servo-lag", settings.servo_lag, "Of the arm, s")->capture_default_str();
+  app.add_option("--speed-scaling", settings.speed_scaling, "Topic that tells how fast trajectories are executed");
+  app.add_option("--scale", scale, "Execute trajectories at that share of their speed")->capture_default_str();
+  app.add_option("--freeze-ms", frozen_ms, "Stand still for so long ...");
   JointTrajectoryController::Settings& parameters = settings.parameters;
   app.add_flag("--interpolate-from-desired-state", parameters.interpolate_from_desired_state, "Parameter of that name");
   app.add_flag("--allow-trajectory-replacement", parameters.allow_trajectory_replacement, "Parameter of that name");
   app.add_option("--trajectory-tolerance", parameters.trajectory, "On the way, rad; 0: any");
+  app.add_option("--goal-tolerance", parameters.goal, "At the end, rad; 0: any");
+  app.add_option("--goal-time", parameters.goal_time, "After which it must be there, s; 0: no end to the waiting");
   const Result<bool> parsed = app.parse(argc, argv);
   if (!parsed) std::cerr << parsed.error().message << "\n";
   if (!parsed || !*parsed) return parsed ? 0 : 2;
   settings.permuted = !in_order;
+  settings.active = !inactive;
 
   sigset_t ends;
   sigemptyset(&ends);
@@ -64,10 +74,12 @@ int main(int argc, char** argv) {
                            settings.joint_states)
             << std::flush;
   controller.lag(lag);
+  controller.scale(scale);
   controller.run();
   const timespec wait{every > 0.0 ? static_cast<time_t>(every) : 1, 0};
   while (sigtimedwait(&ends, nullptr, &wait) < 0) {
     if (every > 0.0) controller.unplug(static_cast<int>(1e-3 * unplug_ms / controller.period()));
+    if (every > 0.0) controller.freeze(static_cast<int>(1e-3 * frozen_ms / controller.period()));
   }
   controller.stop();
   const ReferenceController::Largest& largest = controller.largest();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace steadyhand {
 
@@ -72,13 +73,14 @@ std::string JointTrajectoryController::refusal(const JointTrajectory& t, Time no
   }
   if (settings_.allow_nonzero_velocity_at_trajectory_end) return {};
   for (const double speed : t.points.back().dq) {
-    if (speed != 0.0) return "the last point is not at rest";
+    if (std::abs(speed) > std::numeric_limits<float>::epsilon()) return "the last point is not at rest";
   }
   return {};
 }
 
 std::string JointTrajectoryController::accept(const JointTrajectory& t, Time now) {
   if (std::string why = refusal(t, now); !why.empty()) return why;
+  if (!active_) return "inactive";
   const std::size_t n = settings_.joints.size();
   Motion motion{t.stamp, t.points};
   const auto sort = [&](std::vector<double>& values, double other) {
@@ -96,54 +98,60 @@ std::string JointTrajectoryController::accept(const JointTrajectory& t, Time now
     sort(point.ddq, 0.0);
   }
   waiting_ = std::move(motion);
+  holds_ = false;
+  aborted_.clear();
   return {};
 }
 
-void JointTrajectoryController::begin(Motion motion, Time now, const JointVector& q, const JointVector& dq) {
-  const bool from_desired = settings_.interpolate_from_desired_state && desired_.q.size() == q.size();
-  before_ = {Time(0), list(from_desired ? desired_.q : q), list(from_desired ? desired_.dq : dq),
-             list(from_desired ? desired_.ddq : JointVector(JointVector::Zero(q.size())))};
-  before_at_ = now;
+void JointTrajectoryController::activate(const JointVector& q) {
+  active_ = true;
+  commanded_ = {q, JointVector::Zero(q.size()), JointVector::Zero(q.size())};
+  reference_ = commanded_;
+  commanded_at_.reset();
+  aborted_.clear();
+  hold(q);
+}
+
+void JointTrajectoryController::deactivate() {
+  active_ = false;
+  waiting_.reset();
+  motion_ = {};
+}
+
+/// A trajectory of one point, at once; begun in the next cycle.
+void JointTrajectoryController::hold(const JointVector& q) {
+  const std::vector<double> zero(settings_.joints.size(), 0.0);
+  waiting_ = Motion{Time(0), {{Time(0), list(q), zero, zero}}};
+  holds_ = true;
+}
+
+void JointTrajectoryController::begin(Motion motion, const JointVector& q) {
   motion_ = std::move(motion);
-  if (motion_.stamp == Time(0)) motion_.stamp = now;
   for (Point& point : motion_.points) {
     for (std::size_t i = 0; i < point.q.size(); ++i) {
       if (std::isnan(point.q[i])) point.q[i] = q[i];
     }
   }
-  active_ = true;
-  held_ = false;
-  aborted_.clear();
+  sampled_ = false;
 }
 
-void JointTrajectoryController::hold(const JointVector& q) {
-  const JointVector zero = JointVector::Zero(q.size());
-  desired_ = {q, zero, zero};
-  active_ = false;
-  held_ = true;
-}
-
-void JointTrajectoryController::deactivate() {
-  waiting_.reset();
-  motion_ = {};
-  active_ = held_ = false;
-  desired_ = {};
-}
-
-void JointTrajectoryController::sample(Time now) {
-  const Time at = now - motion_.stamp;
+/// @return whether the trajectory says where the joints are to be then
+bool JointTrajectoryController::sample(Time then, State& state) const {
+  if (then < before_at_) return false;
+  const Time at = then - motion_.stamp;
   const std::vector<Point>& points = motion_.points;
   const std::size_t n = settings_.joints.size();
-  desired_.q.resize(n);
-  desired_.dq.setZero(n);
-  desired_.ddq.setZero(n);
+  state.q.resize(n);
+  state.dq.setZero(n);
+  state.ddq.setZero(n);
   const auto take = [&](const Point& a, const Point& b, Time from, Time to) {
     for (std::size_t i = 0; i < n; ++i) {
       const auto value = interpolate(a, b, i, to_seconds(to - from), to_seconds(at - from));
-      desired_.q[i] = value[0];
-      desired_.dq[i] = value[1];
-      desired_.ddq[i] = value[2];
+      state.q[i] = value[0];
+      state.dq[i] = value[1];
+      state.ddq[i] = value[2];
     }
+    return true;
   };
   if (at < points.front().from_start) {
     return take(before_, points.front(), before_at_ - motion_.stamp, points.front().from_start);
@@ -153,37 +161,60 @@ void JointTrajectoryController::sample(Time now) {
       return take(points[k], points[k + 1], points[k].from_start, points[k + 1].from_start);
     }
   }
-  for (std::size_t i = 0; i < n; ++i) desired_.q[i] = points.back().q[i];
+  for (std::size_t i = 0; i < n; ++i) {
+    state.q[i] = points.back().q[i];
+    if (!points.back().dq.empty()) state.dq[i] = points.back().dq[i];
+  }
+  return true;
 }
 
-void JointTrajectoryController::keep_tolerances(Time now, const JointVector& q) {
-  const double error = (desired_.q - q).cwiseAbs().maxCoeff();
+/// @return whether the next set-point may be written; else the joints are held where they are from the next cycle on
+bool JointTrajectoryController::keeps_tolerances(const JointVector& q, Time next, bool first) {
+  if (holds_) return true;
+  const double error = (reference_.q - q).cwiseAbs().maxCoeff();
   const Time end = motion_.stamp + motion_.points.back().from_start;
-  if (now < end) {
-    if (settings_.trajectory <= 0.0 || error <= settings_.trajectory) return;
+  const bool on_the_way = next < end;
+  if ((on_the_way || first) && settings_.trajectory > 0.0 && error > settings_.trajectory) {
     aborted_ = "beyond the tolerance on the way";
-    return hold(q);
-  }
-  if (settings_.goal <= 0.0 || error <= settings_.goal) {
-    active_ = false;
-  } else if (settings_.goal_time > 0.0 && to_seconds(now - end) > settings_.goal_time) {
+  } else if (!on_the_way && settings_.goal > 0.0 && error > settings_.goal && settings_.goal_time > 0.0 &&
+             to_seconds(time_ - end) > settings_.goal_time) {
     aborted_ = "not at the goal in time";
-    hold(q);
+  } else {
+    return true;
   }
+  hold(q);
+  return false;
 }
 
-const JointTrajectoryController::State& JointTrajectoryController::update(Time now, const JointVector& q,
+const JointTrajectoryController::State& JointTrajectoryController::update(Time now, Time period, const JointVector& q,
                                                                           const JointVector& dq) {
-  if (desired_.q.size() == 0) hold(q);
+  if (!active_) return commanded_;
   const bool deferred = settings_.allow_trajectory_replacement && waiting_ && waiting_->stamp > now;
   if (waiting_ && !deferred) {
-    begin(*std::move(waiting_), now, q, dq);
+    begin(*std::move(waiting_), q);
     waiting_.reset();
   }
-  if (motion_.points.empty() || held_) return desired_;
-  sample(now);
-  if (active_) keep_tolerances(now, q);
-  return desired_;
+  if (motion_.points.empty()) return commanded_;
+  const bool first = !sampled_;
+  if (first) {
+    const JointVector none = JointVector::Zero(q.size());
+    const bool from_desired = settings_.interpolate_from_desired_state;
+    before_at_ = from_desired ? commanded_at_.value_or(now) : now;
+    before_ = from_desired ? Point{Time(0), list(commanded_.q), list(commanded_.dq), list(commanded_.ddq)}
+                           : Point{Time(0), list(q), list(dq), list(none)};
+    time_ = now;  // whatever it has been slowed down by: forgotten
+    if (motion_.stamp == Time(0)) motion_.stamp = now;
+    sampled_ = true;
+  } else {
+    time_ += from_seconds(to_seconds(period) * scaling_);
+  }
+  (void)sample(time_, reference_);
+  const Time next = time_ + settings_.period;
+  State wanted;
+  if (!sample(next, wanted) || !keeps_tolerances(q, next, first)) return commanded_;
+  commanded_ = wanted;
+  commanded_at_ = now;
+  return commanded_;
 }
 
 }  // namespace steadyhand

@@ -20,9 +20,11 @@ struct JointTrajectory {
   std::vector<Point> points;
 };
 
-/// The joint_trajectory_controller of ros2_control, as its documentation describes what a trajectory on its topic does:
-/// userdoc.rst, trajectory.rst and the parameters' descriptions. Not there: actions, effort, integration, speed
-/// scaling, continuous joints. One thread.
+/// What the joint_trajectory_controller of ros2_controllers 4.42 (Jazzy, Kilted) does with trajectories on its topic,
+/// by its source: it replaces what it has in the next cycle, sets its trajectory time to now with each new one and from
+/// then on advances it by the period times the speed scaling; what it writes is the sample a period ahead. Beyond a
+/// tolerance it writes nothing and holds the joints where they are measured. Inactive it takes nothing. Not there:
+/// actions, effort, integration, continuous joints. One thread.
 class JointTrajectoryController {
  public:
   /// Parameters of that name.
@@ -32,25 +34,32 @@ class JointTrajectoryController {
     bool allow_partial_joints_goal = false;
     bool interpolate_from_desired_state = false;
     bool allow_trajectory_replacement = false;
-    double goal_time = 0.0;   ///< s; 0: no end to the waiting
-    double trajectory = 0.0;  ///< rad, each joint, on the way; 0: any
-    double goal = 0.0;        ///< rad, each joint, at the end; 0: any
+    Time period = std::chrono::milliseconds(2);  ///< of its update_rate
+    double goal_time = 0.0;                      ///< s; 0: no end to the waiting
+    double trajectory = 0.0;                     ///< rad, each joint, on the way; 0: any
+    double goal = 0.0;                           ///< rad, each joint, at the end; 0: any
   };
   struct State {
     JointVector q, dq, ddq;
   };
 
+  /// Inactive until activate().
   explicit JointTrajectoryController(Settings settings) : settings_(std::move(settings)) {}
 
+  void activate(const JointVector& q);
+  /// Forgets all.
+  void deactivate();
+  bool active() const { return active_; }
   /// Takes a trajectory, or refuses it and goes on with what it has. @return why it is refused; empty: it is not
   std::string accept(const JointTrajectory& trajectory, Time now);
-  /// One cycle. @return what the joints are to do
-  const State& update(Time now, const JointVector& q, const JointVector& dq);
-  /// Forgets all: at the next update it is active again, and holds the joints where they are.
-  void deactivate();
+  /// One cycle. @param period since the last one @return what the joints are to do, a cycle from now
+  const State& update(Time now, Time period, const JointVector& q, const JointVector& dq);
+  /// What its trajectory says of now, as it publishes it.
+  const State& reference() const { return reference_; }
+  /// Share of the speed at which trajectories are executed.
+  void scale(double speed) { scaling_ = speed; }
   /// Why the last trajectory was given up, if it was.
   const std::string& aborted() const { return aborted_; }
-  bool active() const { return active_; }
   const Settings& settings() const { return settings_; }
 
  private:
@@ -59,18 +68,21 @@ class JointTrajectoryController {
     std::vector<JointTrajectory::Point> points;  ///< in the order of our joints
   };
   std::string refusal(const JointTrajectory& trajectory, Time now) const;
-  void begin(Motion motion, Time now, const JointVector& q, const JointVector& dq);
-  void sample(Time now);
+  void begin(Motion motion, const JointVector& q);
+  bool sample(Time then, State& state) const;
   void hold(const JointVector& q);
-  void keep_tolerances(Time now, const JointVector& q);
+  bool keeps_tolerances(const JointVector& q, Time next, bool first);
 
   Settings settings_;
+  bool active_ = false, holds_ = false, sampled_ = false;
+  double scaling_ = 1.0;
   std::optional<Motion> waiting_;  ///< accepted, not begun
   Motion motion_;
-  bool active_ = false, held_ = false;
+  Time time_{0};                   ///< of the trajectory
   JointTrajectory::Point before_;  ///< where it stood when the motion began
   Time before_at_{0};
-  State desired_;
+  State reference_, commanded_;
+  std::optional<Time> commanded_at_;
   std::string aborted_;
 };
 

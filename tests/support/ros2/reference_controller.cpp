@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ros2/stamps.hpp"
+
 namespace steadyhand {
 
 namespace {
 
-/// A UR stops protectively at about that much more than it is led with.
-constexpr double kHardwareSpeed = 1.2, kHardwareAcceleration = 8.0;
 constexpr double kPause = 0.4;  ///< s without trajectories that is meant: nothing was lost
 
 std::vector<double> list(const dds_sequence_double& values) {
@@ -34,6 +34,7 @@ JointTrajectory read(const JointTrajectoryMessage& message) {
 Result<std::unique_ptr<ReferenceController>> ReferenceController::make(const RobotModel& model, const JointVector& q,
                                                                        const Settings& settings) {
   Settings complete = settings;
+  complete.parameters.period = from_seconds(1.0 / settings.rate_hz);
   complete.parameters.joints.clear();
   for (const Joint& joint : model.joints) complete.parameters.joints.push_back(settings.prefix + joint.name);
   std::unique_ptr<ReferenceController> made(new ReferenceController(model, q, complete));
@@ -43,18 +44,24 @@ Result<std::unique_ptr<ReferenceController>> ReferenceController::make(const Rob
 
 ReferenceController::ReferenceController(const RobotModel& model, const JointVector& q, const Settings& settings)
     : settings_(settings), model_(model), controller_(settings.parameters), now_(settings.epoch) {
-  model_.velocity_max *= kHardwareSpeed;
-  model_.acceleration_max *= kHardwareAcceleration;
-  SimulatedArmSettings arm;
-  arm.rate_hz = settings.rate_hz;
-  arm.latency = 0.0;
-  arm.servo_lag = settings.servo_lag;
-  arm.start_time = 0.0;
-  arm_ = std::make_unique<SimulatedArm>(model_, q, arm, arm_clock_);
+  model_.velocity_max *= settings.hardware_speed;
+  model_.acceleration_max *= settings.hardware_acceleration;
   desired_ = {q, JointVector::Zero(q.size()), JointVector::Zero(q.size())};
+  thaw();
+  if (settings.active) controller_.activate(q);
 }
 
 ReferenceController::~ReferenceController() { stop(); }
+
+/// An arm that has come to where it was told last.
+void ReferenceController::thaw() {
+  SimulatedArmSettings arm;
+  arm.rate_hz = settings_.rate_hz;
+  arm.latency = 0.0;
+  arm.servo_lag = settings_.servo_lag;
+  arm.start_time = 0.0;
+  arm_ = std::make_unique<SimulatedArm>(model_, desired_.q, arm, arm_clock_);
+}
 
 Status ReferenceController::join() {
   auto node = Ros2Node::open(settings_.domain);
@@ -62,6 +69,14 @@ Status ReferenceController::join() {
   auto states = (*node)->publish<JointStateMessage>(settings_.joint_states);
   if (!states) return states.error();
   states_ = *states;
+  auto controller_states = (*node)->publish<ControllerStateMessage>(settings_.controller + "/controller_state");
+  if (!controller_states) return controller_states.error();
+  controller_states_ = *controller_states;
+  if (!settings_.speed_scaling.empty()) {
+    auto speed_scaling = (*node)->publish<Float64Message>(settings_.speed_scaling);
+    if (!speed_scaling) return speed_scaling.error();
+    speed_scaling_ = *speed_scaling;
+  }
   Status listens = (*node)->listen<JointTrajectoryMessage>(
       settings_.controller + "/joint_trajectory",
       [this](const JointTrajectoryMessage& message, Ros2PublisherId) { hear(message); });
@@ -91,8 +106,7 @@ JointTrajectory ReferenceController::last_trajectory() const {
 void ReferenceController::take_in() {
   const std::lock_guard lock(mutex_);
   while (!incoming_.empty() && incoming_.front().first <= cycle_) {
-    const std::string why =
-        locked_ && settings_.stopper ? "inactive" : controller_.accept(incoming_.front().second, now_);
+    const std::string why = controller_.accept(incoming_.front().second, now_);
     incoming_.pop_front();
     ++(why.empty() ? accepted_ : refused_);
     if (!why.empty()) last_refusal_ = why;
@@ -126,18 +140,31 @@ void ReferenceController::stop_or_unlock() {
     arm_->restart();
     locked_ = false;
     last_stop_.clear();
+    if (settings_.stopper) controller_.activate(arm_->q());
   }
+  const int asked = activity_asked_.exchange(0);
+  if (asked > 0) controller_.activate(arm_->q());
+  if (asked < 0) controller_.deactivate();
 }
 
 void ReferenceController::step() {
   ++cycle_;
   cycle_now_ = cycle_;
   now_ += from_seconds(period());
+  if (frozen_ > 0) {
+    ++slept_;
+    if (--frozen_ == 0) thaw();
+    return;
+  }
   stop_or_unlock();
   const ArmState state = arm_->receive();
   take_in();
-  if (!locked_ || !settings_.stopper) {
-    desired_ = controller_.update(now_, state.joints.q, state.joints.dq);
+  if (controller_.active()) {
+    controller_.scale(scaling_);
+    const JointVector before = desired_.q;
+    desired_ = controller_.update(now_, from_seconds((1 + slept_) * period()), state.joints.q, state.joints.dq);
+    slept_ = 0;
+    if (desired_.q == before) desired_.dq = desired_.ddq = JointVector::Zero(before.size());  // not written anew
     measure(desired_);
   } else {
     past_.clear();
@@ -155,6 +182,24 @@ void ReferenceController::step() {
   }
   if (deaf_ > 0) --deaf_;
   send_states();
+  tell();
+}
+
+/// What the controller publishes while it is active, and the hardware of its speed.
+void ReferenceController::tell() {
+  if (unplugged_ > 0) return;
+  std::string frame;
+  ControllerStateMessage message{};
+  message.header.stamp = stamp_of<builtin_interfaces_msg_dds__Time_>(now_);
+  message.header.frame_id = frame.data();
+  std::vector<char*> names;
+  for (const std::string& name : settings_.parameters.joints) names.push_back(const_cast<char*>(name.c_str()));
+  message.joint_names = sequence_of<decltype(message.joint_names)>(names);
+  JointVector q = controller_.reference().q;
+  message.reference.positions._buffer = q.data();
+  message.reference.positions._length = message.reference.positions._maximum = static_cast<std::uint32_t>(q.size());
+  if (controller_.active()) (void)controller_states_.send(message);
+  if (!settings_.speed_scaling.empty()) (void)speed_scaling_.send({100.0 * scaling_});
 }
 
 void ReferenceController::send_states() {

@@ -21,16 +21,20 @@ class ReferenceController {
  public:
   struct Settings {
     int domain = 0;
-    std::string controller = "/scaled_joint_trajectory_controller", joint_states = "/joint_states";
+    std::string controller = "/joint_trajectory_controller", joint_states = "/joint_states";
+    std::string speed_scaling;  ///< topic that tells of it, in %; empty: none does
     std::string prefix;
     bool permuted = true;  ///< joint states name the joints in another order than the arm's, as those of a UR do
     double rate_hz = 500.0;
     double servo_lag = 0.03;  ///< s, of the arm
+    /// Shares of the model's limits at which the arm stops by itself; mock hardware of ros2_control never does.
+    double hardware_speed = 1.2, hardware_acceleration = 1.5;
     /// s from one trajectory to the next, by which lost() counts.
     double expected_every = 0.01;
     Time epoch = std::chrono::hours(24 * 20000);  ///< its clock's time in the first cycle
     /// While the arm is stopped the controller is inactive, as the driver's controller stopper has it.
     bool stopper = true;
+    bool active = true;                              ///< the controller is; else it is only loaded
     JointTrajectoryController::Settings parameters;  ///< joints: set by the model
   };
 
@@ -53,6 +57,12 @@ class ReferenceController {
   void deafen(int cycles) { deaf_ = cycles; }
   /// Everything that goes out or comes in does so that many cycles later.
   void lag(int cycles) { lag_ = cycles; }
+  /// The controller manager stands still for so many cycles; the arm stays at what it was told last.
+  void freeze(int cycles) { frozen_ = cycles; }
+  /// The controller executes trajectories at that share of their speed.
+  void scale(double speed) { scaling_ = speed; }
+  /// The controller is activated, or deactivated.
+  void activate(bool active) { activity_asked_ = active ? 1 : -1; }
   /// Joint states lack one joint.
   void hide_joint(bool hidden) { hidden_ = hidden; }
   /// The arm brakes and stands until it is unlocked, whatever it is told; joint states go on.
@@ -90,6 +100,8 @@ class ReferenceController {
   void take_in();
   void stop_or_unlock();
   void send_states();
+  void tell();
+  void thaw();
   void measure(const JointTrajectoryController::State& desired);
 
   Settings settings_;
@@ -112,10 +124,14 @@ class ReferenceController {
   JointTrajectory last_trajectory_;
   std::deque<std::pair<std::uint64_t, std::pair<Time, JointState>>> outgoing_;
 
-  std::atomic<int> unplugged_{0}, deaf_{0}, lag_{0};
+  std::atomic<int> unplugged_{0}, deaf_{0}, lag_{0}, frozen_{0}, activity_asked_{0};
+  std::atomic<double> scaling_{1.0};
+  int slept_ = 0;  ///< cycles in which it was frozen, before this one
   std::atomic<bool> hidden_{false}, running_{false}, protective_asked_{false}, unlock_asked_{false};
   std::atomic<std::uint64_t> cycle_now_{0}, lost_{0};
   Ros2Publisher<JointStateMessage> states_;
+  Ros2Publisher<ControllerStateMessage> controller_states_;
+  Ros2Publisher<Float64Message> speed_scaling_;
   std::thread thread_;
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first
 };
