@@ -3,6 +3,7 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -267,6 +268,8 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
   if (!arm) return arm.error();
   if (const auto* ur = dynamic_cast<const UniversalRobotsArm*>(arm->get())) {
     if (Status s = check_stage(stage, *model, ur->q()); !s) return s;
+  } else if (Status s = check_stage(stage, *model, (*arm)->receive().joints.q); !s) {
+    return s;
   }
   StageReport r;
   std::thread thread([&] {
@@ -289,14 +292,16 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
     exit_code = 1;
     return Done{};
   }
-  if (r.delay > 0.0 && choice.arm == "ur") {
-    const std::string value = fmt::format("{:.3f}", r.delay);
+  if (r.delay > 0.0) {
+    const bool ur = choice.arm == "ur";
+    const std::string key = ur ? "ur.delay" : "ros2.servo_delay";
+    const std::string value = fmt::format("{:.3f}", ur ? r.delay : std::max(0.0, r.delay - settings.ros2.lead));
     if (options.settings.file.empty()) {
-      std::cout << "to change          --set ur.delay=" << value
+      std::cout << "to change          --set " << key << "=" << value
                 << ", or give --settings FILE and it is written there\n";
     } else {
-      if (Status s = write_setting(options.settings.file, "ur.delay", value); !s) return s;
-      std::cout << fmt::format("written            ur.delay: {} to {}\n", value, options.settings.file.string());
+      if (Status s = write_setting(options.settings.file, key, value); !s) return s;
+      std::cout << fmt::format("written            {}: {} to {}\n", key, value, options.settings.file.string());
     }
   }
   std::cout << "verdict            PASSED\n";

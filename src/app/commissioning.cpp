@@ -8,6 +8,7 @@
 #include <sstream>
 #include <vector>
 
+#include "plan/straight_stop.hpp"
 #include "robot/kinematics.hpp"
 
 namespace steadyhand {
@@ -102,13 +103,17 @@ StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double sec
   const Time begin = state.joints.stamp.made;
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(2.0 * duration / period));
+  Plan plan;
   double last = 0.0;
   std::uint64_t last_cycle = state.cycle;
   for (int i = 0; state.status == ArmStatus::kFollowing; ++i) {
     const Time now = state.joints.stamp.made;
     const double t = to_seconds(now - begin);
     if (t > duration || (i % 64 == 63 && signals.arrived_within(Time(0)))) break;
-    arm.send({{now, now}, swing.q(t), swing.dq(t), swing.ddq(t)});
+    const JointCommand command{{now, now}, swing.q(t), swing.dq(t), swing.ddq(t)};
+    make_straight_stop(model, command, 0.0, plan);
+    arm.follow(plan);
+    arm.send(command);
     if (samples.size() < samples.capacity()) samples.push_back({t, state.joints.q});
     state = arm.receive();
     const double passed = to_seconds(state.joints.stamp.made - begin) - last;

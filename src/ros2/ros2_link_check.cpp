@@ -56,6 +56,17 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
   if (r.controllers == 0) {
     say(fmt::format("no controller listens to {}/joint_trajectory: activate one, or set ros2.controller",
                     s.controller));
+  } else if (!r.active) {
+    say(
+        fmt::format("{} listens, but is not active (nothing comes from {}/controller_state): ros2 control "
+                    "switch_controllers --activate {}",
+                    s.controller, s.controller, s.controller.substr(s.controller.rfind('/') + 1)));
+  }
+  if (r.speed_scaling < 99.9) {
+    say(
+        fmt::format("{} tells of {:.4g} %; below 100 nothing moves: set the arm's speed slider to 100 %, and start its "
+                    "program",
+                    s.speed_scaling, r.speed_scaling));
   }
   if (r.commanders > 0) {
     say(fmt::format("somebody else sent {} trajectories to {}: end that program", r.commanders, s.controller));
@@ -113,6 +124,19 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
     meter.commanded();
   });
   if (!listens) return listens.error();
+  listens = (*node)->listen<ControllerStateMessage>(s.controller + "/controller_state",
+                                                    [&](const ControllerStateMessage&, Ros2PublisherId) {
+                                                      const std::lock_guard lock(mutex);
+                                                      meter.active();
+                                                    });
+  if (!listens) return listens.error();
+  if (!s.speed_scaling.empty()) {
+    listens = (*node)->listen<Float64Message>(s.speed_scaling, [&](const Float64Message& message, Ros2PublisherId) {
+      const std::lock_guard lock(mutex);
+      meter.slowed_down(message.data);
+    });
+    if (!listens) return listens.error();
+  }
   int controllers = 0;
   std::thread([&] {
     prefer_this_thread();

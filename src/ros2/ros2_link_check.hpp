@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -25,6 +26,8 @@ struct Ros2LinkReport {
   int controllers = 0;           ///< that listen for trajectories
   std::uint64_t commanders = 0;  ///< trajectories that somebody else sent
   bool stamped = true;           ///< states say when
+  bool active = false;           ///< a controller tells of itself, as it does while it is active
+  double speed_scaling = 100.0;  ///< %, smallest that the hardware told
 };
 
 struct Ros2LinkJudgement {
@@ -32,7 +35,8 @@ struct Ros2LinkJudgement {
   std::vector<std::string> findings;  ///< what is wrong, and what to change, most important first
 };
 
-/// Fit: states never stayed away for as long as stops the arm, and there is one controller, led by nobody else.
+/// Fit: states never stayed away for as long as stops the arm, and there is one controller, active, at full speed and
+/// led by nobody else.
 Ros2LinkJudgement judge(const Ros2LinkReport& report, const Ros2Settings& settings);
 
 /// Collects the report. One thread.
@@ -41,6 +45,8 @@ class Ros2LinkMeter {
   void state(Time arrival, Time stamp, Ros2PublisherId publisher);
   void stranger() { ++report_.strangers; }
   void commanded() { ++report_.commanders; }
+  void active() { report_.active = true; }
+  void slowed_down(double percent) { report_.speed_scaling = std::min(report_.speed_scaling, percent); }
   void woke(Time late) { wake_.add(1e-3 * static_cast<double>(late.count())); }
   Ros2LinkReport report(int controllers) const;
 

@@ -18,6 +18,7 @@ Ros2LinkReport measure(const std::function<double(int)>& delay, int publishers =
     meter.state(arrival, from_seconds(1000.0 + 0.002 * i), static_cast<Ros2PublisherId>(7 + i % publishers));
     meter.woke(std::chrono::microseconds(20));
   }
+  meter.active();
   return meter.report(1);
 }
 
@@ -50,6 +51,15 @@ TEST(Ros2Link, SaysWhatToChange) {
   Ros2LinkReport r = measure([](int) { return 3e-4; });
   r.controllers = 0;
   EXPECT_TRUE(says(r, "no controller listens"));
+  EXPECT_FALSE(judge(r, {}).fit);
+  r = measure([](int) { return 3e-4; });
+  r.active = false;
+  EXPECT_TRUE(says(r, "/joint_trajectory_controller listens, but is not active"));
+  EXPECT_TRUE(says(r, "--activate joint_trajectory_controller"));
+  EXPECT_FALSE(judge(r, {}).fit);
+  r = measure([](int) { return 3e-4; });
+  r.speed_scaling = 50.0;
+  EXPECT_TRUE(says(r, "50 %"));
   EXPECT_FALSE(judge(r, {}).fit);
   r = measure([](int) { return 3e-4; });
   r.commanders = 3;
