@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include "arm/ur_arm.hpp"
 #include "arm/ur_calibration.hpp"
 #include "config/nearest.hpp"
+#include "robot/kinematics.hpp"
 #ifdef STEADYHAND_ROS2
 #include "ros2/ros2_arm.hpp"
 #endif
@@ -26,6 +28,19 @@ std::string follows(const ArmChoice& choice, double speed) {
                                                      100.0 * choice.first_share() * speed, choice.first_moves)
                                        : "";
   return fmt::format("it follows the hand at {:.0f} % of its speed and acceleration{}", 100.0 * speed, first);
+}
+
+/// What is to be said if liquid would leave the glass where the arm stands; else nothing.
+[[maybe_unused]] std::string note_on_tilt(const RobotModel& model, const GlassSettings& glass, const JointVector& q) {
+  Kinematics kinematics(model);
+  kinematics.set_position(q);
+  const double tilt = std::acos(std::clamp(kinematics.R()(2, 2), -1.0, 1.0));
+  const double most = std::atan2(glass.height - glass.fill, glass.radius);
+  if (tilt < most) return "";
+  return fmt::format(
+      "note: where the arm stands the glass is tilted by {:.0f} degrees; filled as it is it spills from {:.0f} on: "
+      "begin with it upright\n",
+      tilt * 180.0 / M_PI, most * 180.0 / M_PI);
 }
 
 }  // namespace
@@ -144,7 +159,9 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
     settings.off_plan_max = session.live.control.off_plan_max;
     auto arm = Ros2Arm::connect(model, settings, clock);
     if (!arm) return arm.error();
-    if (const auto states = (*arm)->wait_for_states(); !states) return states.error();
+    const auto stands = (*arm)->wait_for_states();
+    if (!stands) return stands.error();
+    std::cout << note_on_tilt(model, session.live.glass, *stands) << std::flush;
     return std::unique_ptr<Arm>(std::move(*arm));
   }
 #endif

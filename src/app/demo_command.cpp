@@ -266,7 +266,9 @@ Status run(Options options) {
   const std::string hand = facts.recordings.front();
   OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
   std::cout << fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),
-                           options.headless ? ", hand: " + hand + ", again and again" : "")
+                           !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
+                           : options.headless          ? ", hand: " + hand + ", again and again"
+                                                       : "")
             << std::flush;
 
   const Time begin = clock.now();
