@@ -24,10 +24,11 @@ constexpr Time kMargin = std::chrono::milliseconds(20);
 /// Hz.
 constexpr double kActive = 0.2;
 /// The controller's set-point may be off by so much, and by what the joints do in so long.
-constexpr double kSetPointError = 0.001;                       // rad
-constexpr double kSetPointTime = 0.0015;                       // s
-constexpr double kFullSpeed = 99.9;                            // %
-constexpr double kStep = 0.005;                                ///< rad between two states beyond the commanded speed
+constexpr double kSetPointError = 0.001;  // rad
+constexpr double kSetPointTime = 0.0015;  // s
+constexpr double kFullSpeed = 99.9;       // %
+constexpr double kStep = 0.004;           ///< rad, from one state to the next, beyond what ...
+constexpr double kStepTime = 0.004;       ///< ... the joints may do in the time between and so long
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
 constexpr std::string_view kOffPlan =
@@ -407,13 +408,16 @@ bool Ros2Arm::stepped() const {
   const double dt = to_seconds(heard_.theirs - heard_before_.theirs);
   if (dt <= 0.0 || sent_count_ == 0) return false;
   const Time since = heard_.theirs + heard_.offset - lead_ - kSpeedCounts;
-  JointVector fastest = JointVector::Zero(heard_.q.size());
+  JointVector fastest = JointVector::Zero(heard_.q.size()), fastest_back = fastest;
   for (int age = 0; age < sent_count_; ++age) {
     const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
     if (command.stamp.made < since) break;
-    fastest = fastest.cwiseMax(command.dq.cwiseAbs());
+    fastest = fastest.cwiseMax(command.dq);
+    fastest_back = fastest_back.cwiseMin(command.dq);
   }
-  return ((heard_.q - heard_before_.q).cwiseAbs() - dt * fastest).maxCoeff() > kStep;
+  const JointVector moved = heard_.q - heard_before_.q;
+  return (moved - (dt + kStepTime) * fastest).maxCoeff() > kStep ||
+         ((dt + kStepTime) * fastest_back - moved).maxCoeff() > kStep;
 }
 
 /// What the controller was to execute a lead after `then`; of size 0 if that is before the first command. Beyond the
