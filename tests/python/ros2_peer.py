@@ -1,8 +1,8 @@
-"""A ROS 2 machine of rclpy, as a program of its own: rclpy wants its libraries found before Python starts. Shares nothing with
-the tested program but the network. Talks to a test in lines of JSON.
+"""A ROS 2 machine of rclpy, as a program of its own: rclpy wants its libraries found before Python starts. Shares nothing
+with the tested program but the network. Talks to a test in lines of JSON.
 
-    python ros2_peer.py echo                     every message of the program's, every field filled, to ros2_echo and back
-    python ros2_peer.py world '{"hand": "/h"}'   an arm behind its controller, a hand, and somebody who looks on as RViz does
+    python ros2_peer.py echo                     every message of the program's, filled, to ros2_echo and back
+    python ros2_peer.py world '{"hand": "/h"}'   an arm behind its controller, a hand, and an onlooker as RViz is
 """
 
 import json
@@ -36,7 +36,7 @@ def seconds(stamp):
 
 
 class World(Node):
-    """Joint states name the joints in an order of their own, and a gripper; what is sent is executed as it is stamped."""
+    """Joint states name the joints in their own order, and a gripper; what is sent is executed as it is stamped."""
 
     def __init__(self, controller, joint_states, prefix="", hand="", speed_scaling=""):
         super().__init__("world")
@@ -62,7 +62,8 @@ class World(Node):
         times = [seconds(p.time_from_start) for p in message.points]
         self.check("times increase", times == sorted(set(times)) and times)
         self.check("names", list(message.joint_names) == self.names)
-        self.check("points", all(len(p.positions) == len(p.velocities) == len(p.accelerations) == 6 for p in message.points))
+        whole = all(len(p.positions) == len(p.velocities) == len(p.accelerations) == 6 for p in message.points)
+        self.check("points", whole)
         self.check("ends at rest", not any(message.points[-1].velocities))
         if self.trajectory is None:
             self.seen["first_goal"] = list(message.points[-1].positions)
@@ -130,8 +131,8 @@ class World(Node):
             self.hand_since = time.monotonic() if order["hand"] else None
         self.speed = order.get("speed", self.speed)
         if "topics" in order:
-            topics = [f"{self.controller}/joint_trajectory", *(f"/steadyhand/{n}" for n in ("target", "path", "liquid"))]
-            tell(topics=[self.describe(t) for t in topics])
+            shown = [f"/steadyhand/{name}" for name in ("target", "path", "liquid")]
+            tell(topics=[self.describe(topic) for topic in [f"{self.controller}/joint_trajectory", *shown]])
 
     def describe(self, topic):
         """As `ros2 topic info -v` does."""
@@ -148,7 +149,7 @@ class World(Node):
 
 
 STRINGS = ["", "base_link", "tool0/\u00fc", "\u95a2\u7bc0 \u2713 \U0001f9be", 'say "hi"\n', "x" * 300]
-WHOLE_NUMBERS = {"uint8": (0, 2**8 - 1), "octet": (0, 2**8 - 1), "int32": (-(2**31), 2**31 - 1), "uint32": (0, 2**32 - 1)}
+WHOLE_NUMBERS = {"uint8": (0, 2**8 - 1), "int32": (-(2**31), 2**31 - 1), "uint32": (0, 2**32 - 1)}
 
 
 def filled(kind, some, lengths):
@@ -156,7 +157,7 @@ def filled(kind, some, lengths):
     if kind.startswith("sequence<"):
         inner = kind[len("sequence<") : -1]
         values = [filled(inner, some, lengths) for _ in range(some.choice(lengths))]
-        return bytes(values) if inner == "octet" else values
+        return values
     extreme = some.random() < 0.2
     if kind in WHOLE_NUMBERS:
         return some.choice(WHOLE_NUMBERS[kind]) if extreme else some.randint(*WHOLE_NUMBERS[kind])

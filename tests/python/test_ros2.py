@@ -1,5 +1,5 @@
-"""The ROS 2 side before ROS 2's own rclpy (tests/python/ros2_peer.py, a process of its own): as the arm and its controller, as
-a hand, and as RViz would listen; each message of the program's goes over the wire with every field filled. What rclpy has no
+"""The ROS 2 side before ROS 2's own rclpy (ros2_peer.py, a process of its own): as the arm and its controller, as a hand,
+and as RViz would listen; each message of the program's goes over the wire with every field filled. What rclpy has no
 message for, the controller's state, comes from PyPI's cyclonedds as Humble and as Jazzy lay it out."""
 
 import contextlib
@@ -30,7 +30,7 @@ PEER_PYTHON = os.environ.get("STEADYHAND_ROS2_PYTHON", str(ROOT / ".deps/ros2/bi
 if not Path(CONTROLLER).exists():
     pytest.skip("built without ROS 2: no Cyclone DDS here", allow_module_level=True)
 needs_rclpy = pytest.mark.skipif(
-    not Path(PEER_PYTHON).exists(), reason="NOT TESTED against ROS 2: rclpy is published for Python 3.11 only, which is not here"
+    not Path(PEER_PYTHON).exists(), reason="NOT TESTED against rclpy: it is published for Python 3.11 only, not here"
 )
 os.environ["CYCLONEDDS_URI"] = (  # on this computer, without multicast; DDS reads it once
     "<CycloneDDS><Domain><General><Interfaces><NetworkInterface name='lo'/></Interfaces>"
@@ -313,8 +313,8 @@ def test_the_arm_is_a_setting_too(domain, tmp_path):
     assert done.returncode == 2 and "arm.kind" in done.stderr
 
 
-# What all of Humble, Jazzy, Kilted, Lyrical and Rolling know, by the sources of joint_trajectory_controller, of the spawner and
-# of ur_robot_driver.
+# What all of Humble, Jazzy, Kilted, Lyrical and Rolling know, by the sources of joint_trajectory_controller, of the
+# spawner and of ur_robot_driver.
 PARAMETERS = {
     *("type", "joints", "command_interfaces", "state_interfaces", "allow_partial_joints_goal", "action_monitor_rate"),
     *("allow_nonzero_velocity_at_trajectory_end", "cmd_timeout", "constraints", "interpolation_method"),
