@@ -19,7 +19,7 @@ struct Ros2Settings {
   double lead = 0.05;      ///< s between a command and its execution; all that is sent comes this much ahead
   double silence = 0.035;  ///< s without joint states after which the arm counts as stopped
   /// s by which the arm lags behind its controller's set-points. By default between none and that of a UR's servos, so
-  /// that at 3 rad/s neither is off_plan_max away; `check --move` measures it.
+  /// that at 3 rad/s neither is off_plan_max away; `check --stage slow` measures it.
   double servo_delay = 0.015;
   double control_rate_hz = 500.0;  ///< of control cycles, by our own clock
   double settle = 0.5;             ///< s in which the controller takes over where the arm stands, at the start
