@@ -1,6 +1,6 @@
 # Parsers under hostile input (tests/fuzz), each with the room that it is of. With STEADYHAND_FUZZ, which takes clang, each is
 # a libFuzzer program fuzz_NAME; with any compiler all together are test_fuzz, which replays the corpus.
-set(fuzzed csv=input aframe=input messages=serve frames=serve http=serve urdf=robot rtde=arm mcap=record problems=record yaml=session)
+set(fuzzed csv=input aframe=input messages=serve urdf=robot rtde=arm mcap=record problems=record yaml=session)
 foreach(pair ${fuzzed})
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 name)

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -9,10 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "serve/http.hpp"
 #include "serve/hub.hpp"
 #include "serve/site.hpp"
-#include "serve/stream.hpp"
+
+namespace boost::asio::ssl {
+class context;
+}
 
 namespace steadyhand {
 
@@ -47,9 +48,5 @@ struct Desk {
 /// A connection that serves the page's files and, at /live, becomes a WebSocket. Keeps itself alive until it ends; ends
 /// itself when the peer falls silent. tls: nullptr for plain HTTP.
 void serve_connection(boost::asio::ip::tcp::socket socket, Desk& desk, boost::asio::ssl::context* tls);
-
-/// Goes on as a client of the hub, with what it has sent beyond the request.
-void serve_websocket(std::unique_ptr<Stream> stream, Desk& desk, const Address& address, const HttpRequest& request,
-                     std::string_view rest);
 
 }  // namespace steadyhand

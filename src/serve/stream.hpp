@@ -1,10 +1,14 @@
 #pragma once
 
+#include <array>
+#include <boost/asio/async_result.hpp>
+#include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <cstddef>
+#include <boost/asio/post.hpp>
+#include <boost/beast/core/role.hpp>
 #include <functional>
 #include <memory>
-#include <string_view>
+#include <utility>
 
 namespace boost::asio::ssl {
 class context;
@@ -12,30 +16,95 @@ class context;
 
 namespace steadyhand {
 
-/// The bytes of one connection, over TLS or not: all that is above is compiled once. One operation of each kind at a
-/// time; what it is given must live until it is done, and so must the stream.
+/// The bytes of one connection, with TLS or without, as one type: Beast's HTTP and WebSocket above it are compiled
+/// once. What Asio calls an AsyncReadStream and AsyncWriteStream; one operation of each kind at a time.
 class Stream {
  public:
-  /// How many bytes; 0: the connection has ended.
-  using Done = std::function<void(std::size_t bytes)>;
+  using error_code = boost::system::error_code;
+  using Socket = boost::asio::ip::tcp::socket;
+  using executor_type = Socket::executor_type;
+  using Done = std::function<void(error_code, std::size_t bytes)>;
 
-  virtual ~Stream() = default;
-  virtual bool encrypted() const = 0;
-  /// Before anything else; `bytes` means nothing but that it went well.
-  virtual void handshake(Done done) = 0;
-  /// What there is, up to `room` bytes.
-  virtual void read(char* to, std::size_t room, Done done) = 0;
-  /// Both, one after the other.
-  virtual void write(std::string_view first, std::string_view second, Done done) = 0;
-  /// No more will be written; what was is delivered.
-  virtual void finish() = 0;
-  /// At once: what is under way ends.
-  virtual void cut() = 0;
+  /// @param tls nullptr: without
+  Stream(Socket socket, boost::asio::ssl::context* tls);
+
+  bool encrypted() const { return transport_->encrypted(); }
+  executor_type get_executor() { return socket().get_executor(); }
   /// As TCP has it.
-  virtual boost::asio::ip::tcp::socket& socket() = 0;
+  Socket& socket() { return transport_->socket(); }
+  /// Before anything else.
+  void handshake(Done done) { transport_->handshake(std::move(done)); }
+  /// No more will be written; what was is delivered.
+  void finish();
+  /// At once: what is under way ends.
+  void cut();
+  /// Called with the size of all that is read from here on.
+  void on_read(std::function<void(std::size_t bytes)> heard) { heard_ = std::move(heard); }
+
+  template <typename Buffers, typename Handler>
+  auto async_read_some(const Buffers& buffers, Handler&& handler) {
+    return boost::asio::async_initiate<Handler, void(error_code, std::size_t)>(
+        [this](auto done, const auto& to) {
+          auto kept = keep(std::move(done));
+          transport_->read(gather<boost::asio::mutable_buffer>(to), [this, kept](error_code error, std::size_t bytes) {
+            if (heard_) heard_(bytes);
+            (*kept)(error, bytes);
+          });
+        },
+        handler, buffers);
+  }
+  template <typename Buffers, typename Handler>
+  auto async_write_some(const Buffers& buffers, Handler&& handler) {
+    return boost::asio::async_initiate<Handler, void(error_code, std::size_t)>(
+        [this](auto done, const auto& from) {
+          transport_->write(gather<boost::asio::const_buffer>(from),
+                            [kept = keep(std::move(done))](error_code error, std::size_t bytes) { (*kept)(error, bytes); });
+        },
+        handler, buffers);
+  }
+
+ private:
+  template <typename Buffer>
+  using Pieces = std::array<Buffer, 8>;  // what is beyond these waits for the next call
+
+  struct Transport {
+    virtual ~Transport() = default;
+    virtual bool encrypted() const = 0;
+    virtual Socket& socket() = 0;
+    virtual void handshake(Done done) = 0;
+    virtual void read(const Pieces<boost::asio::mutable_buffer>& to, Done done) = 0;
+    virtual void write(const Pieces<boost::asio::const_buffer>& from, Done done) = 0;
+  };
+  template <typename Layer>
+  class TransportOver;
+
+  /// std::function wants what it holds to be copied, handlers may only be moved.
+  template <typename Handler>
+  static auto keep(Handler handler) {
+    return std::make_shared<Handler>(std::move(handler));
+  }
+  template <typename Buffer, typename Buffers>
+  static Pieces<Buffer> gather(const Buffers& buffers) {
+    Pieces<Buffer> pieces;
+    auto next = boost::asio::buffer_sequence_begin(buffers);
+    const auto end = boost::asio::buffer_sequence_end(buffers);
+    for (std::size_t i = 0; next != end && i < pieces.size(); ++next) {
+      if (Buffer piece(*next); piece.size() > 0) pieces[i++] = piece;
+    }
+    return pieces;
+  }
+
+  std::unique_ptr<Transport> transport_;
+  std::function<void(std::size_t)> heard_;
 };
 
-/// @param tls nullptr: without
-std::unique_ptr<Stream> make_stream(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context* tls);
+/// How Beast ends a connection in good order, and at once.
+template <typename Handler>
+void async_teardown(boost::beast::role_type, Stream& stream, Handler&& handler) {
+  stream.finish();
+  boost::asio::post(stream.get_executor(), [done = std::forward<Handler>(handler)]() mutable { done({}); });
+}
+void teardown(boost::beast::role_type, Stream& stream, boost::system::error_code& error);
+void beast_close_socket(Stream& stream);
 
 }  // namespace steadyhand

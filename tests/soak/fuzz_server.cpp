@@ -1,16 +1,13 @@
 // fuzz_server [MESSAGES] [SEED]: hostile messages to the server's hub, by turns
-// from clients that may not command and from the one that holds the lease, as
-// frames of the WebSocket in random pieces; 10 million by default. Build it
-// with the preset asan. Exit code 1: a command got through that must not, or
-// none that may.
+// from clients that may not command and from the one that holds the lease; 10
+// million by default. Build it with the preset asan. Exit code 1: a command
+// got through that must not, or none that may.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <random>
 #include <string>
 
-#include "serve/frames.hpp"
 #include "serve/hub.hpp"
 #include "support/message_fuzz.hpp"
 
@@ -26,7 +23,7 @@ struct Deaf : Outbox {
 
 class Campaign {
  public:
-  explicit Campaign(std::uint32_t seed) : fuzz_(seed), random_(seed) {
+  explicit Campaign(std::uint32_t seed) : fuzz_(seed) {
     facts_.objectives = {"lateral"};
     facts_.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
     callbacks_.now = [this] { return now_; };
@@ -74,7 +71,6 @@ class Campaign {
     leader_ = 0;
     hub_.leave(client_, now_);
     client_ = hub_.join(outbox_, {"loopback", true}, now_);
-    reader_ = FrameReader(kMaxClientMessage);
     say(R"({"type":"hello","version":1})");
     if (!leads) return;
     leader_ = client_;
@@ -82,24 +78,8 @@ class Campaign {
     say(R"({"type":"take"})");
   }
 
-  /// A good frame around whatever it is, now and then damaged, in pieces.
   void say(const std::string& message) {
-    std::string bytes{'\x81', '\xfe', static_cast<char>(message.size() >> 8), static_cast<char>(message.size()), 0, 0,
-                      0,      0};
-    bytes += message;
-    const bool damaged = random_() % 64 == 0;
-    if (damaged) bytes[random_() % 8] = static_cast<char>(random_());
-    for (std::string_view rest = bytes; !rest.empty();) {
-      std::string_view piece = rest.substr(0, 1 + random_() % 300);
-      rest.remove_prefix(piece.size());
-      while (!piece.empty()) {
-        const FrameEvent event = reader_.next(piece);
-        if (event.kind == FrameEvent::Kind::kMessage) hub_.receive(client_, event.payload, now_);
-        if (event.kind == FrameEvent::Kind::kPing) hub_.receive_frame(client_, now_);
-        if (event.kind == FrameEvent::Kind::kBroken || event.kind == FrameEvent::Kind::kClose) piece = rest = {};
-      }
-    }
-    if (damaged) reader_ = FrameReader(kMaxClientMessage);
+    if (message.size() <= kMaxClientMessage) hub_.receive(client_, message, now_);
   }
 
   ServerFacts facts_;
@@ -107,8 +87,6 @@ class Campaign {
   Hub hub_{facts_, callbacks_, 250.0, 96};
   Deaf outbox_;
   MessageFuzz fuzz_;
-  std::mt19937 random_;
-  FrameReader reader_{kMaxClientMessage};
   Time now_ = std::chrono::seconds(100);
   std::uint64_t client_ = 0, leader_ = 0;  // 0: this one may not command
   long long led_ = 0, wrong_ = 0;
