@@ -33,7 +33,6 @@ void make_trajectory(std::span<const JointCommand> commands, const Plan& plan, s
   const Time end = plan.start + from_seconds(plan.intervals * plan.dt);
   if (plan.intervals > 0) add(end - beside, plan.u[plan.intervals - 1]);
   add(std::max(end, points.back().stamp.made) + beside, none);
-  points.back().dq = none;
 }
 
 }  // namespace steadyhand

@@ -145,6 +145,7 @@ class World(Node):
             "types": [i.topic_type for i in others],
             "hashes": [str(i.topic_type_hash) for i in others],
             "expected": str(subscribed[0].topic_type_hash),
+            "lifespans": [1e-9 * i.qos_profile.lifespan.nanoseconds for i in others],
         }
 
 

@@ -237,9 +237,11 @@ def test_an_arm_of_rclpy_is_led_by_a_hand_of_rclpy_and_shown_to_it(domain, tmp_p
         assert shown["largest_step"] < 0.05  # at a quarter of the speed, of cycles that Python does not hold
         if layout == "jazzy":
             peer.ask(topics=True)
-            for topic in peer.until(lambda words: "topics" in words)["topics"]:
+            topics = peer.until(lambda words: "topics" in words)["topics"]
+            for topic in topics:
                 assert topic["publishers"] == 1, topic
                 assert topic["hashes"] == [topic["expected"]], topic
+            assert topics[0]["lifespans"] == pytest.approx([0.45])  # of trajectories: the lead less a period
         peer.ask(speed=50.0)
         assert peer.until_it_stands()["faults"] == []
         program.send_signal(signal.SIGTERM)
