@@ -143,8 +143,9 @@ TEST_F(UrFaults, AProgramThatIsResumedAfterASafetyStopMovesNothing) {
   arm->controller.protective_stop();
   (void)run(0.5);
   expect_reason("protective stop");
+  EXPECT_FALSE(arm->controller.program_running());  // not left to whoever presses play
   arm->controller.unlock();
-  (void)arm->controller.press_play();
+  EXPECT_FALSE(arm->controller.press_play());
   EXPECT_LT(wander(500), 1e-3);
   EXPECT_FALSE(arm->controller.program_running());
   expect_recovery();
@@ -226,10 +227,28 @@ TEST_F(UrFaults, AnotherProcessNeverLeadsAnOldProgram) {
   expect_reason("remote control");
 }
 
+/// Its number is another, too, and no number comes again.
+TEST_F(UrFaults, EachStartOfEachProcessHasANumberOfItsOwn) {
+  std::vector<std::int32_t> numbers;
+  for (int process = 0; process < 3; ++process) {
+    for (int start = 0; start < 2; ++start) {
+      ASSERT_EQ(run(0.3).status, ArmStatus::kFollowing) << state.reason;
+      const std::int32_t number = arm->controller.output_integer(UrRegisters::kOwner);
+      EXPECT_TRUE(numbers.empty() || number > numbers.back()) << number;
+      numbers.push_back(number);
+      arm->restart();
+      swinging.forget();
+    }
+    arm->kill_arm();
+    (void)wander(100);
+    arm->begin_process();
+  }
+}
+
 TEST_F(UrFaults, TheSpeedSliderMustBeAtItsEnd) {
   arm->controller.set_slider(0.5);
   (void)run(0.5);
-  expect_reason("speed slider");
+  expect_reason("the speed slider is at 50 %");
   arm->controller.set_slider(1.0);
   expect_recovery();
   swing();

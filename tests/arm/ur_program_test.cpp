@@ -248,7 +248,8 @@ TEST(UrProgram, WaitsForTheFirstSetPointButNotForEver) {
   EXPECT_EQ(host.state(), UrProgramState::kSilence);
 }
 
-/// The controller's interpreter has a share of the cycle: nobody tells how long it takes, so what it does is kept short.
+/// The controller's interpreter has a share of the cycle: nobody tells how long it takes, so what it does is kept
+/// short.
 TEST(UrProgram, EvaluatesLittleInACycle) {
   ProgramHost host(settings());
   int usual = 0, most = 0;
@@ -263,24 +264,34 @@ TEST(UrProgram, EvaluatesLittleInACycle) {
   EXPECT_LT(most, 480);
 }
 
-/// Between one cycle and the next the arm stood still, or went elsewhere: somebody paused the program, and resumed it.
+/// Between one cycle and the next the arm stood still, changed its speed, or went elsewhere: somebody paused the
+/// program, and resumed it.
 TEST(UrProgram, EndsWhenTheArmStoppedOrMovedWithoutIt) {
-  for (const double moved : {0.0, 0.3}) {
+  struct Case {
+    const char* name;
+    double before, after, moved;  // rad/s, rad/s, rad
+  };
+  for (const Case& c :
+       {Case{"fast, stopped", 0.6, 0.0, 0.0}, Case{"slow, stopped", 0.04, 0.0, 0.0}, Case{"slowed down", 0.6, 0.3, 0.0},
+        Case{"stood, was pushed", 0.0, 0.0, 0.05}, Case{"fast, stopped further on", 0.6, 0.0, 0.3}}) {
     ProgramHost host(settings());
-    for (int k = 0; k < 250; ++k) {
-      ASSERT_TRUE(host.cycle()) << host.error();
-      const Swing s = swing(k);
+    // To that speed at 1 rad/s^2, and on.
+    const auto command = [&](int k) {
+      const double t = std::max(0, k - 50) * 0.002, ramp = c.before, u = std::min(t, ramp);
+      return Swing{0.5 + 0.5 * u * u + c.before * (t - u), u, t < ramp ? 1.0 : 0.0};
+    };
+    for (int k = 0; k < 500; ++k) {
+      ASSERT_TRUE(host.cycle()) << c.name << host.error();
+      const Swing s = command(k);
       host.set_point(s.q, s.dq, s.ddq);
     }
-    ASSERT_GT(host.dq, 0.3);
-    host.dq = 0.0;
-    host.q += moved;
+    ASSERT_NEAR(host.dq, c.before, 1e-6);
+    host.dq = c.after;
+    host.q += c.moved;
     const double stood = host.q;
-    host.hardest = 0.0;
-    int left = 0;
-    while (host.cycle()) ASSERT_LT(++left, 3);
-    EXPECT_EQ(host.state(), UrProgramState::kMoved);
-    EXPECT_EQ(host.q, stood);
+    for (int left = 0; host.cycle(); ++left) ASSERT_LT(left, 3) << c.name;
+    EXPECT_EQ(host.state(), UrProgramState::kMoved) << c.name;
+    EXPECT_EQ(host.q, stood) << c.name;
     EXPECT_TRUE(host.stopped);
   }
 }

@@ -112,6 +112,7 @@ class FakeUrController {
   UrRuntime runtime() const {
     return paused_ ? UrRuntime::kPaused : program_ != nullptr ? UrRuntime::kPlaying : UrRuntime::kStopped;
   }
+  std::int32_t output_integer(int i) const { return int_out_[i]; }
   bool program_running() const { return program_ != nullptr; }
   const std::string& program_name() const { return program_ != nullptr ? program_->name() : no_program_; }
   /// Cycles in which a program wanted more than the interpreter's budget, and the most that it took in one.
