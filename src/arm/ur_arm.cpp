@@ -268,9 +268,12 @@ ArmState UniversalRobotsArm::receive() {
     silent_ = false;
     keep_time();
   } else {
-    if (rtde_ && !silent_) {
+    // Before it follows nothing moves, and a silence is only a delay: while we send nothing, TCP may hold states back
+    // for some 40 ms (Nagle's algorithm there, late acknowledgements here).
+    const bool idle = phase_ < Phase::kFollowing;
+    if (rtde_ && (!silent_ || idle)) {
       silent_ = true;
-      stop("no word from the controller");
+      if (!idle || long_ago(settings_.start_within)) stop("no word from the controller");
     }
     keep_time_alone();
   }

@@ -190,6 +190,17 @@ TEST_F(UrFaults, AProgramThatIsPausedAtTheStartIsEndedFirst) {
   EXPECT_EQ(run(0.5).status, ArmStatus::kFollowing) << state.reason;
 }
 
+/// Until set-points go, what comes is acknowledged late, and a controller may hold the next until then.
+TEST_F(UrFaults, SilenceBeforeItFollowsIsWaitedFor) {
+  arm->controller.unplug(60);
+  EXPECT_EQ(run(0.5).status, ArmStatus::kFollowing) << state.reason;
+  arm->begin_process();
+  swinging.forget();
+  arm->controller.unplug(1000000);
+  (void)run(8.0);
+  expect_reason("no word");
+}
+
 TEST_F(UrFaults, SomebodyElsesProgramIsNotEndedUnasked) {
   arm->controller.play_foreign_program();
   (void)run(0.5);

@@ -11,7 +11,7 @@ from test_fake_ur_controller import PROGRAM, ROOT, controller
 PAGE = (ROOT / "docs/first-hour-ur.md").read_text()
 STEPS = re.findall(r"^## (\d)\. [^\n]*\n```\n(\./steadyhand [^\n]*)\n```\nSeen: ([^\n]*)\n", PAGE, re.MULTILINE)
 ROWS = re.findall(r"^\| `([^`]+)` \| [^|]* \| `([^`]+)`, `([^`]+)` \|$", PAGE, re.MULTILINE)
-ATTEMPTS = 12  # on a machine that has other things to do, set-points come too late at times
+ATTEMPTS = 4  # on a machine that has other things to do, set-points come too late at times
 
 
 def run(command, address, folder, *more, seconds=2):
