@@ -46,6 +46,7 @@ void HandGate::forget() {
 
 HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   report_.heard = now;
+  if (!sample.clutch) gripped_ = report_.clutch = false;  // letting go counts, however late and in whatever order
   if (any_) {
     const double newer = to_seconds(sample.stamp.hand - last_.stamp.hand);
     if (newer <= 0.0 && newer > -settings_.clock_step) {
@@ -64,7 +65,7 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   }
   if (age > settings_.age_max) {
     ++dropped_;
-    opened_ = opened_ || !sample.clutch;  // letting go holds however late it is heard
+    opened_ = opened_ || !sample.clutch;
     return report_.verdict = HandVerdict::kStale;
   }
 
