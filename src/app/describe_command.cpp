@@ -18,6 +18,7 @@ struct Options {
 Status run(const Options& options) {
   const Result<RobotModel> model = open_robot(options.robot);
   if (!model) return model.error();
+  for (const std::string& doubt : doubts_about(*model)) std::cerr << "note: " << doubt << "\n";
   std::cout << robot_json(*model, options.pretty ? 2 : -1) << "\n";
   return Done{};
 }

@@ -191,4 +191,23 @@ Result<RobotModel> load_robot(const RobotSettings& settings) {
   return std::move(joining.model);
 }
 
+std::vector<std::string> doubts_about(const RobotModel& model) {
+  constexpr double kUpright = 10.0;  // degrees
+  std::vector<std::string> doubts;
+  if (model.pairs.empty()) {
+    doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/robots.md)", model.name,
+                                 model.spheres.empty() ? "spheres" : "pairs of spheres"));
+  }
+  Kinematics kinematics(model);
+  kinematics.set_position(model.home);
+  const double tilt = 180.0 / M_PI * std::acos(std::clamp(kinematics.R()(2, 2), -1.0, 1.0));
+  if (tilt > kUpright) {
+    doubts.push_back(
+        fmt::format("at home the glass of {} leans by {:.0f} degrees: it is empty from the beginning; tool and "
+                    "home say how it is held (docs/robots.md)",
+                    model.name, tilt));
+  }
+  return doubts;
+}
+
 }  // namespace steadyhand

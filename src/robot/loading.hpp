@@ -41,4 +41,7 @@ struct RobotSettings {
 /// spheres on unknown links, and a home pose outside the limits or in self-collision.
 Result<RobotModel> load_robot(const RobotSettings& settings);
 
+/// What a model lacks for doing what people expect of it, a line for each; most of all one that is a URDF and no more.
+std::vector<std::string> doubts_about(const RobotModel& model);
+
 }  // namespace steadyhand

@@ -126,14 +126,29 @@ Status check_origins_finite(const std::string& file, const urdf::ModelInterface&
   return Done{};
 }
 
+/// The link that every moving joint moves, if there is one: the end of a serial arm.
+std::string end_of_all_joints(const urdf::ModelInterface& model) {
+  const urdf::Link* end = longest_chain_end(model);
+  if (end == nullptr) return {};
+  const auto path = path_to(model, *end);
+  const std::set<const urdf::Joint*> on_path(path.begin(), path.end());
+  const bool serial = std::all_of(model.joints_.begin(), model.joints_.end(), [&](const auto& entry) {
+    return !moves(*entry.second) || on_path.contains(entry.second.get());
+  });
+  return serial ? end->name : std::string();
+}
+
 Status check_side_branches(const std::string& file, const urdf::ModelInterface& model,
                            const std::set<const urdf::Joint*>& chain, const std::string& tool_link) {
+  const std::string serial_end = end_of_all_joints(model);
   for (const auto& [name, joint] : model.joints_) {
     if (chain.contains(joint.get()) || !moves(*joint)) continue;
+    const std::string help = serial_end.empty() ? "make this joint fixed, as a gripper's fingers are to the planner"
+                                                : "choose tool link '" + serial_end + "', which all joints move";
     return Error{fmt::format(
         "{}: joint '{}' ({}) moves link '{}', which is not on the chain from '{}' to tool link '{}'; steadyhand drives "
-        "serial arms: choose another tool link or make this joint fixed",
-        file, name, type_name(*joint), joint->child_link_name, model.getRoot()->name, tool_link)};
+        "serial arms: {}",
+        file, name, type_name(*joint), joint->child_link_name, model.getRoot()->name, tool_link, help)};
   }
   return Done{};
 }

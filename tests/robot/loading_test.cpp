@@ -107,6 +107,23 @@ TEST(LoadRobot, ReadsNumbersTheSameInEveryLocale) {
   }
 }
 
+TEST(LoadRobot, ABareUrdfRaisesDoubts) {
+  const auto model = load_text(urdf_robot(urdf_serial_arm(3)));  // each joint rolls by 1.2 rad
+  ASSERT_TRUE(model) << model.error().message;
+  const std::vector<std::string> doubts = doubts_about(*model);
+  ASSERT_EQ(doubts.size(), 2u);
+  EXPECT_NE(doubts[0].find("no spheres: nothing keeps it from touching itself"), std::string::npos) << doubts[0];
+  EXPECT_NE(doubts[1].find("leans by 154 degrees"), std::string::npos) << doubts[1];  // 360 - 3 * 1.2 rad
+
+  const auto complete = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& settings) {
+    settings.tool_origin = Eigen::Isometry3d(Eigen::AngleAxisd(-3.6, Vector3::UnitX()));
+    settings.spheres = {{"a", "l0", Vector3::Zero(), 0.01}, {"b", "l3", Vector3::Zero(), 0.01}};
+    settings.pairs.emplace().emplace_back("a", "b");
+  });
+  ASSERT_TRUE(complete) << complete.error().message;
+  EXPECT_TRUE(doubts_about(*complete).empty());
+}
+
 struct Refusal {
   const char* name;
   std::string urdf;
@@ -185,8 +202,9 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"mimic", one_joint("revolute", kRevolute + "<mimic joint='other'/>"), "mimics 'other'"},
         Refusal{"branch",
                 urdf_robot(urdf_serial_arm(3) + urdf_link("finger") + urdf_joint("grip", "prismatic", "l1", "finger")),
-                "joint 'grip' (prismatic) moves link 'finger', which is not on the chain"},
-        Refusal{"tool_not_at_the_end", urdf_robot(urdf_serial_arm(3)), "joint 'j3' (revolute) moves link 'l3'",
+                "joint 'grip' (prismatic) moves link 'finger', which is not on the chain from 'l0' to tool link 'l3'; "
+                "steadyhand drives serial arms: make this joint fixed, as a gripper's fingers are"},
+        Refusal{"tool_not_at_the_end", urdf_robot(urdf_serial_arm(3)), "choose tool link 'l3'",
                 [](auto& s) { s.tool_link = "l2"; }},
         Refusal{"unknown_tool_link", urdf_robot(urdf_serial_arm(2)),
                 "no link 'hand' to carry the tool; its links: l0, l1, l2", [](auto& s) { s.tool_link = "hand"; }},
