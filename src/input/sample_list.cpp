@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace steadyhand {
@@ -10,6 +11,18 @@ namespace {
 constexpr double kMaxDistance = 100.0;    // m, from the room's origin: more is a wrong unit or a broken file
 constexpr double kMaxDuration = 86400.0;  // s
 constexpr double kNormTolerance = 1e-3;
+constexpr double kSlowest = 2.0;  // s between samples, in the middle of all: no device is so slow
+
+/// s, of the samples' distances in time.
+double median_period(const std::vector<OperatorSample>& samples) {
+  std::vector<Time> periods;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    periods.push_back(samples[i].stamp.hand - samples[i - 1].stamp.hand);
+  }
+  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
+  std::nth_element(periods.begin(), middle, periods.end());
+  return to_seconds(*middle);
+}
 
 }  // namespace
 
@@ -55,6 +68,12 @@ Result<std::vector<OperatorSample>> SampleList::take(double from, double until, 
   const std::size_t read = samples_.size();
   if (read < 2) {
     return Error{fmt::format("{}: holds {} sample{}; a recording needs at least 2", where, read, read == 1 ? "" : "s")};
+  }
+  if (const double period = median_period(samples_); period > kSlowest) {
+    return Error{fmt::format(
+        "{}: its samples are {:g} s apart; a hand is recorded many times a second. Are its times in ms? They "
+        "must be in s",
+        where, period)};
   }
   const double end = to_seconds(samples_.back().stamp.hand);
   std::erase_if(samples_, [&](const OperatorSample& sample) {
