@@ -103,8 +103,49 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   return change;
 }
 
+/// Takes the commands of a session one after another, at most so many.
+class CommandList {
+ public:
+  CommandList(SessionFile& session, std::size_t most) : session_(&session), most_(most) {}
+  void add(const JointCommand& command) {
+    std::vector<JointCommand>& commands = session_->commands;
+    if (in_last_ < session_->commands_merged && fits(commands.back(), command)) {
+      merge(commands.back(), command);
+      ++in_last_;
+      return;
+    }
+    commands.push_back(command);
+    in_last_ = 1;
+    if (commands.size() > most_) halve();
+  }
+
+ private:
+  static bool fits(const JointCommand& a, const JointCommand& b) {
+    return a.dq.size() == b.dq.size() && a.ddq.size() == b.ddq.size();
+  }
+  static void merge(JointCommand& into, const JointCommand& next) {
+    into.dq = into.dq.cwiseAbs().cwiseMax(next.dq.cwiseAbs());
+    into.ddq = into.ddq.cwiseAbs().cwiseMax(next.ddq.cwiseAbs());
+  }
+  void halve() {
+    std::vector<JointCommand>& commands = session_->commands;
+    const std::size_t count = commands.size();
+    for (std::size_t i = 0; i < count; i += 2) {
+      commands[i / 2] = commands[i];
+      if (i + 1 < count && fits(commands[i], commands[i + 1])) merge(commands[i / 2], commands[i + 1]);
+    }
+    in_last_ += count % 2 == 0 ? session_->commands_merged : 0;
+    session_->commands_merged *= 2;
+    commands.resize((count + 1) / 2);
+  }
+
+  SessionFile* session_;
+  std::size_t most_;
+  int in_last_ = 1;  ///< commands that the last stands for
+};
+
 /// Everything that exceptions of the JSON library may leave.
-void read_message(const McapMessage& message, const SessionParts& parts, SessionFile& session) {
+void read_message(const McapMessage& message, const SessionParts& parts, SessionFile& session, CommandList& commands) {
   const auto is = [&](bool wanted, std::string_view topic) { return wanted && message.topic == topic; };
   const auto parsed = [&] { return Json::parse(message.data); };
   if (is(parts.samples, "/operator_sample")) {
@@ -113,10 +154,10 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.steps.push_back(plan_step(parsed(), session.names.terms));
   } else if (is(parts.commands, "/joint_command")) {
     const Json json = parsed();
-    session.commands.push_back({{message.publish, message.log},
-                                read_joints(json.at("q")),
-                                read_joints(json.at("dq")),
-                                read_joints(json.at("ddq"))});
+    commands.add({{message.publish, message.log},
+                  read_joints(json.at("q")),
+                  read_joints(json.at("dq")),
+                  read_joints(json.at("ddq"))});
   } else if (is(parts.states, "/joint_state")) {
     if (!session.states.empty() &&
         to_seconds(message.log - session.states.back().stamp.made) < parts.state_period - 1e-9) {
@@ -155,9 +196,10 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
   SessionFile session;
   session.name = path.stem().string();
   for (const auto& objective : make_objectives()) session.names.terms.emplace_back(objective->name());
+  CommandList commands(session, parts.most_commands);
   Result<McapOverview> overview = read_mcap(path, [&](const McapMessage& message) -> Status {
     try {
-      read_message(message, parts, session);
+      read_message(message, parts, session, commands);
       return Done{};
     } catch (const std::exception& error) {
       return Error{fmt::format("{}: a message on {} at {:.3f} s does not fit: {}", path.string(), message.topic,
@@ -180,6 +222,8 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
   if (session.velocity_max.size() != n || session.acceleration_max.size() != n ||
       !std::all_of(session.steps.begin(), session.steps.end(), fits) ||
       !std::all_of(session.commands.begin(), session.commands.end(), fits) ||
+      !std::all_of(session.commands.begin(), session.commands.end(),
+                   [n](const auto& c) { return c.ddq.size() == n; }) ||
       !std::all_of(session.states.begin(), session.states.end(), fits)) {
     return Error{fmt::format("{}: its robot has {} joints, and its messages others", path.string(), n)};
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ namespace steadyhand {
 /// Which messages of a session are wanted.
 struct SessionParts {
   bool samples = false, steps = false, commands = false;
+  /// Of more commands neighbours are merged, so that a session of hours takes no more memory than one of a minute.
+  std::size_t most_commands = std::numeric_limits<std::size_t>::max();
   bool states = false;        ///< measured states,
   double state_period = 0.0;  ///< s, at least so far apart
   bool changes = false;
@@ -36,6 +39,7 @@ struct SessionFile {
   std::vector<OperatorSample> samples;
   std::vector<PlanStep> steps;
   std::vector<JointCommand> commands;
+  int commands_merged = 1;  ///< that each but the last stands for: time of the first, largest |dq| and |ddq|
   std::vector<JointState> states;
   std::vector<Change> changes;
   std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that

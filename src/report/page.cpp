@@ -139,7 +139,7 @@ std::string meanings() {
   return html;
 }
 
-std::string thinning_note(const Thinning& thinning) {
+std::string thinning_note(const Thinning& thinning, int commands_merged) {
   std::string note;
   if (thinning.steps_per_point > 1) {
     note += fmt::format(
@@ -147,8 +147,8 @@ std::string thinning_note(const Thinning& thinning) {
         "otherwise. ",
         thinning.steps_per_point);
   }
-  if (thinning.commands_per_point > 1) {
-    note += fmt::format("A point of a joint's speed is the largest of {} commands. ", thinning.commands_per_point);
+  if (const int commands = thinning.commands_per_point * commands_merged; commands > 1) {
+    note += fmt::format("A point of a joint's speed is the largest of {} commands. ", commands);
   }
   return note + "The figures in the tables use every sample.";
 }
@@ -170,7 +170,8 @@ Result<std::string> report_page(const ReportInput& input) {
   const std::string recording = escape(input.recording), rate = fmt::format("{:g} Hz", input.rate_hz),
                     scale = fmt::format("{:g}", input.scale), length = fmt::format("{:.1f} s", duration),
                     command = escape(input.command), card_html = cards(input, metrics),
-                    table_html = tables(input, metrics), meaning_html = meanings(), note = thinning_note(thinning),
+                    table_html = tables(input, metrics), meaning_html = meanings(),
+                    note = thinning_note(thinning, input.profiles.front().commands_merged),
                     data = page_data(input, thinning);
   return fill(embedded::page_html, {{"recording", recording},
                                     {"rate", rate},

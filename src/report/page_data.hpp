@@ -9,7 +9,7 @@ namespace steadyhand {
 /// Plans, and commands, that one point of a curve on the page stands for.
 struct Thinning {
   int steps_per_point = 1;
-  int commands_per_point = 1;
+  int commands_per_point = 1;  ///< entries of ProfileResult::commands
 };
 
 /// How much `input` must be thinned for a page that stays quick.

@@ -19,6 +19,7 @@ struct ProfileResult {
   JointLimits limits;
   std::vector<PlanStep> steps;
   std::vector<JointCommand> commands;  ///< what the tracker sent; may be empty
+  int commands_merged = 1;             ///< of them that each stands for, by the largest |dq| and |ddq|
 };
 
 struct ReportInput {

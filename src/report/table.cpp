@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "report/report.hpp"
 
@@ -73,6 +74,7 @@ std::string pad(const std::string& text, int columns) {
 std::span<const MetricRow> metric_rows() { return kRows; }
 
 std::string format_value(const MetricRow& row, const Metrics& metrics) {
+  if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance of spheres that are not there
   const std::string text = fmt::format("{:.{}f}", row.value(metrics), row.decimals);
   return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1) : text;
 }

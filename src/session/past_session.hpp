@@ -9,6 +9,10 @@
 
 namespace steadyhand {
 
+/// What the gate of a live session would make of a recorded hand: samples that it would drop go, and where a pose could
+/// not be trusted the clutch is open. @return how many poses were not good
+std::size_t pass_gate(Recording& recording, const HandGateSettings& settings);
+
 /// The operator's hand of a session that was recorded, as the live gate let it through: samples that were dropped are
 /// not in it, and those whose pose could not be trusted have an open clutch. Fails as load_session, on a range that is
 /// none, and if fewer than 2 samples are left.

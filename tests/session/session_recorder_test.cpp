@@ -1,5 +1,6 @@
 #include "session/session_recorder.hpp"
 
+#include <algorithm>
 #include <fstream>
 
 #include "record/robot_json.hpp"
@@ -77,6 +78,35 @@ TEST_F(Recorded, EverythingIsInTheFileAndTimesCountFromTheBegin) {
   ASSERT_EQ(notices.size(), 1u);
   EXPECT_NE(notices[0].find(files()[0].string()), std::string::npos);
   EXPECT_TRUE(recorder.take_notices().empty());
+}
+
+TEST_F(Recorded, CommandsOfALongSessionAreReadMergedWithoutLosingTheLargest) {
+  SessionRecorder recorder = make();
+  const LiveTaps taps = recorder.taps();
+  std::vector<double> speeds;
+  for (int i = 0; i < 777; ++i) {
+    now += std::chrono::milliseconds(2);
+    const double speed = std::sin(0.37 * i * i);
+    speeds.push_back(std::abs(speed));
+    const JointVector dq = JointVector::Constant(6, speed);
+    taps.command({{now, now}, JointVector::Zero(6), dq, -2.0 * dq});
+  }
+  recorder.finish({});
+  SessionParts parts;
+  parts.commands = true;
+  parts.most_commands = 100;
+  const auto session = load_session(files().at(0), parts);
+  ASSERT_TRUE(session) << session.error().message;
+  EXPECT_EQ(session->commands_merged, 8);
+  ASSERT_EQ(session->commands.size(), 98u);  // 777 / 8, rounded up
+  for (std::size_t k = 0; k < session->commands.size(); ++k) {
+    const auto first = speeds.begin() + static_cast<std::ptrdiff_t>(8 * k);
+    const double largest = *std::max_element(first, std::min(first + 8, speeds.end()));
+    EXPECT_NEAR(session->commands[k].dq.cwiseAbs()[0], largest, 1e-9) << k;
+    EXPECT_NEAR(session->commands[k].ddq.cwiseAbs()[5], 2.0 * largest, 1e-9) << k;
+    EXPECT_EQ(session->commands[k].stamp.made,
+              8 * k * Time(std::chrono::milliseconds(2)) + std::chrono::milliseconds(2));
+  }
 }
 
 TEST_F(Recorded, AFaultLeavesTheSecondsBeforeItInAFileOfItsOwn) {
