@@ -93,7 +93,7 @@ Status has_ros2() {
 #endif
 }
 
-double ArmChoice::share() const { return speed > 0.0 ? speed : real() ? kFirstSpeed : 1.0; }
+double ArmChoice::share() const { return speed.value_or(real() ? kFirstSpeed : 1.0); }
 
 double ArmChoice::first_share() const { return real() ? std::min(1.0, kFirstSpeed / share()) : 1.0; }
 
@@ -138,8 +138,8 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (choice.arm == "ur" && choice.host.empty())
     return Error{"--arm ur needs --host, the controller's name or address"};
   if (choice.arm != "ur" && !choice.host.empty()) return Error{"--host belongs to --arm ur"};
-  if (choice.speed != 0.0 && !(choice.speed > 0.0 && choice.speed <= 1.0)) {
-    return Error{fmt::format("--speed is {}; it must be above 0, to 1", choice.speed)};
+  if (choice.speed && !(*choice.speed > 0.0 && *choice.speed <= 1.0)) {
+    return Error{fmt::format("--speed is {}; it must be above 0, to 1", *choice.speed)};
   }
   const double speed = choice.share();
   model.velocity_max *= speed;

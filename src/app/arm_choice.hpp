@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/command_line.hpp"
@@ -16,10 +17,10 @@ namespace steadyhand {
 struct ArmChoice {
   std::string arm, host;  ///< empty: not said
   std::uint16_t rtde_port = 30004, script_port = 30001, dashboard_port = 0;
-  double speed = 0.0;  ///< share of the model's speeds and accelerations; 0: all of it simulated, a quarter of it real
-  double first_moves = 0.0;  ///< s, of the settings
-  bool yes = false;          ///< was asked elsewhere whether hardware may move
-  bool calibration = true;   ///< take a UR's kinematics from the arm, of the settings
+  std::optional<double> speed;  ///< share of the model's speeds and accelerations; none: all simulated, a quarter real
+  double first_moves = 0.0;     ///< s, of the settings
+  bool yes = false;             ///< was asked elsewhere whether hardware may move
+  bool calibration = true;      ///< take a UR's kinematics from the arm, of the settings
   bool real() const { return arm != "sim"; }
   /// Takes what was not said from the settings.
   void complete(const SessionSettings& settings);

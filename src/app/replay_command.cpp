@@ -171,10 +171,22 @@ Status run(Options options) {
 
   // Everything that can be wrong is looked at before anything is written.
   if (Status s = check(options); !s) return s;
-  if (!is_mcap(options.recording)) recording = load_recording(options.recording, options.range);
+  std::string gate_note;
+  if (!is_mcap(options.recording)) {  // which has been through the gate
+    recording = load_recording(options.recording, options.range);
+    if (!recording) return recording.error();
+    const std::size_t samples = recording->samples.size(), bad = pass_gate(*recording, {});
+    if (bad > 0) {
+      gate_note = fmt::format(
+          "the hand was not followed at {} of its {} samples: no hand jumps so, or they are over "
+          "0.1 s apart\n",
+          bad, samples);
+    }
+  }
   if (!recording) return recording.error();
   const Result<RobotModel> model = open_robot(options.robot, places);
   if (!model) return model.error();
+  for (const std::string& doubt : doubts_about(*model)) std::cout << "note: " << doubt << "\n";
   std::vector<Profile> profiles;
   for (const std::string& name : options.profiles) {
     Result<Profile> profile = load_profile(name, places);
@@ -203,8 +215,9 @@ Status run(Options options) {
   if (Status s = write_report(report, page); !s) return s;
   std::cout << fmt::format("{} ({:.1f} s), re-planned at {} Hz, scale {}\n\n", recording->name, recording->duration(),
                            options.rate_hz, options.retarget.scale)
-            << format_table(report.profiles) << "\nreport: " << page.string()
-            << "\ndata:   " << (options.out / "PROFILE").string() << "/plan.csv, session.mcap\n";
+            << format_table(report.profiles) << "\n"
+            << gate_note << "report: " << page.string() << "\ndata:   " << (options.out / "PROFILE").string()
+            << "/plan.csv, session.mcap\n";
   return Done{};
 }
 

@@ -149,6 +149,24 @@ def test_csv_with_clutch_at_another_rate(tmp_path):
         assert abs(float(now["planned_x_m"]) - float(before["planned_x_m"])) < 0.03
 
 
+def test_a_jump_for_one_frame_does_not_move_the_glass(tmp_path):
+    def moved(folder):
+        return [tuple(float(row[f"planned_{axis}_m"]) for axis in "xyz") for row in rows(folder, "waiter")]
+
+    def jump(i, row):
+        if i == 100:
+            row[1] += 0.7
+        return row
+
+    still = lambda i, row: [row[0], 0.1, 0.1, 1.0, 0, 0, 0, 1]
+    for name, edit in [("calm", still), ("jump", lambda i, row: jump(i, still(i, row)))]:
+        hand = write_csv(tmp_path / f"{name}.csv", edit=edit)
+        result = run("replay", hand, "--profile", "waiter", "--out", tmp_path / name, "--scale", 1)
+        assert result.returncode == 0, result.stderr
+        assert ("not followed at" in result.stdout) == (name == "jump")
+    assert max(math.dist(a, b) for a, b in zip(moved(tmp_path / "calm"), moved(tmp_path / "jump"))) < 0.002
+
+
 def edited(column, value, at=50):
     return lambda i, row: [value if i == at and c == column else v for c, v in enumerate(row)]
 
@@ -164,6 +182,7 @@ def without(column):
     ("quaternion of norm 0.5", lambda p: write_csv(p, edit=edited(7, 0.5)), ["52", "0.5"]),
     ("empty file", lambda p: p.write_text("") or p, ["empty"]),
     ("no such file", lambda p: p, []),
+    ("times in ms", lambda p: write_csv(p, edit=lambda i, row: [1000 * row[0], *row[1:]]), ["11.1", "in ms", "in s"]),
     ("only a header", lambda p: write_csv(p, count=0), []),
 ])
 def test_bad_recording(tmp_path, name, make, words):
