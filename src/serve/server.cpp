@@ -81,13 +81,23 @@ struct Server::Impl {
     });
   }
 
+  /// Until the end, or until a handler throws.
+  void run() {
+    try {
+      io.run();
+    } catch (const std::exception& error) {
+      if (callbacks.on_failure) callbacks.on_failure(error.what());
+    }
+  }
+
   void tick() {
     timer.expires_after(std::chrono::milliseconds(100));
     timer.async_wait([this](error_code error) {
       if (error) return;
+      tick();  // first, so that it goes on whatever the rest throws
+      if (callbacks.on_tick) callbacks.on_tick();
       hub.tick(callbacks.now());
       count();
-      tick();
     });
   }
 
@@ -169,7 +179,7 @@ struct Server::Impl {
     tick();
     thread = std::thread([this] {
       if (callbacks.on_thread) callbacks.on_thread();
-      io.run();
+      while (!io.stopped()) run();
     });
     return Done{};
   }

@@ -58,6 +58,10 @@ struct ServerCallbacks {
   std::function<Time()> now;
   /// Runs first on the server's thread, to set its priority; may be empty.
   std::function<void()> on_thread;
+  /// Ten times a second, as long as the server's thread goes on; may be empty.
+  std::function<void()> on_tick;
+  /// Something on the server's thread threw, where nothing should; it goes on. May be empty.
+  std::function<void(const std::string& what)> on_failure;
   /// The lease holder's hand. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both of the
   /// session's clock. Finite, in order, at most 250 ms old; one that lets go later counts as of its arrival.
   std::function<void(const OperatorSample&)> on_sample;

@@ -49,6 +49,8 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   input.arm_follows = state.status == ArmStatus::kFollowing;
   input.arm_stopped = state.status == ArmStatus::kStopped || !state.joints.q.allFinite();
   input.arm_reason = state.status == ArmStatus::kStopped ? state.reason : "the arm reports no numbers";
+  const char* failure = links_->failure;
+  input.failure = failure == nullptr ? std::string_view() : failure;
   input.at_rest = at_rest_;
   input.stops = links_->asked.stops;
   input.reset_of = links_->asked.reset_of;
@@ -60,25 +62,29 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const Transition* transition = supervisor_.update(input);
   const SupervisionState after = supervisor_.state();
   links_->asked.halts = supervisor_.halts();
+  links_->asked.halted = after == SupervisionState::kStopping || after == SupervisionState::kFault;
 
   output_.restart_arm = transition != nullptr && after == SupervisionState::kIdle;
   if (transition != nullptr && after == SupervisionState::kStopping) {
     begin_stop(*transition, now);
+  } else if (transition != nullptr && after == SupervisionState::kFault && input.arm_follows) {
+    brake();
   } else if (after != SupervisionState::kStopping) {
     soft_ = false;
   } else if (soft_ && (stop_asked || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
     brake();
   }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
-  const bool shadows = after == SupervisionState::kIdle || after == SupervisionState::kFault ||
-                       (transition != nullptr && before == SupervisionState::kIdle);
+  const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
+  const bool shadows =
+      after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
   if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
 
   output_.command = tracker_.update(now);
   remember(output_.command);
   const Plan& plan = tracker_.plan();
   at_rest_ = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
-  if (after == SupervisionState::kFault) at_rest_ = state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
+  if (arm_fault) at_rest_ = state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
 
   ++view_.cycles;
   view_.now = now;
@@ -94,9 +100,9 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (input.arm_follows && links_->taps.commands.push({last_, anew_})) anew_ = false;
   links_->taps.states.push(state.joints);
   if (transition != nullptr) {
-    const bool failure = after == SupervisionState::kFault ||
-                         (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
-    links_->taps.changes.push({now, before, after, supervisor_.reason(), failure});
+    const bool is_failure = after == SupervisionState::kFault ||
+                            (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
+    links_->taps.changes.push({now, before, after, supervisor_.reason(), is_failure});
   }
   return output_;
 }

@@ -98,6 +98,7 @@ struct Asked {
   std::atomic<std::uint64_t> stops{0};     ///< any thread counts on
   std::atomic<std::uint64_t> reset_of{0};  ///< any thread: `halts` when a reset was asked for
   std::atomic<std::uint64_t> halts{0};     ///< written by control: Supervisor::halts
+  std::atomic<bool> halted{false};         ///< written by control: stopping or fault
 
   void stop() { ++stops; }
   void reset() { reset_of = halts.load(); }
@@ -114,7 +115,8 @@ struct Links {
   LatestValue<ControlView> control_view;   ///< control to main
   LatestValue<PlannerView> planner_view;   ///< planner to main
   Asked asked;
-  std::atomic<std::uint64_t> holder{0};  ///< any thread: counts whose hand it is; each must open its clutch first
+  std::atomic<const char*> failure{nullptr};  ///< any thread that cannot go on, for good: static text for people
+  std::atomic<std::uint64_t> holder{0};       ///< any thread: counts whose hand it is; each must open its clutch first
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check
   Histogram latency_us;  ///< written by control: hand to the first command made from it

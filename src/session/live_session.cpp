@@ -89,6 +89,28 @@ void LiveSession::start(LiveTaps taps) {
   control_thread_ = std::thread([this] { run_control(); });
 }
 
+void LiveSession::fail(const char* why, const char* details) noexcept {
+  if (links_->failure.exchange(why) == why) return;
+  try {
+    warn(fmt::format("{} ({})", why, details));
+  } catch (const std::exception&) {  // no memory for the words
+  }
+}
+
+/// What the work throws is a fault of the session. True if it throws nothing.
+template <typename Work>
+bool LiveSession::goes_well(const char* otherwise, const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {
+    fail(otherwise, error.what());
+  } catch (...) {
+    fail(otherwise, "of unknown kind");
+  }
+  return false;
+}
+
 void LiveSession::warn(const std::string& line) {
   const std::lock_guard lock(mutex_);
   warnings_.push_back(line);
@@ -104,14 +126,21 @@ void LiveSession::run_control() {
   if (settings_.realtime) {
     if (const std::string why = make_realtime(kControlPriority); !why.empty()) warn("control: " + why);
   }
-  while (running_.load(std::memory_order_relaxed)) {
-    const ArmState state = arm_->receive();
-    links_->wake_us.add(1e6 * to_seconds(clock_->now() - state.joints.stamp.made));
-    const ControlStage::Output& output = control_->step(state);
-    if (output.restart_arm) arm_->restart();
-    if (output.follows != nullptr) arm_->follow(*output.follows);
-    arm_->send(output.command);
-  }
+  const bool well = goes_well("the control loop failed: restart the program", [&] {
+    while (running_.load(std::memory_order_relaxed)) control_cycle();
+  });
+  if (well) return;
+  control_failed_ = true;  // nothing is sent any more: an arm without commands stops by itself
+  links_->asked.halted = true;
+}
+
+void LiveSession::control_cycle() {
+  const ArmState state = arm_->receive();
+  links_->wake_us.add(1e6 * to_seconds(clock_->now() - state.joints.stamp.made));
+  const ControlStage::Output& output = control_->step(state);
+  if (output.restart_arm) arm_->restart();
+  if (output.follows != nullptr) arm_->follow(*output.follows);
+  arm_->send(output.command);
 }
 
 void LiveSession::run_planner() {
@@ -119,6 +148,11 @@ void LiveSession::run_planner() {
   if (settings_.realtime) {
     if (const std::string why = make_realtime(kPlannerPriority); !why.empty()) warn("planner: " + why);
   }
+  // What it has in its hands may be half done, so it does not go on.
+  (void)goes_well("the planner failed: restart the program", [this] { plan_on(); });
+}
+
+void LiveSession::plan_on() {
   double rate = settings_.planner_rate_hz;
   Time period = from_seconds(1.0 / rate), next = clock_->now();
   const Time cycle = from_seconds(settings_.planning.cycle);
@@ -146,9 +180,12 @@ void LiveSession::run_writer() {
   bool last = false;
   while (!last) {
     last = !draining_;
-    drain();
-    refresh();
-    if (taps_.look) taps_.look(snapshot_);
+    const bool well = goes_well("the recording failed: restart the program", [&] {
+      drain();
+      refresh();
+      if (taps_.look) taps_.look(snapshot_);
+    });
+    if (!well) taps_ = {};  // what the page and the end need goes on
     next = std::max(next + kWriterPeriod, clock_->now());
     if (!last) clock_->sleep_until(next);
   }
@@ -214,6 +251,10 @@ void LiveSession::refresh() {
   s.now = control_view_.now;
   s.state = control_view_.state;
   s.reason = control_view_.reason;
+  if (control_failed_) {
+    s.state = SupervisionState::kFault;
+    s.reason = links_->failure.load();
+  }
   s.constraint = planner_view_.constraint;
   s.target = planner_view_.target;
   s.measured = control_view_.measured;

@@ -76,6 +76,11 @@ class LiveSession {
   void ask_stop() { links_->asked.stop(); }
   /// Of the stop or fault that there is now: what halts the arm later is not undone.
   void ask_reset() { links_->asked.reset(); }
+  /// Supervisor::halts and whether the arm is stopped, or about to be, as control saw it last. Any thread.
+  std::uint64_t halts() const { return links_->asked.halts; }
+  bool is_halted() const { return links_->asked.halted; }
+  /// A part of the program cannot go on: the arm comes to rest, for good. Any thread. @param why static text
+  void fail(const char* why, const char* details) noexcept;
   /// Weights, scale, yaw; one thread at a time.
   void set(const OperatorSettings& settings) { links_->settings.write(settings); }
 
@@ -89,6 +94,7 @@ class LiveSession {
   bool stopped_at_rest() const;
   /// Brings the arm to rest, waits for that (2 s at most), ends the threads.
   LiveSummary finish();
+  bool is_running() const { return running_; }
 
   const Ocp& ocp() const { return planning_->ocp(); }
   double planner_rate_hz() const { return planner_rate_hz_; }
@@ -96,6 +102,10 @@ class LiveSession {
  private:
   LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
   void run_control();
+  void control_cycle();
+  void plan_on();
+  template <typename Work>
+  bool goes_well(const char* otherwise, const Work& work);
   void run_planner();
   void run_writer();
   void drain();
@@ -113,7 +123,7 @@ class LiveSession {
   std::unique_ptr<PlanningStage> planning_;
   Monitor monitor_;
   LiveTaps taps_;
-  std::atomic<bool> running_{false}, draining_{false};
+  std::atomic<bool> running_{false}, draining_{false}, control_failed_{false};
   std::atomic<double> planner_rate_hz_;
   std::thread control_thread_, planner_thread_, writer_thread_;
 

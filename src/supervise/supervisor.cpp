@@ -12,16 +12,19 @@ using Event = SupervisionEvent;
 // For each state the gravest event first.
 constexpr Transition kTransitions[] = {
     {State::kIdle, Event::kArmStopped, State::kFault, ""},
+    {State::kIdle, Event::kFailed, State::kFault, ""},
     {State::kIdle, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kIdle, Event::kArmFollows, State::kReady, "grip to move the arm"},
 
     {State::kReady, Event::kArmStopped, State::kFault, ""},
+    {State::kReady, Event::kFailed, State::kFault, ""},
     {State::kReady, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kReady, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kReady, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
     {State::kReady, Event::kGripped, State::kEngaged, "the arm follows the hand"},
 
     {State::kEngaged, Event::kArmStopped, State::kFault, ""},
+    {State::kEngaged, Event::kFailed, State::kFault, ""},
     {State::kEngaged, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kEngaged, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
@@ -32,6 +35,7 @@ constexpr Transition kTransitions[] = {
     {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
 
     {State::kHolding, Event::kArmStopped, State::kFault, ""},
+    {State::kHolding, Event::kFailed, State::kFault, ""},
     {State::kHolding, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kHolding, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
@@ -40,6 +44,7 @@ constexpr Transition kTransitions[] = {
     {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
 
     {State::kStopping, Event::kArmStopped, State::kFault, ""},
+    {State::kStopping, Event::kFailed, State::kFault, ""},
     {State::kStopping, Event::kResetAsked, State::kIdle, "reset"},
 
     {State::kFault, Event::kResetAsked, State::kIdle, "reset"},
@@ -57,6 +62,8 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
   switch (event) {
     case Event::kArmStopped:
       return input.arm_stopped;
+    case Event::kFailed:
+      return !input.failure.empty();
     case Event::kArmFollows:
       return input.arm_follows;
     case Event::kStopAsked:
@@ -98,6 +105,7 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
     since_ = input.now;
     reason_ = row.reason;
     if (row.event == Event::kArmStopped) reason_ = input.arm_reason;
+    if (row.event == Event::kFailed) reason_ = input.failure;
     if (row.event == Event::kHandLost) {
       reason_ = input.hand.trusted ? "no pose of the hand came for a while" : to_string(input.hand.verdict);
     }

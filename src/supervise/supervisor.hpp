@@ -20,6 +20,7 @@ struct SupervisionInput {
   bool arm_follows = false;  ///< the arm takes commands
   bool arm_stopped = false;  ///< the arm stopped by itself
   std::string_view arm_reason;
+  std::string_view failure;    ///< of a part of the program; empty: none
   std::uint64_t stops = 0;     ///< how often a stop was asked for, ever
   std::uint64_t reset_of = 0;  ///< Supervisor::halts of when a reset was asked for last
   bool at_rest = false;        ///< of the commands
@@ -32,6 +33,7 @@ struct SupervisionInput {
 /// What may change the state. In one cycle several may be true.
 enum class SupervisionEvent {
   kArmStopped,
+  kFailed,  ///< a part of the program
   kArmFollows,
   kStopAsked,
   kStalled,

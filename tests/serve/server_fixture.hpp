@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -31,8 +32,13 @@ class ServerTest : public testing::Test {
     ServerCallbacks callbacks;
     callbacks.now = clock_now;
     callbacks.on_thread = [this] { tell([&] { thread_ = std::this_thread::get_id(); }); };
+    callbacks.on_tick = [this] { tell([&] { ++ticks_; }); };
+    callbacks.on_failure = [this](const std::string& what) { tell([&] { failures_.push_back(what); }); };
     callbacks.on_sample = [this](const OperatorSample& s) { tell([&] { samples_.push_back(s); }); };
-    callbacks.on_request = [this](const OperatorRequest& r) { tell([&] { requests_.push_back(r); }); };
+    callbacks.on_request = [this](const OperatorRequest& r) {
+      if (throws_) throw std::bad_alloc();
+      tell([&] { requests_.push_back(r); });
+    };
     callbacks.on_lease = [this](std::uint64_t c) {
       tell([&] {
         EXPECT_EQ(thread_, std::this_thread::get_id());
@@ -103,6 +109,9 @@ class ServerTest : public testing::Test {
   std::condition_variable told_;
   std::vector<OperatorSample> samples_;
   std::vector<OperatorRequest> requests_;
+  std::atomic<bool> throws_{false};  ///< where it is asked for something
+  std::vector<std::string> failures_;
+  int ticks_ = 0;
   std::vector<std::uint64_t> leases_;
   std::vector<std::string> urls_;  ///< of the newest code
   std::thread::id thread_;         ///< told by on_thread

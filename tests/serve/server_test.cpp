@@ -51,6 +51,26 @@ TEST_F(ServerTest, PagesThatAreMadeOnDemandHaveNoRightsHere) {
   EXPECT_EQ(fetch(server_->port(), "/sessionsx").status, 404u);
 }
 
+TEST_F(ServerTest, WhatThrowsOnItsThreadIsToldAndItGoesOn) {
+  start();
+  SocketClient client(server_->port());
+  join(client, true);
+  throws_ = true;
+  client.say({{"type", "request"}, {"kind", "stop"}});
+  ASSERT_TRUE(wait_for([&] { return failures_.size() == 1; }));
+  EXPECT_EQ(failures_[0], "std::bad_alloc");
+  throws_ = false;
+  SocketClient other(server_->port());
+  ASSERT_EQ(other.connect(), 101u);
+  other.greet();
+  EXPECT_FALSE(other.hear("welcome").is_null());
+  other.say({{"type", "request"}, {"kind", "stop"}});
+  EXPECT_TRUE(wait_for([&] { return requests_.size() == 1; }));
+  int ticks = 0;
+  ASSERT_TRUE(wait_for([&] { return (ticks = ticks_) > 0; }));
+  EXPECT_TRUE(wait_for([&] { return ticks_ > ticks + 2; }));
+}
+
 TEST_F(ServerTest, AnAnswerThatNeverComesNeitherBlocksNorOutlivesTheServer) {
   start();
   std::vector<std::thread> askers;

@@ -67,6 +67,25 @@ TEST_F(Faults, SilenceDisengagesAndReconnectingMovesNothing) {
   EXPECT_TRUE(session.grip());
 }
 
+TEST_F(Faults, AReleaseThatIsOldOrOutOfOrderCounts) {
+  for (const int age_ms : {15, 90, 210, 5000}) {
+    bool said = false;
+    session.channel = [&](OperatorSample s) {  // says it once, and no more
+      if (!said) {
+        s.stamp.hand -= std::chrono::milliseconds(age_ms);
+        s.clutch = false;
+        session.deliver(s);
+      }
+      said = true;
+    };
+    EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.05)) << age_ms;
+    EXPECT_TRUE(session.run_until([&] { return session.at_rest(); }, 1.5));
+    session.channel = [&](const OperatorSample& s) { session.deliver(s); };
+    EXPECT_TRUE(session.grip());
+    session.run(1.0);
+  }
+}
+
 /// Samples of another person's hand, elsewhere.
 OperatorSample of_another_hand(OperatorSample sample) {
   sample.X_operator_hand.p += Vector3(0.8, -0.5, 0.3);
@@ -292,6 +311,21 @@ TEST_F(Faults, AnArmThatStopsByItselfIsAFaultUntilReset) {
   EXPECT_TRUE(session.grip());
   session.run(1.0);
   EXPECT_EQ(session.state(), State::kEngaged) << session.view.reason;
+}
+
+TEST_F(Faults, APartOfTheProgramThatFailsIsAFaultAtRest) {
+  const double speed = session.last_command.dq.cwiseAbs().maxCoeff();
+  ASSERT_GT(speed, 0.1);
+  session.fail("the planner failed");
+  session.cycle();
+  EXPECT_EQ(session.state(), State::kFault);
+  EXPECT_EQ(session.view.reason, "the planner failed");
+  EXPECT_FALSE(session.at_rest());
+  expect_rest_within(speed / 15.0 + 0.03, State::kFault);
+  EXPECT_FALSE(session.grip());
+  session.ask_reset();
+  session.run(0.5);
+  EXPECT_EQ(session.state(), State::kFault);
 }
 
 TEST_F(Faults, AnArmThatIsPushedOffItsPlanStopsAndIsTakenOverWhereItStands) {

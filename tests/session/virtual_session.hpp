@@ -162,6 +162,7 @@ class VirtualSession {
   SupervisionState state() const { return control_->state(); }
   bool at_rest() const { return view.at_rest; }
   void ask_stop() { control_side_.asked.stop(); }
+  void fail(const char* why) { control_side_.failure = why; }
   void ask_reset() { control_side_.asked.reset(); }
   Pose glass(const JointVector& q) {
     kinematics_.set_position(q);

@@ -75,6 +75,9 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
         input.arm_stopped = true;
         input.arm_reason = "broken";
         break;
+      case Event::kFailed:
+        input.failure = "broken";
+        break;
       case Event::kArmFollows:
         input.arm_follows = true;
         break;
@@ -127,6 +130,9 @@ TEST(Supervisor, EveryStateCanStopAndCanBeLeftAndNoRowIsThereTwice) {
     const bool moves = row.from == State::kIdle || row.from == State::kReady || row.from == State::kEngaged ||
                        row.from == State::kHolding;
     EXPECT_TRUE(!moves || seen.count({row.from, Event::kArmStopped}));  // the gravest first
+    // Nothing but a stop of some kind comes before a stop that was asked for.
+    const bool grave = row.to == State::kFault || row.event == Event::kStopAsked;
+    EXPECT_TRUE(!moves || grave || seen.count({row.from, Event::kStopAsked}));
   }
   for (const State state : kStates) {
     EXPECT_TRUE(left.count(state)) << to_string(state);
@@ -188,6 +194,7 @@ TEST(Supervisor, RandomInputs) {
     }
     if (seldom(random)) input.hand.trusted = often(random);
     input.arm_stopped = seldom(random) && seldom(random);
+    input.failure = seldom(random) && seldom(random) ? "broken" : "";
     input.off_plan = seldom(random) && seldom(random);
     if (seldom(random)) input.at_rest = often(random);
     const State before = supervisor.state();
