@@ -11,6 +11,8 @@ namespace steadyhand {
 
 namespace {
 
+constexpr Time kServerSilence = std::chrono::milliseconds(500);  ///< after which nobody could stop a recorded hand
+
 template <typename List, typename NameOf>
 Result<int> find_name(const List& list, const std::string& name, const char* what, const NameOf& name_of) {
   std::vector<std::string> known;
@@ -40,6 +42,7 @@ Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
   switch (request.kind) {
     case Kind::kStop:
       session_->ask_stop();
+      if (playback_) end_playback();
       return Done{};
     case Kind::kReset:
       session_->ask_reset();
@@ -103,6 +106,8 @@ Status OperatorDesk::play(const std::string& name, Time now) {
   const Result<int> index =
       find_name(recordings_, name, "recording", [](const NamedRecording& recording) { return recording.name; });
   if (!index) return index.error();
+  halts_ = session_->halts();
+  if (session_->is_halted()) return Error{"no recording leads an arm that was stopped; reset it first"};
   session_->release_hand();
   playback_.emplace(recordings_[*index].recording, now);
   controls_.playback = *index;
@@ -139,11 +144,19 @@ void OperatorDesk::end_playback() {
 
 void OperatorDesk::change_hands() {
   const std::lock_guard lock(mutex_);
-  if (!playback_) session_->release_hand();
+  if (playback_) return end_playback();
+  session_->release_hand();
+}
+
+void OperatorDesk::hear_server(Time now) {
+  const std::lock_guard lock(mutex_);
+  heard_server_ = now;
 }
 
 Time OperatorDesk::poll(Time now) {
   const std::lock_guard lock(mutex_);
+  const bool alone = heard_server_ && now - *heard_server_ > kServerSilence;
+  if (playback_ && (alone || session_->halts() != halts_)) end_playback();
   OperatorSample sample;
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);
   return playback_ ? playback_->due() : Time::max();

@@ -12,8 +12,9 @@ namespace {
 using Kind = OperatorRequest::Kind;
 
 /// A desk before a session whose threads were not started.
-struct Desk : testing::Test {
-  Desk() : arm(ur5e(), ur5e().home, {}, clock) {
+template <typename SessionClock>
+struct DeskBefore : testing::Test {
+  DeskBefore() : arm(ur5e(), ur5e().home, {}, clock) {
     std::vector<Profile> profiles;
     for (const char* name : {"tracking", "waiter"}) profiles.push_back(*load_profile(name));
     LiveSettings settings;
@@ -29,11 +30,12 @@ struct Desk : testing::Test {
     return desk->apply({kind, text, value}, clock.now());
   }
 
-  ManualClock clock;
+  SessionClock clock;
   SimulatedArm arm;
   std::unique_ptr<LiveSession> session;
   std::unique_ptr<OperatorDesk> desk;
 };
+using Desk = DeskBefore<ManualClock>;
 
 TEST_F(Desk, TellsWhatIsChosen) {
   EXPECT_EQ(desk->controls().profile, 1);
@@ -65,6 +67,80 @@ TEST_F(Desk, AGripEndsARecordingThatPlays) {
   sample.clutch = true;
   desk->hand(sample);
   EXPECT_EQ(desk->controls().playback, -1);
+}
+
+TEST_F(Desk, ARecordingEndsWithTheLeaseOrAStop) {
+  ASSERT_TRUE(ask(Kind::kPlayback, "still"));
+  desk->change_hands();
+  EXPECT_EQ(desk->controls().playback, -1);
+  ASSERT_TRUE(ask(Kind::kPlayback, "still"));
+  ASSERT_TRUE(ask(Kind::kStop));
+  EXPECT_EQ(desk->controls().playback, -1);
+}
+
+TEST_F(Desk, ARecordingEndsWhenTheServerFallsSilent) {
+  ASSERT_TRUE(ask(Kind::kPlayback, "still"));
+  desk->hear_server(clock.now());
+  clock.advance(0.49);
+  EXPECT_NE(desk->poll(clock.now()), Time::max());
+  desk->hear_server(clock.now());
+  clock.advance(0.49);
+  EXPECT_NE(desk->poll(clock.now()), Time::max());
+  clock.advance(0.02);
+  EXPECT_EQ(desk->poll(clock.now()), Time::max());
+  EXPECT_EQ(desk->controls().playback, -1);
+}
+
+/// A desk before a session that runs.
+struct RunningDesk : DeskBefore<MonotonicClock> {
+  RunningDesk() {
+    session->start();
+    EXPECT_TRUE(plays_until([&] { return is(SupervisionState::kReady); }));
+    EXPECT_TRUE(ask(Kind::kPlayback, "still"));
+    EXPECT_TRUE(plays_until([&] { return is(SupervisionState::kEngaged); }));
+  }
+  ~RunningDesk() override { (void)session->finish(); }
+
+  bool is(SupervisionState state) const { return session->snapshot().state == state; }
+  bool plays() const { return desk->controls().playback >= 0; }
+  void play(double seconds) {
+    (void)plays_until([until = clock.now() + from_seconds(seconds), this] { return clock.now() > until; });
+  }
+  /// Lets the recording play until the condition holds; false if that takes 20 s.
+  bool plays_until(const std::function<bool()>& condition) {
+    for (int i = 0; i < 4000 && !condition(); ++i) {
+      (void)desk->poll(clock.now());
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return condition();
+  }
+};
+
+TEST_F(RunningDesk, ARecordingEndsWhoeverStopsTheArmAndAResetDoesNotBringItBack) {
+  session->ask_stop();  // not through the desk
+  EXPECT_TRUE(plays_until([&] { return !plays(); }));
+  EXPECT_TRUE(plays_until([&] { return session->stopped_at_rest(); }));
+  EXPECT_FALSE(ask(Kind::kPlayback, "still")) << "while the arm is stopped";
+  ASSERT_TRUE(ask(Kind::kReset));
+  EXPECT_TRUE(plays_until([&] { return is(SupervisionState::kReady); }));
+  play(1.5);
+  EXPECT_TRUE(is(SupervisionState::kReady));
+  EXPECT_FALSE(plays());
+  EXPECT_TRUE(ask(Kind::kPlayback, "still"));
+  EXPECT_TRUE(plays_until([&] { return is(SupervisionState::kEngaged); }));
+}
+
+TEST_F(RunningDesk, ARecordingEndsWithAFault) {
+  session->fail("something broke", "a test");
+  EXPECT_TRUE(plays_until([&] { return !plays() && is(SupervisionState::kFault); }));
+  EXPECT_FALSE(ask(Kind::kPlayback, "still"));
+}
+
+TEST_F(RunningDesk, ARecordingEndsWithTheLease) {
+  desk->change_hands();
+  EXPECT_TRUE(plays_until([&] { return is(SupervisionState::kReady); }));
+  play(1.5);
+  EXPECT_TRUE(is(SupervisionState::kReady));
 }
 
 TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
