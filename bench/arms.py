@@ -101,7 +101,7 @@ def drive(arguments, seconds, rate):
                 address, process = start_fake(arguments)
                 command += ["--arm", "ur", "--host", address]
             try:
-                command += ["--speed", "1", "--yes", "--set", "arm.first_moves=0"]
+                command += ["--hand-on-hardware", "--speed", "1", "--yes", "--set", "arm.first_moves=0"]
                 out = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
             finally:
                 process.send_signal(signal.SIGTERM)

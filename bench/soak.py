@@ -109,7 +109,7 @@ def main():
     options, rest = parser.parse_known_args()
     with tempfile.TemporaryDirectory() as folder:
         loops = BareLoops()
-        text, code, memory = watch([PROGRAM, "demo", "--headless", "--seconds", str(options.seconds), "--sessions", folder, *rest])
+        text, code, memory = watch([PROGRAM, "demo", "--headless", "--keep-going", "--seconds", str(options.seconds), "--sessions", folder, *rest])
         bare = loops.end()
         print(text, end="")
         if code != 0:

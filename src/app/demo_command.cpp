@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <iostream>
 #include <memory>
 #include <optional>
 
@@ -21,6 +20,7 @@
 #include "serve/terminal_qr.hpp"
 #include "session/live_session.hpp"
 #include "session/operator_desk.hpp"
+#include "session/output_queue.hpp"
 #include "session/realtime.hpp"
 #include "session/replay.hpp"
 #include "session/session_library.hpp"
@@ -40,14 +40,18 @@ constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
 constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse/demo-recording.json",
                                             "physics/demo-laser.json"};
 constexpr Time kRestWithin = std::chrono::milliseconds(2500);
+constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, with who reads what is printed
 constexpr Time kPollPeriod = std::chrono::milliseconds(1);
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
+
+constexpr int kHalted = 1;  ///< exit code
 
 struct Options {
   std::string input;
   RecordingOptions range;
   std::string page;
   bool headless = false, no_browser = false;
+  bool keep_going = false, hand_on_hardware = false;
   double seconds = 0.0;  ///< 0: until Ctrl-C
   SettingsOptions settings;
   ArmChoice arm;
@@ -82,6 +86,21 @@ Status check(const Options& options, const SessionSettings& settings) {
   }
   if (options.headless && settings.server.lan) {
     return Error{"--headless and --lan exclude each other: headless has no page"};
+  }
+  if (!options.headless && (options.keep_going || options.hand_on_hardware)) {
+    return Error{options.keep_going ? "--keep-going is for --headless: at the page a person resets"
+                                    : "--hand-on-hardware is for --headless: at the page a person leads"};
+  }
+  return Done{};
+}
+
+/// A recorded hand does not see what a real arm does, and nobody holds its clutch.
+Status check_hand(const Options& options, const SessionSettings& settings) {
+  if (options.arm.arm != "ur" && options.arm.arm != "ros2") return Done{};
+  if (options.keep_going)
+    return Error{"--keep-going is for a simulated arm; a real one that stopped waits for a person"};
+  if (options.headless && !options.hand_on_hardware && settings.ros2.hand.empty()) {
+    return Error{"--headless would let a recorded hand lead a real arm; --hand-on-hardware says that it may"};
   }
   return Done{};
 }
@@ -144,9 +163,8 @@ ServerFacts describe_session(const RobotModel& model, const GlassSettings& glass
   return facts;
 }
 
-void print_addresses(const std::vector<std::string>& urls) {
-  for (const std::string& url : urls) std::cout << "open  " << url << "\n";
-  std::cout << std::flush;
+void print_addresses(OutputQueue& out, const std::vector<std::string>& urls) {
+  for (const std::string& url : urls) out.say("open  " + url + "\n");
 }
 
 /// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
@@ -160,44 +178,47 @@ void open_browser(const std::string& url) {
 }
 
 Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
-                                             OperatorDesk& desk, Ros2Side& ros2, SessionLibrary& library,
-                                             const Clock& clock, bool realtime) {
+                                             LiveSession& session, OperatorDesk& desk, Ros2Side& ros2,
+                                             SessionLibrary& library, const Clock& clock, OutputQueue& out,
+                                             bool realtime) {
   ServerCallbacks callbacks;
   callbacks.now = [&clock] { return clock.now(); };
   callbacks.on_thread = [realtime] {
     name_thread("server");
     if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
   };
+  callbacks.on_tick = [&desk, &clock] { desk.hear_server(clock.now()); };
+  callbacks.on_failure = [&session](const std::string& what) {
+    session.fail("the page's server failed: restart the program", what.c_str());
+  };
   callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
-  callbacks.on_request = [&desk, &clock](const OperatorRequest& request) {
-    if (Status s = desk.apply(request, clock.now()); !s)
-      std::cout << "refused: " + s.error().message + "\n" << std::flush;
+  callbacks.on_request = [&desk, &clock, &out](const OperatorRequest& request) {
+    if (Status s = desk.apply(request, clock.now()); !s) out.say("refused: " + s.error().message + "\n");
   };
   callbacks.on_lease = [&desk, &ros2](std::uint64_t client) {
     ros2.lead_at_page(client != 0);
     desk.change_hands();
   };
-  callbacks.on_pairing = [lan = settings.lan](const std::vector<std::string>& urls) {
-    print_addresses(urls);
-    if (lan) std::cout << terminal_qr(urls.back()) << std::flush;
+  callbacks.on_pairing = [&out, lan = settings.lan](const std::vector<std::string>& urls) {
+    print_addresses(out, urls);
+    if (lan) out.say(terminal_qr(urls.back()));
   };
   callbacks.on_fetch = [&library](const std::string& path, SessionLibrary::Answer answer) {
     library.fetch(path, std::move(answer));
   };
   auto server = Server::start(settings, std::move(facts), std::move(callbacks));
   if (!server) return server.error();
-  print_addresses((*server)->urls());
+  print_addresses(out, (*server)->urls());
   if (settings.lan) {
     const std::string url = (*server)->urls().back();
-    std::cout << "certificate's SHA-256 fingerprint: " << (*server)->fingerprint() << "\n"
-              << terminal_qr(url) << std::flush;
+    out.say("certificate's SHA-256 fingerprint: " + (*server)->fingerprint() + "\n" + terminal_qr(url));
   }
   if (!options.no_browser) open_browser((*server)->local_url());
   return server;
 }
 
-void print_notices(SessionRecorder& recorder) {
-  for (const std::string& line : recorder.take_notices()) std::cout << line << "\n" << std::flush;
+void print_notices(SessionRecorder& recorder, OutputQueue& out) {
+  for (const std::string& line : recorder.take_notices()) out.say(line + "\n");
 }
 
 /// What the recording tells of its session.
@@ -221,6 +242,14 @@ SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& p
             {"version", STEADYHAND_VERSION}}}};
 }
 
+/// Ends the session's threads before what they use goes, however this is left.
+struct EndOfSession {
+  LiveSession& session;
+  ~EndOfSession() {
+    if (session.is_running()) (void)session.finish();
+  }
+};
+
 /// Brings the arm to rest; asked again meanwhile, as fast as its limits allow.
 void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) {
   session.ask_stop();
@@ -230,7 +259,7 @@ void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) 
   }
 }
 
-Status run(Options options) {
+Status run(Options options, int& exit_code) {
   const Places places = Places::standard();
   SessionSettings settings;
   SettingsTable table = describe(settings);
@@ -248,6 +277,7 @@ Status run(Options options) {
   const Profile& profile = (*profiles)[chosen];
 
   options.arm.complete(settings);
+  if (Status s = check_hand(options, settings); !s) return s;
   if (Status s = prepare_arm(options.arm, *model); !s) return s;
   PlanningSettings& planning = settings.live.planning;
   planning.ocp = profile.ocp;
@@ -256,6 +286,7 @@ Status run(Options options) {
   planning.planner.tolerance = profile.tolerance;
 
   const StopSignals signals;
+  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
   MonotonicClock clock;
   const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
   if (!arm) return arm.error();
@@ -265,38 +296,33 @@ Status run(Options options) {
   ServerFacts facts = describe_session(*model, settings.live.glass, *profiles, *recordings, session.ocp());
   const std::string hand = facts.recordings.front();
   OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
-  std::cout << fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),
-                           !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
-                           : options.headless          ? ", hand: " + hand + ", again and again"
-                                                       : "")
-            << std::flush;
+  for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
+  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),
+                      !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
+                      : options.headless          ? ", hand: " + hand + ", again and again"
+                                                  : ""));
 
   const Time begin = clock.now();
   SessionRecorder recorder(session.ocp(), settings.recording,
                            describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()),
                            begin);
   desk.on_record([&recorder](bool record) { recorder.ask(record); });
+  const EndOfSession end_of_session{session};
   session.start(recorder.taps());
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   std::optional<SessionLibrary> library;
   Ros2Side ros2;
   std::unique_ptr<Server> server;
-  if (Status s = ros2.open(options.arm, *model, settings, clock, desk); !s) {
-    (void)session.finish();  // its threads use what is made here
-    return s;
-  }
-  // With a page too, so that there is something to see until somebody takes over.
-  // A real arm follows a recording only when nobody else could lead it.
+  if (Status s = ros2.open(options.arm, *model, settings, clock, desk); !s) return s;
+  // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
   const bool plays = (options.headless || !options.arm.real()) && settings.ros2.hand.empty();
   if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
   if (!options.headless) {
-    library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder);
-    auto started =
-        start_server(options, settings.server, std::move(facts), desk, ros2, *library, clock, settings.live.realtime);
-    if (!started) {
-      (void)session.finish();
-      return started.error();
-    }
+    library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder,
+                    "/proc/self/exe");
+    auto started = start_server(options, settings.server, std::move(facts), session, desk, ros2, *library, clock, out,
+                                settings.live.realtime);
+    if (!started) return started.error();
     server = std::move(*started);
   } else if (settings.live.realtime) {
     (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
@@ -306,9 +332,14 @@ Status run(Options options) {
     const Time now = clock.now();
     pause = std::min(kPollPeriod, desk.poll(now) - now);
     ros2.poll(now, session);
-    print_notices(recorder);
-    // Nobody else is there to do it; a real arm that stopped waits for a person.
-    if (options.headless && !options.arm.real() && session.stopped_at_rest()) session.ask_reset();
+    print_notices(recorder, out);
+    if (options.headless && session.is_halted()) {
+      exit_code = options.keep_going ? 0 : kHalted;
+      if (!options.keep_going) break;
+      if (session.stopped_at_rest()) session.ask_reset();
+    } else if (options.keep_going && desk.controls().playback < 0) {
+      (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
+    }
     if (server == nullptr || now - published < kPublishPeriod) continue;
     published = now;
     SessionSnapshot snapshot = session.snapshot();
@@ -321,18 +352,24 @@ Status run(Options options) {
   ros2.close();
   const LiveSummary summary = session.finish();
   recorder.finish(summary);
-  for (const std::string& line : session.warnings()) std::cout << "note: " << line << "\n";
-  std::cout << format_summary(*model, summary);
-  print_notices(recorder);
-  return Done{};
+  for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
+  out.say(format_summary(*model, summary));
+  print_notices(recorder, out);
+  if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
+  return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};
 }
 
 }  // namespace
 
-void add_demo_command(CommandLine& app, Command& chosen) {
+void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
   CommandLine* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
-  command->add_flag("--headless", options->headless, "Without a page: a recorded hand, over and over");
+  command->add_flag("--headless", options->headless,
+                    "Without a page: a recorded hand, over and over, until Ctrl-C or until the arm stops");
+  command->add_flag("--keep-going", options->keep_going,
+                    "With --headless and a simulated arm: reset after each stop, and play again");
+  command->add_flag("--hand-on-hardware", options->hand_on_hardware,
+                    "With --headless and a real arm, which else is refused: the recorded hand leads it");
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
   command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
   command->add_option("--input", options->input,
@@ -344,7 +381,8 @@ void add_demo_command(CommandLine& app, Command& chosen) {
   add_settings_options(*command, options->settings);
   add_arm_options(*command, options->arm);
   command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
-  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+  command->callback(
+      [options, &chosen, &exit_code] { chosen = [options, &exit_code] { return run(*options, exit_code); }; });
 }
 
 }  // namespace steadyhand

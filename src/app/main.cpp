@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <exception>
 #include <iostream>
@@ -7,6 +9,7 @@
 
 #include "app/commands.hpp"
 #include "config/nearest.hpp"
+#include "session/output_queue.hpp"
 
 namespace {
 
@@ -27,7 +30,8 @@ constexpr const char* kExamples =
     "  ./steadyhand bench                         our solver beside its peers\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
     "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
-    "Exit codes: 0 done; 1 check: not fit; 2 bad input, with the reason on stderr.";
+    "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
+    "stderr.";
 
 /// CLI11 would only say that a command is missing.
 std::optional<std::string> unknown_command(const steadyhand::CommandLine& app, int argc, char** argv) {
@@ -38,7 +42,7 @@ std::optional<std::string> unknown_command(const steadyhand::CommandLine& app, i
 }
 
 int fail(const std::string& message) {
-  std::cerr << "steadyhand: " << message << "\n";
+  steadyhand::OutputQueue(STDERR_FILENO).say("steadyhand: " + message + "\n");  // ends even if nobody reads it
   return kBadInput;
 }
 
@@ -52,7 +56,7 @@ int main(int argc, char** argv) {
   app.footer(kExamples);
   steadyhand::Command command;
   int exit_code = 0;
-  steadyhand::add_demo_command(app, command);
+  steadyhand::add_demo_command(app, command, exit_code);
   steadyhand::add_check_command(app, command, exit_code);
   steadyhand::add_config_command(app, command);
   steadyhand::add_replay_command(app, command);

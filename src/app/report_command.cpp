@@ -5,7 +5,9 @@
 #include <memory>
 
 #include "app/commands.hpp"
+#include "session/modest_process.hpp"
 #include "session/past_session.hpp"
+#include "session/session_library.hpp"
 #include "session/session_recorder.hpp"
 
 namespace steadyhand {
@@ -16,6 +18,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   fs::path session, out, folder;
+  std::string answer;  ///< to SessionLibrary: a path of docs/protocol.md, "Recorded sessions"
 };
 
 /// The sessions of a folder, a line each.
@@ -37,7 +40,22 @@ Status list(const Options& options) {
   return Done{};
 }
 
+/// What a page asks for, to stdout; this process then runs beside one that moves an arm.
+Status answer(const Options& options) {
+  be_modest();
+  Result<FreshPage> page = Error{};
+  try {
+    page = read_library(options.folder, options.answer);
+  } catch (const std::bad_alloc&) {
+    page = Error{"this session is too long to be read beside one that runs; ./steadyhand report reads it alone"};
+  }
+  if (!page) return page.error();
+  std::cout << page->body;
+  return Done{};
+}
+
 Status run(const Options& options) {
+  if (!options.answer.empty()) return answer(options);
   if (options.session.empty()) return list(options);
   const fs::path page = options.out.empty() ? fs::path(options.session).replace_extension(".html") : options.out;
   const Result<ReportInput> report = load_session_report(options.session);
@@ -55,6 +73,7 @@ void add_report_command(CommandLine& app, Command& chosen) {
   command->add_option("session", options->session, "SESSION.mcap of a live session or a replay, also one cut short");
   command->add_option("--out", options->out, "The page; default: SESSION.html beside the session");
   command->add_option("--sessions", options->folder, "Folder to list; default: " + default_session_folder().string());
+  command->add_option("--answer", options->answer, "For SessionLibrary alone")->group("");
   command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
 }
 

@@ -1,14 +1,15 @@
 #include "session/session_library.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "record/session_file.hpp"
+#include "session/modest_process.hpp"
 #include "session/past_session.hpp"
+#include "session/realtime.hpp"
 
 namespace steadyhand {
 
@@ -19,6 +20,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kMotionPeriod = 1.0 / 30.0;  ///< s between two looks at the arm; the page fills in between
+constexpr double kMostLooks = 54000.0;        ///< half an hour; of a longer session they are further apart
 
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -36,9 +38,11 @@ FreshPage list(const fs::path& folder) {
 }
 
 Result<FreshPage> motion(const fs::path& file) {
+  const Result<McapOverview> overview = read_mcap(file);
+  if (!overview) return overview.error();
   SessionParts parts;
   parts.states = true;
-  parts.state_period = kMotionPeriod;
+  parts.state_period = std::max(kMotionPeriod, to_seconds(overview->last - overview->first) / kMostLooks);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();
   if (session->states.empty()) return Error{session->name + ": the arm never said where it was"};
@@ -75,7 +79,21 @@ bool is_name(const std::string& text) {
 
 }  // namespace
 
-SessionLibrary::SessionLibrary(fs::path folder) : folder_(std::move(folder)), thread_([this] { work(); }) {}
+Result<FreshPage> read_library(const fs::path& folder, const std::string& path) {
+  if (path == "/sessions") return list(folder);
+  const std::string_view prefix = "/sessions/";
+  const std::size_t slash = path.find('/', prefix.size());
+  if (path.compare(0, prefix.size(), prefix) == 0 && slash != std::string::npos) {
+    const std::string name = path.substr(prefix.size(), slash - prefix.size()), part = path.substr(slash + 1);
+    const fs::path file = folder / (name + ".mcap");
+    if (is_name(name) && part == "motion") return motion(file);
+    if (is_name(name) && part == "report.html") return report(file);
+  }
+  return Error{"there is /sessions, and of each session /sessions/NAME/motion and /sessions/NAME/report.html"};
+}
+
+SessionLibrary::SessionLibrary(fs::path folder, fs::path program)
+    : folder_(std::move(folder)), program_(std::move(program)), thread_([this] { work(); }) {}
 
 SessionLibrary::~SessionLibrary() {
   {
@@ -94,29 +112,31 @@ void SessionLibrary::fetch(const std::string& path, Answer answer) {
   changed_.notify_all();
 }
 
-Result<FreshPage> SessionLibrary::read(const std::string& path) const {
-  if (path == "/sessions") return list(folder_);
-  const std::string_view prefix = "/sessions/";
-  const std::size_t slash = path.find('/', prefix.size());
-  if (path.compare(0, prefix.size(), prefix) == 0 && slash != std::string::npos) {
-    const std::string name = path.substr(prefix.size(), slash - prefix.size()), part = path.substr(slash + 1);
-    const fs::path file = folder_ / (name + ".mcap");
-    if (is_name(name) && part == "motion") return motion(file);
-    if (is_name(name) && part == "report.html") return report(file);
+Result<FreshPage> SessionLibrary::ask(const std::string& path) const {
+  try {
+    Result<std::string> body =
+        output_of({program_.string(), {"report", "--sessions", folder_.string(), "--answer", path}}, ending_);
+    if (!body) {
+      std::string message = body.error().message;
+      const std::string_view name = "steadyhand: ";
+      return Error{message.compare(0, name.size(), name) == 0 ? message.substr(name.size()) : message};
+    }
+    const bool document = path.size() > 5 && path.compare(path.size() - 5, 5, ".html") == 0;
+    return FreshPage{*std::move(body), document ? "text/html; charset=utf-8" : "application/json", document};
+  } catch (const std::exception& error) {  // out of memory
+    return Error{error.what()};
   }
-  return Error{"there is /sessions, and of each session /sessions/NAME/motion and /sessions/NAME/report.html"};
 }
 
 void SessionLibrary::work() {
-  // Linux counts a priority for each thread, and 0 is the one that calls.
-  (void)setpriority(PRIO_PROCESS, 0, 10);
+  name_thread("library");
   for (std::unique_lock lock(mutex_);;) {
     changed_.wait(lock, [this] { return ending_ || !asked_.empty(); });
     if (asked_.empty()) return;
     const auto [path, answer] = std::move(asked_.front());
     asked_.pop_front();
     lock.unlock();
-    answer(read(path));
+    answer(ending_ ? Error{"the program ends"} : ask(path));
     lock.lock();
   }
 }

@@ -1,11 +1,16 @@
 """What operators and networks do to a live session, over real WebSockets. Each test is a row of docs/safety.md."""
 
+import fcntl
+import json
 import math
+import os
+import re
 import signal
 import subprocess
 import time
 
 import pytest
+from mcap.reader import make_reader
 
 from live_client import PROGRAM, Client, Demo
 
@@ -28,6 +33,7 @@ def still(client, seconds=1.0):
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         commands += [m["command"] for m in client.messages(0.05) if m["type"] == "state"]
+        client.ping()  # it keeps a lease that it has
     return max((abs(a - b) for c in commands[1:] for a, b in zip(c, commands[0])), default=1.0) < 1e-9
 
 
@@ -134,16 +140,178 @@ def test_a_stop_beside_a_reset_wins_and_stays(demo):
     operator.grip(take=False)
 
 
-@pytest.mark.parametrize("after, again", [(0.0, False), (0.1, True), (0.6, False), (1.2, True), (2.3, False)])
-def test_ctrl_c_at_any_moment_ends_in_order(tmp_path, after, again):
-    process = subprocess.Popen([PROGRAM, "demo", "--headless", "--sessions", str(tmp_path)],
+def plays(client):
+    return client.state["controls"]["playback"] >= 0
+
+
+def wait_until(client, condition, seconds=30.0):
+    deadline = time.monotonic() + seconds
+    while client.state is None or not condition(client.state):
+        assert time.monotonic() < deadline and not client.closed, client.state
+        client.messages(0.05)
+        client.ping()
+
+
+def begin_playback(client):
+    """Takes the lease, anew if need be, and lets a recorded hand lead, until the arm follows it."""
+    client.send(type="release")
+    client.send(type="take")
+    client.wait_for("lease", yours=True)
+    wait_until(client, lambda s: s["state"] == "ready" and s["controls"]["playback"] < 0)
+    client.send(type="request", kind="playback", text="carrying")
+    wait_until(client, lambda s: s["state"] == "engaged" and max(map(abs, s["command"])) > 0)
+
+
+def expect_rest_without_playback(watcher, state):
+    wait_until(watcher, lambda s: s["state"] == state and s["controls"]["playback"] < 0)
+    still(watcher, 1.5)  # coming to rest
+    assert still(watcher, 2.5), "beyond the pause of a recording"  # which begins a round after 1 s
+    assert watcher.state["state"] == state and not plays(watcher)
+
+
+@pytest.mark.parametrize("how", ["killed", "given back", "silent"])
+def test_a_recorded_hand_ends_with_the_lease_of_who_began_it(demo, how):
+    watcher, operator = demo.client(pair=False), demo.client()
+    begin_playback(operator)
+    if how == "killed":
+        operator.socket.close()
+    elif how == "given back":
+        operator.send(type="release")
+    expect_rest_without_playback(watcher, "ready")
+
+
+def test_a_recorded_hand_ends_with_a_stop_and_a_reset_does_not_bring_it_back(demo):
+    operator, other = demo.client(), demo.client(pair=False)
+    begin_playback(operator)
+    other.send(type="request", kind="stop")
+    expect_rest_without_playback(operator, "stopping")
+    operator.send(type="request", kind="playback", text="carrying")  # refused while the arm is stopped
+    operator.send(type="request", kind="reset")
+    expect_rest_without_playback(operator, "ready")
+    begin_playback(operator)
+
+
+def test_the_first_lease_ends_the_recorded_hand_of_the_terminal(demo):
+    client = demo.client()
+    wait_until(client, lambda s: s["state"] == "engaged" and s["controls"]["playback"] >= 0)
+    client.send(type="take")
+    client.wait_for("lease", yours=True)
+    expect_rest_without_playback(client, "ready")
+    client.send(type="release")
+    expect_rest_without_playback(client, "ready")
+
+
+def headless(folder, *arguments):
+    process = subprocess.Popen([PROGRAM, "demo", "--headless", "--sessions", str(folder), *arguments],
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert "Hz" in process.stdout.readline()  # from here on signals are waited for
+    return process
+
+
+def sleep_through(process, seconds):
+    process.send_signal(signal.SIGSTOP)
+    time.sleep(seconds)
+    process.send_signal(signal.SIGCONT)
+
+
+def test_without_a_page_the_program_ends_when_the_arm_is_stopped(tmp_path):
+    process = headless(tmp_path)
+    time.sleep(2.0)
+    sleep_through(process, 0.3)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 1 and "ended because the arm was stopped" in out, out + err
+
+    process = headless(tmp_path, "--keep-going")
+    time.sleep(2.0)
+    for _ in range(2):
+        sleep_through(process, 0.3)
+        time.sleep(3.0)
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 0, out + err
+    assert int(re.search(r"in (\d+) engagements", out).group(1)) >= 2, out
+
+
+class FullPipe:
+    """A pipe that nobody reads, once it is closed for good."""
+
+    def __init__(self):
+        self.read, self.write = os.pipe()
+        fcntl.fcntl(self.read, 1031, 4096)  # F_SETPIPE_SZ
+
+    def fill(self):
+        with open(f"/proc/self/fd/{self.write}", "wb", buffering=0, opener=lambda p, f: os.open(p, f | os.O_NONBLOCK)) as end:
+            for size in (4096, 1):
+                try:
+                    while end.write(b" " * size):
+                        pass
+                except BlockingIOError:
+                    pass
+
+    def lines_until(self, pattern):
+        text = ""
+        while not (found := re.search(pattern, text)):
+            text += os.read(self.read, 4096).decode()
+        return found
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_nobody_who_reads_what_is_printed_is_waited_for(tmp_path, number):
+    pipe = FullPipe()
+    process = subprocess.Popen([PROGRAM, "demo", "--no-browser", "--port", "0", "--sessions", str(tmp_path)],
+                               stdout=pipe.write, stderr=pipe.write)
+    try:
+        port, code = pipe.lines_until(r"open +http://[^:]+:(\d+)/#(?:\w+=)?(\w+)\n").groups()
+        pipe.fill()
+        operator = Client(int(port))
+        operator.send(type="pair", code=code)  # prints the next one
+        operator.wait_for("paired", 5.0)
+        operator.send(type="take")
+        for _ in range(50):  # each prints why it is refused
+            operator.send(type="request", kind="rate", value=5.0)
+        begin_playback(operator)
+        newcomer = Client(int(port))
+        newcomer.wait_for("welcome", 5.0)
+        newcomer.send(type="request", kind="stop")
+        asked = time.monotonic()
+        newcomer.wait_for("state", 5.0, state="stopping")
+        assert time.monotonic() - asked < 1.0
+        expect_rest_without_playback(newcomer, "stopping")
+        process.send_signal(number)
+        process.wait(15.0)
+    finally:
+        process.kill()
+        process.wait()
+    (path,) = tmp_path.glob("*.mcap")
+    listed = subprocess.run([PROGRAM, "report", "--sessions", str(tmp_path)], capture_output=True, text=True)
+    assert str(path) in listed.stdout and "cut short" not in listed.stdout
+
+
+def commands_of(path):
+    """Times, s, and joint speeds of the commands of a session that is complete."""
+    with open(path, "rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_summary() is not None and any(m.name == "summary" for m in reader.iter_metadata())
+        for _, _, message in reader.iter_messages(topics=["/joint_command"]):
+            yield 1e-9 * message.log_time, json.loads(message.data)["dq"]
+
+
+@pytest.mark.parametrize("after, again", [(0.0, False), (0.1, True), (0.6, False), (1.2, True), (2.3, False)])
+def test_ctrl_c_at_any_moment_ends_in_order(tmp_path, after, again):
+    process = headless(tmp_path)
     time.sleep(after)
     process.send_signal(signal.SIGINT)
+    asked = time.monotonic()
     if again:
         time.sleep(0.05)
         process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
     assert " 0 beyond a limit, 0 in contact" in out and "recorded: " in out, out
+    assert time.monotonic() - asked < 10.0
+    (path,) = tmp_path.glob("*.mcap")
+    commands = list(commands_of(path))
+    assert commands or after < 0.2, "the arm was led"
+    assert not commands or max(map(abs, commands[-1][1])) < 1e-9, "at rest"
+    assert after < 2.0 or any(max(map(abs, dq)) > 0.05 for _, dq in commands), "there was motion to end"

@@ -67,7 +67,7 @@ def run(domain, *command, **options):
 
 
 def demo(domain, folder, *settings, input=None):
-    command = [PROGRAM, "demo", "--arm", "ros2", "--headless", "--yes", "--rate", "20", "--sessions", str(folder)]
+    command = [PROGRAM, "demo", "--arm", "ros2", "--headless", "--hand-on-hardware", "--yes", "--rate", "20", "--sessions", str(folder)]
     if input:
         command += ["--input", str(input)]
     return run(domain, *command, "--seconds", "120", "--set", *PATIENT, *settings)
@@ -294,7 +294,7 @@ def test_a_stage_of_check_measures_the_delay_and_writes_it(domain, tmp_path):
 
 def test_nobody_there_and_another_domain(domain, tmp_path):
     with run(domain % 100 + 1, CONTROLLER):
-        command = [PROGRAM, "demo", "--arm", "ros2", "--headless", "--yes", "--sessions", str(tmp_path)]
+        command = [PROGRAM, "demo", "--arm", "ros2", "--headless", "--hand-on-hardware", "--yes", "--sessions", str(tmp_path)]
         environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
         short = ["--set", "ros2.start_within=0.5"]
         done = subprocess.run([*command, *short], capture_output=True, text=True, env=environment, timeout=60)
@@ -305,7 +305,7 @@ def test_nobody_there_and_another_domain(domain, tmp_path):
 
 
 def test_the_arm_is_a_setting_too(domain, tmp_path):
-    command = [PROGRAM, "demo", "--headless", "--yes", "--sessions", str(tmp_path), "--set", "ros2.start_within=0.2"]
+    command = [PROGRAM, "demo", "--headless", "--hand-on-hardware", "--yes", "--sessions", str(tmp_path), "--set", "ros2.start_within=0.2"]
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
     done = subprocess.run(
         [*command, "arm.kind=ros2"], capture_output=True, text=True, env=environment, timeout=60

@@ -1,9 +1,11 @@
 """Live sessions as files: written while they run, read by the public MCAP reader, by `report` and by `replay`."""
 
+import http.client
 import json
 import os
 import re
 import resource
+import select
 import statistics
 import subprocess
 import time
@@ -15,6 +17,9 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, Writer
+
+from live_client import Demo
 
 ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
@@ -147,6 +152,82 @@ def test_a_folder_that_cannot_be_made_is_told_and_the_session_goes_on(tmp_path):
     (tmp_path / "file").write_text("")
     result = run(*demo(tmp_path / "file/sessions", "--seconds", 1))
     assert result.returncode == 0 and "not recorded: " in result.stdout, result.stdout
+
+
+def lengthen(path, long, copies):
+    """The same session over and over, in one file."""
+    with open(path, "rb") as source, open(long, "wb") as target:
+        reader, writer = make_reader(source), Writer(target, compression=CompressionType.ZSTD)
+        writer.start()
+        channels = {}
+        recorded = list(reader.iter_messages())
+        begin, end = recorded[0][2].log_time, recorded[-1][2].log_time + 2_000_000
+        for metadata in reader.iter_metadata():
+            writer.add_metadata(metadata.name, metadata.metadata)
+        for copy in range(copies):
+            for schema, channel, message in recorded:
+                if channel.topic not in channels:
+                    number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                    channels[channel.topic] = writer.register_channel(channel.topic, channel.message_encoding, number, channel.metadata)
+                data, shift = message.data, copy * (end - begin)
+                if channel.topic == "/plan_step":
+                    content = json.loads(data)
+                    time_ns = content["timestamp"]["sec"] * SECOND + content["timestamp"]["nsec"] + shift
+                    content["timestamp"] = {"sec": time_ns // SECOND, "nsec": time_ns % SECOND}
+                    data = json.dumps(content).encode()
+                writer.add_message(channels[channel.topic], message.log_time + shift, data, message.publish_time + shift)
+        writer.finish()
+
+
+def memory(pid, figure):
+    """MiB, of /proc/PID/status."""
+    return int(re.search(rf"{figure}:\s+(\d+) kB", Path(f"/proc/{pid}/status").read_text()).group(1)) / 1024
+
+
+def helpers_of(pid):
+    """Processes that it has started."""
+    children = [p.read_text().split() for p in Path(f"/proc/{pid}/task").glob("*/children")]
+    return [int(child) for of_task in children for child in of_task]
+
+
+def test_a_long_report_is_made_beside_the_session_and_not_waited_for(session, tmp_path):
+    lengthen(session[0], tmp_path / "long.mcap", 40)
+    demo = Demo(tmp_path)
+    pid = demo.process.pid
+    time.sleep(1.0)
+    before = memory(pid, "VmRSS")
+
+    def ask(path="/sessions/long/report.html"):
+        connection = http.client.HTTPConnection("127.0.0.1", demo.port, timeout=120)
+        connection.request("GET", path)
+        return connection
+
+    asked = ask()
+    seen = set()
+    while not select.select([asked.sock], [], [], 0.005)[0]:
+        for helper in helpers_of(pid):
+            try:
+                nice = Path(f"/proc/{helper}/stat").read_text().rsplit(")", 1)[1].split()[16]
+                limits = Path(f"/proc/{helper}/limits").read_text()
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+            seen.add((nice, re.search(r"Max address space +(\w+)", limits).group(1)))
+    assert ("19", str(2 << 30)) in seen, seen
+    answer = asked.getresponse()
+    body = answer.read()
+    assert answer.status == 200 and b"as driven" in body
+    assert memory(pid, "VmHWM") - before < 20, "MiB"  # 2 for each recorded minute would be more than that
+    motion = json.loads(ask("/sessions/long/motion").getresponse().read())
+    assert motion["t_s"][-1] > 200.0
+    assert ask("/sessions/none/report.html").getresponse().status == 404
+
+    waiting = [ask() for _ in range(8)]
+    time.sleep(0.3)
+    helpers = helpers_of(pid)
+    begin = time.monotonic()
+    demo.end()
+    assert time.monotonic() - begin < 8.0  # 2.5 of them to rest
+    assert not any(Path(f"/proc/{helper}").exists() for helper in helpers) and waiting
 
 
 def test_nothing_is_recorded_if_so_asked(tmp_path):

@@ -15,8 +15,7 @@ using Json = nlohmann::json;
 
 TEST(SessionLibrary, OfAFolderThatIsNotThereIsEmpty) {
   TemporaryFolder folder;
-  const SessionLibrary library(folder.path() / "none");
-  const Result<FreshPage> page = library.read("/sessions");
+  const Result<FreshPage> page = read_library(folder.path() / "none", "/sessions");
   ASSERT_TRUE(page);
   EXPECT_EQ(Json::parse(page->body), Json({{"sessions", Json::array()}}));
   EXPECT_FALSE(page->document);
@@ -26,11 +25,10 @@ TEST(SessionLibrary, LeavesItsFolderForNobody) {
   TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "inside");
   std::ofstream(folder.path() / "secret.mcap") << "secret";
-  const SessionLibrary library(folder.path() / "inside");
   for (const char* path : {"/sessions/../secret/motion", "/sessions/..%2Fsecret/motion", "/sessions/%2e%2e/motion",
                            "/sessions//motion", "/sessions/a/b/motion", "/sessions/a", "/sessions/a/", "/sessions/",
                            "/sessions/.hidden/motion", "/", "", "/sessions/a\n/motion"}) {
-    const Result<FreshPage> page = library.read(path);
+    const Result<FreshPage> page = read_library(folder.path() / "inside", path);
     ASSERT_FALSE(page) << path;
     EXPECT_NE(page.error().message.find("there is /sessions"), std::string::npos) << path;
   }
@@ -39,27 +37,80 @@ TEST(SessionLibrary, LeavesItsFolderForNobody) {
 TEST(SessionLibrary, SaysWhatIsWrongWithAFile) {
   TemporaryFolder folder;
   std::ofstream(folder.path() / "broken.mcap") << "no MCAP at all";
-  const SessionLibrary library(folder.path());
   for (const char* path : {"/sessions/broken/motion", "/sessions/broken/report.html", "/sessions/missing/motion"}) {
-    const Result<FreshPage> page = library.read(path);
+    const Result<FreshPage> page = read_library(folder.path(), path);
     ASSERT_FALSE(page) << path;
     EXPECT_NE(page.error().message.find(".mcap"), std::string::npos) << page.error().message;
   }
 }
 
-TEST(SessionLibrary, AnswersEveryRequestFromItsOwnThread) {
+/// A program of a line of shell.
+std::filesystem::path script(const TemporaryFolder& folder, const std::string& line) {
+  const std::filesystem::path path = folder.path() / "program";
+  std::ofstream(path) << "#!/bin/sh\n" << line << "\n";
+  std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  return path;
+}
+
+Result<FreshPage> fetch(SessionLibrary& library, const std::string& path) {
+  std::promise<Result<FreshPage>> answered;
+  library.fetch(path, [&](Result<FreshPage> page) { answered.set_value(std::move(page)); });
+  return answered.get_future().get();
+}
+
+TEST(SessionLibrary, AsksAProgramAndPassesOnWhatItSays) {
   TemporaryFolder folder;
-  std::vector<std::promise<std::thread::id>> answered(20);
+  SessionLibrary library(folder.path(), script(folder, R"(echo "$@"; [ "$5" != /bad ] || { echo why >&2; exit 2; })"));
+  const Result<FreshPage> list = fetch(library, "/sessions"), page = fetch(library, "/sessions/a b/report.html");
+  ASSERT_TRUE(list && page);
+  EXPECT_EQ(list->body, "report --sessions " + folder.path().string() + " --answer /sessions\n");
+  EXPECT_EQ(list->type, "application/json");
+  EXPECT_FALSE(list->document);
+  EXPECT_TRUE(page->document);
+  const Result<FreshPage> bad = fetch(library, "/bad");
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().message, "why");
+}
+
+TEST(SessionLibrary, AnswersInOrderFromItsOwnThread) {
+  TemporaryFolder folder;
+  std::vector<std::string> answers;
+  std::promise<std::thread::id> last;
+  SessionLibrary library(folder.path(), script(folder, R"(echo "$5")"));
+  for (int i = 0; i < 20; ++i) {
+    library.fetch("/" + std::to_string(i), [&, i](const Result<FreshPage>& page) {
+      answers.push_back(page ? page->body : page.error().message);
+      if (i == 19) last.set_value(std::this_thread::get_id());
+    });
+  }
+  EXPECT_NE(last.get_future().get(), std::this_thread::get_id());
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(answers[i], "/" + std::to_string(i) + "\n");
+}
+
+TEST(SessionLibrary, EndsWithoutWaitingForAnswers) {
+  TemporaryFolder folder;
+  const auto begin = std::chrono::steady_clock::now();
+  int ended = 0;
   {
-    SessionLibrary library(folder.path());
-    for (auto& one : answered) {
-      library.fetch("/sessions", [&one](const Result<FreshPage>& page) {
-        EXPECT_TRUE(page);
-        one.set_value(std::this_thread::get_id());
+    SessionLibrary library(folder.path(), script(folder, "exec sleep 60"));
+    for (int i = 0; i < 8; ++i) {
+      library.fetch("/sessions", [&](const Result<FreshPage>& page) {
+        EXPECT_FALSE(page);
+        ended += !page && page.error().message == "the program ends";
       });
     }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  for (auto& one : answered) EXPECT_NE(one.get_future().get(), std::this_thread::get_id());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_EQ(ended, 8);
+}
+
+TEST(SessionLibrary, SaysSoIfItsProgramIsMissing) {
+  TemporaryFolder folder;
+  SessionLibrary library(folder.path(), "/nowhere/steadyhand");
+  const Result<FreshPage> page = fetch(library, "/sessions");
+  ASSERT_FALSE(page);
+  EXPECT_NE(page.error().message.find("/nowhere/steadyhand"), std::string::npos);
 }
 
 }  // namespace
