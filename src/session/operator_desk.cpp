@@ -11,7 +11,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kServerSilence = std::chrono::milliseconds(500);  ///< after which nobody could stop a recorded hand
+constexpr Time kServerSilence = std::chrono::seconds(1);  ///< after which nobody could stop a recorded hand
 
 template <typename List, typename NameOf>
 Result<int> find_name(const List& list, const std::string& name, const char* what, const NameOf& name_of) {

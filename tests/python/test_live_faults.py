@@ -147,7 +147,7 @@ def plays(client):
 def wait_until(client, condition, seconds=30.0):
     deadline = time.monotonic() + seconds
     while client.state is None or not condition(client.state):
-        assert time.monotonic() < deadline and not client.closed, client.state
+        assert time.monotonic() < deadline and not client.closed, (client.state, client.state and client.state["controls"])
         client.messages(0.05)
         client.ping()
 
