@@ -10,6 +10,9 @@ bool is_finite(const Pose& pose) {
   return pose.p.allFinite() && std::abs(pose.q.squaredNorm() - 1.0) < 1e-3;  // false for NaN
 }
 
+/// When the target's pose is true: a device that predicts its poses has done a part of the predictor's work.
+Time time_of(const Target& target) { return target.stamp.hand + target.lead; }
+
 }  // namespace
 
 Vector3 rotation_vector(const Quaternion& q) {
@@ -43,7 +46,7 @@ void Predictor::estimate() {
   velocity_.setZero();
   angular_velocity_.setZero();
   const auto entry = [&](int age) -> const Target& { return history_[(head_ - age + kCapacity) % kCapacity]; };
-  const auto time = [&](int age) { return to_seconds(entry(age).stamp.hand - newest_.stamp.hand); };
+  const auto time = [&](int age) { return to_seconds(time_of(entry(age)) - time_of(newest_)); };
   // 1.5: in a window that had to grow, the third newest target has a third of the newest one's weight.
   const double window = std::max(settings_.window, -1.5 * time(std::min(2, count_ - 1)));
   int used = 1;
@@ -72,7 +75,7 @@ void Predictor::estimate() {
 }
 
 Pose Predictor::at(Time t) const {
-  const double elapsed = to_seconds(t - newest_.stamp.hand);
+  const double elapsed = to_seconds(t - time_of(newest_));
   return {newest_.X_base_tool.p + elapsed * velocity_, rotation(elapsed * angular_velocity_) * newest_.X_base_tool.q};
 }
 

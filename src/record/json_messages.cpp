@@ -116,6 +116,9 @@ void append_json(JsonBuffer& out, const OperatorSample& sample) {
   append_flag(out, "tracked", sample.tracked);
   out.push_back(',');
   append_flag(out, "emulated", sample.emulated);
+  out.push_back(',');
+  append_key(out, "lead_s");
+  append_number(out, to_seconds(sample.lead));
   out.push_back('}');
 }
 

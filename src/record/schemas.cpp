@@ -61,6 +61,7 @@ Schema pose_in_frame() {
   properties["clutch"] = flag("/operator_sample: the operator holds the arm engaged");
   properties["tracked"] = flag("/operator_sample: the device has a valid pose");
   properties["emulated"] = flag("/operator_sample: the device guesses its position");
+  properties["lead_s"] = number("/operator_sample: s, by which the device predicted the pose");
   properties["engaged"] = flag("/target: the arm is to follow");
   return finish("foxglove.PoseInFrame", "A timestamped pose for an object or reference frame in 3D space", properties);
 }

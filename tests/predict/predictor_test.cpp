@@ -42,6 +42,27 @@ TEST(RotationVector, RoundTrips) {
   }
 }
 
+/// A device that predicts its own poses, by more or less each time, leads the arm no further than one that does not.
+TEST(Predictor, TakesOffWhatTheDevicePredicted) {
+  Random random(9);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Motion motion = random.motion();
+    Predictor predictor({});
+    double t = 0.0;
+    for (int i = 0; i < 20; ++i) {
+      t += random.uniform(0.008, 0.02);
+      const double lead = random.uniform(0.02, 0.03);
+      Target target = motion.at(t + lead);
+      target.stamp = {from_seconds(t), from_seconds(t)};
+      target.lead = from_seconds(lead);
+      predictor.update(target);
+    }
+    const Time now = from_seconds(t + 0.01);
+    EXPECT_LT((predictor.at(now).p - motion.at(t + 0.01).X_base_tool.p).norm(), 1e-6);
+    EXPECT_EQ(predictor.predict(now).stamp.hand, from_seconds(t));
+  }
+}
+
 /// A hand that moves at constant velocities is predicted exactly, however uneven the stamps.
 TEST(Predictor, ExactOnConstantMotion) {
   Random random(2);

@@ -86,6 +86,18 @@ TEST(Messages, KeepsWhatASampleSays) {
   EXPECT_TRUE(message.sample.clutch);
   EXPECT_FALSE(message.sample.tracked);
   EXPECT_TRUE(message.sample.emulated);
+  EXPECT_EQ(message.sample.lead, Time(0));
+}
+
+TEST(Messages, KeepsByHowMuchADevicePredicted) {
+  const auto sample = [](const std::string& more) {
+    return parse_client_message(
+        R"({"type":"sample","sequence":7,"t_s":12.5,"p":[0,0,0],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false,"lead_s":)" +
+        more + "}");
+  };
+  ASSERT_TRUE(sample("0.025"));
+  EXPECT_EQ(std::get<SampleMessage>(*sample("0.025")).sample.lead, std::chrono::milliseconds(25));
+  for (const char* wrong : {"-0.01", "0.2", "null"}) EXPECT_FALSE(sample(wrong)) << wrong;
 }
 
 TEST(Messages, RefusesWhatIsTooLongOrTooDeep) {

@@ -292,10 +292,18 @@ for (const visibility of ['visible-blurred', 'hidden']) {
   });
 }
 
-test('keeps by how much the headset predicted its poses', async () => {
-  await page.evaluate(() => Object.defineProperty(XRFrame.prototype, 'predictedDisplayTime', { configurable: true, get: () => performance.now() + 30 }));
+test('says by how much the headset predicted its poses', async () => {
+  await page.evaluate(() => {
+    Object.defineProperty(XRFrame.prototype, 'predictedDisplayTime', { configurable: true, get: () => performance.now() + 30 });
+    globalThis.said = [];
+    const { connection } = globalThis.steadyhand, send = connection.send.bind(connection);
+    connection.send = (message) => { if (message.clutch) globalThis.said.push(message.lead_s); return send(message); };
+  });
   await squeeze('right');
-  await until(() => page.evaluate(() => globalThis.steadyhand.headset.leads.some((lead) => lead > 0.02 && lead < 0.031)), 'the lead');
+  await until(() => page.evaluate(() => globalThis.said.some((lead) => lead > 0.02 && lead < 0.031)), 'the lead');
+  assert.ok(await page.evaluate(() => globalThis.steadyhand.headset.leads.length > 0), 'they are kept to look at');
+  assert.equal(await page.evaluate(() => globalThis.steadyhand.session.lastError), null, 'the server understands it');
+  await page.evaluate(() => { delete globalThis.steadyhand.connection.send; });
 });
 
 test('a headset that makes no more frames and says nothing is silent', async () => {

@@ -1,9 +1,11 @@
 import type { Connection } from './connection';
 import { handFor, normalize, type MutablePose } from './frames';
-import type { Pose, Quat, Vec3 } from './protocol';
+import type { ClientMessage, Pose, Quat, Vec3 } from './protocol';
 
 /** s for which letting go is said again and again: one that is lost or late must not leave the arm following. */
 const REPEATED = 0.3;
+
+type Sample = Extract<ClientMessage, { type: 'sample' }>;
 
 const rest = (): MutablePose => ({ p: [0, 0, 1], q: [0, 0, 0, 1] });
 
@@ -67,29 +69,31 @@ export class Hand {
   lead(source: string, shift: Vec3, spin: Quat, scale: number, yaw: number, eventTime?: number): void {
     if (this.#source !== source) return;
     handFor(this.#origin, shift, spin, scale, yaw, this.#pose);
-    this.#close(true, false, eventTime);
+    this.#close(true, false, 0, eventTime);
   }
 
-  /** A device's own pose, in robot axes; null: it knows none. */
-  report(source: string, pose: Pose | null, emulated: boolean): void {
+  /** A device's own pose, in robot axes; null: it knows none. @param lead s by which the device predicted it */
+  report(source: string, pose: Pose | null, emulated: boolean, lead = 0): void {
     if (this.#source !== source) return;
     if (pose) {
       copy(pose, this.#pose);
       normalize(this.#pose.q, this.#pose.q);
     }
-    this.#close(pose !== null, emulated);
+    this.#close(pose !== null, emulated, lead);
   }
 
-  #close(tracked: boolean, emulated: boolean, eventTime?: number): void {
+  #close(tracked: boolean, emulated: boolean, lead: number, eventTime?: number): void {
     this.#clutch &&= this.allowed();
     if (!this.#clutch) return;
-    this.#sample(true, tracked, emulated);
+    this.#sample(true, tracked, emulated, lead);
     if (eventTime === undefined) return;
     this.delays.push(this.now() - eventTime);
     if (this.delays.length > 600) this.delays.shift();
   }
 
-  #sample(clutch: boolean, tracked: boolean, emulated: boolean): void {
-    this.connection.send({ type: 'sample', sequence: ++this.#sequence, t_s: this.now(), p: this.#pose.p, q: this.#pose.q, clutch, tracked, emulated });
+  #sample(clutch: boolean, tracked: boolean, emulated: boolean, lead = 0): void {
+    const { p, q } = this.#pose, sample: Sample = { type: 'sample', sequence: ++this.#sequence, t_s: this.now(), p, q, clutch, tracked, emulated };
+    if (lead > 0) sample.lead_s = lead;
+    this.connection.send(sample);
   }
 }

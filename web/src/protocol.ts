@@ -16,7 +16,7 @@ export type ClientMessage =
   | { type: 'release' }
   | { type: 'ask' }
   | { type: 'answer'; grant: boolean }
-  | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean }
+  | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number }
   | { type: 'request'; kind: RequestKind; text?: string; value?: number }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 

@@ -205,10 +205,11 @@ describe('hand', () => {
 
   it('says when a device has lost its pose, and keeps the last one', () => {
     hand.grab('headset');
-    hand.report('headset', { p: [1, 2, 3], q: [0, 0, 0, 2] }, true);
+    hand.report('headset', { p: [1, 2, 3], q: [0, 0, 0, 2] }, true, 0.02);
     hand.report('headset', null, false);
     expect(sent.map((s) => [s.clutch, s.tracked, s.emulated])).toEqual([[false, true, false], [true, true, true], [true, false, false]]);
     expect(sent[2]!.p).toEqual([1, 2, 3]);
+    expect(sent.map((s) => s.lead_s)).toEqual([undefined, 0.02, undefined]);
     expect(sent[1]!.q).toEqual([0, 0, 0, 1]);
   });
 });

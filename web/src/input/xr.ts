@@ -17,7 +17,7 @@ const LEAD_MAX = 0.1;
 export interface Acts { wantLease(): void; stop(): void; reset(): void }
 
 /** What the headset said last of the hand. */
-interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; at: number }
+interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number }
 
 /**
  * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales, and
@@ -41,7 +41,7 @@ export class Headset {
   #wroteAt = 0;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
-  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, at: Infinity };
+  readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, lead: 0, at: Infinity };
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly acts: Acts, private readonly onChange: () => void) {
@@ -164,6 +164,7 @@ export class Headset {
     const last = this.#last;
     last.known = pose !== null;
     last.guessed = pose !== null && pose.emulatedPosition;
+    last.lead = lead;
     last.at = now;
     if (pose) {
       toRobot(pose.transform.position, last.pose.p);
@@ -175,8 +176,8 @@ export class Headset {
   }
 
   #tell(): void {
-    const { pose, known, guessed } = this.#last;
-    this.hand.report('headset', known ? pose : null, guessed);
+    const { pose, known, guessed, lead } = this.#last;
+    this.hand.report('headset', known ? pose : null, guessed, lead);
   }
 
   /** Between frames: an emulated hand is where it was, however slowly its picture is drawn. A real one may be anywhere. */
