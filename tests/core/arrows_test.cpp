@@ -49,6 +49,59 @@ TEST(SamplePlan, BeforeTheStartIsTheFirstState) {
   EXPECT_EQ(c.q, plan.x[0].head(2));
 }
 
+TEST(SamplePlan, TellsAccelerationAndStampOfItsInterval) {
+  Plan plan = make_plan();
+  plan.stamp = {from_seconds(1.5), from_seconds(1.9)};
+  for (int k = 0; k < 4; ++k) {
+    const Time t = plan.start + from_seconds((k + 0.5) * plan.dt);
+    const JointCommand c = sample(plan, t);
+    EXPECT_EQ(c.ddq, plan.u[k]);
+    EXPECT_EQ(c.stamp.hand, plan.stamp.hand);
+    EXPECT_EQ(c.stamp.made, t);
+  }
+}
+
+TEST(SamplePlan, CenturiesApartIsBeforeOrAfter) {
+  Plan plan = make_plan();
+  plan.start = Time::min();
+  EXPECT_EQ(sample(plan, Time::max()).q, plan.x[4].head(2));
+  plan.start = Time::max();
+  EXPECT_EQ(sample(plan, Time::min()).q, plan.x[0].head(2));
+}
+
+TEST(Plan, IsCopiedWhole) {
+  Plan plan = make_plan(), copy;
+  plan.stamp = {from_seconds(1.5), from_seconds(1.9)};
+  plan.origin = PlanOrigin::kPrevious;
+  stand(JointVector::Ones(3), Time(7), copy);
+  copy = plan;
+  EXPECT_EQ(copy.stamp.hand, plan.stamp.hand);
+  EXPECT_EQ(copy.stamp.made, plan.stamp.made);
+  EXPECT_EQ(copy.start, plan.start);
+  EXPECT_EQ(copy.dt, plan.dt);
+  EXPECT_EQ(copy.joints, 2);
+  EXPECT_EQ(copy.intervals, 4);
+  EXPECT_EQ(copy.origin, PlanOrigin::kPrevious);
+  for (int k = 0; k <= 4; ++k) EXPECT_EQ(copy.x[k], plan.x[k]);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(copy.u[k], plan.u[k]);
+}
+
+TEST(Plan, StandsWhateverItWasBefore) {
+  Plan plan = make_plan();
+  plan.dt = 1e-12;
+  plan.origin = PlanOrigin::kPrevious;
+  const JointVector q = JointVector::LinSpaced(3, 0.1, 0.3);
+  stand(q, from_seconds(4.0), plan);
+  EXPECT_EQ(plan.start, from_seconds(4.0));
+  EXPECT_EQ(plan.joints, 3);
+  EXPECT_EQ(plan.origin, PlanOrigin::kSolved);
+  EXPECT_GT(plan.dt, 1e-3);
+  for (const double t : {0.0, 4.0, 4.01, 1e6}) {
+    EXPECT_EQ(sample(plan, from_seconds(t)).q, q);
+    EXPECT_TRUE(sample(plan, from_seconds(t)).dq.isZero(0.0));
+  }
+}
+
 /// Whatever the plan, down to intervals far shorter than a nanosecond, and whatever the time: nothing is read that is
 /// not the plan's, and beside its span it stands.
 TEST(SamplePlan, IsSafeForEveryPlanAndTime) {

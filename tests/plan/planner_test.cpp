@@ -77,6 +77,35 @@ TEST(Planner, CommandsStayInsideAtAnyRate) {
   }
 }
 
+/// Where the horizon ends near a limit, at speed, the stop has to begin before that: then it does.
+TEST(Planner, StopsEarlierWhereTheStopBehindTheHorizonWouldLeadBeyondALimit) {
+  Loop loop(7);
+  RobotModel narrow = loop.model;
+  narrow.position_min = narrow.home.array() - 0.3;
+  narrow.position_max = narrow.home.array() + 0.3;
+  const auto planner = Planner::make(narrow, loop.settings, {});
+  ASSERT_TRUE(planner) << planner.error().message;
+  int earlier = 0;
+  for (Time t{0}; t < std::chrono::seconds(6); t += std::chrono::milliseconds(20)) {
+    const Plan& plan = (*planner)->update(loop.reference(t));
+    const Trajectory& solved = (*planner)->solution().trajectory;
+    earlier +=
+        (*planner)->fault() == PlanFault::kNone && plan.x[loop.settings.horizon] != solved.x[loop.settings.horizon];
+  }
+  EXPECT_GT(earlier, 0);
+}
+
+TEST(Planner, BeginsFromItsLastSolution) {
+  Loop loop(8);
+  for (int i = 0; i < 5; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+  const Trajectory last = loop.planner->solution().trajectory;
+  (void)loop.planner->update(loop.reference(from_seconds(0.25)));  // an interval later
+  EXPECT_EQ(loop.planner->guess().x[0], loop.planner->instance().x0);
+  for (int k = 0; k + 1 < loop.settings.horizon; ++k) {
+    EXPECT_LT((loop.planner->guess().u[k] - last.u[k + 1]).norm(), 1e-9) << k;
+  }
+}
+
 TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
   Loop loop(8);
   for (int i = 0; i < 10; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
@@ -197,6 +226,10 @@ TEST(PlanCheck, FindsEachFault) {
   EXPECT_EQ(fault([](Plan& p) { p.intervals = 8; }), PlanFault::kNotAtRest);
   EXPECT_EQ(fault([](Plan& p) { p.u[0][0] = 16.0; }), PlanFault::kAcceleration);
 
+  StateVector elsewhere = good.x[0];
+  elsewhere[2] += 1e-3;
+  EXPECT_EQ(check_plan(good, elsewhere, {}, loop.arm), PlanFault::kDiscontinuous);
+
   const auto with_limit = [&](const auto& change) {
     RobotModel model = loop.model;
     change(model);
@@ -256,6 +289,68 @@ TEST(PlanCheck, LetsAPlanLeadBackFromBeyondALimitAndNoFurther) {
   EXPECT_EQ(fault(touching, -deeper), PlanFault::kNone);
   EXPECT_EQ(fault(touching, 0.0), PlanFault::kNone);
   EXPECT_EQ(fault(touching, deeper), PlanFault::kSelfCollision);
+}
+
+/// Joints that go 4.7 mrad up within an interval, back to where they were, and rest a little below.
+TEST(PlanCheck, LooksBetweenNodes) {
+  Loop loop(10);
+  Plan plan;
+  stand(loop.model.home, Time(0), plan);
+  plan.intervals = 2;
+  const JointVector up = JointVector::Constant(6, 14.0);
+  plan.x[0].tail(6) = 0.5 * plan.dt * up;
+  for (int k = 0; k < 2; ++k) {
+    plan.u[k] = k == 0 ? JointVector(-up) : JointVector(0.5 * up);
+    plan.x[k + 1].resize(12);
+    plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+        plan.x[k].tail(6) + plan.dt * plan.u[k];
+  }
+  RobotModel model = loop.model;
+  EXPECT_EQ(check_plan(plan, plan.x[0], {}, loop.arm), PlanFault::kNone);
+  model.position_max = model.home.array() + 0.002;
+  Kinematics narrow(model);
+  EXPECT_EQ(check_plan(plan, plan.x[0], {}, narrow), PlanFault::kPosition);
+
+  // One pair of spheres that touches half-way only.
+  const auto apart = [&](const SpherePair& pair, const JointVector& q) {
+    loop.arm.set_position(q);
+    return std::sqrt(loop.arm.squared_distance(pair));
+  };
+  const JointVector above = sample(plan, from_seconds(0.5 * plan.dt)).q, last = plan.x[2].head(6);
+  const auto nears = [&](const SpherePair& pair) {
+    return std::min(apart(pair, loop.model.home), apart(pair, last)) - apart(pair, above) > 1e-3;
+  };
+  const auto found = std::find_if(loop.model.pairs.begin(), loop.model.pairs.end(), nears);
+  ASSERT_NE(found, loop.model.pairs.end());
+  const auto touching = [&](double overlap_half_way) {
+    RobotModel close = loop.model;
+    close.pairs = {*found};
+    close.spheres[found->first].radius = apart(*found, above) + overlap_half_way - close.spheres[found->second].radius;
+    return close;
+  };
+  const RobotModel half_way = touching(5e-4);
+  Kinematics arm(half_way);
+  PlanCheckSettings strict;
+  strict.overlap_between_nodes = 0.0;
+  EXPECT_EQ(check_plan(plan, plan.x[0], strict, arm), PlanFault::kSelfCollision);
+  EXPECT_EQ(check_plan(plan, plan.x[0], {}, arm), PlanFault::kNone);
+
+  // At rest nothing may touch, also not by what may be between nodes.
+  Plan there;
+  stand(loop.model.home, Time(0), there);
+  there.intervals = 2;
+  const JointVector way = 2.0 * (above - loop.model.home);
+  for (int k = 0; k < 2; ++k) {
+    there.u[k] = (k == 0 ? 1.0 : -1.0) * way / (there.dt * there.dt);
+    there.x[k + 1].resize(12);
+    there.x[k + 1] << there.x[k].head(6) + there.dt * there.x[k].tail(6) + 0.5 * there.dt * there.dt * there.u[k],
+        there.x[k].tail(6) + there.dt * there.u[k];
+  }
+  const double end = apart(*found, loop.model.home + way);
+  ASSERT_LT(end, apart(*found, loop.model.home) - 2e-3);
+  const RobotModel at_rest = touching(end + 1e-3 - apart(*found, above));
+  Kinematics resting(at_rest);
+  EXPECT_EQ(check_plan(there, there.x[0], {}, resting), PlanFault::kSelfCollision);
 }
 
 TEST(PlanCheck, RefusesIntervalsThatAreNone) {

@@ -1,22 +1,22 @@
 // The control stage alone: plans and states are handed to it as a test wants them.
 #include "session/control_stage.hpp"
 
+#include "arm/carry_on.hpp"
 #include "plan/straight_stop.hpp"
 #include "session/virtual_session.hpp"
 
 namespace steadyhand {
 namespace {
 
-/// An arm that does at once what it is told.
+/// An arm that does what it is told after a delay.
 struct Loop {
-  explicit Loop(const RobotModel& arm, double soft_stop = 0.0) : model(arm) {
-    ControlSettings settings;
-    settings.soft_stop = soft_stop;
+  explicit Loop(const RobotModel& arm, ControlSettings settings = {}) : model(arm), delay(settings.arm_delay) {
+    settings.soft_stop = 0.0;
     control = std::make_unique<ControlStage>(model, settings, links);
     state.status = ArmStatus::kFollowing;
     state.joints = {{}, model.home, JointVector::Zero(model.dof())};
-    command = {{}, model.home, state.joints.dq, state.joints.dq};
     state.joints.stamp.made = std::chrono::seconds(5);
+    command = {state.joints.stamp, model.home, state.joints.dq, state.joints.dq};
     for (int i = 0; i < 3; ++i) cycle();
     EXPECT_EQ(control->state(), SupervisionState::kReady);
   }
@@ -24,9 +24,33 @@ struct Loop {
   const JointCommand& cycle() {
     ++state.cycle;
     state.joints.stamp.made += kPeriod;
-    state.joints.q = command.q + 0.002 * command.dq;
+    commands.push_back(command);
+    const Time then = now() - from_seconds(delay);
+    for (const JointCommand& c : commands) {
+      if (c.stamp.made <= then) state.joints.q = c.q + to_seconds(then - c.stamp.made) * c.dq;
+    }
     state.joints.dq = command.dq;
     return command = control->step(state).command;
+  }
+  /// So many cycles in which the arm went on by itself; `astray` rad from there it is measured.
+  const JointCommand& gap(int cycles, double astray = 0.0) {
+    const CarryOn how{0.004, model.acceleration_max};
+    const JointCommand before = command;
+    command = carried_on(before, 0.002 * cycles, how);
+    state.cycle += static_cast<std::uint64_t>(cycles);
+    state.joints.stamp.made += cycles * kPeriod;
+    state.carried_on = command;
+    ++state.cycle;
+    state.joints.stamp.made += kPeriod;
+    state.joints.q = carried_on(before, 0.002 * (cycles + 1) - delay, how).q.array() + astray;
+    command = control->step(state).command;
+    state.carried_on.reset();
+    return command;
+  }
+  ControlView view() {
+    ControlView seen;
+    EXPECT_TRUE(links.control_view.read(seen));
+    return seen;
   }
   Time now() const { return state.joints.stamp.made; }
   /// A plan from home on, these accelerations of two joints for 20 ms each.
@@ -48,10 +72,12 @@ struct Loop {
 
   static constexpr Time kPeriod = std::chrono::milliseconds(2);
   RobotModel model;
+  double delay;
   Links links;
   std::unique_ptr<ControlStage> control;
   ArmState state;
   JointCommand command;
+  std::vector<JointCommand> commands;
 };
 
 /// The first joint turns fast; the last one moves a little just then.
@@ -122,28 +148,78 @@ TEST(TakingPlans, OnesThatDoNotContinueWhatIsFollowedAreRefused) {
   EXPECT_FALSE(taken([](Plan& p) { p.x[0][9] += 1e-5; }));
 }
 
-/// While it has a stop behind it, planned or not, the arm is off its plan when it is measured away from that.
+TEST(TakingPlans, NoneInAHardStopThoughItContinuesThat) {
+  Loop loop(ur5e());
+  const Plan plan = loop.plan(kTurn, kMove);
+  loop.links.plan.write(plan);
+  while (loop.now() < plan.start + std::chrono::milliseconds(140)) loop.cycle();
+  const std::uint64_t plans = loop.view().plans;
+  loop.links.asked.stop();
+  const JointCommand braking = loop.cycle();
+  Plan slower;
+  make_straight_stop(loop.model, braking, 0.0, slower);
+  const JointCommand later = sample(slower, loop.now() + 10 * Loop::kPeriod);
+  make_straight_stop(loop.model, later, 1.0, slower);
+  loop.links.plan.write(slower);
+  for (int i = 0; i < 80; ++i) loop.cycle();
+  EXPECT_TRUE(loop.control->at_rest());
+  EXPECT_EQ(loop.view().plans, plans);
+}
+
+/// Where it should have been a delay ago is where it went by itself, not where its speed of before would have led.
 TEST(OffPlan, IsJudgedByWhereTheArmWentInAGap) {
-  for (const bool astray : {false, true}) {
+  for (const double delay : {0.0, 0.02}) {
+    for (const bool astray : {false, true}) {
+      ControlSettings settings;
+      settings.arm_delay = delay;
+      settings.off_plan_max = 0.002;
+      Loop loop(ur5e(), settings);
+      const Plan plan = loop.plan(kTurn, kMove);
+      loop.links.plan.write(plan);
+      while (loop.now() < plan.start + std::chrono::milliseconds(130)) {
+        loop.cycle();
+        ASSERT_EQ(loop.control->state(), SupervisionState::kReady) << delay;
+      }
+      const JointCommand own = loop.gap(25, astray ? 0.0025 : 0.0);
+      EXPECT_EQ(loop.control->state(), astray ? SupervisionState::kStopping : SupervisionState::kReady) << delay;
+      EXPECT_LT(own.dq[0], 2.1 - 15.0 * 0.045);
+    }
+  }
+}
+
+/// Where an arm is taken over anew, what was commanded elsewhere before counts for nothing.
+TEST(OffPlan, BeginsAnewWhereTheArmIsTakenOver) {
+  ControlSettings settings;
+  settings.arm_delay = 0.02;
+  Links links;
+  ControlStage control(ur5e(), settings, links);
+  ArmState state;
+  state.joints = {{}, ur5e().home, JointVector::Zero(6)};
+  for (int i = 0; i < 50; ++i) {
+    ++state.cycle;
+    state.joints.stamp.made += Loop::kPeriod;
+    if (i == 20) {
+      state.joints.q.array() += 0.1;
+      state.status = ArmStatus::kFollowing;
+    }
+    EXPECT_EQ(control.step(state).command.q, state.joints.q);
+    EXPECT_EQ(control.state(), i < 20 ? SupervisionState::kIdle : SupervisionState::kReady);
+  }
+}
+
+/// A hard stop in which cycles are lost takes no longer than one in which none are.
+TEST(LostCycles, InAHardStopLeaveItAHardStop) {
+  for (const int lost : {1, 5, 20}) {
     Loop loop(ur5e());
     const Plan plan = loop.plan(kTurn, kMove);
     loop.links.plan.write(plan);
-    while (loop.now() < plan.start + std::chrono::milliseconds(100)) loop.cycle();
-    // 40 ms without a command, in which it braked.
-    const JointCommand before = loop.command;
-    const double braked = 0.036;
-    JointCommand own = before;
-    own.stamp.made += 20 * Loop::kPeriod;
-    own.dq = before.dq.array() - before.dq.array().sign() * 15.0 * braked;
-    own.q += 0.004 * before.dq + 0.5 * braked * (before.dq + own.dq);
-    loop.state.cycle += 20;
-    loop.state.joints.stamp.made += 20 * Loop::kPeriod;
-    loop.state.carried_on = own;
-    loop.command = own;
-    if (astray) loop.command.q[0] += 0.06;
+    while (loop.now() < plan.start + std::chrono::milliseconds(140)) loop.cycle();
+    loop.links.asked.stop();
+    const Time begin = loop.now();
     loop.cycle();
-    EXPECT_EQ(loop.control->state(), astray ? SupervisionState::kStopping : SupervisionState::kReady);
-    EXPECT_LT((loop.command.q - own.q - 0.002 * own.dq).cwiseAbs().maxCoeff(), 1e-4);
+    loop.gap(lost);
+    while (!loop.control->at_rest() && loop.now() < begin + std::chrono::seconds(1)) loop.cycle();
+    EXPECT_LE(to_seconds(loop.now() - begin), 2.1 / 15.0 + 0.006) << lost;
   }
 }
 
