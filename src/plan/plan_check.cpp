@@ -23,6 +23,10 @@ std::string_view to_string(PlanFault fault) {
       return "beyond an acceleration limit";
     case PlanFault::kSelfCollision:
       return "in self-collision";
+    case PlanFault::kToolSpeed:
+      return "beyond the tool's speed limit";
+    case PlanFault::kElbowSpeed:
+      return "beyond the elbow's speed limit";
   }
   return "unknown";
 }
@@ -31,6 +35,29 @@ namespace {
 
 bool beyond(const JointVector& value, const JointVector& lower, const JointVector& upper, double tolerance) {
   return ((value - lower).array() < -tolerance).any() || ((value - upper).array() > tolerance).any();
+}
+
+/// m/s, of the third joint's origin.
+double elbow_speed(const RobotModel& model, const JointVector& q, const JointVector& dq) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  Vector3 angular = Vector3::Zero(), linear = Vector3::Zero();  // of the joint's frame, in the base
+  for (int k = 0; k < std::min(3, model.dof()); ++k) {
+    const Joint& joint = model.joints[k];
+    const Eigen::Isometry3d next = pose * joint.origin;
+    linear += angular.cross(next.translation() - pose.translation());
+    const Vector3 axis = next.linear() * joint.axis;
+    if (k == 2) return linear.norm();
+    (joint.type == JointType::kRevolute ? angular : linear) += dq[k] * axis;
+    pose = next * motion(joint, q[k]);
+  }
+  return 0.0;
+}
+
+/// After set_position.
+double tool_speed(const Kinematics& kinematics, const JointVector& dq) {
+  Vector3 speed = Vector3::Zero();
+  for (int k = 0; k < kinematics.dof(); ++k) speed += dq[k] * kinematics.dp(k);
+  return speed.norm();
 }
 
 }  // namespace
@@ -56,9 +83,17 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
   kinematics.set_position(q0);
   const double depth = -kinematics.clearance() + tolerance;
-  const auto in_collision = [&](Time t, double overlap) {
-    kinematics.set_position(sample(plan, t).q);
-    return kinematics.clearance() < -std::max(overlap, depth);
+  const JointVector dq0 = plan.x[0].tail(n);
+  const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
+  const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, dq0));
+  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, q0, dq0));
+  const auto fault_at = [&](Time t, double overlap) {
+    const JointCommand c = sample(plan, t);
+    kinematics.set_position(c.q);
+    if (kinematics.clearance() < -std::max(overlap, depth)) return PlanFault::kSelfCollision;
+    if (tool_speed(kinematics, c.dq) > tool_most) return PlanFault::kToolSpeed;
+    if (elbow_speed(model, c.q, c.dq) > elbow_most) return PlanFault::kElbowSpeed;
+    return PlanFault::kNone;
   };
   const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
   for (int k = 0; k < plan.intervals; ++k) {
@@ -76,10 +111,9 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
         if (jump > tolerance) return PlanFault::kDiscontinuous;
       }
     }
-    if (in_collision(begin + from_seconds(0.5 * dt), settings.overlap_between_nodes) ||
-        in_collision(begin + from_seconds(dt), tolerance)) {
-      return PlanFault::kSelfCollision;
-    }
+    PlanFault fault = fault_at(begin + from_seconds(0.5 * dt), settings.overlap_between_nodes);
+    if (fault == PlanFault::kNone) fault = fault_at(begin + from_seconds(dt), tolerance);
+    if (fault != PlanFault::kNone) return fault;
   }
   return PlanFault::kNone;
 }

@@ -12,6 +12,9 @@ struct PlanCheckSettings {
   double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit counts as inside
   /// m: how deep spheres may overlap half-way between nodes, where the optimal control problem does not look.
   double overlap_between_nodes = 2e-3;
+  /// m/s, where the arm's own safety system has such limits: of the tool, and of the elbow (the third joint), at nodes and
+  /// half-way; 0: none.
+  double tool_speed_max = 0.0, elbow_speed_max = 0.0;
 };
 
 enum class PlanFault {
@@ -22,7 +25,9 @@ enum class PlanFault {
   kPosition,
   kVelocity,
   kAcceleration,
-  kSelfCollision
+  kSelfCollision,
+  kToolSpeed,
+  kElbowSpeed
 };
 std::string_view to_string(PlanFault fault);
 

@@ -93,6 +93,10 @@ SettingsTable describe(SessionSettings& s) {
   t.add("arm.host", "name or address of the controller of ur", s.arm_host);
   t.add("arm.first_moves", "s", "of following that hardware moves at a quarter of its speed, whatever --speed says",
         live.planning.first_moves, at_most(3600.0));
+  PlanCheckSettings& check = live.planning.planner.check;
+  t.add("arm.tool_speed_max", "m/s", "of the arm's own safety configuration: no plan moves the glass faster; 0: none",
+        check.tool_speed_max, at_most(10.0));
+  t.add("arm.elbow_speed_max", "m/s", "the same of its elbow, the third joint", check.elbow_speed_max, at_most(10.0));
   t.add("arm.rate", "Hz", "control cycles of the simulated arm", s.arm.rate_hz, {20.0, 500.0});
   t.add("arm.latency", "s", "from a command to its effect", s.arm.latency, at_most(0.1));
   t.add("arm.servo_lag", "s", "time constant of its servo", s.arm.servo_lag, at_most(0.1));

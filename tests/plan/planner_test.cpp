@@ -363,6 +363,38 @@ TEST(PlanCheck, RefusesIntervalsThatAreNone) {
   }
 }
 
+/// The caps against speeds by differences: a plan passes with a little more than it has, and not with a little less.
+TEST(PlanCheck, CapsTheSpeedOfToolAndElbow) {
+  Loop loop(10);
+  for (int i = 0; i < 5; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+  const Plan plan = loop.planner->plan();
+  const auto places = [&](Time t) {
+    const JointVector q = sample(plan, t).q;
+    loop.arm.set_position(q);
+    Eigen::Isometry3d elbow = Eigen::Isometry3d::Identity();
+    for (int k = 0; k < 3; ++k) elbow = elbow * loop.model.joints[k].origin * motion(loop.model.joints[k], q[k]);
+    return std::pair(Vector3(loop.arm.p()), Vector3(elbow.translation()));
+  };
+  double tool = 0.0, elbow = 0.0;
+  for (int i = 0; i <= 2 * plan.intervals; ++i) {  // a plan may begin beyond a cap, though not lead further
+    const Time at = plan.start + from_seconds(0.5 * i * plan.dt), h = std::chrono::microseconds(10);
+    const auto before = places(at - h), after = places(at);
+    tool = std::max(tool, (after.first - before.first).norm() / to_seconds(h));
+    elbow = std::max(elbow, (after.second - before.second).norm() / to_seconds(h));
+  }
+  ASSERT_GT(tool, 0.05);
+  ASSERT_GT(elbow, 0.01);
+  const auto fault = [&](double tool_max, double elbow_max) {
+    PlanCheckSettings settings;
+    settings.tool_speed_max = tool_max;
+    settings.elbow_speed_max = elbow_max;
+    return check_plan(plan, plan.x[0], settings, loop.arm);
+  };
+  EXPECT_EQ(fault(1.01 * tool, 1.01 * elbow), PlanFault::kNone);
+  EXPECT_EQ(fault(0.99 * tool, 0.0), PlanFault::kToolSpeed);
+  EXPECT_EQ(fault(0.0, 0.99 * elbow), PlanFault::kElbowSpeed);
+}
+
 TEST(Allocation, NoneInKinematicsEvaluationCheckAndTracking) {
   Loop loop(11);
   for (int i = 0; i < 5; ++i) (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
