@@ -34,7 +34,7 @@ struct Threads : testing::Test {
     settings.planning.ocp = load_profile("waiter")->ocp;
     session = std::move(*LiveSession::make(ur5e(), settings, arm, clock));
     LiveTaps taps;
-    taps.look = [this](const SessionSnapshot&) {
+    taps.state = [this](const JointState&) {
       if (listener_breaks) throw std::bad_alloc();
     };
     session->start(std::move(taps));
@@ -44,6 +44,7 @@ struct Threads : testing::Test {
   }
   ~Threads() override {
     clock.breaks = nullptr;
+    if (!session->is_running()) return;
     const LiveSummary summary = session->finish();
     EXPECT_EQ(summary.monitor.beyond_limits, 0u);
     EXPECT_EQ(summary.monitor.in_contact, 0u);
@@ -95,6 +96,27 @@ TEST_F(Threads, APlannerThatThrowsIsAFault) {
 TEST_F(Threads, AListenerThatThrowsIsAFault) {
   listener_breaks = true;
   expect_fault("the recording failed: restart the program");
+}
+
+TEST_F(Threads, TheEndBringsTheArmToRest) {
+  EXPECT_FALSE(stands());
+  const LiveSummary summary = session->finish();
+  EXPECT_TRUE(stands());
+  EXPECT_TRUE(session->stopped_at_rest());
+  ASSERT_EQ(summary.holds.size(), 1u);
+  EXPECT_EQ(summary.holds[0].first, "a stop was asked for");
+}
+
+TEST_F(Threads, AnArmThatStandsCountsAsStoppedOnlyWhenEveryStopWasObeyed) {
+  session->ask_stop();
+  EXPECT_TRUE(leads_until([&] { return session->stopped_at_rest(); }, true));
+  int waits = 0;
+  for (int i = 0; i < 50; ++i) {  // some of them are not obeyed yet when it is asked
+    session->ask_stop();
+    waits += !session->stopped_at_rest();
+    EXPECT_TRUE(leads_until([&] { return session->stopped_at_rest(); }, true));
+  }
+  EXPECT_GT(waits, 25);
 }
 
 TEST_F(Threads, AControlLoopThatThrowsIsTold) {

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <string>
+#include <thread>
 
 namespace steadyhand {
 namespace {
@@ -71,12 +73,19 @@ TEST(OutputQueue, NobodyWaitsForAReaderThatDoesNotRead) {
 TEST(OutputQueue, TellsWhatIsMissing) {
   Pipe pipe;
   OutputQueue out(pipe.ends[1]);
-  const int lines = 2 * OutputQueue::kMost / static_cast<int>(line(0).size());
+  const int lines = 3 * OutputQueue::kMost / static_cast<int>(line(0).size());  // what waits, and what is being written
   for (int i = 0; i < lines; ++i) out.say(line(0));
+  std::atomic<bool> seen{false};
   std::string read;
-  while (read.size() < OutputQueue::kMost) read += pipe.read_until("\n");
-  out.say("the last line\n");
-  read += pipe.read_until("the last line\n");
+  std::thread reader([&] {
+    read = pipe.read_until("the last line\n");
+    seen = true;
+  });
+  while (!seen) {
+    out.say("the last line\n");
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  reader.join();
   EXPECT_NE(read.find(" lines are missing here: nobody read them)\nthe last line\n"), std::string::npos);
   EXPECT_FALSE(out.finish(std::chrono::seconds(5)));
 }
