@@ -84,6 +84,15 @@ TEST(HandGate, AfterAJumpTheHandIsTrustedNearWhereItWasLostAndNowhereElse) {
   EXPECT_EQ(hand.gate.report().grips, 1u);
 }
 
+TEST(HandGate, AfterAJumpAHandThatComesBackTurnedIsNotTrusted) {
+  Hand hand;
+  for (int i = 0; i < 10; ++i) {
+    OperatorSample turned = hand.next();
+    turned.X_operator_hand.q = turned.X_operator_hand.q * Quaternion(Eigen::AngleAxisd(1.5, Vector3::UnitX()));
+    EXPECT_EQ(hand.say(turned), i == 0 ? HandVerdict::kJump : HandVerdict::kFarAway);
+  }
+}
+
 TEST(HandGate, AFreshGripIsTrustedAnywhere) {
   Hand hand;
   for (int i = 0; i < 5; ++i) {

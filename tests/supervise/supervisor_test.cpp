@@ -148,6 +148,9 @@ TEST(Supervisor, OnlyAFreshGripEngages) {
   EXPECT_EQ(d.step(d.gripped()), State::kReady) << "the old grip again";
   SupervisionInput fresh = d.gripped();
   fresh.hand.grips = 2;
+  SupervisionInput old = fresh;  // fresh it was, before the device fell silent
+  old.hand.heard -= std::chrono::milliseconds(300);
+  EXPECT_EQ(d.step(old), State::kReady);
   EXPECT_EQ(d.step(fresh), State::kEngaged);
   EXPECT_EQ(d.supervisor.engagements(), 2u);
 }
