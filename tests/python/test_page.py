@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
@@ -19,13 +20,28 @@ def cases(browser, name, why, *files, tier=()):
     return [pytest.param(browser, file, id=f"{name}-{file}", marks=[*tier, absent]) for file in files]
 
 
-# The headset is emulated by a package, in whichever browser: once is enough.
+def run(command, environment):
+    """None: it hung, and was killed with its browser and its program."""
+    with subprocess.Popen(command, cwd=ROOT / "web", env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          start_new_session=True) as process:
+        try:
+            output, _ = process.communicate(timeout=400)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            return None
+        return subprocess.CompletedProcess(command, process.returncode, output)
+
+
+# The headset is emulated by a package, in whichever browser: once is enough, and not beside compilers: it draws everything twice.
 @pytest.mark.parametrize("browser, file", [
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset", "first_quest"),
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops"),
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "headset", "first_quest", tier=[pytest.mark.long]),
     *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops", tier=[pytest.mark.long]),
 ])
 def test_page_in_a_browser(browser, file):
     environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser}
-    done = subprocess.run([NODE, "--test", f"e2e/{file}.test.mjs"], cwd=ROOT / "web", env=environment, capture_output=True,
-                          text=True, timeout=600)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = run([NODE, "--test", f"e2e/{file}.test.mjs"], environment)
+    # Chromium without a graphics card has once stopped drawing for good, on a machine that compiled beside it: only a hang is tried again.
+    done = done or run([NODE, "--test", f"e2e/{file}.test.mjs"], environment)
+    assert done, "hung twice"
+    assert done.returncode == 0, done.stdout

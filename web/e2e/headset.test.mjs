@@ -44,7 +44,13 @@ const headset = (member) => page.evaluate((name) => globalThis.steadyhand.headse
 const board = () => page.evaluate(() => globalThis.steadyhand.headset.board.text);
 const boardSays = (words) => until(async () => (await board()).includes(words), `“${words}” on the board`);
 const handOf = () => page.evaluate(() => globalThis.steadyhand.hand.source);
-const frames = () => page.evaluate(() => new Promise((done) => { let n = 0; const each = () => (++n > 3 ? done() : requestAnimationFrame(each)); requestAnimationFrame(each); }));
+/** Four pictures of the page; not for ever where none are drawn. */
+const frames = () => page.evaluate(() => new Promise((done) => {
+  setTimeout(done, 10_000);
+  let n = 0;
+  const each = () => (++n > 3 ? done() : requestAnimationFrame(each));
+  requestAnimationFrame(each);
+}));
 
 async function tap(side, button) {
   await press(side, button);
@@ -248,6 +254,7 @@ test('a second squeeze steals nothing, and gets nothing when the first lets go',
 });
 
 test('recentring lets go, and asks for forward anew', async () => {
+  await rest(watcher); // of the test before
   await squeeze('right');
   const begin = await state(watcher);
   await page.evaluate(() => globalThis.emulatedHeadset.recenter());
