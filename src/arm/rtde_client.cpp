@@ -83,7 +83,6 @@ Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType a
     RtdePacket packet;
     while (framer_.next(packet)) {
       if (packet.type == answer) return std::vector<std::uint8_t>(packet.payload.begin(), packet.payload.end());
-      if (packet.type == RtdeType::kText) keep_text(packet);
     }
     const Time left = until - std::chrono::steady_clock::now();
     const Socket::Outcome outcome = fill();
@@ -154,7 +153,6 @@ Socket::Outcome RtdeClient::fill() {
 bool RtdeClient::next(RtdeReader& data) {
   RtdePacket packet;
   while (framer_.next(packet)) {
-    if (packet.type == RtdeType::kText) keep_text(packet);
     if (packet.type != RtdeType::kData) continue;
     data = RtdeReader(packet.payload);
     if (protocol_ >= 2 && data.take<std::uint8_t>() != output_id_) continue;
@@ -183,12 +181,6 @@ bool RtdeClient::send(RtdeWriter& input) {
   unsent_end_ = bytes.size() - sent;
   std::copy(bytes.begin() + sent, bytes.end(), unsent_.begin());
   return true;
-}
-
-void RtdeClient::keep_text(const RtdePacket& packet) {
-  const RtdeText text = read_rtde_text(packet.payload, protocol_);
-  text_size_ = std::min(text.message.size(), text_.size());
-  std::copy_n(text.message.begin(), text_size_, text_.begin());
 }
 
 }  // namespace steadyhand

@@ -55,15 +55,12 @@ class RtdeClient {
   /// False: not sent, since the connection is congested or lost. Nothing is queued: the next one is newer.
   bool send(RtdeWriter& input);
 
-  /// What the controller said last in words; empty if it said nothing.
-  std::string_view last_text() const { return {text_.data(), text_size_}; }
   int descriptor() const { return socket_.descriptor(); }
 
  private:
   explicit RtdeClient(Socket socket) : socket_(std::move(socket)) {}
   Result<std::vector<std::uint8_t>> ask(RtdeWriter request, RtdeType answer, Time patience);
   Status agree(RtdeType type, std::vector<RtdeField> fields, Time patience);
-  void keep_text(const RtdePacket& packet);
 
   Socket socket_;
   RtdeFramer framer_;
@@ -73,8 +70,6 @@ class RtdeClient {
   std::size_t output_size_ = 0;  ///< bytes of the variables of a data package
   std::array<std::uint8_t, 4096> unsent_{};
   std::size_t unsent_begin_ = 0, unsent_end_ = 0;  ///< rest of a package of which a part was sent
-  std::array<char, 256> text_{};
-  std::size_t text_size_ = 0;
 };
 
 }  // namespace steadyhand

@@ -26,18 +26,4 @@ bool RtdeFramer::next(RtdePacket& packet) {
   return true;
 }
 
-RtdeText read_rtde_text(std::span<const std::uint8_t> payload, int version) {
-  RtdeReader reader(payload);
-  RtdeText text;
-  if (version == 1) {
-    text.level = reader.take<std::uint8_t>();
-    text.message = reader.rest();
-    return text;
-  }
-  text.message = reader.text(reader.take<std::uint8_t>());
-  text.source = reader.text(reader.take<std::uint8_t>());
-  text.level = reader.take<std::uint8_t>();
-  return text;
-}
-
 }  // namespace steadyhand

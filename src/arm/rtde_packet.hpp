@@ -15,7 +15,6 @@ namespace steadyhand {
 enum class RtdeType : std::uint8_t {
   kRequestVersion = 'V',
   kControllerVersion = 'v',
-  kText = 'M',
   kData = 'U',
   kSetupOutputs = 'O',
   kSetupInputs = 'I',
@@ -124,13 +123,5 @@ class RtdeWriter {
   std::size_t size_;
   bool ok_ = true;
 };
-
-/// What a controller says in words.
-struct RtdeText {
-  std::string_view message, source;
-  int level = 0;  ///< 0 exception, 1 error, 2 warning, 3 info
-};
-/// @param version of the protocol, 1 or 2. Malformed ones come out as far as they can be read.
-RtdeText read_rtde_text(std::span<const std::uint8_t> payload, int version);
 
 }  // namespace steadyhand

@@ -79,35 +79,12 @@ TEST(RtdeFramer, GarbageNeverReachesBeyondWhatCame) {
     std::size_t used = 0;
     for (RtdePacket packet; framer.next(packet);) {
       used += packet.payload.size() + kRtdeHeader;
-      for (const int version : {1, 2}) {
-        const RtdeText text = read_rtde_text(packet.payload, version);
-        ASSERT_LE(text.message.size() + text.source.size(), packet.payload.size());
-      }
       RtdeReader reader(packet.payload);
       while (reader.ok()) (void)reader.take<double>();
       EXPECT_EQ(reader.take<std::uint32_t>(), 0u);
     }
     ASSERT_LE(used, bytes.size());
   }
-}
-
-TEST(RtdeText, ReadsBothVersions) {
-  RtdeWriter one(RtdeType::kText), two(RtdeType::kText);
-  one.put(std::uint8_t{1});
-  one.text("no such register");
-  two.put(std::uint8_t{16});
-  two.text("no such register");
-  two.put(std::uint8_t{4});
-  two.text("RTDE");
-  two.put(std::uint8_t{2});
-  const auto a = bytes_of(one), b = bytes_of(two);
-  const RtdeText first = read_rtde_text(std::span(a).subspan(kRtdeHeader), 1);
-  const RtdeText second = read_rtde_text(std::span(b).subspan(kRtdeHeader), 2);
-  EXPECT_EQ(first.message, "no such register");
-  EXPECT_EQ(first.level, 1);
-  EXPECT_EQ(second.message, "no such register");
-  EXPECT_EQ(second.source, "RTDE");
-  EXPECT_EQ(second.level, 2);
 }
 
 /// A controller in this process, whose sockets are served while a client shakes hands.

@@ -19,13 +19,7 @@ FUZZ(rtde) {
     std::copy_n(rest.begin(), size, space.begin());
     framer.filled(size);
     rest.remove_prefix(size);
-    for (RtdePacket packet; framer.next(packet);) {
-      seen += kRtdeHeader + packet.payload.size();
-      for (const int version : {1, 2}) {
-        const RtdeText text = read_rtde_text(packet.payload, version);
-        fuzz::require(text.message.size() + text.source.size() <= packet.payload.size(), "words inside the packet");
-      }
-    }
+    for (RtdePacket packet; framer.next(packet);) seen += kRtdeHeader + packet.payload.size();
   }
   fuzz::require(seen <= input.size(), "no more than came");
 
