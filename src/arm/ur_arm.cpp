@@ -110,8 +110,10 @@ Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::over(Dial rtde, 
     return Error{fmt::format("the controller's software is {}.{}.{}; its programs need 3.14.3 (CB3) or 5.9.4 at least",
                              v.major, v.minor, v.bugfix)};
   }
-  return std::unique_ptr<UniversalRobotsArm>(
+  std::unique_ptr<UniversalRobotsArm> arm(
       new UniversalRobotsArm(model, s, clock, std::move(rtde), std::move(script), *std::move(client)));
+  if (!arm->rtde_) return Error{"the controller closed the RTDE connection"};
+  return arm;
 }
 
 UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings& settings, Clock& clock, Dial rtde,
@@ -142,7 +144,7 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
   session_at_[1] = program_text_.find(digits, session_at_[0] + 1);
   state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(6)};
   // So that where the joints are, and what runs there, is known before the first cycle.
-  for (int i = 0; i < 50 && !known_ && rtde_->wait(period_); ++i) known_ = listen();
+  for (int i = 0; i < 50 && !known_ && rtde_ && rtde_->wait(period_); ++i) known_ = listen();
   known_ = false;
 }
 
@@ -168,15 +170,33 @@ void UniversalRobotsArm::keep() {
   delete outgoing_.exchange(nullptr);
   delete outgoing_script_.exchange(nullptr);
   if (rtde_wanted_ && running_) {
-    if (auto fresh = open(dial_rtde_, settings_.patience)) {
-      rtde_wanted_ = false;
-      delete incoming_.exchange(fresh->release());
+    try {
+      renew_rtde();
+    } catch (const std::exception&) {  // no memory: it is tried again
     }
   }
-  if (script_wanted_.exchange(false) && running_) {
-    auto fresh = dial_script_();
-    if (fresh) delete incoming_script_.exchange(new UrPrimary(*std::move(fresh)));
-    script_failed_ = !fresh;
+  if (const int wish = script_wish_; wish != std::exchange(script_served_, wish) && running_) {
+    try {
+      renew_script(wish);
+    } catch (const std::exception&) {
+      script_failed_ = wish;
+    }
+  }
+}
+
+void UniversalRobotsArm::renew_rtde() {
+  auto fresh = open(dial_rtde_, settings_.patience);
+  if (!fresh) return;
+  rtde_wanted_ = false;
+  delete incoming_.exchange(fresh->release());
+}
+
+void UniversalRobotsArm::renew_script(int wish) {
+  auto fresh = dial_script_();
+  if (fresh) {
+    delete incoming_script_.exchange(new Script(*std::move(fresh), wish));
+  } else {
+    script_failed_ = wish;
   }
 }
 
@@ -390,22 +410,25 @@ void UniversalRobotsArm::begin_program() {
   }
   phase_ = Phase::kDialling;
   phase_since_ = state_.cycle;
-  script_failed_ = false;
-  script_wanted_ = true;
+  ++script_wish_;
   if (primary_) delete outgoing_script_.exchange(primary_.release());
   wake_keeper();
 }
 
 void UniversalRobotsArm::dial() {
-  if (incoming_script_.load(std::memory_order_relaxed) == nullptr) {
-    if (script_failed_ || long_ago(settings_.start_within)) {
+  std::unique_ptr<Script> fresh(incoming_script_.load(std::memory_order_relaxed) ? incoming_script_.exchange(nullptr)
+                                                                                 : nullptr);
+  // One that was wanted before a stop was perhaps opened when the controller took no programs.
+  if (fresh && fresh->wish != script_wish_) delete outgoing_script_.exchange(fresh.release());
+  if (!fresh) {
+    if (script_failed_ == script_wish_ || long_ago(settings_.start_within)) {
       stop(
           "the controller's primary interface does not answer: enable it at the pendant (Settings, Security, "
           "Services)");
     }
     return;
   }
-  primary_.reset(incoming_script_.exchange(nullptr));
+  primary_ = std::move(fresh);
   // A number that nobody used before, so that neither registers still full of older set-points move anything, nor a
   // program that an older process left takes ours.
   const std::int32_t newest = std::max({report_.owner, report_.addressed, program_.session});

@@ -51,7 +51,8 @@ class UniversalRobotsArm final : public Arm {
   /// Of the controller's one program, at the newest word; as q().
   UrRuntime runtime() const { return report_.runtime; }
   bool program_is_ours() const;
-  /// A turn of the second thread: makes the connections that are wanted, ends those that are not.
+  /// A turn of the second thread: makes the connections that are wanted, ends those that are not. What it throws in
+  /// that is a connection that could not be made.
   void keep();
   /// Where the joints were at the newest word from the controller. Not while another thread is in receive().
   const JointVector& q() const { return state_.joints.q; }
@@ -63,18 +64,24 @@ class UniversalRobotsArm final : public Arm {
     std::array<double, 6> target_q{}, q{}, dq{};
     UrRobotMode mode = UrRobotMode::kNoController;
     UrSafety safety = UrSafety::kUndefined;
-    std::uint32_t status_bits = 0;
     UrRuntime runtime = UrRuntime::kStopped;
     double scaling = 1.0, slider = 1.0;  ///< shares of the speed
     UrProgramState program = UrProgramState::kNone;
     std::int32_t cycle = 0, owner = 0;  ///< of our program
     std::int32_t addressed = 0;         ///< whose the set-points in the registers are
   };
+  /// A connection for programs, and for which wish it was made.
+  struct Script : UrPrimary {
+    Script(Socket socket, int wish_) : UrPrimary(std::move(socket)), wish(wish_) {}
+    int wish;
+  };
   enum class Phase { kWaiting, kDialling, kUploading, kStarting, kFollowing, kStopped };
 
   UniversalRobotsArm(const RobotModel& model, const UrSettings& settings, Clock& clock, Dial rtde, Dial script,
                      std::unique_ptr<RtdeClient> first);
   void wake_keeper();
+  void renew_rtde();
+  void renew_script(int wish);
   void take_connections();
   void lose_connection();
   bool listen();
@@ -109,8 +116,8 @@ class UniversalRobotsArm final : public Arm {
   std::array<std::size_t, 2> session_at_{};  ///< where the session's number stands in the text
   std::size_t uploaded_ = 0;
 
-  std::unique_ptr<RtdeClient> rtde_;    ///< of the control thread; null: lost
-  std::unique_ptr<UrPrimary> primary_;  ///< the same; null: none since the last program was sent
+  std::unique_ptr<RtdeClient> rtde_;  ///< of the control thread; null: lost
+  std::unique_ptr<Script> primary_;   ///< the same; null: none since the last program was sent
   Report report_;
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
@@ -133,9 +140,12 @@ class UniversalRobotsArm final : public Arm {
 
   Dial dial_rtde_, dial_script_;
   std::atomic<RtdeClient*> incoming_{nullptr}, outgoing_{nullptr};
-  std::atomic<UrPrimary*> incoming_script_{nullptr}, outgoing_script_{nullptr};
-  std::atomic<bool> rtde_wanted_{false}, script_wanted_{false}, script_failed_{false};
-  std::atomic<int> work_{0};  ///< grows with each wish, for the second thread to wait on
+  std::atomic<Script*> incoming_script_{nullptr}, outgoing_script_{nullptr};
+  std::atomic<bool> rtde_wanted_{false};
+  std::atomic<int> script_wish_{0};    ///< grows with each connection for programs that is wanted
+  std::atomic<int> script_failed_{0};  ///< the wish that came to nothing last
+  int script_served_ = 0;              ///< of the second thread: the newest wish that it took up
+  std::atomic<int> work_{0};           ///< grows with each wish, for the second thread to wait on
   std::atomic<bool> running_{true};
   std::thread keeper_;
 };

@@ -54,7 +54,10 @@ Result<std::string> UrDashboard::line() {
     if (outcome == Socket::Outcome::kClosed) return Error{"the dashboard closed the connection"};
     if (received_.size() > kLongestLine) return Error{"the dashboard's answer has no end"};
     const Time left = until - std::chrono::steady_clock::now();
-    if (left <= Time(0)) return Error{"the dashboard does not answer"};
+    if (left <= Time(0)) {
+      socket_ = Socket();  // an answer that comes late would be taken for that to the next question
+      return Error{"the dashboard does not answer"};
+    }
     if (outcome == Socket::Outcome::kNothing) (void)socket_.wait_readable(left);
   }
 }

@@ -37,7 +37,7 @@ class UrLockstep final : public Arm {
       step();
       clock_->sleep_until(now_);
     }
-    arm_->keep();
+    if (!keeper_sleeps) arm_->keep();
     around_arm(true);
     const ArmState state = arm_->receive();
     around_arm(false);
@@ -64,6 +64,7 @@ class UrLockstep final : public Arm {
       return std::move(*first);
     };
     const auto script = [this]() -> Result<Socket> {
+      if (before_dialling) before_dialling();
       auto both = Socket::pair();
       if (!both) return both.error();
       controller.accept_script(std::move(both->second));
@@ -97,6 +98,8 @@ class UrLockstep final : public Arm {
   std::function<void()> each_cycle;  ///< called after each cycle of the controller
   /// Called before (true) and after (false) the arm does something, without the controller.
   std::function<void(bool begins)> around_arm = [](bool) {};
+  std::function<void()> before_dialling;  ///< called before a connection for programs is made
+  bool keeper_sleeps = false;             ///< the arm's second thread gets no turn
 
  private:
   Time now_;

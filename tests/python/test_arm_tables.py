@@ -10,13 +10,13 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 
 
 @pytest.mark.parametrize(
-    ("page", "source", "fixtures"),
+    ("page", "sources", "fixtures"),
     [
-        ("docs/ros2.md", "tests/ros2/faults_test.cpp", "Ros2Faults"),
-        ("docs/universal-robots.md", "tests/arm/ur_faults_test.cpp", "UrFaults|UrOverTcp"),
+        ("docs/ros2.md", ["tests/ros2/faults_test.cpp"], "Ros2Faults"),
+        ("docs/universal-robots.md", ["tests/arm/ur_faults_test.cpp", "tests/arm/ur_connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
     ],
 )
-def test_rows_and_tests_are_the_same(page, source, fixtures):
+def test_rows_and_tests_are_the_same(page, sources, fixtures):
     rows = re.findall(r"^\|.*\| `(\w+)` \|$", (ROOT / page).read_text(), re.MULTILINE)
-    tests = re.findall(rf"TEST(?:_F)?\((?:{fixtures}), (\w+)\)", (ROOT / source).read_text())
+    tests = re.findall(rf"TEST(?:_F)?\((?:{fixtures}), (\w+)\)", "".join((ROOT / source).read_text() for source in sources))
     assert len(rows) > 10 and sorted(rows) == sorted(tests)
