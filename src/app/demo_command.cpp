@@ -313,7 +313,7 @@ Status run(Options options, int& exit_code) {
   std::optional<SessionLibrary> library;
   Ros2Side ros2;
   std::unique_ptr<Server> server;
-  if (Status s = ros2.open(options.arm, *model, settings, clock, desk); !s) return s;
+  if (Status s = ros2.open(options.arm, *model, settings, clock, session, desk); !s) return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
   const bool plays = (options.headless || !options.arm.real()) && settings.ros2.hand.empty();
   if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);

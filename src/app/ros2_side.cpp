@@ -24,12 +24,14 @@ constexpr Time kShowPeriod = std::chrono::milliseconds(40);
 }  // namespace
 
 Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const SessionSettings& settings,
-                      const Clock& clock, OperatorDesk& desk) {
+                      const Clock& clock, LiveSession& session, OperatorDesk& desk) {
   if (choice.arm != "ros2" && !settings.ros2.show) return Done{};
-  auto bridge =
-      Ros2Bridge::open(model, settings.live.glass, settings.ros2, clock, [this, &desk](const OperatorSample& sample) {
+  auto bridge = Ros2Bridge::open(
+      model, settings.live.glass, settings.ros2, clock,
+      [this, &desk](const OperatorSample& sample) {
         if (!at_page_) desk.hand(sample);
-      });
+      },
+      [&session](const char* what) { session.fail("listening to ROS 2 failed: restart the program", what); });
   if (!bridge) return bridge.error();
   bridge_ = std::move(*bridge);
   return Done{};
@@ -46,7 +48,7 @@ void Ros2Side::poll(Time now, const LiveSession& session) {
 #else
 
 Status Ros2Side::open(const ArmChoice&, const RobotModel&, const SessionSettings& settings, const Clock&,
-                      OperatorDesk&) {
+                      LiveSession&, OperatorDesk&) {
   return settings.ros2.show ? has_ros2() : Status(Done{});
 }
 

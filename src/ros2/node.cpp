@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 namespace steadyhand {
 
@@ -18,7 +19,7 @@ constexpr int kPriority = 70;     ///< between control and planner
 constexpr int kAtOnce = 8;        ///< messages taken in one go
 
 using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
-using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
+using DdsListener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
 
 Error failure(const std::string& what, dds_return_t code) {
   return Error{fmt::format("{}: {} (Cyclone DDS; CYCLONEDDS_URI may hold a configuration that is wrong)", what,
@@ -40,8 +41,11 @@ Qos make_qos(bool reliable, const Ros2Type& type) {
   return qos;
 }
 
-void hear(dds_entity_t reader, void* listener) {
-  const auto& heard = *static_cast<const std::function<void(const void*, Ros2PublisherId)>*>(listener);
+}  // namespace
+
+/// Called by DDS, whose code is C: nothing may be thrown through it.
+void Ros2Node::take(dds_entity_t reader, void* listener) {
+  const auto& [heard, failed] = *static_cast<const Listener*>(listener);
   std::array<void*, kAtOnce> messages{};
   std::array<dds_sample_info_t, kAtOnce> infos;
   for (;;) {
@@ -49,13 +53,18 @@ void hear(dds_entity_t reader, void* listener) {
     const dds_return_t count = dds_take(reader, messages.data(), infos.data(), kAtOnce, kAtOnce);
     if (count <= 0) return;
     for (int i = 0; i < count; ++i) {
-      if (infos[i].valid_data) heard(messages[i], infos[i].publication_handle);
+      if (!infos[i].valid_data) continue;
+      try {
+        heard(messages[i], infos[i].publication_handle);
+      } catch (const std::exception& error) {
+        if (failed) failed(error.what());
+      } catch (...) {
+        if (failed) failed("of unknown kind");
+      }
     }
     (void)dds_return_loan(reader, messages.data(), count);
   }
 }
-
-}  // namespace
 
 Result<int> ros2_domain(int wanted) {
   if (wanted >= 0) return wanted;
@@ -76,7 +85,7 @@ void prefer_this_thread() {
   (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
 }
 
-Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime) {
+Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime, OnFailure failed) {
   if (domain < 0 || domain > kLastDomain) {
     return Error{fmt::format("ROS 2 domain is {}; it must be from 0 to {}", domain, kLastDomain)};
   }
@@ -91,7 +100,7 @@ Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime) {
   })
       .join();
   if (participant < 0) return failure(fmt::format("ROS 2 domain {} cannot be joined", domain), participant);
-  return std::unique_ptr<Ros2Node>(new Ros2Node(domain, participant));
+  return std::unique_ptr<Ros2Node>(new Ros2Node(domain, participant, std::move(failed)));
 }
 
 Ros2Node::~Ros2Node() { (void)dds_delete(participant_); }
@@ -118,9 +127,9 @@ Status Ros2Node::make_reader(const Ros2Type& type, const std::string& topic, Hea
   if (!entity) return entity.error();
   const Qos qos = make_qos(false, type);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
-  listeners_.push_back(std::make_unique<Heard>(std::move(heard)));
-  const Listener listener(dds_create_listener(listeners_.back().get()), dds_delete_listener);
-  dds_lset_data_available(listener.get(), hear);
+  listeners_.push_back(std::make_unique<Listener>(Listener{std::move(heard), failed_}));
+  const DdsListener listener(dds_create_listener(listeners_.back().get()), dds_delete_listener);
+  dds_lset_data_available(listener.get(), take);
   const dds_entity_t reader = dds_create_reader(participant_, *entity, qos.get(), listener.get());
   if (reader < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be subscribed", topic), reader);
   return Done{};

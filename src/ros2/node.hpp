@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/result.hpp"
@@ -46,8 +47,10 @@ class Ros2Publisher {
 /// Takes part in a ROS 2 domain over DDS, without ROS: topics are those that ROS nodes see under the same name.
 class Ros2Node {
  public:
+  using OnFailure = std::function<void(const char* what)>;
   /// @param domain 0 to 232 @param realtime whether the threads of DDS ask for real-time priority
-  static Result<std::unique_ptr<Ros2Node>> open(int domain, bool realtime = false);
+  /// @param failed called on the thread of DDS on which a callback threw, what could not leave it; must not throw
+  static Result<std::unique_ptr<Ros2Node>> open(int domain, bool realtime = false, OnFailure failed = {});
   /// After it no callback runs.
   ~Ros2Node();
   Ros2Node(const Ros2Node&) = delete;
@@ -77,14 +80,21 @@ class Ros2Node {
 
  private:
   using Heard = std::function<void(const void*, Ros2PublisherId)>;
-  Ros2Node(int domain, dds_entity_t participant) : domain_(domain), participant_(participant) {}
+  struct Listener {
+    Heard heard;
+    OnFailure failed;
+  };
+  Ros2Node(int domain, dds_entity_t participant, OnFailure failed)
+      : domain_(domain), participant_(participant), failed_(std::move(failed)) {}
+  static void take(dds_entity_t reader, void* listener);
   Result<dds_entity_t> make_topic(const Ros2Type& type, const std::string& topic);
   Result<dds_entity_t> make_writer(const Ros2Type& type, const std::string& topic, Time lifespan);
   Status make_reader(const Ros2Type& type, const std::string& topic, Heard heard);
 
   int domain_;
   dds_entity_t participant_;
-  std::vector<std::unique_ptr<Heard>> listeners_;
+  OnFailure failed_;
+  std::vector<std::unique_ptr<Listener>> listeners_;
 };
 
 }  // namespace steadyhand

@@ -106,7 +106,7 @@ Ros2Arm::Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& c
 }
 
 Status Ros2Arm::join(int domain) {
-  auto node = Ros2Node::open(domain, settings_.realtime);
+  auto node = Ros2Node::open(domain, settings_.realtime, [this](const char*) { trouble_ = Trouble::kThrew; });
   if (!node) return node.error();
   const std::string topic = settings_.controller + "/joint_trajectory";
   info_ = {fmt::format("{} (ROS 2 domain {}, {})", model_->name, domain, topic), model_->dof(),
@@ -224,7 +224,16 @@ void Ros2Arm::speak() {
   }
 }
 
+/// What it throws is a reason to stop, not the program's end.
 void Ros2Arm::talk() {
+  try {
+    write_letter();
+  } catch (const std::exception&) {
+    trouble_ = Trouble::kThrew;
+  }
+}
+
+void Ros2Arm::write_letter() {
   if (!orders_.read(letter_order_)) return;
   const Order& order = letter_order_;
   make_trajectory({order.commands.data(), static_cast<std::size_t>(order.count)}, order.plan, letter_.points);
@@ -301,6 +310,8 @@ std::string_view Ros2Arm::why_not() const {
       return "somebody else sends trajectories to the controller";
     case Trouble::kClockJumped:
       return "the clock of the controller's machine was set";
+    case Trouble::kThrew:
+      return "the part of the program that talks to ROS 2 failed";
     case Trouble::kNone:
       break;
   }

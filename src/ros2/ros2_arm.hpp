@@ -47,8 +47,8 @@ class Ros2Arm final : public Arm {
 
  private:
   enum class Phase { kWaiting, kSettling, kFollowing, kStopped };
-  /// What the listening thread noticed.
-  enum class Trouble : int { kNone, kTwoStatePublishers, kTwoCommanders, kClockJumped };
+  /// What the threads that listen and speak noticed.
+  enum class Trouble : int { kNone, kTwoStatePublishers, kTwoCommanders, kClockJumped, kThrew };
   /// The newest joint states.
   struct Heard {
     JointVector q, dq;
@@ -88,6 +88,7 @@ class Ros2Arm final : public Arm {
   void hear(const JointStateMessage& message, Ros2PublisherId publisher);
   void hear(const ControllerStateMessage& message);
   void speak();
+  void write_letter();
   void keep_time();
   void proceed();
   void begin_settling();

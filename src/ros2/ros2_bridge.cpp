@@ -22,9 +22,10 @@ geometry_msgs_msg_dds__Pose_ message_of(const Pose& pose) {
 }  // namespace
 
 Result<std::unique_ptr<Ros2Bridge>> Ros2Bridge::open(const RobotModel& model, const GlassSettings& glass,
-                                                     const Ros2Settings& settings, const Clock& clock, OnHand on_hand) {
+                                                     const Ros2Settings& settings, const Clock& clock, OnHand on_hand,
+                                                     Ros2Node::OnFailure failed) {
   std::unique_ptr<Ros2Bridge> bridge(new Ros2Bridge(model, glass, settings, clock, std::move(on_hand)));
-  if (Status joined = bridge->join(settings); !joined) return joined.error();
+  if (Status joined = bridge->join(settings, std::move(failed)); !joined) return joined.error();
   return bridge;
 }
 
@@ -38,10 +39,10 @@ Ros2Bridge::Ros2Bridge(const RobotModel& model, const GlassSettings& glass, cons
   header_.frame_id = frame_.data();
 }
 
-Status Ros2Bridge::join(const Ros2Settings& settings) {
+Status Ros2Bridge::join(const Ros2Settings& settings, Ros2Node::OnFailure failed) {
   const Result<int> domain = ros2_domain(settings.domain);
   if (!domain) return domain.error();
-  auto node = Ros2Node::open(*domain);
+  auto node = Ros2Node::open(*domain, false, std::move(failed));
   if (!node) return node.error();
   auto target = (*node)->publish<PoseStampedMessage>("/steadyhand/target");
   if (!target) return target.error();
@@ -74,6 +75,8 @@ void Ros2Bridge::hear(const PoseStampedMessage& message) {
   }
   sample.X_operator_hand.q.normalize();
   const Time now = clock_->now(), theirs = time_of(message.header.stamp);
+  if (theirs < theirs_) offset_.reset();  // their clock was set back, or another sends: the filter would wait for it
+  theirs_ = theirs;
   sample.stamp = {theirs > Time(0) ? std::min(offset_.update(theirs, now, true), now) : now, now};
   heard_ = now;
   sample.clutch = closed_.exchange(true);  // the first one finds it open: only a fresh grip counts

@@ -24,9 +24,11 @@ class Ros2Bridge {
  public:
   using OnHand = std::function<void(const OperatorSample&)>;
 
-  /// @param on_hand called on a thread of DDS and in poll(). Model and clock must outlive it.
+  /// @param on_hand called on a thread of DDS and in poll() @param failed when it threw there. Model and clock must
+  /// outlive it.
   static Result<std::unique_ptr<Ros2Bridge>> open(const RobotModel& model, const GlassSettings& glass,
-                                                  const Ros2Settings& settings, const Clock& clock, OnHand on_hand);
+                                                  const Ros2Settings& settings, const Clock& clock, OnHand on_hand,
+                                                  Ros2Node::OnFailure failed);
 
   void publish(const SessionSnapshot& snapshot);
   /// Opens the clutch when poses stopped coming. Call every few milliseconds.
@@ -37,7 +39,7 @@ class Ros2Bridge {
  private:
   Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings, const Clock& clock,
              OnHand on_hand);
-  Status join(const Ros2Settings& settings);
+  Status join(const Ros2Settings& settings, Ros2Node::OnFailure failed);
   void hear(const PoseStampedMessage& message);
   void show_target(const SessionSnapshot& snapshot);
   void show_path(const SessionSnapshot& snapshot);
@@ -52,7 +54,8 @@ class Ros2Bridge {
   Ros2Publisher<PoseStampedMessage> target_;
   Ros2Publisher<PathMessage> path_;
   Ros2Publisher<MarkerArrayMessage> liquid_;
-  OffsetFilter offset_;  ///< of the thread that listens
+  OffsetFilter offset_;  ///< of the thread that listens, as the next
+  Time theirs_{0};       ///< stamp of the newest pose
   std::atomic<Time> heard_{Time::min()};
   std::atomic<bool> closed_{false};
   std::atomic<std::uint64_t> ignored_{0};

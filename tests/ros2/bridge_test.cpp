@@ -3,11 +3,14 @@
 
 #include "robot/random_arm.hpp"
 #include "ros2/ros2_bridge.hpp"
+#include "ros2/stamps.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"
 
 namespace steadyhand {
 namespace {
+
+using namespace std::chrono_literals;
 
 class Ros2BridgeTest : public testing::Test {
  protected:
@@ -16,17 +19,23 @@ class Ros2BridgeTest : public testing::Test {
     settings.prefix = "left_";
     settings.hand = "/hand" + std::to_string(getpid());
     frame = "left_" + model.link_names.front();
-    auto opened = Ros2Bridge::open(model, glass, settings, clock,
-                                   [this](const OperatorSample& sample) { samples.push_back(sample); });
+    auto opened = Ros2Bridge::open(
+        model, glass, settings, clock,
+        [this](const OperatorSample& sample) {
+          if (throws) throw std::runtime_error("no memory");
+          samples.push_back(sample);
+        },
+        [this](const char* what) { failures.emplace_back(what); });
     auto joined = Ros2Node::open(settings.domain);
     EXPECT_TRUE(opened && joined);
     bridge = std::move(*opened);
     peer = std::move(*joined);
   }
   /// Poses as a VR bridge sends them.
-  void send(Ros2Publisher<PoseStampedMessage>& publisher, const Pose& pose, std::string in) {
+  void send(Ros2Publisher<PoseStampedMessage>& publisher, const Pose& pose, std::string in, Time stamp = Time(0)) {
     const PoseStampedMessage message{
-        {{0, 0}, in.data()}, {{pose.p.x(), pose.p.y(), pose.p.z()}, {pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()}}};
+        {stamp_of<builtin_interfaces_msg_dds__Time_>(stamp), in.data()},
+        {{pose.p.x(), pose.p.y(), pose.p.z()}, {pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()}}};
     EXPECT_TRUE(publisher.send(message));
   }
 
@@ -37,6 +46,8 @@ class Ros2BridgeTest : public testing::Test {
   Ros2Settings settings;
   std::string frame;
   std::vector<OperatorSample> samples;
+  std::vector<std::string> failures;
+  bool throws = false;
   std::unique_ptr<Ros2Node> peer;
   std::unique_ptr<Ros2Bridge> bridge;
 };
@@ -121,6 +132,32 @@ TEST_F(Ros2BridgeTest, WhatIsNoPoseInTheBasesFrameIsIgnored) {
   send(*publisher, {Vector3::Zero(), Quaternion(INFINITY, 0.0, 0.0, 0.0)}, frame);
   EXPECT_TRUE(samples.empty());
   EXPECT_EQ(bridge->ignored(), 4u);
+}
+
+TEST_F(Ros2BridgeTest, AHandWhoseClockIsSetLeadsOn) {
+  auto publisher = peer->publish<PoseStampedMessage>(settings.hand);
+  ASSERT_TRUE(publisher);
+  for (const Time set : {0h, 1h, 0h, 24h, 23h}) {
+    for (int i = 0; i < 20; ++i) {
+      send(*publisher, {}, frame, 1000h + set + clock.now() - 10ms);
+      EXPECT_LE(samples.back().stamp.hand, clock.now());
+      EXPECT_LT(clock.now() - samples.back().stamp.hand, 50ms) << set.count();
+      clock.advance(0.02);
+    }
+  }
+}
+
+/// On a thread of DDS, through whose code nothing may be thrown.
+TEST_F(Ros2BridgeTest, WhatAListenerThrowsIsToldAndItGoesOn) {
+  auto publisher = peer->publish<PoseStampedMessage>(settings.hand);
+  ASSERT_TRUE(publisher);
+  throws = true;
+  send(*publisher, {}, frame);
+  EXPECT_EQ(failures, std::vector<std::string>{"no memory"});
+  throws = false;
+  send(*publisher, {}, frame);
+  EXPECT_EQ(samples.size(), 1u);
+  EXPECT_EQ(failures.size(), 1u);
 }
 
 }  // namespace

@@ -385,6 +385,46 @@ TEST_F(Ros2Faults, SomebodyElsesTrajectoriesStopTheArm) {
   EXPECT_LT(controller().arm().dq().norm(), 0.02);
 }
 
+/// A clock that fails when it is asked for the time, as anything may for want of memory.
+class FailingClock final : public Clock {
+ public:
+  Time now() const override {
+    if (fails) throw std::runtime_error("no time");
+    return time.now();
+  }
+  void sleep_until(Time deadline) override { time.sleep_until(deadline); }
+  ManualClock time;
+  bool fails = false;
+};
+
+TEST_F(Ros2Faults, WhatAThreadOfDdsThrowsStopsTheArm) {
+  FailingClock failing;
+  Ros2Lockstep lockstep(model, {}, failing);
+  const auto state_after = [&](double seconds) {
+    ArmState last;
+    for (const Time end = failing.now() + from_seconds(seconds); failing.now() < end;) {
+      last = lockstep.receive();
+      if (last.status != ArmStatus::kFollowing) continue;
+      JointCommand stands = {last.joints.stamp, model.home, JointVector::Zero(6), JointVector::Zero(6)};
+      stand(model.home, failing.now(), plan);
+      lockstep.follow(plan);
+      lockstep.send(stands);
+    }
+    return last;
+  };
+  EXPECT_EQ(state_after(1.5).status, ArmStatus::kFollowing);
+  auto other = lockstep.controller->node().publish<JointStateMessage>(lockstep.ros2().joint_states);
+  ASSERT_TRUE(other);
+  failing.fails = true;
+  send_states(*other, {});
+  failing.fails = false;
+  const ArmState stopped = state_after(0.1);
+  EXPECT_EQ(stopped.status, ArmStatus::kStopped);
+  EXPECT_NE(stopped.reason.find("ROS 2 failed"), std::string_view::npos) << stopped.reason;
+  lockstep.restart();
+  EXPECT_EQ(state_after(1.5).status, ArmStatus::kFollowing);
+}
+
 TEST_F(Ros2Faults, StrangersAreIgnored) {
   start();
   swing();
