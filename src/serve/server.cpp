@@ -72,8 +72,8 @@ struct Server::Impl {
     acceptor.async_accept([this, &acceptor, context](error_code error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
       if (!error) {
-        serve_connection(std::move(socket), desk, context);
-        return accept(acceptor, context);
+        accept(acceptor, context);  // first, so that others can come whatever the rest throws
+        return serve_connection(std::move(socket), desk, context);
       }
       // Out of file descriptors, most likely: trying again at once would spin.
       auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds(100));

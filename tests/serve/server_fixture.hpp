@@ -30,7 +30,10 @@ class ServerTest : public testing::Test {
     facts.robot = R"({"name":"arm"})";
     facts.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
     ServerCallbacks callbacks;
-    callbacks.now = clock_now;
+    callbacks.now = [this] {
+      if (timeless_) throw std::bad_alloc();
+      return clock_now();
+    };
     callbacks.on_thread = [this] { tell([&] { thread_ = std::this_thread::get_id(); }); };
     callbacks.on_tick = [this] { tell([&] { ++ticks_; }); };
     callbacks.on_failure = [this](const std::string& what) { tell([&] { failures_.push_back(what); }); };
@@ -110,6 +113,7 @@ class ServerTest : public testing::Test {
   std::vector<OperatorSample> samples_;
   std::vector<OperatorRequest> requests_;
   std::atomic<bool> throws_{false};  ///< where it is asked for something
+  std::atomic<bool> timeless_{false};  ///< it throws where it is asked for the time
   std::vector<std::string> failures_;
   int ticks_ = 0;
   std::vector<std::uint64_t> leases_;

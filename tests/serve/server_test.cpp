@@ -1,5 +1,8 @@
 #include "serve/server.hpp"
 
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <fstream>
 #include <random>
 
@@ -69,6 +72,21 @@ TEST_F(ServerTest, WhatThrowsOnItsThreadIsToldAndItGoesOn) {
   int ticks = 0;
   ASSERT_TRUE(wait_for([&] { return (ticks = ticks_) > 0; }));
   EXPECT_TRUE(wait_for([&] { return ticks_ > ticks + 2; }));
+}
+
+TEST_F(ServerTest, WhatThrowsWhileSomebodyComesLocksNobodyOut) {
+  start();
+  timeless_ = true;
+  boost::asio::io_context io;
+  boost::asio::ip::tcp::socket visitor(io);
+  visitor.connect({boost::asio::ip::address_v4::loopback(), server_->port()});
+  char byte = 0;
+  boost::system::error_code closed;
+  EXPECT_EQ(visitor.read_some(boost::asio::buffer(&byte, 1), closed), 0u);  // until the server has given it up
+  timeless_ = false;
+  ASSERT_TRUE(wait_for([&] { return !failures_.empty(); }));
+  SocketClient client(server_->port());
+  EXPECT_EQ(client.connect(), 101u);
 }
 
 TEST_F(ServerTest, AnAnswerThatNeverComesNeitherBlocksNorOutlivesTheServer) {
