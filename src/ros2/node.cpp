@@ -1,12 +1,19 @@
 #include "ros2/node.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <mutex>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -17,6 +24,7 @@ namespace {
 constexpr int kLastDomain = 232;  ///< beyond it DDS's ports end
 constexpr int kPriority = 70;     ///< between control and planner
 constexpr int kAtOnce = 8;        ///< messages taken in one go
+constexpr int kNeighbours = 60;   ///< participants on this computer, besides ours; the last domain has ports for 62
 
 using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 using DdsListener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
@@ -40,6 +48,59 @@ Qos make_qos(bool reliable, const Ros2Type& type) {
   }
   return qos;
 }
+
+/// What this computer is called by those on it: its loopback, which some take no word from, and its other interfaces.
+std::vector<std::string> own_addresses() {
+  std::vector<std::string> found = {"127.0.0.1"};
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return found;
+  for (const ifaddrs* i = list; i != nullptr; i = i->ifa_next) {
+    if (i->ifa_addr == nullptr || i->ifa_addr->sa_family != AF_INET) continue;
+    if ((i->ifa_flags & IFF_UP) == 0 || (i->ifa_flags & IFF_LOOPBACK) != 0) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    const auto& address = *reinterpret_cast<const sockaddr_in*>(i->ifa_addr);
+    if (inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size()) != nullptr) found.emplace_back(text.data());
+  }
+  freeifaddrs(list);
+  return found;
+}
+
+/// Domains are set up once a process, before the first node joins, and end after the last.
+class Domains {
+ public:
+  static Domains& instance() {
+    static Domains domains;
+    return domains;
+  }
+  Status join(int number) {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = joined_.find(number); found != joined_.end()) {
+      ++found->second.nodes;
+      return Done{};
+    }
+    const Result<std::string> configuration = ros2_discovery();
+    if (!configuration) return configuration.error();
+    const dds_entity_t domain = dds_create_domain(static_cast<dds_domainid_t>(number), configuration->c_str());
+    if (domain < 0) return failure(fmt::format("ROS 2 domain {} cannot be set up", number), domain);
+    joined_[number] = {domain, 1};
+    return Done{};
+  }
+  void leave(int number) {
+    const std::lock_guard lock(mutex_);
+    const auto found = joined_.find(number);
+    if (--found->second.nodes > 0) return;
+    (void)dds_delete(found->second.domain);
+    joined_.erase(found);
+  }
+
+ private:
+  struct Joined {
+    dds_entity_t domain = 0;
+    int nodes = 0;
+  };
+  std::mutex mutex_;
+  std::map<int, Joined> joined_;
+};
 
 }  // namespace
 
@@ -79,6 +140,37 @@ Result<int> ros2_domain(int wanted) {
   return domain;
 }
 
+Result<std::string> ros2_discovery() {
+  const auto variable = [](const char* name) {
+    const char* text = std::getenv(name);
+    return std::string_view(text == nullptr ? "" : text);
+  };
+  const std::string own(variable("CYCLONEDDS_URI"));
+  const std::string_view range = variable("ROS_AUTOMATIC_DISCOVERY_RANGE");
+  if (range == "SYSTEM_DEFAULT") return own;
+  if (!range.empty() && range != "SUBNET" && range != "LOCALHOST") {
+    return Error{fmt::format(
+        "ROS_AUTOMATIC_DISCOVERY_RANGE is '{}'; it must be SUBNET, LOCALHOST or SYSTEM_DEFAULT, for others to be found",
+        range)};
+  }
+  std::string peers;
+  const auto add = [&](std::string_view peer) { peers += fmt::format("<Peer address='{}'/>", peer); };
+  for (const std::string& address : own_addresses()) add(address);
+  std::string_view rest = variable("ROS_STATIC_PEERS");
+  while (!rest.empty()) {
+    const std::string_view peer = rest.substr(0, rest.find(';'));
+    rest.remove_prefix(std::min(rest.size(), peer.size() + 1));
+    if (peer.find_first_of("<>&'\"") != peer.npos) {
+      return Error{fmt::format("ROS_STATIC_PEERS has '{}'; it must be a host's name or address", peer)};
+    }
+    if (!peer.empty()) add(peer);
+  }
+  return fmt::format(
+      "<CycloneDDS><Domain>{}<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}"
+      "</MaxAutoParticipantIndex><Peers>{}</Peers></Discovery></Domain></CycloneDDS>,{}",
+      range == "LOCALHOST" ? "<General><AllowMulticast>false</AllowMulticast></General>" : "", kNeighbours, peers, own);
+}
+
 void prefer_this_thread() {
   sched_param priority{};
   priority.sched_priority = kPriority;
@@ -94,16 +186,26 @@ Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime, OnFa
   dds_qset_userdata(qos.get(), kEnclave.data(), kEnclave.size());
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_NONE);
   dds_entity_t participant = 0;
+  Status joined = Done{};
   std::thread([&] {  // the threads of DDS inherit this one's priority
     if (realtime) prefer_this_thread();
+    joined = Domains::instance().join(domain);
+    if (!joined) return;
     participant = dds_create_participant(static_cast<dds_domainid_t>(domain), qos.get(), nullptr);
   })
       .join();
-  if (participant < 0) return failure(fmt::format("ROS 2 domain {} cannot be joined", domain), participant);
+  if (!joined) return joined.error();
+  if (participant < 0) {
+    Domains::instance().leave(domain);
+    return failure(fmt::format("ROS 2 domain {} cannot be joined", domain), participant);
+  }
   return std::unique_ptr<Ros2Node>(new Ros2Node(domain, participant, std::move(failed)));
 }
 
-Ros2Node::~Ros2Node() { (void)dds_delete(participant_); }
+Ros2Node::~Ros2Node() {
+  (void)dds_delete(participant_);
+  Domains::instance().leave(domain_);
+}
 
 Result<dds_entity_t> Ros2Node::make_topic(const Ros2Type& type, const std::string& topic) {
   const dds_entity_t entity =

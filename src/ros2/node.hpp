@@ -20,6 +20,11 @@ using Ros2PublisherId = std::uint64_t;
 /// A ROS 2 domain: `wanted`, or, if that is -1, the one that ROS_DOMAIN_ID names, or 0. Fails on what is no domain.
 Result<int> ros2_domain(int wanted = -1);
 
+/// Cyclone DDS's configuration with which others are found as ROS nodes find each other: by
+/// ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS, then CYCLONEDDS_URI, which wins. Nodes on this computer are
+/// found whatever the range is, also those that listen to no multicast. Fails on a range that finds nobody.
+Result<std::string> ros2_discovery();
+
 /// Asks for real-time priority for the calling thread and those that it makes, below that of control; without it they
 /// are as slow as the machine is busy.
 void prefer_this_thread();
