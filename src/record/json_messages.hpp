@@ -32,7 +32,7 @@ void append_json(JsonBuffer& out, const SessionSnapshot& snapshot);  ///< its st
 
 /// The number as JSON writes it.
 void append_number(JsonBuffer& out, double value);
-/// The text in quotation marks, escaped.
+/// The text in quotation marks, escaped; bytes that are not UTF-8 are replaced.
 void append_text(JsonBuffer& out, std::string_view text);
 
 }  // namespace steadyhand

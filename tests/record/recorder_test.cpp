@@ -129,6 +129,15 @@ TEST(JsonMessages, TextIsEscaped) {
   EXPECT_EQ(Json::parse(buffer.begin(), buffer.end()).get<std::string>(), text);
 }
 
+/// A controller's own words, say, cut in the middle of a letter: the file could not be read any more.
+TEST(JsonMessages, TextThatIsNoUtf8IsStillRead) {
+  SupervisionChange change;
+  change.reason = "error C4A0 of the controller: gr\xc3\xb6\xc3";
+  EXPECT_EQ(encode(change)["reason"], "error C4A0 of the controller: gr\xc3\xb6\xef\xbf\xbd");
+  change.reason = "\xff\xfe\x80";
+  EXPECT_TRUE(encode(change)["reason"].is_string());
+}
+
 TEST(Recorder, RefusesAFolderThatDoesNotExist) {
   const Result<Recorder> recorder = Recorder::create("/nowhere/run.mcap", {});
   ASSERT_FALSE(recorder);
