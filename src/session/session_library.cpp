@@ -45,10 +45,10 @@ Result<FreshPage> motion(const fs::path& file) {
   parts.state_period = std::max(kMotionPeriod, to_seconds(overview->last - overview->first) / kMostLooks);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();
-  if (session->states.empty()) return Error{session->name + ": the arm never said where it was"};
   // Written by hand: a session of hours would be a tree of millions of nodes.
   std::string t, q;
   for (const JointState& state : session->states) {
+    if (!state.q.allFinite()) continue;  // JSON has no word for it
     fmt::format_to(std::back_inserter(t), "{}{:.4f}", t.empty() ? "" : ",", to_seconds(state.stamp.made));
     q += q.empty() ? "[" : ",[";
     for (Eigen::Index i = 0; i < state.q.size(); ++i) {
@@ -56,6 +56,7 @@ Result<FreshPage> motion(const fs::path& file) {
     }
     q += "]";
   }
+  if (t.empty()) return Error{session->name + ": the arm never said where it was"};
   return FreshPage{fmt::format("{{\"name\":{},\"t_s\":[{}],\"q\":[{}]}}", dump(session->name), t, q),
                    "application/json"};
 }

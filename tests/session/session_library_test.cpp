@@ -4,8 +4,10 @@
 
 #include <fstream>
 #include <future>
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "record/recorder.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {
@@ -42,6 +44,27 @@ TEST(SessionLibrary, SaysWhatIsWrongWithAFile) {
     ASSERT_FALSE(page) << path;
     EXPECT_NE(page.error().message.find(".mcap"), std::string::npos) << page.error().message;
   }
+}
+
+/// An arm may have told for a moment of what is no number; JSON has no word for it.
+TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
+  TemporaryFolder folder;
+  {
+    Result<Recorder> recorder = Recorder::create(folder.path() / "gap.mcap", {});
+    ASSERT_TRUE(recorder);
+    const std::string robot =
+        R"({"joints": [{"name": "a", "type": "revolute"}], "velocity_max": [1], "acceleration_max": [1]})";
+    ASSERT_TRUE(recorder->add_metadata("robot", {{"json", robot}}));
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (const auto& [second, q] : {std::pair(1, 0.25), std::pair(2, none), std::pair(3, 0.5)}) {
+      const Time now = std::chrono::seconds(second);
+      ASSERT_TRUE(recorder->write(JointState{{now, now}, JointVector::Constant(1, q), JointVector::Zero(1)}));
+    }
+    ASSERT_TRUE(recorder->close());
+  }
+  const Result<FreshPage> page = read_library(folder.path(), "/sessions/gap/motion");
+  ASSERT_TRUE(page) << page.error().message;
+  EXPECT_EQ(Json::parse(page->body), Json({{"name", "gap"}, {"t_s", {1.0, 3.0}}, {"q", {{0.25}, {0.5}}}}));
 }
 
 /// A program of a line of shell.
