@@ -15,6 +15,9 @@ constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
 constexpr double kStanding = 0.02;  // rad/s (m/s)
 /// After lost cycles the arm comes to rest so slowly, if the planner does not plan on before.
 constexpr double kEasy = 0.2;  // s
+/// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
+constexpr double kEachCycle = 2.0;
+constexpr std::size_t kAtLeast = 16;
 
 bool same(const JointCommand& a, const JointCommand& b, double tolerance) {
   return (a.q - b.q).cwiseAbs().maxCoeff() <= tolerance && (a.dq - b.dq).cwiseAbs().maxCoeff() <= tolerance;
@@ -30,7 +33,12 @@ JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
 }  // namespace
 
 ControlStage::ControlStage(const RobotModel& model, const ControlSettings& settings, Links& links)
-    : settings_(settings), links_(&links), kinematics_(model), supervisor_(settings.supervisor), tracker_(model.home) {}
+    : settings_(settings),
+      links_(&links),
+      kinematics_(model),
+      supervisor_(settings.supervisor),
+      tracker_(model.home),
+      history_(static_cast<std::size_t>(kEachCycle * settings.arm_delay * settings.check.command_rate_hz) + kAtLeast) {}
 
 const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const Time now = state.joints.stamp.made;
@@ -138,9 +146,16 @@ void ControlStage::follow(const Plan& plan) {
 
 void ControlStage::remember(const JointCommand& command) {
   last_ = command;
-  newest_ = (newest_ + 1) % kHistory;
+  const int size = static_cast<int>(history_.size());
+  newest_ = (newest_ + 1) % size;
   history_[newest_] = command;
-  stored_ = std::min(stored_ + 1, kHistory);
+  stored_ = std::min(stored_ + 1, size);
+}
+
+/// @param age 0 is the newest
+const JointCommand& ControlStage::command_before(int age) const {
+  const int size = static_cast<int>(history_.size());
+  return history_[(newest_ - age + size) % size];
 }
 
 /// The arm went on by itself, and is not where the plan would have it by now: commands go on from where it is. They
@@ -189,9 +204,9 @@ void ControlStage::begin_stop(const Transition& transition, Time now) {
 bool ControlStage::off_plan(const JointState& measured) const {
   const Time then = measured.stamp.made - from_seconds(settings_.arm_delay);
   for (int age = 0; age < stored_; ++age) {
-    const JointCommand& command = history_[(newest_ - age + kHistory) % kHistory];
+    const JointCommand& command = command_before(age);
     if (command.stamp.made > then) continue;
-    const JointVector expected = age > 0 ? between(command, history_[(newest_ - age + 1 + kHistory) % kHistory], then)
+    const JointVector expected = age > 0 ? between(command, command_before(age - 1), then)
                                          : command.q + to_seconds(then - command.stamp.made) * command.dq;
     return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "plan/plan_check.hpp"
 #include "robot/kinematics.hpp"
 #include "session/links.hpp"
@@ -44,6 +46,7 @@ class ControlStage {
   void anchor(const JointVector& q, Time now);
   void brake();
   void begin_stop(const Transition& transition, Time now);
+  const JointCommand& command_before(int age) const;
   bool off_plan(const JointState& measured) const;
 
   ControlSettings settings_;
@@ -63,8 +66,7 @@ class ControlStage {
   Output output_;
   ControlView view_;
 
-  static constexpr int kHistory = 128;
-  std::array<JointCommand, kHistory> history_;  ///< ring of commands since the anchor
+  std::vector<JointCommand> history_;  ///< ring of commands since the anchor, longer than the arm's delay
   int newest_ = 0, stored_ = 0;
 };
 

@@ -187,6 +187,21 @@ TEST(OffPlan, IsJudgedByWhereTheArmWentInAGap) {
   }
 }
 
+/// Whatever delay the settings allow.
+TEST(OffPlan, IsSeenHoweverLateTheArmIsMeasured) {
+  for (const double delay : {0.1, 0.3, 1.0}) {
+    ControlSettings settings;
+    settings.arm_delay = delay;
+    Loop loop(ur5e(), settings);
+    for (int i = 0; i < 1000; ++i) loop.cycle();
+    ASSERT_EQ(loop.control->state(), SupervisionState::kReady) << delay;
+    loop.state.joints.q[0] += 2.0 * settings.off_plan_max;
+    loop.commands.clear();  // it stays there
+    loop.cycle();
+    EXPECT_EQ(loop.control->state(), SupervisionState::kStopping) << delay;
+  }
+}
+
 /// Where an arm is taken over anew, what was commanded elsewhere before counts for nothing.
 TEST(OffPlan, BeginsAnewWhereTheArmIsTakenOver) {
   ControlSettings settings;
