@@ -93,7 +93,7 @@ void SessionRecorder::begin_file() {
     return notice(fmt::format("not recorded: {}: cannot be made: {}", settings_.folder.string(), failed.message()));
   }
   std::string failure = no_room();
-  for (int i = 1; i < 100 && failure.empty(); ++i) {  // another session may have begun in the same second
+  for (int i = 1; failure.empty(); ++i) {  // this session's earlier files, and another that began in the same second
     path_ = settings_.folder / (i == 1 ? stem_ + ".mcap" : fmt::format("{}_{}.mcap", stem_, i));
     if (fs::exists(path_, failed)) continue;
     Result<Recorder> recorder = create(path_);
@@ -126,7 +126,14 @@ void SessionRecorder::end_file() {
   const Status closed = file_->close();
   file_.reset();
   recording_ = false;
-  notice(closed ? "recorded: " + path_.string() : "the recording ended: " + closed.error().message);
+  notice(!closed     ? "the recording ended: " + closed.error().message
+         : is_gone() ? "the recording was deleted or moved away: " + path_.string()
+                     : "recorded: " + path_.string());
+}
+
+bool SessionRecorder::is_gone() const {
+  std::error_code failed;
+  return !fs::exists(path_, failed) && !failed;
 }
 
 /// One message to the file. If that fails the recording is over.
@@ -241,6 +248,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
       end_file();
       notice("the recording ended, the session goes on: " + why);
     }
+    if (file_ && is_gone()) end_file();  // the next round begins another
   }
   if (fault_) write_flight();
 }

@@ -86,6 +86,7 @@ class SessionRecorder {
   void begin_file();
   void make_room();
   void end_file();
+  bool is_gone() const;  ///< the file that is written, from its folder
   Result<Recorder> create(const std::filesystem::path& path) const;
   void write_flight();
   void notice(const std::string& line);

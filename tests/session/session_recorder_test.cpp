@@ -155,6 +155,46 @@ TEST_F(Recorded, TheOperatorBeginsAndEndsFiles) {
   for (const fs::path& path : files()) EXPECT_TRUE(read(path).overview.complete);
 }
 
+/// However often, with a file for each time.
+TEST_F(Recorded, TheOperatorMayBeginAsManyFilesAsHeLikes) {
+  settings.enabled = false;
+  settings.flight_seconds = 0.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (int i = 0; i < 120; ++i) {
+    recorder.ask(true);
+    run(taps, 0.02);
+    ASSERT_TRUE(recorder.recording()) << i;
+    recorder.ask(false);
+    run(taps, 0.02);
+  }
+  EXPECT_EQ(files().size(), 120u);
+  for (const std::string& line : recorder.take_notices()) EXPECT_EQ(line.rfind("recorded: ", 0), 0u) << line;
+}
+
+/// It is told, and what comes after it is recorded. Nobody says "recorded" of a file that is not there.
+TEST_F(Recorded, AFileThatIsDeletedOrMovedAwayIsFollowedByAnother) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  run(taps, 0.5);
+  ASSERT_EQ(files().size(), 1u);
+  fs::remove_all(settings.folder);
+  run(taps, 2.0);
+  EXPECT_TRUE(recorder.recording());
+  ASSERT_EQ(files().size(), 1u);
+  const fs::path moved = folder.path() / "moved.mcap";
+  fs::rename(files()[0], moved);
+  run(taps, 2.0);
+  EXPECT_TRUE(read(moved).overview.complete);
+  ASSERT_EQ(files().size(), 1u);
+  const fs::path last = files()[0];
+  fs::remove(last);
+  recorder.finish({});
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 3u);
+  for (const std::string& line : notices) EXPECT_EQ(line.rfind("the recording was deleted or moved away: ", 0), 0u) << line;
+}
+
 TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
   std::ofstream(folder.path() / "file") << "";
   settings.folder = folder.path() / "file/sessions";
