@@ -7,10 +7,10 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <future>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <thread>
 
 #include "app/arm_choice.hpp"
 #include "app/commands.hpp"
@@ -271,14 +271,13 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
   } else if (Status s = check_stage(stage, *model, (*arm)->receive().joints.q); !s) {
     return s;
   }
-  StageReport r;
-  std::thread thread([&] {
+  const auto lead = [&] {  // on a thread of its own, which alone is given priority
     const AwakeProcessors awake;
     (void)lock_memory();
     (void)make_realtime(kPriority);
-    r = run_stage(stage, **arm, *model, options.seconds, signals);
-  });
-  thread.join();
+    return run_stage(stage, **arm, *model, options.seconds, signals);
+  };
+  const StageReport r = std::async(std::launch::async, lead).get();
   std::cout << fmt::format(
       "stage {}         followed for {:.1f} s, {} cycles, {} slept through; states up to {:.2f} ms off their cycle\n"
       "strays             up to {:.2f} mrad from where it was commanded\n",
@@ -325,6 +324,10 @@ Status run(const Options& options, int& exit_code) {
   if (!kStages.contains(options.stage)) {
     return Error{fmt::format("--stage is '{}'; it is read, hold, slow, empty or glass", options.stage)};
   }
+  if (options.stage != "read" && options.seconds > kLongestStage) {
+    return Error{fmt::format("--seconds is {}; a stage in which the arm may move takes {} s at most", options.seconds,
+                             kLongestStage)};
+  }
 #ifdef STEADYHAND_ROS2
   if (options.arm.arm == "ros2" && options.stage == "read") return run_ros2(options, exit_code);
 #endif
@@ -340,16 +343,15 @@ Status run(const Options& options, int& exit_code) {
   print_panel(options, v, signals);
   std::cout << std::flush;
 
-  Result<Measured> measured = Error{"not measured"};
   std::vector<std::string> notes;
-  std::thread thread([&] {
+  const auto listen = [&] {
     const AwakeProcessors awake;
     for (std::string note : {lock_memory(), make_realtime(kPriority), awake.refused()}) {
       if (!note.empty()) notes.push_back(std::move(note));
     }
-    measured = measure(**client, options.seconds, signals);
-  });
-  thread.join();
+    return measure(**client, options.seconds, signals);
+  };
+  const Result<Measured> measured = std::async(std::launch::async, listen).get();
   for (const std::string& note : notes) std::cout << "note: " << note << "\n";
   if (!measured) return measured.error();
   const UrLinkVerdict verdict = print(*measured);

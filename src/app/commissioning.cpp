@@ -10,14 +10,18 @@
 
 #include "plan/straight_stop.hpp"
 #include "robot/kinematics.hpp"
+#include "session/settings.hpp"
 
 namespace steadyhand {
+
+namespace fs = std::filesystem;
 
 namespace {
 
 constexpr double kStartWithin = 20.0;  // s
 constexpr double kLongestDelay = 0.3;  // s
 constexpr double kApart = 0.01;        // m, between spheres, at least
+constexpr double kRest = 0.5;          // s, for which an arm at rest is still sent where it is
 
 /// q0 + way / 2 (1 - cos w t), to and fro in whole periods, and rest.
 struct Swing {
@@ -99,22 +103,35 @@ StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double sec
     return report;
   }
   const Swing swing(stage, model, state.joints.q, seconds);
-  const double duration = std::max(seconds, swing.end) + 0.5;
+  const double duration = std::max(seconds, swing.end) + kRest;
+  const double share = std::max(motion_of(stage).share, 1e-3);
   const Time begin = state.joints.stamp.made;
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(2.0 * duration / period));
   Plan plan;
   double last = 0.0;
   std::uint64_t last_cycle = state.cycle;
-  for (int i = 0; state.status == ArmStatus::kFollowing; ++i) {
+  JointCommand command{state.joints.stamp, swing.q(0.0), swing.dq(0.0), swing.ddq(0.0)};
+  bool interrupted = false;
+  while (state.status == ArmStatus::kFollowing) {
     const Time now = state.joints.stamp.made;
     const double t = to_seconds(now - begin);
-    if (t > duration || (i % 64 == 63 && signals.arrived_within(Time(0)))) break;
-    const JointCommand command{{now, now}, swing.q(t), swing.dq(t), swing.ddq(t)};
-    make_straight_stop(model, command, 0.0, plan);
-    arm.follow(plan);
+    if (!interrupted && signals.arrived_within(Time(0))) {
+      interrupted = true;
+      report.stopped = fmt::format("interrupted after {:.1f} s", t);
+      make_straight_stop(model, command, stop_time(model, command.dq) / share, plan);
+      arm.follow(plan);
+    }
+    if (interrupted ? now > plan.start + from_seconds(plan.intervals * plan.dt + kRest) : t > duration) break;
+    if (interrupted) {
+      command = sample(plan, now);
+    } else {
+      command = {{now, now}, swing.q(t), swing.dq(t), swing.ddq(t)};
+      make_straight_stop(model, command, 0.0, plan);
+      arm.follow(plan);
+      samples.push_back({t, state.joints.q});
+    }
     arm.send(command);
-    if (samples.size() < samples.capacity()) samples.push_back({t, state.joints.q});
     state = arm.receive();
     const double passed = to_seconds(state.joints.stamp.made - begin) - last;
     report.jitter = std::max(report.jitter, std::abs(passed - period * std::round(passed / period)));
@@ -140,28 +157,70 @@ StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double sec
   return report;
 }
 
-Status write_setting(const std::filesystem::path& file, const std::string& key, const std::string& value) {
-  const std::size_t dot = key.find('.');
-  const std::string section = key.substr(0, dot) + ":", name = "  " + key.substr(dot + 1) + ":";
+namespace {
+
+/// The settings file's text with the line for `key` in it.
+std::string with_setting(std::istream& in, const std::string& section, const std::string& name,
+                         const std::string& value) {
   std::vector<std::string> lines;
-  if (std::ifstream in(file); in) {
-    for (std::string line; std::getline(in, line);) lines.push_back(line);
-  }
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
   const auto begins = [](const std::string& line, const std::string& with) { return line.rfind(with, 0) == 0; };
-  auto at = std::find_if(lines.begin(), lines.end(), [&](const std::string& line) { return begins(line, section); });
-  if (at == lines.end()) at = lines.insert(at, section);
-  for (++at; at != lines.end() && !begins(*at, name) && (at->empty() || (*at)[0] == ' ' || (*at)[0] == '#');) ++at;
-  const std::string line = name + " " + value + "  # measured by steadyhand check";
-  if (at != lines.end() && begins(*at, name)) {
-    *at = line;
+  auto first = std::find_if(lines.begin(), lines.end(), [&](const auto& line) { return begins(line, section + ":"); });
+  if (first == lines.end()) first = lines.insert(first, section + ":");
+  ++first;
+  const auto is_inside = [](const std::string& line) { return line.empty() || line[0] == ' ' || line[0] == '#'; };
+  const auto is_key = [](const std::string& line) {
+    const std::size_t text = line.find_first_not_of(' ');
+    return text != std::string::npos && line[text] != '#';
+  };
+  const auto end = std::find_if_not(first, lines.end(), is_inside);
+  const auto sibling = std::find_if(first, end, is_key);
+  const std::string indentation = sibling == end ? "  " : sibling->substr(0, sibling->find_first_not_of(' '));
+  const std::string line = indentation + name + ": " + value + "  # measured by steadyhand check";
+  const auto own = std::find_if(first, end, [&](const auto& each) { return begins(each, indentation + name + ":"); });
+  if (own != end) {
+    *own = line;
   } else {
-    lines.insert(at, line);
+    lines.insert(first, line);
   }
   std::ostringstream text;
   for (const std::string& each : lines) text << each << "\n";
-  std::ofstream out(file);
-  if (!(out << text.str() << std::flush)) return Error{fmt::format("{} cannot be written", file.string())};
-  return Done{};
+  return text.str();
+}
+
+/// Whether the program reads this value from that file.
+bool reads_back(const fs::path& file, const std::string& key, const std::string& value) {
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
+  return table.load(file) && std::stod(table.values().at(key)) == std::stod(value);
+}
+
+}  // namespace
+
+Status write_setting(const fs::path& file, const std::string& key, const std::string& value) {
+  const std::size_t dot = key.find('.');
+  const std::string section = key.substr(0, dot), name = key.substr(dot + 1);
+  std::error_code failed;
+  const bool exists = fs::exists(file, failed);
+  const fs::path target = exists ? fs::canonical(file, failed) : file;  // through links
+  fs::path next = target;
+  next += ".new";
+  {
+    std::ifstream in(target);
+    std::ofstream out(next);
+    out << with_setting(in, section, name, value) << std::flush;
+    if (!out) failed = std::make_error_code(std::errc::io_error);
+  }
+  std::string why = failed ? "it cannot be written" : reads_back(next, key, value) ? "" : "its form is beyond this program";
+  if (why.empty()) {
+    if (exists) fs::permissions(next, fs::status(target, failed).permissions(), failed);
+    fs::rename(next, target, failed);
+    if (!failed) return Done{};
+    why = failed.message();
+  }
+  fs::remove(next, failed);
+  return Error{fmt::format("{} is left as it was: {}; put {}: {} under {} yourself", file.string(), why, name, value,
+                           section)};
 }
 
 }  // namespace steadyhand

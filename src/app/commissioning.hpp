@@ -26,8 +26,11 @@ struct StageMotion {
 };
 StageMotion motion_of(Stage stage);
 
+/// A stage remembers every state.
+constexpr double kLongestStage = 600.0;  // s
+
 struct StageReport {
-  std::string stopped;                 ///< why the arm did; empty: it did not
+  std::string stopped;                 ///< why the arm did, or who interrupted; empty: the stage ran to its end
   double seconds = 0.0;                ///< that it followed
   std::uint64_t cycles = 0, late = 0;  ///< control cycles, and those that this program slept through
   double jitter = 0.0;                 ///< s, largest difference of two states' distance from a whole cycle
@@ -37,11 +40,12 @@ struct StageReport {
 
 /// Whether the stage's motion from here keeps the limits and the arm apart from itself; what is wrong, if not.
 Status check_stage(Stage stage, const RobotModel& model, const JointVector& q);
-/// Waits until the arm follows, runs the stage for so long, and lets it come to rest where it began.
+/// Waits until the arm follows, runs the stage for so long, and lets it come to rest where it began. A signal brings it
+/// to rest where it is, no faster than the stage moves it.
 StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double seconds, const StopSignals& signals);
 
 /// Puts `key: value` (SECTION.NAME) into a settings file, which it makes if it is not there, and leaves all else as it
-/// is.
+/// is. Fails, and changes nothing, if it cannot be written whole or would not be read so.
 Status write_setting(const std::filesystem::path& file, const std::string& key, const std::string& value);
 
 }  // namespace steadyhand

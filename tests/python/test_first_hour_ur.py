@@ -2,6 +2,8 @@
 of its table, made so at the fake's pendant and put right again."""
 
 import re
+import resource
+import signal
 import subprocess
 import time
 
@@ -91,3 +93,71 @@ def test_polyscope_x_answers_over_its_robot_api(tmp_path):
             if "verdict            PASSED" in said:
                 return
         pytest.fail(said)
+
+
+def stage(address, *more, **how):
+    words = [PROGRAM, "check", "--host", address, "--yes", *map(str, more)]
+    return subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how)
+
+
+def test_a_stage_that_is_interrupted_brings_the_arm_to_rest_and_has_not_passed(tmp_path):
+    file = tmp_path / "my-ur.yaml"
+    with controller("--payload", "1.2") as (address, _):
+        for _ in range(ATTEMPTS):
+            process = stage(address, "--stage", "empty", "--seconds", "60", "--settings", file)
+            time.sleep(3.0)
+            process.send_signal(signal.SIGINT)
+            asked = time.monotonic()
+            said, _ = process.communicate(timeout=60)
+            if "interrupted after" in said:
+                break
+        assert process.returncode == 1, said
+        assert re.search(r"NOT PASSED: interrupted after [\d.]+ s$", said, re.MULTILINE), said
+        assert not file.exists()
+        assert time.monotonic() - asked > 0.5, "it is sent where it is until it stands"
+
+
+@pytest.mark.parametrize(("before", "after"), [
+    ("ur:\n    gain: 500\n", "ur:\n    delay: VALUE\n    gain: 500\n"),
+    ("# mine\nur:\n  # of today\n  delay: 0.01\nhand:\n  scale: 1\n", "# mine\nur:\n  # of today\n  delay: VALUE\nhand:\n  scale: 1\n"),
+    ("ur: {gain: 500}\n", None),  # beyond it: left as it is
+])
+def test_what_is_measured_goes_into_any_settings_file_or_leaves_it_alone(tmp_path, before, after):
+    file = tmp_path / "my-ur.yaml"
+    file.write_text(before)
+    with controller("--payload", "1.2") as (address, _):
+        for _ in range(ATTEMPTS):
+            process = stage(address, "--stage", "slow", "--seconds", "1", "--settings", file)
+            said, error = process.communicate(timeout=60)
+            if "NOT PASSED" not in said:
+                break
+    written = re.sub(r"[\d.]+  # measured by steadyhand check", "VALUE", file.read_text())
+    if after:
+        assert process.returncode == 0 and written == after, said + error
+    else:
+        assert process.returncode == 2 and written == before and "put delay: 0.0" in error, said + error
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]
+
+
+def test_a_full_disk_does_not_cost_the_settings(tmp_path):
+    file = tmp_path / "my-ur.yaml"
+    before = "ur:\n  gain: 500\n" + "# words of the user\n" * 100
+    file.write_text(before)
+
+    def fill():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
+
+    with controller("--payload", "1.2") as (address, _):
+        for _ in range(ATTEMPTS):
+            process = stage(address, "--stage", "slow", "--seconds", "1", "--settings", file, preexec_fn=fill)
+            said, error = process.communicate(timeout=60)
+            if "NOT PASSED" not in said:
+                break
+    assert process.returncode == 2 and "left as it was" in error, said + error
+    assert file.read_text() == before
+
+
+def test_a_stage_takes_ten_minutes_at_most():
+    process = stage("127.0.0.1", "--stage", "hold", "--seconds", "86400")
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 2 and "600" in error
