@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spawn.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,6 +18,7 @@
 #include "serve/server.hpp"
 #include "serve/terminal_qr.hpp"
 #include "session/live_session.hpp"
+#include "session/modest_process.hpp"
 #include "session/operator_desk.hpp"
 #include "session/output_queue.hpp"
 #include "session/realtime.hpp"
@@ -171,10 +171,7 @@ void print_addresses(OutputQueue& out, const std::vector<std::string>& urls) {
 /// address among the arguments of the programs that open it.
 void open_browser(const std::string& url) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  std::string program = "xdg-open", address = url;
-  char* const arguments[] = {program.data(), address.data(), nullptr};
-  pid_t child = 0;
-  (void)posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ);
+  launch({"xdg-open", {url}});
 }
 
 Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,

@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
 namespace steadyhand {
 
@@ -38,26 +39,36 @@ struct Pipe {
   bool failed;
 };
 
+/// Where a program writes to, instead of /dev/null.
+struct Outputs {
+  int out = -1, err = -1;  ///< descriptors
+};
+
 /// With no files but stdin, stdout and stderr, and signals as any program gets them. @return errno, 0 if it runs
-int spawn(const ModestProcess& process, const Pipe& out, const Pipe& err, pid_t& child) {
+int spawn(const ModestProcess& process, const Outputs& to, short flags, pid_t& child) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_init(&files);
   posix_spawnattr_init(&attributes);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, out.ends[1], STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, err.ends[1], STDERR_FILENO);
+  for (const auto& [from, as] : {std::pair(to.out, STDOUT_FILENO), std::pair(to.err, STDERR_FILENO)}) {
+    if (from >= 0) {
+      posix_spawn_file_actions_adddup2(&files, from, as);
+    } else {
+      posix_spawn_file_actions_addopen(&files, as, "/dev/null", O_WRONLY, 0);
+    }
+  }
   posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
   sigset_t none, usual;
   sigemptyset(&none);
   sigfillset(&usual);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &usual);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  posix_spawnattr_setflags(&attributes, static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | flags));
   std::vector<char*> arguments{const_cast<char*>(process.program.c_str())};
   for (const std::string& argument : process.arguments) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
-  const int failed = posix_spawn(&child, process.program.c_str(), &files, &attributes, arguments.data(), environ);
+  const int failed = posix_spawnp(&child, process.program.c_str(), &files, &attributes, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   return failed;
@@ -77,7 +88,8 @@ bool take(int descriptor, std::string& text, std::size_t most) {
 Result<std::string> output_of(const ModestProcess& process, const std::atomic<bool>& end) {
   Pipe out, err;
   pid_t child = -1;
-  const int failed = out.failed || err.failed ? errno : spawn(process, out, err, child);
+  const int failed =
+      out.failed || err.failed ? errno : spawn(process, {out.ends[1], err.ends[1]}, 0, child);
   if (failed != 0) return Error{fmt::format("{} cannot be run: {}", process.program, std::strerror(failed))};
   out.close_end(1);
   err.close_end(1);
@@ -98,6 +110,11 @@ Result<std::string> output_of(const ModestProcess& process, const std::atomic<bo
   while (!error.empty() && error.back() == '\n') error.pop_back();
   if (error.empty()) return Error{"it was ended, for want of memory or by somebody"};
   return Error{error};
+}
+
+void launch(const ModestProcess& process) {
+  pid_t child = -1;
+  (void)spawn(process, {}, POSIX_SPAWN_SETSID, child);
 }
 
 void be_modest() {
