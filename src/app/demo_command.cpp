@@ -299,21 +299,15 @@ Status run(Options options, int& exit_code) {
                       : options.headless          ? ", hand: " + hand + ", again and again"
                                                   : ""));
 
-  const Time begin = clock.now();
-  SessionRecorder recorder(session.ocp(), settings.recording,
-                           describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()),
-                           begin);
-  desk.on_record([&recorder](bool record) { recorder.ask(record); });
+  std::optional<SessionRecorder> recorder;
   const EndOfSession end_of_session{session};
-  session.start(recorder.taps());
-  const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   std::optional<SessionLibrary> library;
   Ros2Side ros2;
   std::unique_ptr<Server> server;
   if (Status s = ros2.open(options.arm, *model, settings, clock, session, desk); !s) return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
   const bool plays = (options.headless || !options.arm.real()) && settings.ros2.hand.empty();
-  if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, begin);
+  if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
   if (!options.headless) {
     library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder,
                     "/proc/self/exe");
@@ -321,15 +315,23 @@ Status run(Options options, int& exit_code) {
                                 settings.live.realtime);
     if (!started) return started.error();
     server = std::move(*started);
-  } else if (settings.live.realtime) {
+  }
+  // What may fail has not: no recording is left of a session that never was.
+  const Time begin = clock.now();
+  recorder.emplace(session.ocp(), settings.recording,
+                   describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()), begin);
+  desk.on_record([&recorder](bool record) { recorder->ask(record); });
+  session.start(recorder->taps());
+  if (options.headless && settings.live.realtime) {
     (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
   }
+  const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
   Time pause = kPollPeriod;
   for (Time published = begin; clock.now() < end && !signals.arrived_within(pause);) {
     const Time now = clock.now();
     pause = std::min(kPollPeriod, desk.poll(now) - now);
     ros2.poll(now, session);
-    print_notices(recorder, out);
+    print_notices(*recorder, out);
     if (options.headless && session.is_halted()) {
       exit_code = options.keep_going ? 0 : kHalted;
       if (!options.keep_going) break;
@@ -341,17 +343,17 @@ Status run(Options options, int& exit_code) {
     published = now;
     SessionSnapshot snapshot = session.snapshot();
     snapshot.controls = desk.controls();
-    snapshot.recording = recorder.recording();
+    snapshot.recording = recorder->recording();
     server->publish(snapshot);
   }
   stop(session, signals, clock);
   server.reset();
   ros2.close();
   const LiveSummary summary = session.finish();
-  recorder.finish(summary);
+  recorder->finish(summary);
   for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
   out.say(format_summary(*model, summary));
-  print_notices(recorder, out);
+  print_notices(*recorder, out);
   if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
   return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};
 }

@@ -33,6 +33,11 @@ OperatorDesk::OperatorDesk(LiveSession& session, std::vector<Profile> profiles, 
   (void)set_profile(profiles_[profile].name);
 }
 
+void OperatorDesk::on_record(std::function<void(bool)> call) {
+  const std::lock_guard lock(mutex_);
+  on_record_ = std::move(call);
+}
+
 Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
   using Kind = OperatorRequest::Kind;
   const std::lock_guard lock(mutex_);

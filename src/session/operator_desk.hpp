@@ -30,8 +30,8 @@ class OperatorDesk {
   OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
                std::vector<NamedRecording> recordings);
 
-  /// Who begins and ends recordings when the operator asks for it. Before the first request.
-  void on_record(std::function<void(bool)> call) { on_record_ = std::move(call); }
+  /// Who begins and ends recordings when the operator asks for it; until then that is refused.
+  void on_record(std::function<void(bool)> call);
   /// Done, or why the request cannot be obeyed; then nothing changes.
   Status apply(const OperatorRequest& request, Time now);
   /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm.

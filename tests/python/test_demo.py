@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import socket
 import subprocess
 import time
 from pathlib import Path
@@ -86,3 +87,10 @@ def test_config_prints_settings_that_read_back_with_their_origin(tmp_path):
     file.write_text("planner:\n  rates: 100\n")
     refused = run("--headless", "--settings", file)
     assert refused.returncode == 2 and f"{file}:2" in refused.stderr and "did you mean 'rate'" in refused.stderr
+
+
+def test_a_session_that_cannot_begin_leaves_no_recording(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        result = run("--no-browser", "--port", taken.getsockname()[1], "--sessions", tmp_path)
+    assert result.returncode == 2 and "is taken" in result.stderr
+    assert not list(tmp_path.iterdir())
