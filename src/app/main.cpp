@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,6 +42,15 @@ std::optional<std::string> unknown_command(const steadyhand::CommandLine& app, i
   return "unknown command '" + std::string(argv[1]) + "'; " + steadyhand::suggestion(argv[1], known);
 }
 
+/// Descriptors that who started us had closed: whatever is opened next would get their numbers, and a recording what is
+/// meant for people. Reading and writing them fails as if they were closed.
+void keep_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) >= 0) continue;
+    (void)open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);  // the lowest number that is free
+  }
+}
+
 int fail(const std::string& message) {
   steadyhand::OutputQueue(STDERR_FILENO).say("steadyhand: " + message + "\n");  // ends even if nobody reads it
   return kBadInput;
@@ -49,6 +59,7 @@ int fail(const std::string& message) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_standard_descriptors();
   steadyhand::CommandLine app(
       "steadyhand",
       "A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds.");

@@ -94,3 +94,21 @@ def test_a_session_that_cannot_begin_leaves_no_recording(tmp_path):
         result = run("--no-browser", "--port", taken.getsockname()[1], "--sessions", tmp_path)
     assert result.returncode == 2 and "is taken" in result.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_descriptors_that_were_closed_are_not_given_to_recordings(tmp_path):
+    process = subprocess.Popen([PROGRAM, "demo", "--headless", "--sessions", str(tmp_path)], close_fds=False,
+                               preexec_fn=lambda: os.closerange(0, 3))
+    try:
+        deadline = time.monotonic() + 30.0
+        while not list(tmp_path.glob("*.mcap")):
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.1)
+        assert [os.readlink(f"/proc/{process.pid}/fd/{number}") for number in range(3)] == ["/dev/null"] * 3
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30.0) == 2  # nobody was told
+    finally:
+        process.kill()
+    (path,) = tmp_path.glob("*.mcap")
+    listed = subprocess.run([PROGRAM, "report", "--sessions", str(tmp_path)], capture_output=True, text=True, timeout=60)
+    assert str(path) in listed.stdout and "cut short" not in listed.stdout
