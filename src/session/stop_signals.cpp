@@ -13,6 +13,8 @@ StopSignals::StopSignals() {
   // A reader of stdout that goes away and a file that reaches its largest size are errors of writing, no reason to end.
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
+  // Nor is a terminal that stops who writes from the background (stty tostop).
+  signal(SIGTTOU, SIG_IGN);
 }
 
 bool StopSignals::arrived_within(Time time) const {
