@@ -137,9 +137,8 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
 /// The numbers and names that the command line gives to settings.
 Status check(const Options& options) {
   const double fastest = ReplaySettings().command_rate_hz;
-  if (!(options.rate_hz > 0.0) || options.rate_hz > fastest) {
-    return Error{
-        fmt::format("--rate is {}; it must be above 0 and at most {}, the arm's rate in Hz", options.rate_hz, fastest)};
+  if (!(options.rate_hz >= 1.0) || options.rate_hz > fastest) {
+    return Error{fmt::format("--rate is {}; it must be from 1 to {}, the arm's rate in Hz", options.rate_hz, fastest)};
   }
   if (!(options.retarget.scale > 0.0) || !std::isfinite(options.retarget.scale)) {
     return Error{fmt::format("--scale is {}; it must be above 0 and finite", options.retarget.scale)};

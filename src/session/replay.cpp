@@ -132,8 +132,8 @@ class Run {
 
 Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
                             const ReplayTaps& taps) {
-  if (!(settings.rate_hz > 0.0) || settings.rate_hz > settings.command_rate_hz) {
-    return Error{fmt::format("rate is {} Hz; it must be positive and at most {} Hz, the arm's rate", settings.rate_hz,
+  if (!(settings.rate_hz >= 1.0) || settings.rate_hz > settings.command_rate_hz) {
+    return Error{fmt::format("rate is {} Hz; it must be from 1 to {} Hz, the arm's rate", settings.rate_hz,
                              settings.command_rate_hz)};
   }
   auto planner = Planner::make(model, settings.ocp, settings.planner);

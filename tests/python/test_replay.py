@@ -235,6 +235,7 @@ def test_bad_profile(tmp_path, text, words):
 
 @pytest.mark.parametrize("arguments, words", [
     (["--rate", "0"], ["rate", "0"]),
+    (["--rate", "1e-9"], ["rate", "1e-09", "from 1 to 500"]),
     (["--rate", "1000"], ["rate", "1000"]),
     (["--rate", "nan"], ["rate"]),
     (["--scale", "-1"], ["scale", "-1"]),
