@@ -83,6 +83,7 @@ class Client:
         self.parts = b""  # of a message in several frames
         self.buffer, self.state, self.closed, self.sequence = b"", None, False, 0
         self.echo = None  # of the newest pong: its now_s, when it came
+        self.pinged = 0.0
         while b"\r\n\r\n" not in self.buffer:
             self.buffer += self._more()
         head, self.buffer = self.buffer.split(b"\r\n\r\n", 1)
@@ -137,6 +138,12 @@ class Client:
     def ping(self):
         now = time.monotonic()
         self.send(type="ping", t_s=now, **({"echo_s": self.echo[0], "held_s": now - self.echo[1]} if self.echo else {}))
+
+    def stay(self):
+        """A ping now and then keeps connection and lease; one for each answer would exceed the rate, and what comes then is discarded."""
+        if time.monotonic() > self.pinged + 0.1:
+            self.pinged = time.monotonic()
+            self.ping()
 
     def wait_for(self, kind, seconds=30.0, **members):
         """The first message of this type, or of one of these, with these members."""

@@ -33,7 +33,7 @@ def still(client, seconds=1.0):
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         commands += [m["command"] for m in client.messages(0.05) if m["type"] == "state"]
-        client.ping()  # it keeps a lease that it has
+        client.stay()
     return max((abs(a - b) for c in commands[1:] for a, b in zip(c, commands[0])), default=1.0) < 1e-9
 
 
@@ -149,7 +149,7 @@ def wait_until(client, condition, seconds=30.0):
     while client.state is None or not condition(client.state):
         assert time.monotonic() < deadline and not client.closed, (client.state, client.state and client.state["controls"])
         client.messages(0.05)
-        client.ping()
+        client.stay()
 
 
 def begin_playback(client):
