@@ -4,9 +4,12 @@ import fcntl
 import json
 import math
 import os
+import pty
 import re
 import signal
 import subprocess
+import sys
+import termios
 import time
 
 import pytest
@@ -315,3 +318,21 @@ def test_ctrl_c_at_any_moment_ends_in_order(tmp_path, after, again):
     assert commands or after < 0.2, "the arm was led"
     assert not commands or max(map(abs, commands[-1][1])) < 1e-9, "at rest"
     assert after < 2.0 or any(max(map(abs, dq)) > 0.05 for _, dq in commands), "there was motion to end"
+
+
+def test_a_terminal_that_halts_who_writes_from_the_background_does_not_halt_it(tmp_path):
+    master, slave = pty.openpty()
+    attributes = termios.tcgetattr(slave)
+    attributes[3] |= termios.TOSTOP
+    termios.tcsetattr(slave, termios.TCSANOW, attributes)
+    in_background = ("import fcntl, os, subprocess, sys, termios\nfcntl.ioctl(0, termios.TIOCSCTTY, 0)\n"
+                     "sys.exit(subprocess.call(sys.argv[1:], preexec_fn=os.setpgrp))")
+    process = subprocess.Popen([sys.executable, "-c", in_background, PROGRAM, "demo", "--headless", "--seconds", "1", "--sessions", str(tmp_path)],
+                               stdin=slave, stdout=slave, stderr=slave, start_new_session=True)
+    try:
+        assert process.wait(30.0) == 0
+        assert b"hand to command" in os.read(master, 65536)
+    finally:
+        process.kill()
+        os.close(master)  # which ends what is left there
+        os.close(slave)
