@@ -211,7 +211,9 @@ Status write_setting(const fs::path& file, const std::string& key, const std::st
     out << with_setting(in, section, name, value) << std::flush;
     if (!out) failed = std::make_error_code(std::errc::io_error);
   }
-  std::string why = failed ? "it cannot be written" : reads_back(next, key, value) ? "" : "its form is beyond this program";
+  std::string why = failed                          ? "it cannot be written"
+                    : reads_back(next, key, value) ? ""
+                                                   : "its form is beyond this program";
   if (why.empty()) {
     if (exists) fs::permissions(next, fs::status(target, failed).permissions(), failed);
     fs::rename(next, target, failed);

@@ -192,7 +192,9 @@ TEST_F(Recorded, AFileThatIsDeletedOrMovedAwayIsFollowedByAnother) {
   recorder.finish({});
   const auto notices = recorder.take_notices();
   ASSERT_EQ(notices.size(), 3u);
-  for (const std::string& line : notices) EXPECT_EQ(line.rfind("the recording was deleted or moved away: ", 0), 0u) << line;
+  for (const std::string& line : notices) {
+    EXPECT_EQ(line.rfind("the recording was deleted or moved away: ", 0), 0u) << line;
+  }
 }
 
 TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
