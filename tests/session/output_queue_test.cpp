@@ -73,10 +73,11 @@ TEST(OutputQueue, NobodyWaitsForAReaderThatDoesNotRead) {
 TEST(OutputQueue, TellsWhatIsMissing) {
   Pipe pipe;
   OutputQueue out(pipe.ends[1]);
-  const int lines = 3 * OutputQueue::kMost / static_cast<int>(line(0).size());  // what waits, and what is being written
+  out.say(std::string(OutputQueue::kMost, '.'));  // more than the pipe holds
+  std::string read = pipe.read_until(".");        // so that it is being written, and goes no further
+  const int lines = 2 * OutputQueue::kMost / static_cast<int>(line(0).size());
   for (int i = 0; i < lines; ++i) out.say(line(0));
   std::atomic<bool> seen{false};
-  std::string read;
   std::thread reader([&] {
     read = pipe.read_until("the last line\n");
     seen = true;
