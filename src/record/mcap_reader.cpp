@@ -68,11 +68,12 @@ class Fields {
 class Reader {
  public:
   Reader(const std::filesystem::path& path, const McapMessageHandler& handler)
-      : name_(path.string()), handler_(handler), stream_(path, std::ios::binary) {}
+      : name_(path.string()), handler_(handler) {}
 
   Result<McapOverview> read() {
     std::error_code error;
-    size_ = std::filesystem::file_size(name_, error);
+    size_ = std::filesystem::file_size(name_, error);  // a pipe has none: to open it might wait for good
+    if (!error) stream_.open(name_, std::ios::binary);
     if (error || !stream_) return Error{fmt::format("{}: cannot be read", name_)};
     std::string magic(mcap::kMagic.size(), '\0');
     if (!fill(magic) || magic != mcap::kMagic) return Error{fmt::format("{}: is no MCAP file", name_)};

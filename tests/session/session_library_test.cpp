@@ -1,6 +1,7 @@
 #include "session/session_library.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <future>
@@ -43,6 +44,23 @@ TEST(SessionLibrary, SaysWhatIsWrongWithAFile) {
     const Result<FreshPage> page = read_library(folder.path(), path);
     ASSERT_FALSE(page) << path;
     EXPECT_NE(page.error().message.find(".mcap"), std::string::npos) << page.error().message;
+  }
+}
+
+/// A pipe that nobody writes to would keep who opens it, and all who ask after him, waiting for good.
+TEST(SessionLibrary, WaitsForNoPipe) {
+  TemporaryFolder folder;
+  const std::string pipe = folder.path() / "pipe.mcap";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", folder.path() / "zero.mcap");
+  auto asked = std::async(std::launch::async, [&] {
+    EXPECT_TRUE(read_library(folder.path(), "/sessions"));
+    EXPECT_FALSE(read_library(folder.path(), "/sessions/pipe/motion"));
+    EXPECT_FALSE(read_library(folder.path(), "/sessions/zero/motion"));
+  });
+  EXPECT_EQ(asked.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  while (asked.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
+    std::fstream(pipe, std::ios::in | std::ios::out).close();  // lets him go
   }
 }
 
