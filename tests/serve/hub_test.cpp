@@ -383,6 +383,36 @@ TEST_F(AskingTest, ThePersonsOtherTabTakesItWithoutAsking) {
   EXPECT_FALSE(holds_.has_lease());
 }
 
+/// What was closed before a release that overtook it must not close the clutch again.
+TEST_F(HubTest, WhatAReleaseOvertookStaysDropped) {
+  FakeOutbox outbox;
+  const auto id = pair(outbox);
+  say(id, {{"type", "take"}});
+  say(id, sample(10, 50.0));
+  ASSERT_EQ(samples_.size(), 1u);
+  Json release = sample(5, 50.0);
+  release["clutch"] = false;
+  say(id, release);
+  ASSERT_EQ(samples_.size(), 2u);
+  EXPECT_FALSE(samples_.back().clutch);
+  now_ += std::chrono::milliseconds(10);
+  for (const std::uint64_t sequence : {6, 9, 10}) say(id, sample(sequence, 50.01));
+  EXPECT_EQ(samples_.size(), 2u);
+  say(id, sample(11, 50.01));
+  EXPECT_EQ(samples_.size(), 3u);
+}
+
+/// Bursts within what the pauses between them allow are no flood, however long they go on.
+TEST_F(HubTest, BurstsWithPausesAreNoFlood) {
+  FakeOutbox outbox;
+  const auto id = pair(outbox);
+  for (int burst = 0; burst < 40; ++burst) {
+    now_ += std::chrono::seconds(2);
+    for (int i = 0; i < 400; ++i) say(id, {{"type", "ping"}, {"t_s", 0.0}});
+  }
+  EXPECT_FALSE(outbox.closed);
+}
+
 TEST_F(HubTest, AReleaseIsNeverDropped) {
   FakeOutbox a;
   const auto id = pair(a);
