@@ -32,10 +32,9 @@ def run(command, environment):
         return subprocess.CompletedProcess(command, process.returncode, output)
 
 
-# The headset is emulated by a package, in whichever browser: once is enough, and not beside compilers: it draws everything twice.
+# The headset is emulated by a package, in whichever browser: once is enough.
 @pytest.mark.parametrize("browser, file", [
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops"),
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "headset", "first_quest", tier=[pytest.mark.long]),
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset", "first_quest"),
     *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops", tier=[pytest.mark.long]),
 ])
 def test_page_in_a_browser(browser, file):

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { distance, facts, finish, inState, newestAddress, open, rest, ROOT, start, startProgram, state, terminal, until, watch } from './harness.mjs';
+import { distance, facts, finish, frames, inState, newestAddress, open, rest, ROOT, start, startProgram, state, terminal, until, watch, withoutPixels } from './harness.mjs';
 
 const rows = readFileSync(join(ROOT, 'docs/first-quest.md'), 'utf8').split('\n').map((line) => line.split('|').map((cell) => cell.trim()))
   .filter((cells) => /^\d+$/.test(cells[1])).map(([, number, act, seen]) => ({ number: Number(number), act, seen }));
@@ -14,14 +14,15 @@ const device = (act, ...values) => page.evaluate(([code, with_]) => new Function
 const press = (button, value = 1, side = 'right') => device('device.controllers[values[0]].updateButtonValue(values[1], values[2])', side, button, value);
 const tap = async (button) => {
   await press(button);
-  await page.waitForTimeout(150);
+  await frames(page);
   await press(button, 0);
+  await frames(page);
 };
 /** Anew where the machine was so slow that the hand counted as silent. */
 const squeeze = () => until(async () => {
   await press('squeeze', 0);
+  await frames(page);
   await inState(watcher, 'ready');
-  await page.waitForTimeout(150);
   await press('squeeze');
   for (let i = 0; i < 40; ++i) {
     if ((await state(watcher)).state === 'engaged') return true;
@@ -29,6 +30,10 @@ const squeeze = () => until(async () => {
   }
   return false;
 }, 'the arm to follow');
+/** Where the machine was so slow that the hand fell silent, and the step that is looked at is one of a hand that leads. */
+const gripAgain = async (bold) => {
+  if (['Squeeze the grip', 'raise the hand'].includes(bold.at(-1)) && (await state(watcher)).state !== 'engaged') await squeeze();
+};
 const leftAlone = async () => {
   await until(async () => (await state(watcher)).state !== 'engaged', 'the arm to be let go');
   await rest(watcher);
@@ -40,7 +45,7 @@ const ACTS = {
     await startProgram();
     watcher = await watch();
   },
-  'Open the page': async () => { page = await open({ watch: true }); },
+  'Open the page': async () => { page = await open({ watch: true, context: { viewport: { width: 420, height: 300 } }, prepare: withoutPixels }); },
   'Enter the code': async () => {
     await page.fill('#code', new URLSearchParams(new URL(newestAddress()).hash.slice(1)).get('code'));
     await page.click('#pairing button');
@@ -88,6 +93,7 @@ const ACTS = {
   },
   'B cannot stop the arm then': async () => {
     await press('b-button');
+    await frames(page);
     await page.waitForTimeout(300);
     assert.equal((await state(watcher)).state, 'ready', 'the page hears no button beneath a menu');
     await press('b-button', 0);
@@ -102,8 +108,9 @@ const ACTS = {
   Recentre: async () => {
     await device('device.recenter()');
     await press('squeeze', 0);
-    await page.waitForTimeout(150);
+    await frames(page);
     await press('squeeze');
+    await frames(page);
     await page.waitForTimeout(400);
     assert.equal((await state(watcher)).state, 'ready', 'nothing is led before A');
     await press('squeeze', 0);
@@ -130,7 +137,7 @@ test('every step of the first five minutes does what its page says', async () =>
       done.add(text);
     }
     if (act.startsWith('†')) continue;
-    for (const word of words(seen)) await until(async () => (await sight()).includes(word.toLowerCase()), `“${word}” at step ${number}`);
+    for (const word of words(seen)) await until(async () => (await sight()).includes(word.toLowerCase()) || (await gripAgain(bold), false), `“${word}” at step ${number}`);
   }
   assert.deepEqual(Object.keys(ACTS).filter((name) => !done.has(name)), [], 'every act has its step');
   assert.deepEqual(page.complaints, []);

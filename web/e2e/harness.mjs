@@ -77,37 +77,6 @@ export async function start() {
   });
 }
 
-/** In the page: draws the state that it has now, as if it went on, and then nothing more. */
-function hold() {
-  const { steadyhand, requestAnimationFrame: next } = globalThis, { session } = steadyhand, { state } = session, held = [];
-  const begin = steadyhand.frames(), since = performance.now(), take = session.take.bind(session);
-  session.take = () => {};
-  globalThis.requestAnimationFrame = (act) => next((time) => {
-    take(state, performance.now() / 1000);
-    if (steadyhand.frames() > begin + 3 && time - since > 500) held.push(act);
-    else act(time);
-  });
-  steadyhand.stage.setQuality(2); // without shadows
-  globalThis.isHeld = () => held.length > 0;
-  globalThis.drawOn = () => {
-    globalThis.requestAnimationFrame = next;
-    delete session.take;
-    steadyhand.stage.setQuality(4);
-    held.forEach((act) => next(act));
-  };
-}
-
-/**
- * Of the state that the page shows now, as a graphics card would draw it: without one a state is old before its picture is there, the
- * hand falls silent meanwhile, and an emulated headset wipes its canvas with every picture.
- */
-export async function shotOfNow(of, name) {
-  await of.evaluate(hold);
-  await until(() => of.evaluate(() => globalThis.isHeld()), `a picture of ${name}`);
-  await of.screenshot({ path: picture(name), timeout: PATIENCE });
-  await of.evaluate(() => globalThis.drawOn());
-}
-
 export const closePages = () => Promise.all(browser.contexts().map((context) => context.close()));
 
 export async function finish() {
@@ -159,6 +128,7 @@ export const withoutPixels = (context) => context.addInitScript(() => {
       draw.apply(this, words);
     };
   }
+  drawing.clear = () => {}; // an emulated headset wipes its canvas for every picture, and the whole window would be drawn anew
 });
 export const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
 export const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
@@ -218,6 +188,14 @@ export async function watch() {
   await until(() => state(client), 'a state');
   return client;
 }
+
+/** Four pictures of the page; not for ever where none are drawn. */
+export const frames = (of) => of.evaluate(() => new Promise((done) => {
+  setTimeout(done, 10_000);
+  let n = 0;
+  const each = () => (++n > 3 ? done() : requestAnimationFrame(each));
+  requestAnimationFrame(each);
+}));
 
 /** Until the arm rests: its joints hardly move. */
 export const rest = (of) => until(async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.01, 'rest');

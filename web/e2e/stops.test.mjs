@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import {
-  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, newestAddress, open, pressTarget, ready, rest, say, start,
+  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, newestAddress, open as openDrawn, pressTarget, ready, rest, say, start,
   startProgram, state, until, watch, withoutPixels,
 } from './harness.mjs';
 
@@ -15,6 +15,8 @@ before(async () => {
 afterEach(closePages);
 after(finish);
 
+/** Nothing here is of what the page looks like. */
+const open = ({ prepare, ...options } = {}) => openDrawn({ ...options, prepare: async (context) => { await withoutPixels(context); await prepare?.(context); } });
 const key = (page, code) => ({ grip: () => page.keyboard.down(code), release: () => page.keyboard.up(code) });
 const stopped = (of) => inState(of, 'stopping');
 /** Out of a stop, and nothing that has the focus hears of it. */
@@ -124,7 +126,7 @@ test('a lease that comes while the grip is held moves nothing; a fresh grip does
 });
 
 test('a stop in the middle of a drag leaves handles that can be taken again', IN_CHROMIUM, async () => {
-  const page = await open({ prepare: withoutPixels }), watcher = await watch();
+  const page = await open(), watcher = await watch();
   await page.evaluate(() => globalThis.steadyhand.stage.setQuality(2));
   await ready(page);
   const mouse = { grip: () => pressTarget(page), release: () => page.mouse.up() };
