@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "robot/reach.hpp"
+#include "steadyhand/robot/reach.hpp"
 
 namespace steadyhand::bench {
 namespace {

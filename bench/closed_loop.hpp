@@ -2,11 +2,11 @@
 
 #include <random>
 
-#include "plan/warm_start.hpp"
-#include "predict/predictor.hpp"
-#include "robot/reach.hpp"
+#include "steadyhand/plan/warm_start.hpp"
+#include "steadyhand/predict/predictor.hpp"
+#include "steadyhand/robot/reach.hpp"
 #include "sequences.hpp"
-#include "solve/solver.hpp"
+#include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand::bench {
 

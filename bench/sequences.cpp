@@ -4,10 +4,10 @@
 #include <cmath>
 #include <random>
 
-#include "config/places.hpp"
-#include "input/recording.hpp"
-#include "retarget/retargeter.hpp"
-#include "robot/kinematics.hpp"
+#include "steadyhand/config/places.hpp"
+#include "steadyhand/input/recording.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand::bench {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/math.hpp"
-#include "core/result.hpp"
-#include "robot/model.hpp"
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/robot/model.hpp"
 
 namespace steadyhand::bench {
 

@@ -7,11 +7,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "app/command_line.hpp"
+#include "steadyhand/app/command_line.hpp"
 #include "closed_loop.hpp"
-#include "config/profile_file.hpp"
-#include "config/robot_file.hpp"
-#include "record/problem_json.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/record/problem_json.hpp"
 
 namespace steadyhand::bench {
 namespace {

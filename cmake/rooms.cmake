@@ -20,13 +20,13 @@ function(steadyhand_cold target)
   target_precompile_headers(${target} REUSE_FROM cold_headers)
 endfunction()
 
-# steadyhand_room(NAME HOT USES rooms... LINK libraries... TEST_LINK libraries...): src/NAME/*.cpp becomes the library steadyhand_NAME,
+# steadyhand_room(NAME HOT USES rooms... LINK libraries... TEST_LINK libraries...): src/steadyhand/NAME/*.cpp becomes the library steadyhand_NAME,
 # tests/NAME/*.cpp the executable test_NAME. A room without sources is header-only. HOT: what it does in a planning period or a
 # cycle of the arm takes time that counts, so the compiler may take its time, too.
 function(steadyhand_room name)
   cmake_parse_arguments(room "HOT" "" "USES;LINK;TEST_LINK" ${ARGN})
   list(TRANSFORM room_USES PREPEND steadyhand_)
-  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/src/${name}/*.cpp" "${CMAKE_SOURCE_DIR}/src/${name}/*/*.cpp")
+  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/src/steadyhand/${name}/*.cpp" "${CMAKE_SOURCE_DIR}/src/steadyhand/${name}/*/*.cpp")
   if(sources)
     add_library(steadyhand_${name} STATIC ${sources})
     target_include_directories(steadyhand_${name} PUBLIC "${CMAKE_SOURCE_DIR}/src")

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "config/robot_file.hpp"
-#include "robot/kinematics.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 using namespace steadyhand;
 

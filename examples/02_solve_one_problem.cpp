@@ -3,10 +3,10 @@
 
 #include <cstdio>
 
-#include "config/profile_file.hpp"
-#include "config/robot_file.hpp"
-#include "ocp/evaluation.hpp"
-#include "solve/solver.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/ocp/evaluation.hpp"
+#include "steadyhand/solve/solver.hpp"
 
 using namespace steadyhand;
 

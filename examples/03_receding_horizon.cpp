@@ -6,11 +6,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "config/profile_file.hpp"
-#include "config/robot_file.hpp"
-#include "plan/planner.hpp"
-#include "predict/predictor.hpp"
-#include "track/tracker.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/plan/planner.hpp"
+#include "steadyhand/predict/predictor.hpp"
+#include "steadyhand/track/tracker.hpp"
 
 using namespace steadyhand;
 

@@ -4,10 +4,10 @@
 #include <functional>
 #include <memory>
 
-#include "arm/simulated_arm.hpp"
+#include "steadyhand/arm/simulated_arm.hpp"
 #include "arm/ur_lockstep.hpp"
-#include "core/arrows.hpp"
-#include "plan/straight_stop.hpp"
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 #ifdef STEADYHAND_ROS2

@@ -1,4 +1,4 @@
-#include "arm/liquid.hpp"
+#include "steadyhand/arm/liquid.hpp"
 
 #include <gtest/gtest.h>
 

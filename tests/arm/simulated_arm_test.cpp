@@ -1,4 +1,4 @@
-#include "arm/simulated_arm.hpp"
+#include "steadyhand/arm/simulated_arm.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // Kinematics as the factory measured it, and where it comes from: the primary interface's packages.
-#include "arm/ur_calibration.hpp"
+#include "steadyhand/arm/ur_calibration.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "config/robot_file.hpp"
-#include "robot/kinematics.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 #include "robot/random_arm.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 #include "support/ur/ur5e_kinematics.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <thread>
 
-#include "arm/ur_dashboard.hpp"
+#include "steadyhand/arm/ur_dashboard.hpp"
 #include "arm/ur_lockstep.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"

@@ -1,5 +1,5 @@
 // Whether a link is fit, from arrivals that are made up; and the clock that such arrivals give.
-#include "arm/ur_link_check.hpp"
+#include "steadyhand/arm/ur_link_check.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "arm/ur_arm.hpp"
+#include "steadyhand/arm/ur_arm.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 
 namespace steadyhand {

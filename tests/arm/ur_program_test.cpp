@@ -1,5 +1,5 @@
 // The program that runs on the controller, away from any network: a host of registers and a clock of cycles.
-#include "arm/ur_program.hpp"
+#include "steadyhand/arm/ur_program.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <random>
 #include <thread>
 
-#include "arm/rtde_client.hpp"
-#include "arm/ur_modes.hpp"
+#include "steadyhand/arm/rtde_client.hpp"
+#include "steadyhand/arm/ur_modes.hpp"
 #include "robot/random_arm.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 

@@ -1,9 +1,9 @@
-#include "config/profile_file.hpp"
+#include "steadyhand/config/profile_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include "config/refusal.hpp"
-#include "ocp/objectives.hpp"
+#include "steadyhand/ocp/objectives.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

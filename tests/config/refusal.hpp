@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "config/places.hpp"
+#include "steadyhand/config/places.hpp"
 
 namespace steadyhand {
 

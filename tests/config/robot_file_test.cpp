@@ -1,4 +1,4 @@
-#include "config/robot_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <set>
 
 #include "config/refusal.hpp"
-#include "robot/kinematics.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "config/settings_table.hpp"
+#include "steadyhand/config/settings_table.hpp"
 
 #include <gtest/gtest.h>
 

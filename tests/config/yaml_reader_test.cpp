@@ -1,10 +1,10 @@
-#include "config/yaml_reader.hpp"
+#include "steadyhand/config/yaml_reader.hpp"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "config/nearest.hpp"
+#include "steadyhand/config/nearest.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "core/arrows.hpp"
+#include "steadyhand/core/arrows.hpp"
 
 #include <gtest/gtest.h>
 

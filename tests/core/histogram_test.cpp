@@ -1,4 +1,4 @@
-#include "core/histogram.hpp"
+#include "steadyhand/core/histogram.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/lanes.hpp"
+#include "steadyhand/core/lanes.hpp"
 
 #include <gtest/gtest.h>
 

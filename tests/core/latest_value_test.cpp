@@ -1,4 +1,4 @@
-#include "core/latest_value.hpp"
+#include "steadyhand/core/latest_value.hpp"
 
 #include <gtest/gtest.h>
 

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Rooms = std::map<std::string, std::set<std::string>>;  ///< room -> rooms that its files may include
 
-/// A file of src/ and the `room/file.hpp` that it includes.
+/// A file and what it includes, both as `steadyhand/ROOM/file.hpp`.
 struct Include {
   std::string file, header;
 };
@@ -27,7 +27,11 @@ std::string text_of(const fs::path& path) {
   return text.str();
 }
 
-std::string room_of(const std::string& path) { return path.substr(0, path.find('/')); }
+/// Empty for a path that does not begin with `steadyhand/`: an installed header must not include it.
+std::string room_of(const std::string& path) {
+  const std::string root = "steadyhand/";
+  return path.starts_with(root) ? path.substr(root.size(), path.find('/', root.size()) - root.size()) : "";
+}
 
 /// Reads `steadyhand_room(NAME USES a b LINK ...)`, top to bottom. A room may use itself and, through the rooms it
 /// names, theirs; `app` everything. Naming a room that does not stand above is reported in `complaints`.
@@ -127,24 +131,30 @@ TEST(Layering, AcceptsWhatIsUsedDirectlyOrThroughOthers) {
   std::vector<std::string> complaints;
   const Rooms rooms = read_rooms(kSmallHouse, complaints);
   EXPECT_EQ(joined(complaints), "");
-  EXPECT_EQ(joined(violations(rooms, {{"plan/planner.hpp", "core/time.hpp"},
-                                      {"plan/planner.cpp", "plan/planner.hpp"},
-                                      {"app/main.cpp", "plan/planner.hpp"}})),
+  EXPECT_EQ(joined(violations(rooms, {{"steadyhand/plan/planner.hpp", "steadyhand/core/time.hpp"},
+                                      {"steadyhand/plan/planner.cpp", "steadyhand/plan/planner.hpp"},
+                                      {"steadyhand/app/main.cpp", "steadyhand/plan/planner.hpp"}})),
             "");
 }
 
 TEST(Layering, RefusesAnArrowThatPointsUp) {
   std::vector<std::string> complaints;
   const Rooms rooms = read_rooms(kSmallHouse, complaints);
-  EXPECT_EQ(violations(rooms, {{"robot/model.cpp", "plan/planner.hpp"}}).size(), 1u);
-  EXPECT_EQ(violations(rooms, {{"core/time.hpp", "app/options.hpp"}}).size(), 1u);
+  EXPECT_EQ(violations(rooms, {{"steadyhand/robot/model.cpp", "steadyhand/plan/planner.hpp"}}).size(), 1u);
+  EXPECT_EQ(violations(rooms, {{"steadyhand/core/time.hpp", "steadyhand/app/options.hpp"}}).size(), 1u);
 }
 
 TEST(Layering, RefusesANeighbourAndAFolderThatIsNoRoom) {
   std::vector<std::string> complaints;
   const Rooms rooms = read_rooms(kSmallHouse, complaints);
-  EXPECT_EQ(violations(rooms, {{"plan/planner.cpp", "input/recording.hpp"}}).size(), 1u);
-  EXPECT_EQ(violations(rooms, {{"attic/box.cpp", "core/time.hpp"}}).size(), 1u);
+  EXPECT_EQ(violations(rooms, {{"steadyhand/plan/planner.cpp", "steadyhand/input/recording.hpp"}}).size(), 1u);
+  EXPECT_EQ(violations(rooms, {{"steadyhand/attic/box.cpp", "steadyhand/core/time.hpp"}}).size(), 1u);
+}
+
+TEST(Layering, RefusesAHeaderThatIsNotNamedFromTheRoot) {
+  std::vector<std::string> complaints;
+  const Rooms rooms = read_rooms(kSmallHouse, complaints);
+  EXPECT_EQ(violations(rooms, {{"steadyhand/plan/planner.cpp", "plan/planner.hpp"}}).size(), 1u);
 }
 
 TEST(Layering, RefusesARoomThatUsesOneBelow) {
@@ -155,13 +165,13 @@ TEST(Layering, RefusesARoomThatUsesOneBelow) {
 
 TEST(Layering, ReadsTheIncludesOfAFile) {
   const fs::path src = fs::path(testing::TempDir()) / "layering" / "src";
-  fs::create_directories(src / "core");
-  std::ofstream(src / "core" / "a.hpp")
-      << "#pragma once\n#include <vector>\n  # include \"plan/b.hpp\"\n// \"x/y.hpp\"\n";
+  fs::create_directories(src / "steadyhand/core");
+  std::ofstream(src / "steadyhand/core/a.hpp")
+      << "#pragma once\n#include <vector>\n  # include \"steadyhand/plan/b.hpp\"\n// \"x/y.hpp\"\n";
   const std::vector<Include> includes = read_includes(src);
   ASSERT_EQ(includes.size(), 1u);
-  EXPECT_EQ(includes[0].file, "core/a.hpp");
-  EXPECT_EQ(includes[0].header, "plan/b.hpp");
+  EXPECT_EQ(includes[0].file, "steadyhand/core/a.hpp");
+  EXPECT_EQ(includes[0].header, "steadyhand/plan/b.hpp");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/spsc_ring.hpp"
+#include "steadyhand/core/spsc_ring.hpp"
 
 #include <gtest/gtest.h>
 

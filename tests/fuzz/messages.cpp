@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz/fuzz.hpp"
-#include "serve/hub.hpp"
+#include "steadyhand/serve/hub.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,6 +1,6 @@
 // Optimal control problems as JSON.
 #include "fuzz/fuzz.hpp"
-#include "record/problem_json.hpp"
+#include "steadyhand/record/problem_json.hpp"
 
 namespace steadyhand {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fuzz/fuzz.hpp"
-#include "input/recording.hpp"
+#include "steadyhand/input/recording.hpp"
 
 namespace steadyhand::fuzz {
 

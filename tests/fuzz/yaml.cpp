@@ -1,8 +1,8 @@
 // YAML: a robot file, a profile and settings, all of them from the same text.
-#include "config/profile_file.hpp"
-#include "config/robot_file.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
 #include "fuzz/fuzz.hpp"
-#include "session/settings.hpp"
+#include "steadyhand/session/settings.hpp"
 
 namespace steadyhand {
 

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <random>
 
-#include "input/recording.hpp"
+#include "steadyhand/input/recording.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "input/recording.hpp"
+#include "steadyhand/input/recording.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

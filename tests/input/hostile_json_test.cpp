@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "input/aframe.hpp"
+#include "steadyhand/input/aframe.hpp"
 
 namespace steadyhand {
 namespace {

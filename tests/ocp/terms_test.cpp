@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "ocp/evaluation.hpp"
+#include "steadyhand/ocp/evaluation.hpp"
 #include "robot/random_arm.hpp"
 
 namespace steadyhand {

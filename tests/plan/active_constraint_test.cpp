@@ -1,4 +1,4 @@
-#include "plan/active_constraint.hpp"
+#include "steadyhand/plan/active_constraint.hpp"
 
 #include <gtest/gtest.h>
 

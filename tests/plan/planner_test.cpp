@@ -1,4 +1,4 @@
-#include "plan/planner.hpp"
+#include "steadyhand/plan/planner.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,11 +7,11 @@
 #include <limits>
 #include <stdexcept>
 
-#include "ocp/evaluation.hpp"
-#include "plan/straight_stop.hpp"
+#include "steadyhand/ocp/evaluation.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/allocation_guard.hpp"
-#include "track/tracker.hpp"
+#include "steadyhand/track/tracker.hpp"
 
 namespace steadyhand {
 namespace {

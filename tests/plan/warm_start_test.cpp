@@ -1,4 +1,4 @@
-#include "plan/warm_start.hpp"
+#include "steadyhand/plan/warm_start.hpp"
 
 #include <gtest/gtest.h>
 

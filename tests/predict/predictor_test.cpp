@@ -1,4 +1,4 @@
-#include "predict/predictor.hpp"
+#include "steadyhand/predict/predictor.hpp"
 
 #include <gtest/gtest.h>
 

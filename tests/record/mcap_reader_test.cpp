@@ -1,11 +1,11 @@
 // Reads back what McapWriter wrote: whole, cut anywhere, and with bytes changed at random.
-#include "record/mcap_reader.hpp"
+#include "steadyhand/record/mcap_reader.hpp"
 
 #include <gtest/gtest.h>
 
-#include "record/mcap_writer.hpp"
-#include "record/recorder.hpp"
-#include "record/session_file.hpp"
+#include "steadyhand/record/mcap_writer.hpp"
+#include "steadyhand/record/recorder.hpp"
+#include "steadyhand/record/session_file.hpp"
 #include "test_data.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "record/mcap_writer.hpp"
+#include "steadyhand/record/mcap_writer.hpp"
 
 #include <gtest/gtest.h>
 #include <zstd.h>
@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-#include "record/crc32.hpp"
+#include "steadyhand/record/crc32.hpp"
 #include "test_data.hpp"
 
 /// The layout, byte by byte, read by a parser of the test's own; tests/python/test_mcap.py reads it with the public

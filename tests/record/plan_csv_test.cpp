@@ -1,4 +1,4 @@
-#include "record/plan_csv.hpp"
+#include "steadyhand/record/plan_csv.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "record/problem_json.hpp"
+#include "steadyhand/record/problem_json.hpp"
 
 #include <gtest/gtest.h>
 

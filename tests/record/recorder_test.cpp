@@ -1,11 +1,11 @@
-#include "record/recorder.hpp"
+#include "steadyhand/record/recorder.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "record/schemas.hpp"
+#include "steadyhand/record/schemas.hpp"
 #include "test_data.hpp"
 
 namespace steadyhand {

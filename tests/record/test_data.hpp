@@ -6,7 +6,7 @@
 #include <random>
 #include <string>
 
-#include "record/step.hpp"
+#include "steadyhand/record/step.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand::test {

@@ -1,4 +1,4 @@
-#include "report/metrics.hpp"
+#include "steadyhand/report/metrics.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <random>
 #include <sstream>
 
-#include "report/report.hpp"
-#include "report/table.hpp"
+#include "steadyhand/report/report.hpp"
+#include "steadyhand/report/table.hpp"
 #include "sample_run.hpp"
 
 namespace steadyhand {

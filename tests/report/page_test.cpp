@@ -6,7 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "report/page_data.hpp"
+#include "steadyhand/report/page_data.hpp"
 #include "sample_run.hpp"
 #include "support/temporary_folder.hpp"
 

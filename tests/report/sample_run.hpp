@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "report/report.hpp"
+#include "steadyhand/report/report.hpp"
 
 /// A run that looks like one, made by formulas: for the tests of report and page, which need no planner.
 namespace steadyhand::test {

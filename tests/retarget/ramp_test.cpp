@@ -1,7 +1,7 @@
 // The beginning of an engagement: the tool takes up the hand's motion gradually.
 #include <gtest/gtest.h>
 
-#include "retarget/retargeter.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
 
 namespace steadyhand {
 namespace {

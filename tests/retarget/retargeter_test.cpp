@@ -1,4 +1,4 @@
-#include "retarget/retargeter.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "input/recording.hpp"
-#include "retarget/retargeter.hpp"
-#include "robot/kinematics.hpp"
-#include "robot/loading.hpp"
+#include "steadyhand/input/recording.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/loading.hpp"
 #include "support/ur5e_urdf.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "robot/kinematics.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "robot/loading.hpp"
+#include "steadyhand/robot/loading.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "robot/kinematics.hpp"
-#include "robot/urdf_chain.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/urdf_chain.hpp"
 #include "robot/urdf_text.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -1,10 +1,10 @@
-#include "robot/pairs.hpp"
+#include "steadyhand/robot/pairs.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "robot/kinematics.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 #include "robot/random_arm.hpp"
 
 namespace steadyhand {

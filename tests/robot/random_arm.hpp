@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "robot/model.hpp"
+#include "steadyhand/robot/model.hpp"
 
 namespace steadyhand {
 

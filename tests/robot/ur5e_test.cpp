@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "robot/kinematics.hpp"
-#include "robot/loading.hpp"
-#include "robot/pairs.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/loading.hpp"
+#include "steadyhand/robot/pairs.hpp"
 #include "robot/random_arm.hpp"
-#include "robot/reach.hpp"
+#include "steadyhand/robot/reach.hpp"
 #include "support/ur5e_urdf.hpp"
 
 namespace steadyhand {

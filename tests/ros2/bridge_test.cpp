@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "robot/random_arm.hpp"
-#include "ros2/ros2_bridge.hpp"
-#include "ros2/stamps.hpp"
+#include "steadyhand/ros2/ros2_bridge.hpp"
+#include "steadyhand/ros2/stamps.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"
 

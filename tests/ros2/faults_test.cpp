@@ -5,7 +5,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "plan/straight_stop.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"

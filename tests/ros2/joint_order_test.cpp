@@ -1,5 +1,5 @@
 // Joints go by name.
-#include "ros2/joint_order.hpp"
+#include "steadyhand/ros2/joint_order.hpp"
 
 #include <gtest/gtest.h>
 

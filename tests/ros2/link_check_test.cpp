@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "ros2/ros2_link_check.hpp"
+#include "steadyhand/ros2/ros2_link_check.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,4 +1,4 @@
-#include "ros2/node.hpp"
+#include "steadyhand/ros2/node.hpp"
 
 #include <gtest/gtest.h>
 #include <sched.h>

@@ -1,9 +1,9 @@
 // What the control thread does for an arm behind ROS 2 costs it no allocation, and what it may not send it does not.
-#include "ros2/ros2_arm.hpp"
+#include "steadyhand/ros2/ros2_arm.hpp"
 
 #include <gtest/gtest.h>
 
-#include "plan/straight_stop.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"

@@ -1,5 +1,5 @@
 // What is sent to a joint trajectory controller, and that one as documented executes it as it was planned.
-#include "ros2/trajectory.hpp"
+#include "steadyhand/ros2/trajectory.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "serve/access.hpp"
+#include "steadyhand/serve/access.hpp"
 
 #include <gtest/gtest.h>
 #include <openssl/pem.h>
@@ -8,8 +8,8 @@
 #include <fstream>
 #include <set>
 
-#include "serve/certificate.hpp"
-#include "serve/terminal_qr.hpp"
+#include "steadyhand/serve/certificate.hpp"
+#include "steadyhand/serve/terminal_qr.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

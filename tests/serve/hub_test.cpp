@@ -1,4 +1,4 @@
-#include "serve/hub.hpp"
+#include "steadyhand/serve/hub.hpp"
 
 #include <gtest/gtest.h>
 

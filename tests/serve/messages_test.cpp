@@ -1,4 +1,4 @@
-#include "serve/messages.hpp"
+#include "steadyhand/serve/messages.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Whose a connection over loopback is.
-#include "serve/peer_user.hpp"
+#include "steadyhand/serve/peer_user.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "serve/messages.hpp"
-#include "serve/server.hpp"
+#include "steadyhand/serve/messages.hpp"
+#include "steadyhand/serve/server.hpp"
 #include "socket_client.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "serve/server.hpp"
+#include "steadyhand/serve/server.hpp"
 
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>

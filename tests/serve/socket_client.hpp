@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/time.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -1,8 +1,8 @@
 // The control stage alone: plans and states are handed to it as a test wants them.
-#include "session/control_stage.hpp"
+#include "steadyhand/session/control_stage.hpp"
 
-#include "arm/carry_on.hpp"
-#include "plan/straight_stop.hpp"
+#include "steadyhand/arm/carry_on.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "session/virtual_session.hpp"
 
 namespace steadyhand {

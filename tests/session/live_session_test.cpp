@@ -1,5 +1,5 @@
 // What the threads of a session do when something in them throws.
-#include "session/live_session.hpp"
+#include "steadyhand/session/live_session.hpp"
 
 #include <gtest/gtest.h>
 #include <pthread.h>

@@ -1,5 +1,5 @@
 // The witness sees what is wrong, counts it, and says by how much.
-#include "session/monitor.hpp"
+#include "steadyhand/session/monitor.hpp"
 
 #include <random>
 

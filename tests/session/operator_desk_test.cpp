@@ -1,4 +1,4 @@
-#include "session/operator_desk.hpp"
+#include "steadyhand/session/operator_desk.hpp"
 
 #include <gtest/gtest.h>
 

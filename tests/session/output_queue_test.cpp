@@ -1,4 +1,4 @@
-#include "session/output_queue.hpp"
+#include "steadyhand/session/output_queue.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

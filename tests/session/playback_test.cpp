@@ -1,4 +1,4 @@
-#include "session/playback.hpp"
+#include "steadyhand/session/playback.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // How often plans are made, and what that means for the way from hand to command.
 #include <fmt/format.h>
 
-#include "session/sustained_rate.hpp"
+#include "steadyhand/session/sustained_rate.hpp"
 #include "session/virtual_session.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "session/realtime.hpp"
+#include "steadyhand/session/realtime.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

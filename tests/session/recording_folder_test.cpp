@@ -1,4 +1,4 @@
-#include "session/recording_folder.hpp"
+#include "steadyhand/session/recording_folder.hpp"
 
 #include <gtest/gtest.h>
 

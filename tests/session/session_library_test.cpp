@@ -1,4 +1,4 @@
-#include "session/session_library.hpp"
+#include "steadyhand/session/session_library.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "record/recorder.hpp"
+#include "steadyhand/record/recorder.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

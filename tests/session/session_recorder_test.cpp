@@ -1,12 +1,12 @@
-#include "session/session_recorder.hpp"
+#include "steadyhand/session/session_recorder.hpp"
 
 #include <algorithm>
 #include <fstream>
 
-#include "record/robot_json.hpp"
-#include "record/session_file.hpp"
-#include "session/past_session.hpp"
-#include "session/replay.hpp"
+#include "steadyhand/record/robot_json.hpp"
+#include "steadyhand/record/session_file.hpp"
+#include "steadyhand/session/past_session.hpp"
+#include "steadyhand/session/replay.hpp"
 #include "session/virtual_session.hpp"
 #include "support/temporary_folder.hpp"
 

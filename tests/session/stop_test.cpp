@@ -1,5 +1,5 @@
 // How a stop that was asked for brings the arm to rest.
-#include "plan/straight_stop.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "session/virtual_session.hpp"
 
 namespace steadyhand {

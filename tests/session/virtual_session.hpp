@@ -6,12 +6,12 @@
 #include <functional>
 #include <memory>
 
-#include "arm/simulated_arm.hpp"
-#include "config/profile_file.hpp"
-#include "config/robot_file.hpp"
-#include "session/control_stage.hpp"
-#include "session/monitor.hpp"
-#include "session/planning_stage.hpp"
+#include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/session/control_stage.hpp"
+#include "steadyhand/session/monitor.hpp"
+#include "steadyhand/session/planning_stage.hpp"
 #include "support/manual_clock.hpp"
 
 namespace steadyhand {

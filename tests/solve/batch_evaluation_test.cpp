@@ -1,9 +1,9 @@
-#include "solve/realtime/batch_evaluation.hpp"
+#include "steadyhand/solve/realtime/batch_evaluation.hpp"
 
 #include <gtest/gtest.h>
 
 #include "solve/random_problem.hpp"
-#include "solve/realtime/log_sum.hpp"
+#include "steadyhand/solve/realtime/log_sum.hpp"
 
 namespace steadyhand {
 namespace {

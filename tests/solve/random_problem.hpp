@@ -1,8 +1,8 @@
 #pragma once
 
-#include "ocp/evaluation.hpp"
+#include "steadyhand/ocp/evaluation.hpp"
 #include "robot/random_arm.hpp"
-#include "solve/solver.hpp"
+#include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
 

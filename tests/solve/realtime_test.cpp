@@ -1,4 +1,4 @@
-#include "solve/realtime/realtime.hpp"
+#include "steadyhand/solve/realtime/realtime.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <limits>
 
-#include "solve/kkt.hpp"
+#include "steadyhand/solve/kkt.hpp"
 #include "solve/random_problem.hpp"
-#include "solve/realtime/newton_system.hpp"
+#include "steadyhand/solve/realtime/newton_system.hpp"
 
 #ifndef __SANITIZE_ADDRESS__
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "solve/random_problem.hpp"
-#include "solve/solver.hpp"
+#include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
 namespace {

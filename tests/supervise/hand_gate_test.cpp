@@ -1,4 +1,4 @@
-#include "supervise/hand_gate.hpp"
+#include "steadyhand/supervise/hand_gate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "supervise/supervisor.hpp"
+#include "steadyhand/supervise/supervisor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/clock.hpp"
+#include "steadyhand/core/clock.hpp"
 
 namespace steadyhand {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "arm/arm.hpp"
+#include "steadyhand/arm/arm.hpp"
 
 namespace steadyhand {
 

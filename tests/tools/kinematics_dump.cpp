@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "config/robot_file.hpp"
-#include "robot/kinematics.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 namespace {
 

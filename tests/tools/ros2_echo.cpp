@@ -4,7 +4,7 @@
 
 #include <iostream>
 
-#include "ros2/node.hpp"
+#include "steadyhand/ros2/node.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "record/recorder.hpp"
+#include "steadyhand/record/recorder.hpp"
 #include "report/sample_run.hpp"
 
 namespace steadyhand {

@@ -95,8 +95,8 @@ class atomic {
 }  // namespace watched_std
 
 #define std watched_std
-#include "core/latest_value.hpp"
-#include "core/spsc_ring.hpp"
+#include "steadyhand/core/latest_value.hpp"
+#include "steadyhand/core/spsc_ring.hpp"
 #undef std
 
 namespace {

@@ -20,7 +20,7 @@
 #include <thread>
 #include <vector>
 
-#include "ros2/node.hpp"
+#include "steadyhand/ros2/node.hpp"
 #include "support/ros2/lockstep.hpp"
 
 namespace steadyhand {

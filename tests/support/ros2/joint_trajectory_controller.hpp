@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/math.hpp"
-#include "core/time.hpp"
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

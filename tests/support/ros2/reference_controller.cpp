@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ros2/stamps.hpp"
+#include "steadyhand/ros2/stamps.hpp"
 
 namespace steadyhand {
 

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "arm/simulated_arm.hpp"
-#include "ros2/node.hpp"
+#include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/ros2/node.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/joint_trajectory_controller.hpp"
 

@@ -11,11 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "arm/rtde_client.hpp"
-#include "arm/simulated_arm.hpp"
-#include "arm/ur_modes.hpp"
-#include "arm/ur_primary.hpp"
-#include "robot/kinematics.hpp"
+#include "steadyhand/arm/rtde_client.hpp"
+#include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/arm/ur_modes.hpp"
+#include "steadyhand/arm/ur_primary.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/urscript.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "arm/ur_primary.hpp"
+#include "steadyhand/arm/ur_primary.hpp"
 
 namespace steadyhand {
 

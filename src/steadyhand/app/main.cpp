@@ -1,0 +1,90 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/app/commands.hpp"
+#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/session/output_queue.hpp"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  ./steadyhand demo --headless --seconds 60  a simulated arm follows a recorded hand, live\n"
+    "  ./steadyhand config                        the settings of a live session, with unit and origin\n"
+    "  ./steadyhand check --host 192.168.0.10     is this machine fit to lead that arm? Nothing moves\n"
+    "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
+    "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
+    "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
+    "  ./steadyhand report SESSION.mcap           what was driven; without a session, those that there are\n"
+    "  ./steadyhand describe ur5e                 the robot as JSON\n"
+    "  ./steadyhand describe my_arm.urdf --pretty\n"
+    "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
+    "  ./steadyhand bench                         our solver beside its peers\n"
+    "  ./steadyhand test [--long]                 the tests; --long: every test\n"
+    "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
+    "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
+    "stderr.";
+
+/// CLI11 would only say that a command is missing.
+std::optional<std::string> unknown_command(const steadyhand::CommandLine& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
+  const std::vector<std::string> known = app.subcommands();
+  if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
+  return "unknown command '" + std::string(argv[1]) + "'; " + steadyhand::suggestion(argv[1], known);
+}
+
+/// Descriptors that who started us had closed: whatever is opened next would get their numbers, and a recording what is
+/// meant for people. Reading and writing them fails as if they were closed.
+void keep_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) >= 0) continue;
+    (void)open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);  // the lowest number that is free
+  }
+}
+
+int fail(const std::string& message) {
+  steadyhand::OutputQueue(STDERR_FILENO).say("steadyhand: " + message + "\n");  // ends even if nobody reads it
+  return kBadInput;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_standard_descriptors();
+  steadyhand::CommandLine app(
+      "steadyhand",
+      "A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds.");
+  app.version("steadyhand " STEADYHAND_VERSION);
+  app.footer(kExamples);
+  steadyhand::Command command;
+  int exit_code = 0;
+  steadyhand::add_demo_command(app, command, exit_code);
+  steadyhand::add_check_command(app, command, exit_code);
+  steadyhand::add_config_command(app, command);
+  steadyhand::add_replay_command(app, command);
+  steadyhand::add_report_command(app, command);
+  steadyhand::add_describe_command(app, command);
+  steadyhand::add_solve_command(app, command);
+  if (const auto unknown = unknown_command(app, argc, argv)) return fail(*unknown + " (see steadyhand --help)");
+  const steadyhand::Result<bool> parsed = app.parse(argc, argv);
+  if (!parsed) return fail(parsed.error().message + " (see steadyhand --help)");
+  if (!*parsed) return 0;
+  if (!command) return fail("a command is expected (see steadyhand --help)");
+  try {
+    const steadyhand::Status status = command();
+    if (!status) return fail(status.error().message);
+    std::cout.flush();
+    return std::cout ? exit_code : fail("cannot write to stdout");
+  } catch (const std::exception& error) {  // out of memory and the like
+    return fail(error.what());
+  }
+}

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "steadyhand/core/arrows.hpp"
+
+namespace steadyhand {
+
+/// Whether an arm does what it is told.
+enum class ArmStatus {
+  kStarting,  ///< not yet: it is being switched on, or recovers from a stop
+  kFollowing,
+  kStopped,  ///< it stopped by itself (protective stop, connection lost); only restart() brings it back
+};
+
+/// What an arm reports once a cycle.
+struct ArmState {
+  JointState joints;        ///< measured at `joints.stamp.made`, the session's clock
+  std::uint64_t cycle = 0;  ///< counts control cycles of the arm, also those that the program slept through
+  ArmStatus status = ArmStatus::kStarting;
+  std::string_view reason;  ///< why it stopped; static text
+  /// Set while the arm follows if it got no command for the cycle before this one: where its own set-point has gone
+  /// meanwhile, in that cycle, within its limits. What it is sent next has to go on from there.
+  std::optional<JointCommand> carried_on;
+};
+
+struct ArmInfo {
+  std::string name;
+  int joints = 0;          ///< n
+  double rate_hz = 500.0;  ///< of control cycles
+  double delay = 0.0;      ///< s, between a command and what is measured of it, about
+};
+
+/// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.
+/// receive(), follow() and send() belong to the control thread and allocate nothing.
+class Arm {
+ public:
+  virtual ~Arm() = default;
+  virtual const ArmInfo& info() const = 0;
+
+  /// Waits for the arm's next cycle. A caller that comes late gets the newest state, not those it missed.
+  virtual ArmState receive() = 0;
+  /// The commands from now on are samples of this plan, which was checked to its end, where it rests. Comes before the
+  /// first of them, as often as the plan changes. For arms that are sent motions: to others it means nothing.
+  virtual void follow(const Plan& plan) { (void)plan; }
+  /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it, the arm's own
+  /// too (ArmState::carried_on): an arm may refuse a step, or limits exceeded, with a stop of its own.
+  virtual void send(const JointCommand& command) = 0;
+  /// Asks the arm to begin (again) to follow commands, from where it stands; the first command must be there. Does not
+  /// wait: the status tells when it does.
+  virtual void restart() = 0;
+
+ protected:
+  Arm() = default;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,77 @@
+#include "steadyhand/config/profile_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/config/yaml_reader.hpp"
+#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/solve/solver.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+/// One entry of `weights`. How many numbers a term takes may depend on the arm; Ocp::weights checks that.
+void read_weight(YamlMap& weights, const std::string& term, const std::vector<std::unique_ptr<Objective>>& objectives,
+                 OcpSettings& settings) {
+  std::vector<std::string> known;
+  const Objective* objective = nullptr;
+  for (const auto& each : objectives) {
+    known.emplace_back(each->name());
+    if (each->name() == term) objective = each.get();
+  }
+  if (objective == nullptr) {
+    weights.has(term);  // an unknown term is told here, with the terms that there are
+    weights.fail(term, fmt::format("is no term of the problem; {}", suggestion(term, known)));
+    return;
+  }
+  const std::vector<double> values = weights.number_or_numbers(term, Interval::not_negative());
+  const std::size_t count = objective->weight_count(kMaxJoints);
+  const bool fixed = objective->weight_count(1) == objective->weight_count(kMaxJoints);
+  if (values.size() != 1 && (fixed ? values.size() != count : values.size() > count)) {
+    const std::string list =
+        fixed ? (count == 1 ? "" : fmt::format(" or a list of {}", count)) : " or one for each joint";
+    weights.fail(term, fmt::format("has {} numbers; one number{} is expected", values.size(), list));
+  }
+  settings.weights[term] = values;
+}
+
+}  // namespace
+
+Result<Profile> load_profile(const std::string& name, const Places& places) {
+  const Result<std::filesystem::path> path = find_named_file(places, "profiles", name);
+  if (!path) return Error{"profile " + path.error().message};
+  Result<YamlMap> opened = YamlMap::open(*path);
+  if (!opened) return opened.error();
+  YamlMap& file = *opened;
+
+  Profile profile;
+  profile.name = file.text("name", path->stem().string());
+  // The name becomes a folder of the replay's output.
+  if (profile.name.find_first_of("/\\") != std::string::npos || profile.name.starts_with('.')) {
+    file.fail("name", fmt::format("is '{}'; a name without '/' is expected", profile.name));
+  }
+  profile.label = file.text("label", profile.name);
+  profile.ocp.horizon = file.integer("horizon", 1, kMaxHorizon, profile.ocp.horizon);
+  profile.ocp.dt = file.number("dt", {0.0, 10.0, true}, profile.ocp.dt);
+  profile.solver = file.text("solver", profile.solver);
+  if (const auto& known = solver_names(); std::find(known.begin(), known.end(), profile.solver) == known.end()) {
+    file.fail("solver", fmt::format("is '{}'; the solvers are {}", profile.solver, fmt::join(known, ", ")));
+  }
+  profile.tolerance = file.number("tolerance", {0.0, 0.1, true}, profile.tolerance);
+  if (file.has("limits")) {
+    YamlMap limits = file.map("limits");
+    profile.ocp.velocity_scale = limits.number("velocity_scale", {0.0, 1.0, true}, 1.0);
+    profile.ocp.acceleration_scale = limits.number("acceleration_scale", {0.0, 1.0, true}, 1.0);
+  }
+  const auto objectives = make_objectives();
+  YamlMap weights = file.map("weights");
+  for (const std::string& term : weights.keys()) read_weight(weights, term, objectives, profile.ocp);
+  if (Status status = file.finish(); !status) return status.error();
+  return profile;
+}
+
+}  // namespace steadyhand

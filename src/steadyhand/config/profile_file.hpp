@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "steadyhand/config/places.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/ocp/settings.hpp"
+#include "steadyhand/solve/solver.hpp"
+
+namespace steadyhand {
+
+/// How the arm shall follow: a profile file, profiles/NAME.yaml.
+struct Profile {
+  std::string name;   ///< in paths and tables
+  std::string label;  ///< for people
+  OcpSettings ocp;
+  std::string solver = kDefaultSolver;
+  double tolerance = 1e-6;  ///< of the KKT conditions
+};
+
+/// A profile by name ("tracking") or path. Keys: name, label, weights, horizon, dt, solver, tolerance, limits. Refuses
+/// with file and line: keys and terms that do not exist (and lists those that do), negative weights, values out of
+/// range.
+Result<Profile> load_profile(const std::string& name, const Places& places = Places::standard());
+
+}  // namespace steadyhand

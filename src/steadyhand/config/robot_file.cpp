@@ -1,0 +1,91 @@
+#include "steadyhand/config/robot_file.hpp"
+
+#include <fmt/format.h>
+
+#include "steadyhand/config/yaml_reader.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places, RobotSettings& settings) {
+  if (!robot.is_map("urdf")) {
+    settings.urdf = file.parent_path() / robot.text("urdf");
+    return;
+  }
+  YamlMap urdf = robot.map("urdf");
+  const std::string package = urdf.text("package"), path = urdf.text("path");
+  if (package.empty() || path.empty()) return;  // told by finish()
+  const Result<fs::path> found = find_in_package(places, package, path);
+  if (found) {
+    settings.urdf = *found;
+  } else {
+    urdf.fail("package", ": " + found.error().message);
+  }
+}
+
+void read_tool(YamlMap tool, RobotSettings& settings) {
+  settings.tool_name = tool.text("name", "tool");
+  settings.tool_link = tool.text("link");
+  const std::vector<double> xyz = tool.numbers("xyz", Interval::any(), 3);
+  const std::vector<double> rpy = tool.numbers("rpy", Interval::any(), 3);
+  settings.tool_origin = Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) * Eigen::AngleAxisd(rpy[2], Vector3::UnitZ()) *
+                         Eigen::AngleAxisd(rpy[1], Vector3::UnitY()) * Eigen::AngleAxisd(rpy[0], Vector3::UnitX());
+}
+
+void read_spheres(YamlMap& robot, RobotSettings& settings) {
+  if (robot.has("spheres")) {
+    for (YamlMap& sphere : robot.maps("spheres")) {
+      const std::vector<double> center = sphere.numbers("center", Interval::any(), 3);
+      settings.spheres.push_back({sphere.text("name"), sphere.text("link"), Vector3(center[0], center[1], center[2]),
+                                  sphere.number("radius", Interval::positive())});
+    }
+  }
+  if (robot.is_list("pairs")) {
+    settings.pairs.emplace();
+    for (const std::vector<std::string>& pair : robot.text_lists("pairs", 2)) {
+      settings.pairs->emplace_back(pair[0], pair[1]);
+    }
+  } else if (robot.text("pairs", "auto") != "auto") {
+    robot.fail("pairs", "must be auto or a list of [name, name] of spheres");
+  }
+}
+
+}  // namespace
+
+Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places) {
+  Result<YamlMap> opened = YamlMap::open(file);
+  if (!opened) return opened.error();
+  YamlMap& robot = *opened;
+  RobotSettings settings;
+  settings.name = robot.text("name", file.stem().string());
+  read_urdf_place(robot, file, places, settings);
+  if (robot.has("tool")) read_tool(robot.map("tool"), settings);
+  settings.home = robot.optional_numbers("home", Interval::any());
+  settings.acceleration_max = robot.optional_numbers("acceleration_max", Interval::positive());
+  settings.velocity_max = robot.optional_numbers("velocity_max", Interval::positive());
+  settings.position_min = robot.optional_numbers("position_min", Interval::any());
+  settings.position_max = robot.optional_numbers("position_max", Interval::any());
+  read_spheres(robot, settings);
+  if (Status status = robot.finish(); !status) return status.error();
+  return settings;
+}
+
+Result<RobotModel> open_robot(const std::string& name, const Places& places) {
+  const Result<fs::path> file = find_named_file(places, "robots", name);
+  if (!file) return Error{"robot " + file.error().message};
+  if (file->extension() != ".yaml" && file->extension() != ".yml") {
+    RobotSettings settings;
+    settings.urdf = *file;
+    return load_robot(settings);
+  }
+  const Result<RobotSettings> settings = load_robot_settings(*file, places);
+  if (!settings) return settings.error();
+  Result<RobotModel> model = load_robot(*settings);
+  if (!model) return Error{fmt::format("{}: {}", file->string(), model.error().message)};
+  return model;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/time.hpp"
+
+/// One plain struct per arrow of the way that data takes:
+/// OperatorSample -> Target -> Reference -> Plan -> JointCommand -> (arm) -> JointState.
+namespace steadyhand {
+
+/// The operator's hand as the headset or recording reports it.
+struct OperatorSample {
+  Stamp stamp;
+  Pose X_operator_hand;   ///< robot axes: z up; the operator's room frame
+  bool clutch = false;    ///< true while the operator holds the arm engaged
+  bool tracked = true;    ///< false: the device has no valid pose now
+  bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
+  Time lead{0};           ///< the device predicted the pose: it is where the hand will be at stamp.hand + lead
+};
+
+/// Where the operator wants the controlled frame (the glass) to be.
+struct Target {
+  Stamp stamp;
+  Pose X_base_tool;
+  bool engaged = false;  ///< false: pose is where the arm was left; do not follow
+  Time lead{0};          ///< as the operator sample's
+};
+
+/// The predicted target over the planner's horizon: entry k-1 holds node k = 1..nodes at time start + k * dt.
+struct Reference {
+  Stamp stamp;
+  Time start{0};
+  double dt = 0.05;                    ///< s
+  int nodes = 0;                       ///< N
+  std::array<Vector3, kMaxHorizon> p;  ///< m, base frame
+  std::array<Matrix3, kMaxHorizon> R;  ///< controlled frame to base
+};
+
+/// How a plan came about.
+enum class PlanOrigin {
+  kSolved,    ///< converged
+  kFeasible,  ///< not converged within its budget, but inside every constraint
+  kPrevious,  ///< the new solution failed its check or the solver failed: the rest of the last good plan
+};
+
+/// A checked joint trajectory that ends at rest: accelerations constant on intervals of dt (exact double integrator),
+/// first the optimal control problem's N intervals, then a stop inside the acceleration limits. After its end it stands
+/// still.
+struct Plan {
+  static constexpr int kMaxIntervals = 2 * kMaxHorizon;
+
+  Stamp stamp;
+  Time start{0};
+  double dt = 0.05;   ///< s
+  int joints = 0;     ///< n
+  int intervals = 0;  ///< N plus those of the stop
+  PlanOrigin origin = PlanOrigin::kSolved;
+  std::array<StateVector, kMaxIntervals + 1> x;  ///< x_k = [q; dq] at start + k * dt; rad (m), rad/s (m/s)
+  std::array<JointVector, kMaxIntervals> u;      ///< ddq on [k, k+1) * dt; rad/s^2 (m/s^2)
+
+  Plan() = default;
+  Plan(const Plan& other) { *this = other; }
+  /// Copies the entries in use: a plan goes from thread to thread, and most are far shorter than the longest.
+  Plan& operator=(const Plan& other);
+};
+
+/// What the arm is told to do at `stamp.made`.
+struct JointCommand {
+  Stamp stamp;
+  JointVector q;    ///< rad (m for prismatic joints)
+  JointVector dq;   ///< rad/s
+  JointVector ddq;  ///< rad/s^2
+};
+
+/// What the arm says it does; measured at `stamp.made`.
+struct JointState {
+  Stamp stamp;
+  JointVector q;   ///< rad
+  JointVector dq;  ///< rad/s
+};
+
+/// q, dq, ddq at time t of a plan: exact between nodes; before the start the first state, after the end the last one at
+/// rest. Safe for every time, and for intervals of any length. Allocates nothing.
+JointCommand sample(const Plan& plan, Time t);
+
+/// A plan that stands at q from `start` on. Allocates nothing.
+void stand(const JointVector& q, Time start, Plan& plan);
+
+}  // namespace steadyhand

@@ -1,0 +1,56 @@
+#include "steadyhand/ocp/constraints.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// lower <= z_i <= upper for one of the three parts of z: q, dq or u. Row i is joint i.
+class Limits final : public ConstraintFor<Limits> {
+ public:
+  enum Part { kPosition = 0, kVelocity = 1, kAcceleration = 2 };
+
+  Limits(std::string_view name, Part part, JointVector lower, JointVector upper)
+      : name_(name), part_(part), lower_(std::move(lower)), upper_(std::move(upper)) {}
+
+  std::string_view name() const override { return name_; }
+  Nodes nodes() const override { return part_ == kAcceleration ? Nodes::kIntervals : Nodes::kStates; }
+  int rows() const override { return static_cast<int>(lower_.size()); }
+  Bounds bounds(int row) const override { return {lower_[row], upper_[row]}; }
+
+  int entry(int row) const override { return part_ * rows() + row; }
+
+  EntryRange support(int row, int /*dof*/) const override { return {entry(row), entry(row) + 1}; }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int row) const {
+    return part_ == kPosition ? node.arm.q()[row] : part_ == kVelocity ? node.dq[row] : node.u[row];
+  }
+  template <typename S>
+  void gradient_at(const NodeOf<S>& /*node*/, int row, S scale, NodeGradientOf<S>& gradient) const {
+    gradient[entry(row)] += scale;
+  }
+  template <typename S>
+  void hessian_at(const NodeOf<S>& /*node*/, int /*row*/, S /*scale*/, NodeHessianOf<S>& /*hessian*/) const {}
+
+ private:
+  std::string_view name_;
+  Part part_;
+  JointVector lower_, upper_;
+};
+
+}  // namespace
+
+std::unique_ptr<Constraint> make_position_limits(const RobotModel& model) {
+  return std::make_unique<Limits>("position_limits", Limits::kPosition, model.position_min, model.position_max);
+}
+
+std::unique_ptr<Constraint> make_velocity_limits(const RobotModel& model, double scale) {
+  const JointVector limit = scale * model.velocity_max;
+  return std::make_unique<Limits>("velocity_limits", Limits::kVelocity, -limit, limit);
+}
+
+std::unique_ptr<Constraint> make_acceleration_limits(const RobotModel& model, double scale) {
+  const JointVector limit = scale * model.acceleration_max;
+  return std::make_unique<Limits>("acceleration_limits", Limits::kAcceleration, -limit, limit);
+}
+
+}  // namespace steadyhand

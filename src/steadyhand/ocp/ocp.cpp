@@ -1,0 +1,77 @@
+#include "steadyhand/ocp/ocp.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+namespace steadyhand {
+
+Ocp::Ocp(const RobotModel& model, const OcpSettings& settings)
+    : model_(&model),
+      horizon_(settings.horizon),
+      dt_(settings.dt),
+      objectives_(make_objectives()),
+      constraints_(make_constraints(model, settings)) {}
+
+StateVector Ocp::next(const StateVector& x, const JointVector& u) const {
+  const int n = dof();
+  StateVector result(2 * n);
+  result.head(n) = x.head(n) + dt_ * x.tail(n) + (0.5 * dt_ * dt_) * u;
+  result.tail(n) = x.tail(n) + dt_ * u;
+  return result;
+}
+
+Result<std::vector<JointVector>> Ocp::weights(const std::map<std::string, std::vector<double>>& by_name) const {
+  std::vector<JointVector> result;
+  std::vector<std::string_view> known;
+  for (const auto& objective : objectives_) {
+    known.push_back(objective->name());
+    result.push_back(JointVector::Zero(objective->weight_count(dof())));
+  }
+  for (const auto& [name, values] : by_name) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) {
+      return Error{fmt::format("weights: unknown term '{}'; the terms are {}", name, fmt::join(known, ", "))};
+    }
+    JointVector& weight = result[found - known.begin()];
+    if (values.size() != 1 && std::ssize(values) != weight.size()) {
+      return Error{fmt::format("weights: '{}' has {} numbers, it needs 1 or {}", name, values.size(), weight.size())};
+    }
+    for (int i = 0; i < weight.size(); ++i) {
+      weight[i] = values.size() == 1 ? values[0] : values[i];
+      if (!(weight[i] >= 0.0) || !std::isfinite(weight[i])) {
+        return Error{fmt::format("weights: '{}' is {}; a weight is finite and not negative", name, weight[i])};
+      }
+    }
+  }
+  return result;
+}
+
+Status Ocp::check(const OcpInstance& instance) const {
+  if (instance.x0.size() != 2 * dof()) {
+    return Error{fmt::format("x0 has {} numbers, the arm needs {}", instance.x0.size(), 2 * dof())};
+  }
+  if (!instance.x0.allFinite()) return Error{"x0 has a number that is not finite"};
+  if (instance.reference.nodes != horizon_) {
+    return Error{fmt::format("the reference has {} nodes, the horizon {}", instance.reference.nodes, horizon_)};
+  }
+  for (int k = 0; k < horizon_; ++k) {
+    if (!instance.reference.p[k].allFinite() || !instance.reference.R[k].allFinite()) {
+      return Error{fmt::format("the reference of node {} has a number that is not finite", k + 1)};
+    }
+  }
+  if (instance.weights.size() != objectives_.size()) {
+    return Error{fmt::format("{} weights for {} objectives", instance.weights.size(), objectives_.size())};
+  }
+  for (std::size_t i = 0; i < objectives_.size(); ++i) {
+    const JointVector& weight = instance.weights[i];
+    if (weight.size() != objectives_[i]->weight_count(dof()) || !weight.allFinite() || (weight.array() < 0).any()) {
+      return Error{fmt::format("weights of '{}' must be {} finite numbers, none negative", objectives_[i]->name(),
+                               objectives_[i]->weight_count(dof()))};
+    }
+  }
+  return Done{};
+}
+
+}  // namespace steadyhand

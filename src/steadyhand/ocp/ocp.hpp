@@ -1,0 +1,64 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/ocp/constraints.hpp"
+#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/ocp/settings.hpp"
+
+namespace steadyhand {
+
+/// States and accelerations over the horizon.
+struct Trajectory {
+  std::vector<StateVector> x;  ///< N + 1, x_k = [q; dq]
+  std::vector<JointVector> u;  ///< N
+
+  Trajectory() = default;
+  Trajectory(int dof, int horizon) : x(horizon + 1, StateVector::Zero(2 * dof)), u(horizon, JointVector::Zero(dof)) {}
+};
+
+/// What changes from one solve to the next. Copying into an instance of the same sizes does not allocate.
+struct OcpInstance {
+  StateVector x0;                    ///< given state at k = 0
+  Reference reference;               ///< for k = 1..N
+  std::vector<JointVector> weights;  ///< by index of Ocp::objectives()
+};
+
+/// The optimal control problem of docs/formulation.md as data: minimise dt * sum of objectives subject to the exact
+/// double integrator and lower <= constraint rows <= upper. Const after construction; the model must outlive it.
+class Ocp {
+ public:
+  /// @pre 1 <= settings.horizon <= kMaxHorizon, settings.dt > 0
+  Ocp(const RobotModel& model, const OcpSettings& settings);
+
+  const RobotModel& model() const { return *model_; }
+  int dof() const { return model_->dof(); }
+  int horizon() const { return horizon_; }
+  double dt() const { return dt_; }
+
+  const std::vector<std::unique_ptr<Objective>>& objectives() const { return objectives_; }
+  const std::vector<std::unique_ptr<Constraint>>& constraints() const { return constraints_; }
+  /// True where a term acts at node k = 0..N.
+  bool acts(Nodes nodes, int k) const { return nodes == Nodes::kStates ? k > 0 : k < horizon_; }
+
+  /// x_{k+1} of the exact double integrator.
+  StateVector next(const StateVector& x, const JointVector& u) const;
+
+  /// The settings' weights in the order of objectives(). Fails on an unknown name, a wrong count, or a weight that is
+  /// negative or not finite.
+  Result<std::vector<JointVector>> weights(const std::map<std::string, std::vector<double>>& by_name) const;
+  /// Why an instance cannot be solved (sizes, non-finite numbers), or Done. Allocates only when it fails.
+  Status check(const OcpInstance& instance) const;
+
+ private:
+  const RobotModel* model_;
+  int horizon_;
+  double dt_;
+  std::vector<std::unique_ptr<Objective>> objectives_;
+  std::vector<std::unique_ptr<Constraint>> constraints_;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,179 @@
+#pragma once
+
+#include <limits>
+#include <string_view>
+
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+/// Derivatives at one node are taken by z = [q; dq; u], 3n.
+template <typename Scalar>
+using NodeGradientOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kMaxJoints, 1>;
+using NodeGradient = NodeGradientOf<double>;
+/// Only the upper triangle (row <= column) counts.
+template <typename Scalar>
+using NodeHessianOf = MotionHessianOf<Scalar>;
+using NodeHessian = NodeHessianOf<double>;
+
+/// What a term sees at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
+template <typename Scalar>
+struct NodeOf {
+  const KinematicsOf<Scalar>& arm;  ///< at q; with the motion (dq, u) where the term acts on intervals
+  const JointVectorOf<Scalar>& dq;
+  const JointVectorOf<Scalar>& u;
+  const Vector3Of<Scalar>& p_ref;  ///< m, base frame
+  const Matrix3Of<Scalar>& R_ref;  ///< tool to base
+};
+using Node = NodeOf<double>;
+
+/// One node of the horizon per lane.
+struct NodeBatch : NodeOf<Lanes> {
+  Kinematics& scratch;  ///< for terms that know one node only
+};
+
+/// Where on the horizon a term acts. The state x_0 is given, so what depends on the state alone begins at k = 1.
+enum class Nodes {
+  kStates,     ///< k = 1..N; must not use u
+  kIntervals,  ///< k = 0..N-1
+};
+
+/// One summand of the stage cost, linear in its weights. Stateless; the solver multiplies by dt.
+///
+/// Each function comes for one node and for a batch of nodes. A term that says nothing about batches works: its nodes
+/// are then computed one after another. Terms of this project are written once for both, see ObjectiveFor.
+class Objective {
+ public:
+  virtual ~Objective() = default;
+  /// The one name that it has in code, profile, log, report and page.
+  virtual std::string_view name() const = 0;
+  virtual Nodes nodes() const = 0;
+  /// Number of weights for an arm of n joints, at most kMaxJoints.
+  virtual int weight_count(int dof) const = 0;
+  /// Whether it looks at the arm's motion (velocities, accelerations of the tool).
+  virtual bool needs_motion() const { return nodes() == Nodes::kIntervals; }
+
+  virtual double value(const Node& node, const JointVector& weight) const = 0;
+  virtual void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const = 0;
+  /// Exact, upper triangle.
+  virtual void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const = 0;
+  /// A positive semidefinite stand-in for the Hessian, for iterates where the exact one is of no use: Gauss-Newton
+  /// where the term is a sum of squares. The default takes the positive eigenvalues of the exact one.
+  virtual void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const;
+
+  using BatchWeight = JointVectorOf<Lanes>;
+  virtual Lanes value(const NodeBatch& nodes, const BatchWeight& weight) const;
+  virtual void add_gradient(const NodeBatch& nodes, const BatchWeight& weight, NodeGradientOf<Lanes>& gradient) const;
+  virtual void add_hessian(const NodeBatch& nodes, const BatchWeight& weight, NodeHessianOf<Lanes>& hessian) const;
+  virtual void add_convex_hessian(const NodeBatch& nodes, const BatchWeight& weight,
+                                  NodeHessianOf<Lanes>& hessian) const;
+
+ protected:
+  Objective() = default;
+};
+
+/// An objective written once for one node and for a batch: Term has the members
+///   Scalar value_at<Scalar>(const NodeOf<Scalar>&, const JointVectorOf<Scalar>& weight) const,
+///   void gradient_at<Scalar>(same, NodeGradientOf<Scalar>&) const, hessian_at and convex_hessian_at likewise.
+template <typename Term>
+class ObjectiveFor : public Objective {
+ public:
+  double value(const Node& node, const JointVector& weight) const final { return term().value_at(node, weight); }
+  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const final {
+    term().gradient_at(node, weight, gradient);
+  }
+  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const final {
+    term().hessian_at(node, weight, hessian);
+  }
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const final {
+    term().convex_hessian_at(node, weight, hessian);
+  }
+  Lanes value(const NodeBatch& nodes, const BatchWeight& weight) const final {
+    return term().template value_at<Lanes>(nodes, weight);
+  }
+  void add_gradient(const NodeBatch& nodes, const BatchWeight& weight, NodeGradientOf<Lanes>& gradient) const final {
+    term().template gradient_at<Lanes>(nodes, weight, gradient);
+  }
+  void add_hessian(const NodeBatch& nodes, const BatchWeight& weight, NodeHessianOf<Lanes>& hessian) const final {
+    term().template hessian_at<Lanes>(nodes, weight, hessian);
+  }
+  void add_convex_hessian(const NodeBatch& nodes, const BatchWeight& weight,
+                          NodeHessianOf<Lanes>& hessian) const final {
+    term().template convex_hessian_at<Lanes>(nodes, weight, hessian);
+  }
+
+ private:
+  const Term& term() const { return static_cast<const Term&>(*this); }
+};
+
+struct Bounds {
+  double lower, upper;  ///< infinite where there is none
+};
+
+/// Entries first .. last - 1 of z.
+struct EntryRange {
+  int first, last;
+};
+
+/// Scalar rows c_i(z) with lower <= c_i <= upper. Holds what it needs of the robot; const in the loop. One node or a
+/// batch, as for Objective.
+class Constraint {
+ public:
+  virtual ~Constraint() = default;
+  virtual std::string_view name() const = 0;
+  virtual Nodes nodes() const = 0;
+  virtual int rows() const = 0;
+  virtual Bounds bounds(int row) const = 0;
+
+  virtual double value(const Node& node, int row) const = 0;
+  /// Adds scale * dc_row/dz.
+  virtual void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const = 0;
+  /// Adds scale * d2c_row/dz2, upper triangle. Linear rows add nothing.
+  virtual void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const = 0;
+
+  virtual Lanes value(const NodeBatch& nodes, int row) const;
+  /// Of all rows: row i goes to values[i * stride].
+  virtual void values(const NodeBatch& nodes, Lanes* values, int stride) const;
+  virtual void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const;
+  virtual void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const;
+
+  /// Index in z when the row's value is that entry of z and nothing else, else -1: limits, which solvers treat apart.
+  virtual int entry(int /*row*/) const { return -1; }
+  /// Entries of z that the row may depend on, for an arm of n joints.
+  virtual EntryRange support(int /*row*/, int dof) const { return {0, 3 * dof}; }
+  /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all
+  /// rows at its solution. Infinite: never leave it out. In the row's unit.
+  virtual double watch_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
+
+ protected:
+  Constraint() = default;
+};
+
+/// A constraint written once for one node and for a batch: Term has value_at, gradient_at and hessian_at.
+template <typename Term>
+class ConstraintFor : public Constraint {
+ public:
+  double value(const Node& node, int row) const final { return term().value_at(node, row); }
+  void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const final {
+    term().gradient_at(node, row, scale, gradient);
+  }
+  void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const final {
+    term().hessian_at(node, row, scale, hessian);
+  }
+  Lanes value(const NodeBatch& nodes, int row) const final { return term().template value_at<Lanes>(nodes, row); }
+  void values(const NodeBatch& nodes, Lanes* values, int stride) const final {
+    for (int i = 0; i < term().rows(); ++i) values[i * stride] = term().template value_at<Lanes>(nodes, i);
+  }
+  void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const final {
+    term().template gradient_at<Lanes>(nodes, row, scale, gradient);
+  }
+  void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const final {
+    term().template hessian_at<Lanes>(nodes, row, scale, hessian);
+  }
+
+ private:
+  const Term& term() const { return static_cast<const Term&>(*this); }
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,68 @@
+#include "steadyhand/plan/active_constraint.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+/// How near counts as touching: solvers stop a little inside.
+constexpr double kGap = 1e-3;           // m, between spheres, and of the reach
+constexpr double kPosition = 2e-3;      // rad (m)
+constexpr double kShareOfLimit = 0.99;  // of velocity and acceleration
+
+/// The joint that uses most of its limit, if it uses that much.
+ActiveConstraint at_limit(ConstraintKind kind, const JointVector& value, const JointVector& limit) {
+  int joint = 0;
+  const double most = value.cwiseAbs().cwiseQuotient(limit).maxCoeff(&joint);
+  return most >= kShareOfLimit ? ActiveConstraint{kind, joint, -1} : ActiveConstraint{};
+}
+
+ActiveConstraint touching_pair(const Kinematics& arm) {
+  const RobotModel& model = arm.model();
+  for (const SpherePair& pair : model.pairs) {
+    const double radii = model.spheres[pair.first].radius + model.spheres[pair.second].radius + kGap;
+    if (arm.squared_distance(pair) < radii * radii) {
+      return {ConstraintKind::kSelfCollision, pair.first, pair.second};
+    }
+  }
+  return {};
+}
+
+ActiveConstraint at_position_limit(const RobotModel& model, const JointVector& q) {
+  for (int i = 0; i < q.size(); ++i) {
+    if (q[i] < model.position_min[i] + kPosition || q[i] > model.position_max[i] - kPosition) {
+      return {ConstraintKind::kPosition, i, -1};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference& reference, const Reach& reach,
+                                   Kinematics& kinematics) {
+  const RobotModel& model = kinematics.model();
+  const int n = model.dof(), last = std::min(nodes, plan.intervals);
+  for (int k = 0; k < reference.nodes; ++k) {
+    if ((reference.p[k] - reach.center).norm() > reach.radius - kGap) return {ConstraintKind::kReach, -1, -1};
+  }
+  ActiveConstraint pair, position, velocity, acceleration;
+  for (int k = 1; k <= last; ++k) {
+    const JointVector q = plan.x[k].head(n), dq = plan.x[k].tail(n);
+    kinematics.set_position(q);
+    if (pair.kind == ConstraintKind::kNone) pair = touching_pair(kinematics);
+    if (position.kind == ConstraintKind::kNone) position = at_position_limit(model, q);
+    if (velocity.kind == ConstraintKind::kNone) velocity = at_limit(ConstraintKind::kVelocity, dq, model.velocity_max);
+    if (acceleration.kind == ConstraintKind::kNone) {
+      acceleration = at_limit(ConstraintKind::kAcceleration, plan.u[k - 1], model.acceleration_max);
+    }
+  }
+  for (const ActiveConstraint& found : {pair, position, velocity}) {
+    if (found.kind != ConstraintKind::kNone) return found;
+  }
+  return acceleration;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,121 @@
+#include "steadyhand/plan/plan_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+std::string_view to_string(PlanFault fault) {
+  switch (fault) {
+    case PlanFault::kNone:
+      return "none";
+    case PlanFault::kNotFinite:
+      return "not finite";
+    case PlanFault::kNotAtRest:
+      return "does not end at rest";
+    case PlanFault::kDiscontinuous:
+      return "discontinuous";
+    case PlanFault::kPosition:
+      return "beyond a position limit";
+    case PlanFault::kVelocity:
+      return "beyond a velocity limit";
+    case PlanFault::kAcceleration:
+      return "beyond an acceleration limit";
+    case PlanFault::kSelfCollision:
+      return "in self-collision";
+    case PlanFault::kToolSpeed:
+      return "beyond the tool's speed limit";
+    case PlanFault::kElbowSpeed:
+      return "beyond the elbow's speed limit";
+  }
+  return "unknown";
+}
+
+namespace {
+
+bool beyond(const JointVector& value, const JointVector& lower, const JointVector& upper, double tolerance) {
+  return ((value - lower).array() < -tolerance).any() || ((value - upper).array() > tolerance).any();
+}
+
+/// m/s, of the third joint's origin.
+double elbow_speed(const RobotModel& model, const JointVector& q, const JointVector& dq) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  Vector3 angular = Vector3::Zero(), linear = Vector3::Zero();  // of the joint's frame, in the base
+  for (int k = 0; k < std::min(3, model.dof()); ++k) {
+    const Joint& joint = model.joints[k];
+    const Eigen::Isometry3d next = pose * joint.origin;
+    linear += angular.cross(next.translation() - pose.translation());
+    const Vector3 axis = next.linear() * joint.axis;
+    if (k == 2) return linear.norm();
+    (joint.type == JointType::kRevolute ? angular : linear) += dq[k] * axis;
+    pose = next * motion(joint, q[k]);
+  }
+  return 0.0;
+}
+
+/// After set_position.
+double tool_speed(const Kinematics& kinematics, const JointVector& dq) {
+  Vector3 speed = Vector3::Zero();
+  for (int k = 0; k < kinematics.dof(); ++k) speed += dq[k] * kinematics.dp(k);
+  return speed.norm();
+}
+
+}  // namespace
+
+PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
+                     Kinematics& kinematics) {
+  const RobotModel& model = kinematics.model();
+  const int n = model.dof();
+  const double dt = plan.dt, tolerance = settings.tolerance;
+
+  if (!(dt > 0.0 && dt < 1e6) || plan.intervals < 0 || plan.intervals > Plan::kMaxIntervals) {
+    return PlanFault::kNotFinite;
+  }
+  for (int k = 0; k <= plan.intervals; ++k) {
+    if (plan.x[k].size() != 2 * n || !plan.x[k].allFinite()) return PlanFault::kNotFinite;
+    if (k < plan.intervals && (plan.u[k].size() != n || !plan.u[k].allFinite())) return PlanFault::kNotFinite;
+  }
+  if ((plan.x[0] - before).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kDiscontinuous;
+  if (plan.x[plan.intervals].tail(n).lpNorm<Eigen::Infinity>() > tolerance) return PlanFault::kNotAtRest;
+
+  // The state that the arm has now may be outside; what matters is where the plan leads: no further.
+  const JointVector q0 = plan.x[0].head(n), fastest = model.velocity_max.cwiseMax(plan.x[0].tail(n).cwiseAbs());
+  const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
+  kinematics.set_position(q0);
+  const double depth = -kinematics.clearance() + tolerance;
+  const JointVector dq0 = plan.x[0].tail(n);
+  const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
+  const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, dq0));
+  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, q0, dq0));
+  const auto fault_at = [&](Time t, double overlap) {
+    const JointCommand c = sample(plan, t);
+    kinematics.set_position(c.q);
+    if (kinematics.clearance() < -std::max(overlap, depth)) return PlanFault::kSelfCollision;
+    if (tool_speed(kinematics, c.dq) > tool_most) return PlanFault::kToolSpeed;
+    if (elbow_speed(model, c.q, c.dq) > elbow_most) return PlanFault::kElbowSpeed;
+    return PlanFault::kNone;
+  };
+  const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
+  for (int k = 0; k < plan.intervals; ++k) {
+    const Time begin = plan.start + from_seconds(k * dt);
+    if (beyond(plan.u[k], -model.acceleration_max, model.acceleration_max, tolerance)) return PlanFault::kAcceleration;
+    for (int i = 0; i <= commands; ++i) {
+      const double s = dt * i / commands;
+      const JointVector dq = plan.x[k].tail(n) + s * plan.u[k];
+      const JointVector q = plan.x[k].head(n) + s * plan.x[k].tail(n) + (0.5 * s * s) * plan.u[k];
+      if (beyond(dq, -fastest, fastest, tolerance)) return PlanFault::kVelocity;
+      if (beyond(q, lowest, highest, tolerance)) return PlanFault::kPosition;
+      if (i == commands) {
+        const double jump = std::max((q - plan.x[k + 1].head(n)).lpNorm<Eigen::Infinity>(),
+                                     (dq - plan.x[k + 1].tail(n)).lpNorm<Eigen::Infinity>());
+        if (jump > tolerance) return PlanFault::kDiscontinuous;
+      }
+    }
+    PlanFault fault = fault_at(begin + from_seconds(0.5 * dt), settings.overlap_between_nodes);
+    if (fault == PlanFault::kNone) fault = fault_at(begin + from_seconds(dt), tolerance);
+    if (fault != PlanFault::kNone) return fault;
+  }
+  return PlanFault::kNone;
+}
+
+}  // namespace steadyhand

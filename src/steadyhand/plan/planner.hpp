@@ -1,0 +1,69 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "steadyhand/plan/plan_check.hpp"
+#include "steadyhand/plan/warm_start.hpp"
+#include "steadyhand/solve/solver.hpp"
+
+namespace steadyhand {
+
+struct PlannerSettings {
+  std::string solver = kDefaultSolver;  ///< see solver_names()
+  double tolerance = 1e-6;              ///< of the KKT conditions
+  SolveBudget budget;
+  PlanCheckSettings check;
+};
+
+/// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
+/// and gives out the next plan, checked and ending at rest. If solving or the check fails the last good plan stands; it
+/// ends at rest too. Planner thread. Memory is taken by make(); update() allocates nothing (what a third-party solver
+/// does inside is its own).
+class Planner {
+ public:
+  /// The model must outlive the planner. Fails on unknown names of solver or terms and on bad numbers, with the reason.
+  static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
+                                               const PlannerSettings& settings);
+
+  /// Forgets all: the arm stands at q.
+  void reset(const JointVector& q, Time now);
+  /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
+  void continue_from(const Plan& followed) { plan_ = followed; }
+  /// Another solver, of ocp(), than the settings name.
+  void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
+  /// Weights for the next plans, in the order of ocp().objectives().
+  void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
+
+  /// us for the next solves; 0: as long as they take
+  void set_time_budget(double us) { settings_.budget.time_us = us; }
+
+  /// The plan from reference.start on. Times must not go backwards. With origin kPrevious it is the last plan
+  /// unchanged.
+  const Plan& update(const Reference& reference);
+
+  const Plan& plan() const { return plan_; }
+  const Ocp& ocp() const { return ocp_; }
+  // ---- about the last update: what was solved, from where, and what came of it
+  const OcpInstance& instance() const { return instance_; }
+  const Trajectory& guess() const { return warm_start_.guess(); }
+  const Solution& solution() const { return solution_; }
+  PlanFault fault() const { return fault_; }
+
+ private:
+  Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings);
+  void make_plan(const Reference& reference, int intervals);
+
+  PlannerSettings settings_;
+  Ocp ocp_;
+  std::unique_ptr<Solver> solver_;
+  Kinematics kinematics_;
+  OcpInstance instance_;
+  WarmStart warm_start_;  ///< from what plan_ was made of
+  Solution solution_;
+  Plan plan_, candidate_;
+  PlanFault fault_ = PlanFault::kNone;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,74 @@
+#include "steadyhand/plan/warm_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+WarmStart::WarmStart(const Ocp& ocp) : ocp_(ocp), last_(ocp.dof(), ocp.horizon()), guess_(last_) {
+  Solution empty;
+  empty.prepare(ocp);
+  multipliers_ = last_multipliers_ = empty.multipliers;
+}
+
+void WarmStart::reset(Time now) {
+  for (StateVector& x : last_.x) x.setZero();
+  for (JointVector& u : last_.u) u.setZero();
+  last_start_ = now;
+  known_ = false;
+}
+
+void WarmStart::keep(const Solution& solution, Time start) {
+  last_ = solution.trajectory;
+  last_multipliers_ = solution.multipliers;
+  last_start_ = start;
+  known_ = true;
+}
+
+namespace {
+
+/// Joint velocities of a trajectory at time t after its start; those of the last node after its end.
+JointVector velocity_at(const Trajectory& trajectory, double dt, double t) {
+  const int n = static_cast<int>(trajectory.u[0].size()), N = static_cast<int>(trajectory.u.size());
+  const int k = static_cast<int>(std::clamp(t / dt, 0.0, static_cast<double>(N)));
+  if (k == N) return trajectory.x[N].tail(n);
+  return trajectory.x[k].tail(n) + (t - k * dt) * trajectory.u[k];
+}
+
+}  // namespace
+
+/// What the last solution does not cover goes on at constant velocity.
+void WarmStart::shift(const StateVector& x0, Time start) {
+  const double dt = ocp_.dt(), shift = to_seconds(start - last_start_);
+  guess_.x[0] = x0;
+  for (int k = 0; k < ocp_.horizon(); ++k) {
+    guess_.u[k] = (velocity_at(last_, dt, shift + (k + 1) * dt) - velocity_at(last_, dt, shift + k * dt)) / dt;
+    guess_.x[k + 1] = ocp_.next(guess_.x[k], guess_.u[k]);
+  }
+  if (known_) shift_multipliers(shift / dt);
+}
+
+/// Between two nodes the multipliers go over linearly; those of the last node stand for what comes after it. Rows of a
+/// constraint stand together at each node, behind those of the constraints before it that act there.
+void WarmStart::shift_multipliers(double intervals) {
+  const int N = ocp_.horizon();
+  std::size_t begin_at_first = 0, begin_between = 0, begin_at_last = 0;
+  for (const auto& constraint : ocp_.constraints()) {
+    const bool of_state = constraint->nodes() == Nodes::kStates;
+    const int first = of_state ? 1 : 0, last = of_state ? N : N - 1, rows = constraint->rows();
+    const auto begin = [&](int k) { return k == 0 ? begin_at_first : k == N ? begin_at_last : begin_between; };
+    for (int k = first; k <= last; ++k) {
+      const double at = std::clamp(k + intervals, static_cast<double>(first), static_cast<double>(last));
+      const int before = static_cast<int>(at), after = std::min(before + 1, last);
+      const double share = at - before;
+      const double* a = last_multipliers_[before].data() + begin(before);
+      const double* b = last_multipliers_[after].data() + begin(after);
+      double* to = multipliers_[k].data() + begin(k);
+      for (int r = 0; r < rows; ++r) to[r] = a[r] + share * (b[r] - a[r]);
+    }
+    (of_state ? begin_at_last : begin_at_first) += rows;
+    begin_between += rows;
+  }
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <span>
+#include <string_view>
+
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/live.hpp"
+#include "steadyhand/record/settings_change.hpp"
+#include "steadyhand/record/step.hpp"
+
+/// The arrow structs as JSON, one object each, in SI units; schemas.hpp describes them. Numbers are the shortest that
+/// read back the same; those that are not finite become null, since JSON has no word for them.
+namespace steadyhand {
+
+using JsonBuffer = fmt::memory_buffer;
+
+void append_json(JsonBuffer& out, const OperatorSample& sample);
+void append_json(JsonBuffer& out, const Target& target);
+void append_json(JsonBuffer& out, const Reference& reference);
+/// @param path X_base_tool at the plan's nodes, so that a viewer can draw the plan; may be empty
+void append_json(JsonBuffer& out, const Plan& plan, std::span<const Pose> path);
+void append_json(JsonBuffer& out, const JointCommand& command);
+void append_json(JsonBuffer& out, const JointState& state);
+void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names);
+void append_json(JsonBuffer& out, const SupervisionChange& change);
+void append_json(JsonBuffer& out, const SettingsChange& change);
+void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
+void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
+void append_json(JsonBuffer& out, const SessionSnapshot& snapshot);  ///< its statistics
+
+/// The number as JSON writes it.
+void append_number(JsonBuffer& out, double value);
+/// The text in quotation marks, escaped; bytes that are not UTF-8 are replaced.
+void append_text(JsonBuffer& out, std::string_view text);
+
+}  // namespace steadyhand

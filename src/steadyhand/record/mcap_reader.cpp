@@ -1,0 +1,236 @@
+#include "steadyhand/record/mcap_reader.hpp"
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <optional>
+
+#include "steadyhand/record/crc32.hpp"
+#include "steadyhand/record/mcap_format.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+using mcap::Opcode;
+
+constexpr std::uint64_t kHeadSize = 1 + 8;            ///< opcode and length of a record
+constexpr std::uint64_t kLargestRecord = 256u << 20;  ///< of what is read into memory; a chunk of ours has 1 MiB
+
+/// Takes fields off the front of bytes. Fields that are not there are 0 or empty, and then ok() is false.
+class Fields {
+ public:
+  explicit Fields(std::string_view bytes) : rest_(bytes) {}
+
+  template <typename Number>
+  Number number() {
+    Number value{};
+    const std::string_view bytes = raw(sizeof(Number));
+    if (ok_) std::memcpy(&value, bytes.data(), sizeof(Number));
+    return value;
+  }
+  std::string_view raw(std::uint64_t size) {
+    if (!ok_ || size > rest_.size()) {
+      ok_ = false;
+      return {};
+    }
+    const std::string_view bytes = rest_.substr(0, size);
+    rest_.remove_prefix(size);
+    return bytes;
+  }
+  template <typename Length = std::uint32_t>
+  std::string_view sized() {
+    return raw(number<Length>());
+  }
+  std::map<std::string, std::string> map() {
+    std::map<std::string, std::string> entries;
+    Fields content(sized());
+    while (content.ok() && !content.empty()) {
+      const std::string_view key = content.sized(), value = content.sized();
+      entries.emplace(key, value);
+    }
+    ok_ = ok_ && content.ok();
+    return entries;
+  }
+  std::string_view rest() const { return rest_; }
+  bool ok() const { return ok_; }
+  bool empty() const { return rest_.empty(); }
+
+ private:
+  std::string_view rest_;
+  bool ok_ = true;
+};
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& path, const McapMessageHandler& handler)
+      : name_(path.string()), handler_(handler) {}
+
+  Result<McapOverview> read() {
+    std::error_code error;
+    size_ = std::filesystem::file_size(name_, error);  // a pipe has none: to open it might wait for good
+    if (!error) stream_.open(name_, std::ios::binary);
+    if (error || !stream_) return Error{fmt::format("{}: cannot be read", name_)};
+    std::string magic(mcap::kMagic.size(), '\0');
+    if (!fill(magic) || magic != mcap::kMagic) return Error{fmt::format("{}: is no MCAP file", name_)};
+    while (!overview_.complete) {
+      const std::optional<std::uint64_t> length = begin_record();
+      if (!length) break;
+      if (Status s = read_record(*length); !s) return s.error();
+    }
+    return std::move(overview_);
+  }
+
+ private:
+  bool fill(std::string& bytes) {
+    stream_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    overview_.end += static_cast<std::uint64_t>(stream_.gcount());
+    return static_cast<std::size_t>(stream_.gcount()) == bytes.size();
+  }
+
+  /// Length of the next record; none if the file ends within it.
+  std::optional<std::uint64_t> begin_record() {
+    if (size_ - overview_.end < kHeadSize) return std::nullopt;
+    record_at_ = overview_.end;
+    std::string head(kHeadSize, '\0');
+    if (!fill(head)) return std::nullopt;
+    Fields fields(head);
+    opcode_ = fields.number<Opcode>();
+    const auto length = fields.number<std::uint64_t>();
+    if (length <= size_ - overview_.end) return length;
+    overview_.end = record_at_;
+    return std::nullopt;
+  }
+
+  Status read_record(std::uint64_t length) {
+    const bool wanted = opcode_ == Opcode::kMetadata || opcode_ == Opcode::kChunk || opcode_ == Opcode::kSchema ||
+                        opcode_ == Opcode::kChannel || opcode_ == Opcode::kMessage;
+    if (opcode_ == Opcode::kFooter) overview_.complete = true;
+    const bool outside_only = opcode_ == Opcode::kChunk && !handler_;
+    if (!wanted || outside_only) {
+      const std::uint64_t seen = outside_only ? std::min<std::uint64_t>(length, 16) : 0;
+      record_.resize(seen);
+      if (!fill(record_)) return Error{fmt::format("{}: cannot be read at byte {}", name_, record_at_)};
+      if (outside_only) note_chunk(Fields(record_));
+      overview_.end += length - seen;
+      stream_.seekg(static_cast<std::streamoff>(overview_.end));
+      return Done{};
+    }
+    if (length > kLargestRecord) return corrupt(fmt::format("a record of {} bytes", length));
+    record_.resize(length);
+    if (!fill(record_)) return Error{fmt::format("{}: cannot be read at byte {}", name_, record_at_)};
+    if (opcode_ == Opcode::kChunk) return read_chunk(Fields(record_));
+    return read_content(opcode_, Fields(record_));
+  }
+
+  Status corrupt(const std::string& what) const {
+    return Error{fmt::format("{}: corrupt at byte {}: {}", name_, record_at_, what)};
+  }
+
+  void note_chunk(Fields fields) {
+    const auto first = fields.number<std::uint64_t>(), last = fields.number<std::uint64_t>();
+    ++overview_.chunks;
+    // Times that cannot be are not worth an error here: what is inside is not looked at either.
+    constexpr std::uint64_t kLatest = std::numeric_limits<std::int64_t>::max();
+    if (last > 0 && first <= last && last <= kLatest) note_time(Time(first), Time(last));
+  }
+
+  void note_time(Time first, Time last) {
+    overview_.first = overview_.any ? std::min(overview_.first, first) : first;
+    overview_.last = overview_.any ? std::max(overview_.last, last) : last;
+    overview_.any = true;
+  }
+
+  Status read_chunk(Fields fields) {
+    (void)fields.number<std::uint64_t>();
+    (void)fields.number<std::uint64_t>();
+    const auto size = fields.number<std::uint64_t>();
+    const auto crc = fields.number<std::uint32_t>();
+    const std::string_view compression = fields.sized();
+    std::string_view content = fields.sized<std::uint64_t>();
+    if (!fields.ok()) return corrupt("a chunk that is shorter than it says");
+    if (compression == "zstd") {
+      if (size > kLargestRecord) return corrupt(fmt::format("a chunk of {} bytes", size));
+      chunk_.resize(size);
+      const std::size_t got = ZSTD_decompress(chunk_.data(), chunk_.size(), content.data(), content.size());
+      if (ZSTD_isError(got) || got != size) return corrupt("a chunk that zstd cannot unpack");
+      content = chunk_;
+    } else if (!compression.empty()) {
+      return corrupt(fmt::format("compression '{}'; zstd and none are known", compression));
+    }
+    if (crc != 0 && crc != crc32(content)) return corrupt("a chunk whose checksum is wrong");
+    ++overview_.chunks;
+    Fields records(content);
+    while (!records.empty()) {
+      const auto opcode = records.number<Opcode>();
+      const std::string_view record = records.sized<std::uint64_t>();
+      if (!records.ok()) return corrupt("a record that reaches out of its chunk");
+      if (Status s = read_content(opcode, Fields(record)); !s) return s;
+    }
+    return Done{};
+  }
+
+  Status read_content(Opcode opcode, Fields fields) {
+    if (opcode == Opcode::kMetadata) {
+      const std::string name(fields.sized());
+      std::map<std::string, std::string> entries = fields.map();
+      if (!fields.ok()) return corrupt("a metadata record");
+      overview_.metadata[name] = std::move(entries);
+    } else if (opcode == Opcode::kChannel) {
+      const auto id = fields.number<std::uint16_t>();
+      (void)fields.number<std::uint16_t>();
+      Channel channel;
+      channel.topic = fields.sized();
+      channel.encoding = fields.sized();
+      channel.metadata = fields.map();
+      if (!fields.ok()) return corrupt("a channel record");
+      channels_[id] = std::move(channel);
+    } else if (opcode == Opcode::kMessage) {
+      const auto id = fields.number<std::uint16_t>();
+      (void)fields.number<std::uint32_t>();
+      const auto log = fields.number<std::int64_t>(), publish = fields.number<std::int64_t>();
+      if (!fields.ok() || log < 0 || publish < 0) return corrupt("a message record");
+      const auto channel = channels_.find(id);
+      if (channel == channels_.end()) return corrupt(fmt::format("a message of channel {}, which is not there", id));
+      note_time(Time(log), Time(log));
+      if (!handler_) return Done{};
+      const Channel& c = channel->second;
+      return handler_({c.topic, c.encoding, &c.metadata, Time(log), Time(publish), fields.rest()});
+    }
+    return Done{};
+  }
+
+  struct Channel {
+    std::string topic, encoding;
+    std::map<std::string, std::string> metadata;
+  };
+
+  std::string name_;
+  const McapMessageHandler& handler_;
+  std::ifstream stream_;
+  std::uint64_t size_ = 0, record_at_ = 0;
+  Opcode opcode_{};
+  std::string record_, chunk_;
+  std::map<std::uint16_t, Channel> channels_;
+  McapOverview overview_;
+};
+
+}  // namespace
+
+bool is_mcap(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream stream(path, std::ios::binary);
+  std::string magic(mcap::kMagic.size(), '\0');
+  return stream.read(magic.data(), static_cast<std::streamsize>(magic.size())) && magic == mcap::kMagic;
+}
+
+Result<McapOverview> read_mcap(const std::filesystem::path& path, const McapMessageHandler& handler) {
+  return Reader(path, handler).read();
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/core/time.hpp"
+
+namespace steadyhand {
+
+/// One message; the views hold during the call that gets it.
+struct McapMessage {
+  std::string_view topic, encoding;
+  const std::map<std::string, std::string>* channel_metadata = nullptr;
+  Time log{0}, publish{0};
+  std::string_view data;
+};
+
+/// What an MCAP file is, beside its messages.
+struct McapOverview {
+  bool complete = false;     ///< it has its end; a file whose writer was killed has not
+  std::uint64_t end = 0;     ///< bytes up to which it was read
+  std::uint64_t chunks = 0;  ///< complete ones
+  bool any = false;          ///< there are messages; then:
+  Time first{0}, last{0};    ///< log times of the earliest and the latest
+  std::map<std::string, std::map<std::string, std::string>> metadata;  ///< records by name
+};
+
+/// Gets each message; an error ends the reading.
+using McapMessageHandler = std::function<Status(const McapMessage&)>;
+
+/// True if the file begins like an MCAP file.
+bool is_mcap(const std::filesystem::path& path);
+
+/// Reads an MCAP file from its beginning, without its indexes, so that one whose writer was killed gives all its
+/// complete chunks: the first record that is cut ends the reading, without error. Without a handler chunks are skipped
+/// and only looked at from outside, which is fast. Refused, with the byte at which it stands: a file that is no MCAP, a
+/// chunk whose checksum is wrong or whose contents make no sense, an unknown compression.
+Result<McapOverview> read_mcap(const std::filesystem::path& path, const McapMessageHandler& handler = {});
+
+}  // namespace steadyhand

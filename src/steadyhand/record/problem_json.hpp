@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/ocp/ocp.hpp"
+#include "steadyhand/solve/solver.hpp"
+
+namespace steadyhand {
+
+/// One problem as `steadyhand solve` reads it: docs/formulation.md gives the JSON.
+struct ProblemRecord {
+  std::string robot;
+  double dt = 0.05;  ///< s
+  int horizon = 8;
+  StateVector x0;
+  std::map<std::string, std::vector<double>> weights;  ///< by objective name
+  Reference reference;
+  std::optional<Trajectory> guess;
+  double tolerance = 1e-6;
+};
+
+struct ProblemFile {
+  std::vector<ProblemRecord> problems;
+  bool is_array = false;  ///< the answer has the same form
+};
+
+/// Reads one problem or an array of them. Refuses, naming file and key: what is no JSON, unknown or missing keys, wrong
+/// types and sizes, numbers that are not finite or out of range, references that are no rotations.
+Result<ProblemFile> read_problems(const std::filesystem::path& path);
+
+/// The problem that a planner solved.
+ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Trajectory& guess, double tolerance);
+/// Writes an array of problems, each in the form that read_problems takes.
+Status write_problems(const std::vector<ProblemRecord>& problems, const std::filesystem::path& path);
+
+/// {"status", "objective", "iterations", "time_us", "kkt_error", "x", "u"} in one line.
+std::string to_json(const Solution& solution);
+
+}  // namespace steadyhand

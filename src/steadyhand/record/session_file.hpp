@@ -1,0 +1,70 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/record/mcap_reader.hpp"
+#include "steadyhand/record/settings_change.hpp"
+#include "steadyhand/record/step.hpp"
+
+namespace steadyhand {
+
+/// Which messages of a session are wanted.
+struct SessionParts {
+  bool samples = false, steps = false, commands = false;
+  /// Of more commands neighbours are merged, so that a session of hours takes no more memory than one of a minute.
+  std::size_t most_commands = std::numeric_limits<std::size_t>::max();
+  bool states = false;        ///< measured states,
+  double state_period = 0.0;  ///< s, at least so far apart
+  bool changes = false;
+  bool settings = false;
+};
+
+/// What Recorder has written, read back. Times count from the session's begin.
+struct SessionFile {
+  struct Change {
+    Time at{0};
+    std::string from, to, reason;
+  };
+
+  std::string name;  ///< of the file, without its extension
+  McapOverview overview;
+  RunNames names;
+  JointVector velocity_max, acceleration_max;  ///< rad/s, rad/s^2 (m...)
+  std::vector<OperatorSample> samples;
+  std::vector<PlanStep> steps;
+  std::vector<JointCommand> commands;
+  int commands_merged = 1;  ///< that each but the last stands for: time of the first, largest |dq| and |ddq|
+  std::vector<JointState> states;
+  std::vector<Change> changes;
+  std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
+
+  /// An entry of the metadata `run`; empty if it is not there.
+  std::string run(const std::string& key) const;
+  double duration() const { return to_seconds(overview.last - overview.first); }  ///< s
+};
+
+/// Reads a session that a live session or a replay left behind, also one that was cut short. Refuses, beside what
+/// read_mcap refuses, files that are not ours and messages that do not fit.
+Result<SessionFile> load_session(const std::filesystem::path& path, const SessionParts& parts);
+
+/// One session in a folder, without its messages.
+struct SessionEntry {
+  std::filesystem::path path;
+  std::string name;
+  bool complete = false;
+  double duration = 0.0;  ///< s
+  std::uintmax_t bytes = 0;
+  std::map<std::string, std::string> run, summary;  ///< its metadata; no summary if it was cut short
+};
+
+/// The sessions of a folder, newest name first. Files that cannot be read are left out; a folder that is not there has
+/// none.
+std::vector<SessionEntry> list_sessions(const std::filesystem::path& folder);
+
+}  // namespace steadyhand

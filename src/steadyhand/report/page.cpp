@@ -1,0 +1,202 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string_view>
+
+#include "steadyhand/report/page_data.hpp"
+#include "steadyhand/report/report.hpp"
+#include "steadyhand/report/table.hpp"
+
+namespace steadyhand {
+
+namespace embedded {
+extern const std::string_view page_html, page_css, page_js, uplot_css, uplot_js;
+}
+
+namespace {
+
+std::string escape(std::string_view text) {
+  std::string html;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        html += "&amp;";
+        break;
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      default:
+        html += c;
+    }
+  }
+  return html;
+}
+
+/// Replaces every {{name}} of the template, once: what comes in is not looked through again.
+std::string fill(std::string_view page, const std::map<std::string_view, std::string_view>& values) {
+  std::string filled;
+  for (;;) {
+    const std::size_t open = page.find("{{"), close = page.find("}}", open);
+    filled += page.substr(0, open);
+    if (close == std::string_view::npos) return filled;
+    filled += values.at(page.substr(open + 2, close - open - 2));
+    page.remove_prefix(close + 2);
+  }
+}
+
+/// The colour of profile i, as page.css numbers them.
+std::string color(std::size_t i) { return fmt::format("--color: var(--profile-{})", i % 8 + 1); }
+
+/// "13 % of P1 tracking" or "2.6 × P1 tracking", or nothing for the first profile.
+std::string compared(double value, double first, const ReportInput& input, std::size_t i) {
+  if (i == 0 || !(first > 0)) return "";
+  const double ratio = value / first;
+  return fmt::format("<small>{} {}</small>",
+                     ratio < 1 ? fmt::format("{:.0f} % of", 100 * ratio) : fmt::format("{:.1f} ×", ratio),
+                     escape(input.profiles.front().label));
+}
+
+std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
+  std::string html;
+  for (std::size_t i = 0; i < metrics.size(); ++i) {
+    const ProfileResult& profile = input.profiles[i];
+    const Metrics &m = metrics[i], &first = metrics.front();
+    html += fmt::format(
+        R"(<article class="card" style="{}">
+<h3><label><input type="checkbox" data-profile="{}" checked> {}</label></h3>
+<p class="weights">{}</p>
+<dl>
+<div><dt>lateral acceleration, mean</dt><dd><b>{:.2f}</b> m/s²{}</dd></div>
+<div><dt>position error, RMS</dt><dd><b>{:.0f}</b> mm{}</dd></div>
+<div><dt>solve time, mean</dt><dd><b>{:.1f}</b> ms{}</dd></div>
+</dl>
+</article>
+)",
+        color(i), i, escape(profile.label), escape(profile.weights), m.lateral_mean,
+        compared(m.lateral_mean, first.lateral_mean, input, i), 1e3 * m.position_rms,
+        compared(m.position_rms, first.position_rms, input, i), 1e-3 * m.solve_mean,
+        compared(m.solve_mean, first.solve_mean, input, i));
+  }
+  return html;
+}
+
+/// Index of the profile that does best in this row, or -1: no merit, only one profile, or a tie as shown.
+int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
+  if (row.best == MetricRow::Best::kNone || metrics.size() < 2) return -1;
+  const double sign = row.best == MetricRow::Best::kLowest ? 1 : -1;
+  const auto better = [&](const Metrics& a, const Metrics& b) { return sign * row.value(a) < sign * row.value(b); };
+  const auto best = std::min_element(metrics.begin(), metrics.end(), better);
+  const auto ties = std::count_if(metrics.begin(), metrics.end(),
+                                  [&](const Metrics& m) { return format_value(row, m) == format_value(row, *best); });
+  return ties > 1 ? -1 : static_cast<int>(best - metrics.begin());
+}
+
+std::string table_row(const MetricRow& row, const std::vector<Metrics>& metrics) {
+  const std::string unit = *row.unit ? fmt::format(" <span class=\"unit\">{}</span>", row.unit) : "";
+  std::string html = fmt::format("<tr><th scope=\"row\">{}{}</th>", row.label, unit);
+  const int best = best_profile(row, metrics);
+  for (std::size_t i = 0; i < metrics.size(); ++i) {
+    html += static_cast<int>(i) == best ? fmt::format("<td class=\"best\">{}<span class=\"hidden\"> (best)</span></td>",
+                                                      format_value(row, metrics[i]))
+                                        : fmt::format("<td>{}</td>", format_value(row, metrics[i]));
+  }
+  return html + "</tr>\n";
+}
+
+/// One table per group of rows.
+std::string tables(const ReportInput& input, const std::vector<Metrics>& metrics) {
+  std::string heads;
+  for (std::size_t i = 0; i < metrics.size(); ++i) {
+    heads +=
+        fmt::format("<th scope=\"col\" style=\"{}\"><span>{}</span></th>", color(i), escape(input.profiles[i].label));
+  }
+  std::string html, group;
+  for (const MetricRow& row : metric_rows()) {
+    if (group != row.group) {
+      if (!group.empty()) html += "</tbody></table>\n";
+      group = row.group;
+      html += fmt::format("<table data-group=\"{0}\"><thead><tr><th scope=\"col\">{0}</th>{1}</tr></thead><tbody>\n",
+                          group, heads);
+    }
+    html += table_row(row, metrics);
+  }
+  return html + "</tbody></table>\n";
+}
+
+std::string meanings() {
+  std::string html;
+  for (const MetricRow& row : metric_rows()) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", row.label, row.meaning);
+  return html;
+}
+
+std::string thinning_note(const Thinning& thinning, int commands_merged) {
+  std::string note;
+  if (thinning.steps_per_point > 1) {
+    note += fmt::format(
+        "A point of a curve stands for {} planning steps: the worst of them where worse has a meaning, the first "
+        "otherwise. ",
+        thinning.steps_per_point);
+  }
+  if (const int commands = thinning.commands_per_point * commands_merged; commands > 1) {
+    note += fmt::format("A point of a joint's speed is the largest of {} commands. ", commands);
+  }
+  return note + "The figures in the tables use every sample.";
+}
+
+}  // namespace
+
+Result<std::string> report_page(const ReportInput& input) {
+  if (input.profiles.empty()) return Error{"a report needs at least one profile"};
+  std::vector<Metrics> metrics;
+  double duration = 0;
+  for (const ProfileResult& profile : input.profiles) {
+    if (profile.steps.empty()) {
+      return Error{fmt::format("profile {} has no planning steps to report", profile.name)};
+    }
+    metrics.push_back(evaluate(profile.steps, profile.commands, profile.limits));
+    duration = std::max(duration, profile.steps.back().t_s - profile.steps.front().t_s);
+  }
+  const Thinning thinning = choose_thinning(input);
+  const std::string recording = escape(input.recording), rate = fmt::format("{:g} Hz", input.rate_hz),
+                    scale = fmt::format("{:g}", input.scale), length = fmt::format("{:.1f} s", duration),
+                    command = escape(input.command), card_html = cards(input, metrics),
+                    table_html = tables(input, metrics), meaning_html = meanings(),
+                    note = thinning_note(thinning, input.profiles.front().commands_merged),
+                    data = page_data(input, thinning);
+  return fill(embedded::page_html, {{"recording", recording},
+                                    {"rate", rate},
+                                    {"scale", scale},
+                                    {"duration", length},
+                                    {"command", command},
+                                    {"cards", card_html},
+                                    {"tables", table_html},
+                                    {"meanings", meaning_html},
+                                    {"thinning", note},
+                                    {"data", data},
+                                    {"page_css", embedded::page_css},
+                                    {"page_js", embedded::page_js},
+                                    {"uplot_css", embedded::uplot_css},
+                                    {"uplot_js", embedded::uplot_js}});
+}
+
+Status write_report(const ReportInput& input, const std::filesystem::path& path) {
+  const Result<std::string> page = report_page(input);
+  if (!page) return Error{path.string() + ": " + page.error().message};
+  std::ofstream file(path, std::ios::binary);
+  file << *page;
+  file.close();
+  if (!file) return Error{fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno))};
+  return Done{};
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "steadyhand/core/arrows.hpp"
+
+namespace steadyhand {
+
+/// In which axes the hand's motion since engagement becomes the tool's.
+enum class MotionFrame {
+  kBase,  ///< of the room: operator's axes, turned by yaw, are the base's
+  kTool,  ///< of the held thing: the hand's axes at engagement are the tool's at engagement
+};
+
+struct RetargetSettings {
+  /// Metres of the tool per metre of the hand; > 0. Half, because people walk about and the arm does not.
+  double scale = 0.5;
+  /// Turn of the operator's axes about base z, rad. By default the operator's left is the arm's forward and their
+  /// forward the arm's right: what reaching hands do most then stays away from the base axis.
+  double yaw = -M_PI / 2;
+  MotionFrame translation_frame = MotionFrame::kBase;
+  MotionFrame rotation_frame = MotionFrame::kBase;
+  /// s after engagement in which the share of the hand's motion that the tool follows grows from 0 to all; what it did
+  /// not follow is left behind, as by a clutch. 0: follow at once.
+  double ramp = 0.0;
+  bool accept_emulated = false;  ///< follow poses whose position the headset guesses (WebXR emulatedPosition)
+};
+
+/// Hand to tool, relative to the poses at engagement: clutch, frames, scale and the gate for poses that cannot be
+/// trusted. With h the hand, e the tool, 0 the moment of engagement, C = Rz(yaw) and s the scale:
+///
+///   translation  kBase  p = p_e0 + s C (p_h - p_h0)             kTool  p = p_e0 + s R_e0 R_h0' (p_h - p_h0)
+///   rotation     kBase  R = C (R_h R_h0') C' R_e0               kTool  R = R_e0 R_h0' R_h
+///
+/// so engaging never steps the target, wherever hand and tool are. During the ramp it moves by growing shares of the
+/// hand's steps from sample to sample. Allocates nothing; one thread.
+class Retargeter {
+ public:
+  explicit Retargeter(const RetargetSettings& settings = {});
+
+  /// Every sample in order of time. X_base_tool_now: where the tool is (or its plan has it), which becomes the target
+  /// at engagement and at release, and stays it until the next engagement. Not engaged are samples without clutch,
+  /// without tracking, with an emulated position unless accepted, and with numbers that are not finite; the first good
+  /// sample after them engages anew.
+  Target update(const OperatorSample& sample, const Pose& X_base_tool_now);
+
+  /// For motion from here on: the target does not step. @param scale > 0
+  void set_scale(double scale);
+  void set_yaw(double yaw);  ///< rad
+
+ private:
+  void latch_newest();
+  bool follows(const OperatorSample& sample) const;
+  /// Where the tool goes with the hand, from the latched poses; `share` of the motion.
+  Pose moved_tool(const Pose& X_operator_hand, double share) const;
+
+  RetargetSettings settings_;
+  Quaternion q_base_operator_;
+  bool engaged_ = false, latched_ = false;
+  Time engaged_at_{0};
+  Pose X_operator_hand_, X_base_target_;  ///< newest
+  Pose X_operator_hand0_, X_base_tool0_;  ///< at the last engagement or release; while the ramp lasts, one sample ago
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/robot/model.hpp"
+
+namespace steadyhand {
+
+/// Used where a robot's file gives no acceleration limit, rad/s^2 (m/s^2).
+inline constexpr double kDefaultAcceleration = 15.0;
+
+/// What a robot file says (robots/ur5e.yaml); the rest comes from the URDF.
+struct RobotSettings {
+  struct SphereOnLink {
+    std::string name;
+    std::string link;                  ///< URDF link, also one behind fixed joints
+    Vector3 center = Vector3::Zero();  ///< m, in that link's frame
+    double radius = 0.0;               ///< m
+  };
+
+  std::string name;  ///< empty: the URDF's
+  std::filesystem::path urdf;
+  std::string tool_name = "tool";
+  std::string tool_link;  ///< URDF link that carries the tool and ends the chain; empty: the end of the longest chain
+  Eigen::Isometry3d tool_origin = Eigen::Isometry3d::Identity();  ///< in the frame of tool_link
+  std::optional<std::vector<double>> home;                        ///< n, rad (m); absent: the middle of the limits
+  std::optional<std::vector<double>> acceleration_max;            ///< n, rad/s^2 (m/s^2); absent: kDefaultAcceleration
+  std::optional<std::vector<double>> velocity_max, position_min, position_max;  ///< n; absent: the URDF's
+  std::vector<SphereOnLink> spheres;
+  /// Names of spheres; absent: default_pairs().
+  std::optional<std::vector<std::pair<std::string, std::string>>> pairs;
+};
+
+/// Reads the URDF and joins it with the settings. Refuses, with the reason: a file that is missing or is no URDF, a
+/// chain with a loop, moving joints beside the chain to the tool, 0 or more than 8 moving joints, joint types
+/// other than revolute, continuous, prismatic and fixed, missing meshes, limits that are absent or empty, wrong sizes,
+/// spheres on unknown links, and a home pose outside the limits or in self-collision.
+Result<RobotModel> load_robot(const RobotSettings& settings);
+
+/// What a model lacks for doing what people expect of it, a line for each; most of all one that is a URDF and no more.
+std::vector<std::string> doubts_about(const RobotModel& model);
+
+}  // namespace steadyhand

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/core/math.hpp"
+
+namespace steadyhand {
+
+enum class JointType { kRevolute, kPrismatic };
+
+/// Joint k (0-based) moves link k + 1 relative to link k: T_{k+1} = T_k * origin * motion(axis, q_k).
+struct Joint {
+  std::string name;
+  JointType type = JointType::kRevolute;
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame in the frame of link k, at q_k = 0
+  Vector3 axis = Vector3::UnitZ();                           ///< unit, in the joint frame
+};
+
+/// The controlled frame (the glass), fixed to the last link: origin at its centre, z along its axis, out of the
+/// opening.
+struct Tool {
+  std::string name;
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< in the frame of link n
+};
+
+/// A ball that covers part of a link.
+struct Sphere {
+  std::string name;
+  int link = 0;                      ///< 0 is the base, k the link behind joint k - 1
+  Vector3 center = Vector3::Zero();  ///< m, link frame
+  double radius = 0.0;               ///< m
+};
+
+/// Two spheres that must not overlap, as indices into RobotModel::spheres; first.link < second.link.
+using SpherePair = std::pair<int, int>;
+
+/// A serial arm. Never changes after loading; every thread may read it.
+struct RobotModel {
+  std::string name;
+  std::vector<Joint> joints;            ///< n of them, from the base
+  std::vector<std::string> link_names;  ///< n + 1, the URDF's name of the link that each joint moves; first the base
+  Tool tool;
+  JointVector home;                        ///< rad (m)
+  JointVector position_min, position_max;  ///< rad (m)
+  JointVector velocity_max;                ///< rad/s (m/s)
+  JointVector acceleration_max;            ///< rad/s^2 (m/s^2)
+  std::vector<Sphere> spheres;
+  std::vector<SpherePair> pairs;
+
+  int dof() const { return static_cast<int>(joints.size()); }
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,90 @@
+#include "steadyhand/robot/pairs.hpp"
+
+#include <algorithm>
+
+#include "steadyhand/robot/joint_search.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr int kPartingSamples = 1000;
+constexpr int kPartingAscents = 4;
+
+/// Pose of link `last` in link `first` when the joints between them stand at q.
+Eigen::Isometry3d pose_between(const RobotModel& model, int first, int last, const JointVector& q) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (int k = first; k < last; ++k) T = T * model.joints[k].origin * motion(model.joints[k], q[k - first]);
+  return T;
+}
+
+/// Square of the gap's zero: distance^2 - (r_i + r_j)^2, m^2; positive when the spheres are apart.
+double separation(const RobotModel& model, const SpherePair& pair, const Eigen::Isometry3d& T) {
+  const Sphere &a = model.spheres[pair.first], &b = model.spheres[pair.second];
+  const double radii = a.radius + b.radius;
+  return (a.center - T * b.center).squaredNorm() - radii * radii;
+}
+
+/// A pair that no configuration has parted yet, with the configurations in which it came closest to parting.
+struct Candidate {
+  SpherePair pair;
+  std::vector<std::pair<double, JointVector>> best;  ///< separation and joints, largest separation first
+};
+
+void remember(Candidate& candidate, double value, const JointVector& q) {
+  auto& best = candidate.best;
+  if (best.size() == kPartingAscents && value <= best.back().first) return;
+  const auto place = std::find_if(best.begin(), best.end(), [&](const auto& entry) { return value > entry.first; });
+  best.insert(place, {value, q});
+  if (best.size() > kPartingAscents) best.pop_back();
+}
+
+/// Appends those of the pairs between two links that can come apart.
+void add_pairs_that_part(const RobotModel& model, int first, int last, std::vector<SpherePair>& result) {
+  std::vector<Candidate> candidates;
+  for (int i = 0; i < static_cast<int>(model.spheres.size()); ++i) {
+    for (int j = 0; j < static_cast<int>(model.spheres.size()); ++j) {
+      if (model.spheres[i].link == first && model.spheres[j].link == last) candidates.push_back({{i, j}, {}});
+    }
+  }
+  const JointBox box(model, first, last);
+  std::mt19937 random(1);
+  for (int s = 0; s < kPartingSamples && !candidates.empty(); ++s) {
+    const JointVector q = box.sample(random);
+    const Eigen::Isometry3d T = pose_between(model, first, last, q);
+    std::erase_if(candidates, [&](Candidate& candidate) {
+      const double value = separation(model, candidate.pair, T);
+      if (value > 0.0) {
+        result.push_back(candidate.pair);
+        return true;
+      }
+      remember(candidate, value, q);
+      return false;
+    });
+  }
+  for (const Candidate& candidate : candidates) {
+    const auto value = [&](const JointVector& q) {
+      return separation(model, candidate.pair, pose_between(model, first, last, q));
+    };
+    for (const auto& [start_value, start] : candidate.best) {
+      if (value(box.ascend(start, value)) > 0.0) {
+        result.push_back(candidate.pair);
+        break;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<SpherePair> default_pairs(const RobotModel& model) {
+  std::vector<SpherePair> pairs;
+  for (int first = 0; first <= model.dof(); ++first) {
+    for (int last = first + 2; last <= model.dof(); ++last) add_pairs_that_part(model, first, last, pairs);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/robot/model.hpp"
+
+namespace steadyhand {
+
+/// What a URDF says about one moving joint's limits; absent where it says nothing.
+struct UrdfLimits {
+  std::optional<double> lower, upper;  ///< rad (m)
+  std::optional<double> velocity;      ///< rad/s (m/s)
+};
+
+/// The serial chain of a URDF with its fixed joints merged away.
+struct UrdfChain {
+  /// Where a URDF link's frame is: fixed to link 0..n of the chain.
+  struct Frame {
+    int link = 0;
+    Eigen::Isometry3d X_link_frame = Eigen::Isometry3d::Identity();
+  };
+
+  std::string robot_name;
+  std::string tool_link;
+  std::vector<Joint> joints;            ///< n
+  std::vector<UrdfLimits> limits;       ///< n
+  std::vector<std::string> link_names;  ///< n + 1; first the root link, whose frame is the base
+  std::map<std::string, Frame> frames;  ///< of every link of the URDF
+};
+
+/// Continuous joints turn without end; the solver's bounds are finite. Their limit is so far out, 100 turns either way,
+/// that no session meets it.
+inline constexpr double kContinuousLimit = 200.0 * M_PI;
+
+/// Reads the chain from the root link to `tool_link` (empty: the end of the chain with most moving joints). Side
+/// branches may only have fixed joints. Revolute, continuous, prismatic and fixed joints, 1 to kMaxJoints moving ones;
+/// an axis may miss unit length by 1 % and is normalised. Not read: mimic (refused), safety_controller, dynamics.
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link);
+
+}  // namespace steadyhand

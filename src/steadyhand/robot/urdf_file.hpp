@@ -1,0 +1,19 @@
+#pragma once
+
+#include <urdf_world/types.h>
+
+#include <filesystem>
+
+#include "steadyhand/core/result.hpp"
+
+namespace steadyhand {
+
+/// Parses a URDF and checks what urdfdom lets through. In the model that comes back every link hangs on the root by
+/// exactly one path, and every mesh file exists. Refuses, with the reason: a file that is missing, empty, no XML or no
+/// URDF, a loop, a link with two parents, several roots, a missing mesh. Prints nothing.
+///
+/// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
+/// looked for in the URDF's folder and those above it.
+Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file);
+
+}  // namespace steadyhand

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/core/time.hpp"
+#include "steadyhand/ros2/types.hpp"
+
+namespace steadyhand {
+
+/// Who sent a message: another number for each publisher that this process has heard.
+using Ros2PublisherId = std::uint64_t;
+
+/// A ROS 2 domain: `wanted`, or, if that is -1, the one that ROS_DOMAIN_ID names, or 0. Fails on what is no domain.
+Result<int> ros2_domain(int wanted = -1);
+
+/// Cyclone DDS's configuration with which others are found as ROS nodes find each other: by
+/// ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_STATIC_PEERS, then CYCLONEDDS_URI, which wins. Nodes on this computer are
+/// found whatever the range is, also those that listen to no multicast. Fails on a range that finds nobody.
+Result<std::string> ros2_discovery();
+
+/// Asks for real-time priority for the calling thread and those that it makes, below that of control; without it they
+/// are as slow as the machine is busy.
+void prefer_this_thread();
+
+/// A topic that this program publishes on. One thread at a time.
+template <typename Message>
+class Ros2Publisher {
+ public:
+  Ros2Publisher() = default;
+  explicit Ros2Publisher(dds_entity_t writer) : writer_(writer) {}
+  /// Never waits for a subscriber. May take a while, and locks.
+  bool send(const Message& message) { return dds_write(writer_, &message) == DDS_RETCODE_OK; }
+  /// Subscribers with which it has matched.
+  int subscribers() const {
+    dds_publication_matched_status_t status{};
+    return dds_get_publication_matched_status(writer_, &status) == DDS_RETCODE_OK
+               ? static_cast<int>(status.current_count)
+               : 0;
+  }
+
+ private:
+  dds_entity_t writer_ = 0;
+};
+
+/// Takes part in a ROS 2 domain over DDS, without ROS: topics are those that ROS nodes see under the same name.
+class Ros2Node {
+ public:
+  using OnFailure = std::function<void(const char* what)>;
+  /// @param domain 0 to 232 @param realtime whether the threads of DDS ask for real-time priority
+  /// @param failed called on the thread of DDS on which a callback threw, what could not leave it; must not throw
+  static Result<std::unique_ptr<Ros2Node>> open(int domain, bool realtime = false, OnFailure failed = {});
+  /// After it no callback runs.
+  ~Ros2Node();
+  Ros2Node(const Ros2Node&) = delete;
+  Ros2Node& operator=(const Ros2Node&) = delete;
+
+  int domain() const { return domain_; }
+
+  /// Reliable, volatile, the newest message only: what ROS nodes' default subscriptions match with.
+  /// @param topic as ROS writes it, e.g. "/joint_states"
+  /// @param lifespan after which a message that has not arrived is not sent again; 0: never
+  template <typename Message>
+  Result<Ros2Publisher<Message>> publish(const std::string& topic, Time lifespan = Time(0)) {
+    const Result<dds_entity_t> writer = make_writer(type_of(static_cast<Message*>(nullptr)), topic, lifespan);
+    if (!writer) return writer.error();
+    return Ros2Publisher<Message>(*writer);
+  }
+
+  /// Calls `heard` for each message of others, on a thread of DDS, one after the other; it must be quick. Matches with
+  /// every publisher of the type, reliable or not.
+  template <typename Message>
+  Status listen(const std::string& topic, std::function<void(const Message&, Ros2PublisherId)> heard) {
+    return make_reader(type_of(static_cast<Message*>(nullptr)), topic,
+                       [heard = std::move(heard)](const void* message, Ros2PublisherId publisher) {
+                         heard(*static_cast<const Message*>(message), publisher);
+                       });
+  }
+
+ private:
+  using Heard = std::function<void(const void*, Ros2PublisherId)>;
+  struct Listener {
+    Heard heard;
+    OnFailure failed;
+  };
+  Ros2Node(int domain, dds_entity_t participant, OnFailure failed)
+      : domain_(domain), participant_(participant), failed_(std::move(failed)) {}
+  static void take(dds_entity_t reader, void* listener);
+  Result<dds_entity_t> make_topic(const Ros2Type& type, const std::string& topic);
+  Result<dds_entity_t> make_writer(const Ros2Type& type, const std::string& topic, Time lifespan);
+  Status make_reader(const Ros2Type& type, const std::string& topic, Heard heard);
+
+  int domain_;
+  dds_entity_t participant_;
+  OnFailure failed_;
+  std::vector<std::unique_ptr<Listener>> listeners_;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,141 @@
+#include "steadyhand/ros2/ros2_bridge.hpp"
+
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include "steadyhand/ros2/stamps.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kUnit = 1e-3;         ///< by which the norm of a quaternion may be off
+constexpr std::int32_t kCylinder = 3;  ///< visualization_msgs/Marker
+constexpr double kSurface = 0.001;     ///< m, as thick as the liquid's surface is drawn
+constexpr Time kSilence = std::chrono::milliseconds(250);
+
+geometry_msgs_msg_dds__Pose_ message_of(const Pose& pose) {
+  return {{pose.p.x(), pose.p.y(), pose.p.z()}, {pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()}};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Ros2Bridge>> Ros2Bridge::open(const RobotModel& model, const GlassSettings& glass,
+                                                     const Ros2Settings& settings, const Clock& clock, OnHand on_hand,
+                                                     Ros2Node::OnFailure failed) {
+  std::unique_ptr<Ros2Bridge> bridge(new Ros2Bridge(model, glass, settings, clock, std::move(on_hand)));
+  if (Status joined = bridge->join(settings, std::move(failed)); !joined) return joined.error();
+  return bridge;
+}
+
+Ros2Bridge::Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings,
+                       const Clock& clock, OnHand on_hand)
+    : glass_(glass),
+      clock_(&clock),
+      on_hand_(std::move(on_hand)),
+      frame_(settings.prefix + model.link_names.front()),
+      names_{"glass", "liquid"} {
+  header_.frame_id = frame_.data();
+}
+
+Status Ros2Bridge::join(const Ros2Settings& settings, Ros2Node::OnFailure failed) {
+  const Result<int> domain = ros2_domain(settings.domain);
+  if (!domain) return domain.error();
+  auto node = Ros2Node::open(*domain, false, std::move(failed));
+  if (!node) return node.error();
+  auto target = (*node)->publish<PoseStampedMessage>("/steadyhand/target");
+  if (!target) return target.error();
+  auto path = (*node)->publish<PathMessage>("/steadyhand/path");
+  if (!path) return path.error();
+  auto liquid = (*node)->publish<MarkerArrayMessage>("/steadyhand/liquid");
+  if (!liquid) return liquid.error();
+  target_ = *target;
+  path_ = *path;
+  liquid_ = *liquid;
+  if (!settings.hand.empty()) {
+    Status listens = (*node)->listen<PoseStampedMessage>(
+        settings.hand, [this](const PoseStampedMessage& message, Ros2PublisherId) { hear(message); });
+    if (!listens) return listens.error();
+  }
+  node_ = std::move(*node);
+  return Done{};
+}
+
+void Ros2Bridge::hear(const PoseStampedMessage& message) {
+  const auto& [position, orientation] = message.pose;
+  OperatorSample sample;
+  sample.X_operator_hand.p = {position.x, position.y, position.z};
+  sample.X_operator_hand.q = Quaternion(orientation.w, orientation.x, orientation.y, orientation.z);
+  const double norm = sample.X_operator_hand.q.norm();
+  const bool ours = message.header.frame_id[0] == '\0' || frame_ == message.header.frame_id;
+  if (!ours || !sample.X_operator_hand.p.allFinite() || !(std::abs(norm - 1.0) < kUnit)) {
+    ++ignored_;
+    return;
+  }
+  sample.X_operator_hand.q.normalize();
+  const Time now = clock_->now(), theirs = time_of(message.header.stamp);
+  if (theirs < theirs_) offset_.reset();  // their clock was set back, or another sends: the filter would wait for it
+  theirs_ = theirs;
+  sample.stamp = {theirs > Time(0) ? std::min(offset_.update(theirs, now, true), now) : now, now};
+  heard_ = now;
+  sample.clutch = closed_.exchange(true);  // the first one finds it open: only a fresh grip counts
+  on_hand_(sample);
+}
+
+void Ros2Bridge::poll(Time now) {
+  if (!closed_ || now - heard_.load() < kSilence || !closed_.exchange(false)) return;
+  OperatorSample open;
+  open.stamp = {now, now};
+  open.tracked = false;
+  on_hand_(open);
+}
+
+void Ros2Bridge::publish(const SessionSnapshot& snapshot) {
+  header_.stamp = stamp_of<builtin_interfaces_msg_dds__Time_>(
+      std::chrono::system_clock::now().time_since_epoch());  // as nodes of ROS stamp what they send
+  show_target(snapshot);
+  show_path(snapshot);
+  show_liquid(snapshot);
+}
+
+void Ros2Bridge::show_target(const SessionSnapshot& snapshot) {
+  (void)target_.send({header_, message_of(snapshot.target.X_base_tool)});
+}
+
+void Ros2Bridge::show_path(const SessionSnapshot& snapshot) {
+  std::vector<PoseStampedMessage> poses;
+  for (int k = 0; k < snapshot.path_nodes; ++k) poses.push_back({header_, message_of(snapshot.path[k])});
+  PathMessage path{};
+  path.header = header_;
+  path.poses = sequence_of<decltype(path.poses)>(poses);
+  (void)path_.send(path);
+}
+
+/// The glass, and in it the liquid's surface, red once it has gone over the rim.
+void Ros2Bridge::show_liquid(const SessionSnapshot& snapshot) {
+  std::array<MarkerMessage, 2> markers{};
+  for (int i = 0; i < 2; ++i) {
+    MarkerMessage& marker = markers[i];
+    marker.header = header_;
+    marker.ns = names_[i].data();
+    marker.type = kCylinder;
+    marker.scale = {2.0 * glass_.radius, 2.0 * glass_.radius, i == 0 ? glass_.height : kSurface};
+    marker.pose = message_of(snapshot.X_base_tool);
+    marker.texture_resource = marker.text = marker.mesh_resource = marker.mesh_file.filename = nothing_.data();
+    marker.texture.header = header_;
+    marker.texture.format = nothing_.data();
+  }
+  markers[0].color = {0.8f, 0.9f, 1.0f, 0.25f};
+  const Pose X_tool_surface{{0.0, 0.0, glass_.fill - 0.5 * glass_.height},
+                            Quaternion(Eigen::AngleAxisd(snapshot.liquid.tilt_x, Vector3::UnitX()) *
+                                       Eigen::AngleAxisd(snapshot.liquid.tilt_y, Vector3::UnitY()))};
+  markers[1].pose = message_of(snapshot.X_base_tool * X_tool_surface);
+  markers[1].color = snapshot.liquid.spilled ? std_msgs_msg_dds__ColorRGBA_{0.9f, 0.2f, 0.1f, 0.9f}
+                                             : std_msgs_msg_dds__ColorRGBA_{0.2f, 0.5f, 0.9f, 0.9f};
+  MarkerArrayMessage array{};
+  array.markers = sequence_of<decltype(array.markers)>(markers);
+  (void)liquid_.send(array);
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "steadyhand/arm/liquid.hpp"
+#include "steadyhand/arm/offset_filter.hpp"
+#include "steadyhand/arm/ros2_settings.hpp"
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/live.hpp"
+#include "steadyhand/robot/model.hpp"
+#include "steadyhand/ros2/node.hpp"
+
+namespace steadyhand {
+
+/// What a ROS 2 machine sees of a session beside the arm, and how it may lead it. Publishes for RViz the target
+/// (geometry_msgs/PoseStamped), the path that is planned (nav_msgs/Path), the glass and its liquid
+/// (visualization_msgs/MarkerArray), in the frame of the arm's base. Takes poses (geometry_msgs/PoseStamped) as the
+/// operator's hand: while they come the clutch counts as closed, so what moves the arm is how they change.
+class Ros2Bridge {
+ public:
+  using OnHand = std::function<void(const OperatorSample&)>;
+
+  /// @param on_hand called on a thread of DDS and in poll() @param failed when it threw there. Model and clock must
+  /// outlive it.
+  static Result<std::unique_ptr<Ros2Bridge>> open(const RobotModel& model, const GlassSettings& glass,
+                                                  const Ros2Settings& settings, const Clock& clock, OnHand on_hand,
+                                                  Ros2Node::OnFailure failed);
+
+  void publish(const SessionSnapshot& snapshot);
+  /// Opens the clutch when poses stopped coming. Call every few milliseconds.
+  void poll(Time now);
+  /// Poses whose frame is not the base's, or that are no poses.
+  std::uint64_t ignored() const { return ignored_; }
+
+ private:
+  Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings, const Clock& clock,
+             OnHand on_hand);
+  Status join(const Ros2Settings& settings, Ros2Node::OnFailure failed);
+  void hear(const PoseStampedMessage& message);
+  void show_target(const SessionSnapshot& snapshot);
+  void show_path(const SessionSnapshot& snapshot);
+  void show_liquid(const SessionSnapshot& snapshot);
+
+  GlassSettings glass_;
+  const Clock* clock_;
+  OnHand on_hand_;
+  std::string frame_, nothing_;
+  std::vector<std::string> names_;  ///< of markers
+  std_msgs_msg_dds__Header_ header_{};
+  Ros2Publisher<PoseStampedMessage> target_;
+  Ros2Publisher<PathMessage> path_;
+  Ros2Publisher<MarkerArrayMessage> liquid_;
+  OffsetFilter offset_;  ///< of the thread that listens, as the next
+  Time theirs_{0};       ///< stamp of the newest pose
+  std::atomic<Time> heard_{Time::min()};
+  std::atomic<bool> closed_{false};
+  std::atomic<std::uint64_t> ignored_{0};
+  std::unique_ptr<Ros2Node> node_;  ///< last: goes first
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,96 @@
+#include "steadyhand/serve/access.hpp"
+
+#include <fmt/format.h>
+#include <openssl/crypto.h>
+#include <openssl/rand.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+namespace steadyhand {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return result;
+}
+
+/// "name:port" without its port.
+std::string_view without_port(std::string_view host) {
+  const std::size_t colon = host.rfind(':');
+  if (colon == std::string_view::npos || host.find(']', colon) != std::string_view::npos) return host;
+  return host.substr(0, colon);
+}
+
+}  // namespace
+
+std::string random_text(int length) {
+  constexpr std::string_view kAlphabet = "bcdfghjkmnpqrstvwxyz";
+  constexpr int kFair = 256 / kAlphabet.size() * kAlphabet.size();  // bytes above would favour the first letters
+  std::string text;
+  while (static_cast<int>(text.size()) < length) {
+    unsigned char byte = 0;
+    if (RAND_bytes(&byte, 1) != 1) return {};
+    if (byte < kFair) text += kAlphabet[byte % kAlphabet.size()];
+  }
+  return text;
+}
+
+bool equal_secret(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+bool host_allowed(std::string_view host, const std::vector<std::string>& names) {
+  const std::string name = lower(without_port(host));
+  return std::any_of(names.begin(), names.end(), [&](const std::string& allowed) { return lower(allowed) == name; });
+}
+
+bool origin_allowed(std::string_view origin, std::string_view host, bool tls) {
+  return lower(origin) == (tls ? "https://" : "http://") + lower(host);
+}
+
+Status Pairing::renew() {
+  last_code_ = std::exchange(code_, random_text(kCodeLength));
+  if (code_.empty()) return Error{"the system gives no random numbers for a pairing code"};
+  return Done{};
+}
+
+Result<std::string> Pairing::redeem(std::string_view typed) {
+  std::string code = lower(typed);
+  code.erase(std::remove_if(code.begin(), code.end(), [](char c) { return c == ' ' || c == '-'; }), code.end());
+  if (code.size() != kCodeLength) {
+    return Error{fmt::format("a code has {} letters, this one {}; the terminal shows it", kCodeLength, code.size())};
+  }
+  if (code_.empty()) return Error{"the system gives no random numbers for a pairing code"};
+  if (!equal_secret(code, code_)) {
+    if (equal_secret(code, last_code_)) return Error{"this code is used up; the terminal shows the next one"};
+    return Error{"this code is wrong; compare it with the one that the terminal showed last"};
+  }
+  return add_token(code_);
+}
+
+Result<std::string> Pairing::admit() { return add_token({}); }
+
+Result<std::string> Pairing::add_token(const std::string& code) {
+  std::string token = random_text(kTokenLength);
+  if (token.empty()) return Error{"the system gives no random numbers for a token"};
+  if (tokens_.size() >= kMaxTokens) tokens_.erase(tokens_.begin());
+  tokens_.push_back({token, code});
+  return token;
+}
+
+bool Pairing::known(std::string_view token) const {
+  return std::any_of(tokens_.begin(), tokens_.end(),
+                     [&](const Token& given) { return equal_secret(token, given.text); });
+}
+
+bool Pairing::use_up(std::string_view token) {
+  const auto earned = [&](const Token& given) {
+    return given.text == token && !given.code.empty() && given.code == code_;
+  };
+  return std::any_of(tokens_.begin(), tokens_.end(), earned) && renew();
+}
+
+}  // namespace steadyhand

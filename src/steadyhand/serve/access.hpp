@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/core/time.hpp"
+
+/// Who may connect and who may command.
+namespace steadyhand {
+
+/// `length` consonants from the system's random source, 4.3 bits each: a headset's keyboard has them in one layout, and
+/// they make no words. Empty if the source fails.
+std::string random_text(int length);
+
+/// In a time that does not depend on where they differ.
+bool equal_secret(std::string_view a, std::string_view b);
+
+/// Whether a request for `host` (the Host header, "name" or "name:port") is meant for one of `names`. A page of
+/// somebody else's whose name was made to point here (DNS rebinding) carries that name. Case does not count; "[::1]" is
+/// an IPv6 name.
+bool host_allowed(std::string_view host, const std::vector<std::string>& names);
+
+/// Whether a WebSocket's Origin header is that of a page that this server gave out under this Host header.
+bool origin_allowed(std::string_view origin, std::string_view host, bool tls);
+
+/// In a code's place: the client is a program of the same user on this machine. No code holds a vowel.
+constexpr std::string_view kLocalCode = "local";
+
+/// The code with which clients earn the right to command, and the tokens of those that did. A token outlives its
+/// connection, so that a client that comes back need not pair again. One thread.
+class Pairing {
+ public:
+  static constexpr int kCodeLength = 12;  // 51 bits
+  static constexpr int kTokenLength = 26;
+  static constexpr int kMaxTokens = 64;  ///< the oldest is forgotten
+
+  /// Error: no random numbers to be had.
+  Status renew();
+  const std::string& code() const { return code_; }
+
+  /// A token if this is the code that is valid, in whatever case and grouping. Error: it is not, in words for people.
+  Result<std::string> redeem(std::string_view typed);
+  /// A token without a code, which uses up none. Error: no random numbers to be had.
+  Result<std::string> admit();
+  bool known(std::string_view token) const;
+  /// A client with this token commands. True: that used up the code that is valid, and there is a new one.
+  bool use_up(std::string_view token);
+
+ private:
+  struct Token {
+    std::string text;
+    std::string code;  ///< with which it was earned; empty: without
+  };
+  Result<std::string> add_token(const std::string& code);
+
+  std::string code_, last_code_;
+  std::vector<Token> tokens_;
+};
+
+}  // namespace steadyhand

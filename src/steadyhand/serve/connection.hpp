@@ -1,0 +1,52 @@
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "steadyhand/serve/hub.hpp"
+#include "steadyhand/serve/site.hpp"
+
+namespace boost::asio::ssl {
+class context;
+}
+
+namespace steadyhand {
+
+/// What all connections share; belongs to the server's thread.
+struct Desk {
+  Hub* hub = nullptr;
+  const Site* site = nullptr;
+  std::function<Time()> now;
+  std::vector<std::string> hosts;  ///< names under which this machine may be asked
+  bool accept_missing_origin = true;
+  Time patience{0};  ///< with a peer that says or takes nothing
+
+  /// Those that ask for files, or that have not asked yet; clients of the hub are not among them.
+  struct Visitor {
+    Address address;
+    Time since{0};
+    std::function<void()> cut;
+  };
+  std::size_t max_visitors = 3 * 96;  ///< files are small and few
+  std::map<std::uint64_t, Visitor> visitors;
+  std::uint64_t last_visitor = 0;
+
+  using Answer = std::function<void(Result<FreshPage>)>;
+  /// Asks the session for a page, by a number of its own; empty: there are none to be had. Its answer arrives at
+  /// `waiting`, where the connections that asked are kept: nobody else may hold them, for they must end with the
+  /// server.
+  std::function<void(const std::string& path, std::uint64_t number)> fetch;
+  std::map<std::uint64_t, Answer> waiting;
+  std::uint64_t last_fetch = 0;
+};
+
+/// A connection that serves the page's files and, at /live, becomes a WebSocket. Keeps itself alive until it ends; ends
+/// itself when the peer falls silent. tls: nullptr for plain HTTP.
+void serve_connection(boost::asio::ip::tcp::socket socket, Desk& desk, boost::asio::ssl::context* tls);
+
+}  // namespace steadyhand

@@ -1,0 +1,272 @@
+#include "steadyhand/serve/hub.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace steadyhand {
+
+Hub::Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_rate_hz, int max_clients)
+    : facts_(facts),
+      callbacks_(callbacks),
+      max_rate_hz_(max_rate_hz),
+      max_clients_(static_cast<std::size_t>(std::max(max_clients, 1))) {}
+
+std::uint64_t Hub::join(Outbox& outbox, const Address& address, Time now) {
+  if (!make_room(address)) return 0;
+  const std::uint64_t id = ++last_id_;
+  Client& client = clients_[id];
+  client.outbox = &outbox;
+  client.address = address;
+  client.useful = now;
+  client.last_message = now;
+  client.allowance = max_rate_hz_;
+  client.allowance_at = now;
+  return id;
+}
+
+/// Paired clients stay, as many of each token as one person may have; everybody else is a guest.
+bool Hub::make_room(const Address& newcomer) {
+  if (clients_.size() < max_clients_) return true;
+  constexpr int kEach = 8;
+  std::map<std::string_view, int> paired;
+  std::vector<Guest> guests;
+  for (auto it = clients_.rbegin(); it != clients_.rend(); ++it) {  // the newest first
+    const auto& [id, client] = *it;
+    const bool stays = id == holder_ || id == asker_ || (!client.token.empty() && ++paired[client.token] <= kEach);
+    if (!stays) guests.push_back({id, client.address, client.useful});
+  }
+  const auto guest = who_leaves(guests, newcomer);
+  if (!guest) return false;
+  const auto found = clients_.find(*guest);
+  refuse(found->second, Refusal::kFull, "all places are taken: pair to keep yours");
+  close(found->second);
+  clients_.erase(found);
+  return true;
+}
+
+void Hub::leave(std::uint64_t id, Time now) {
+  if (!clients_.erase(id)) return;
+  if (asker_ == id) end_asking(now);
+  if (holder_ == id) give_lease(0, now);
+}
+
+void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end() || found->second.closed) return;
+  Client& client = found->second;
+  client.last_message = now;
+  const bool in_time = within_rate(client, now);
+  if (client.closed) return;
+  const Result<ClientMessage> message = parse_client_message(text);
+  if (!message) {
+    refuse(client, Refusal::kMalformed, message.error().message);
+    if (++client.strikes > kMaxStrikes) close(client);
+    return;
+  }
+  // A stop counts whoever sends it, whatever it sent before and however much.
+  const auto* request = std::get_if<RequestMessage>(&*message);
+  if (request && request->request.kind == OperatorRequest::Kind::kStop) {
+    client.useful = now;
+    return handle(id, client, *request, now);
+  }
+  if (!in_time) {
+    return complain(client, Refusal::kTooMany, "more messages than one client may send; some are discarded", now);
+  }
+  if (!client.greeted && !std::holds_alternative<HelloMessage>(*message)) {
+    refuse(client, Refusal::kVersion, "the first message must be hello, with the protocol's version");
+    return close(client);
+  }
+  std::visit([&](const auto& m) { handle(id, client, m, now); }, *message);
+}
+
+void Hub::receive_frame(std::uint64_t id, Time now) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end() || found->second.closed) return;
+  (void)within_rate(found->second, now);
+}
+
+/// Token bucket of one second's worth of messages.
+bool Hub::within_rate(Client& client, Time now) {
+  client.allowance = std::min(max_rate_hz_, client.allowance + to_seconds(now - client.allowance_at) * max_rate_hz_);
+  client.allowance_at = now;
+  if (client.allowance >= 1.0) {
+    client.allowance -= 1.0;
+    if (client.allowance > 0.5 * max_rate_hz_) client.excess = 0;
+    return true;
+  }
+  if (++client.excess > 10.0 * max_rate_hz_) {
+    refuse(client, Refusal::kTooMany, "far more messages than one client may send");
+    close(client);
+  }
+  return false;
+}
+
+void Hub::tick(Time now) {
+  for (auto& [id, client] : clients_) {
+    if (!client.code || client.closed || now < client.next_code) continue;
+    pair(id, client, *std::exchange(client.code, std::nullopt), now);
+  }
+  const auto silent = [&](std::uint64_t id) {
+    const auto found = clients_.find(id);
+    return found != clients_.end() && now - found->second.last_message > kLeaseSilence;
+  };
+  if (silent(asker_)) end_asking(now);
+  if (silent(holder_)) give_lease(0, now);
+  watch_asking(now);
+}
+
+void Hub::broadcast_state(const SessionSnapshot& snapshot) {
+  arm_led_ = snapshot.state == SupervisionState::kEngaged || snapshot.state == SupervisionState::kHolding;
+  std::shared_ptr<const std::string> message;
+  for (auto& [id, client] : clients_) {
+    if (!client.greeted || client.closed) continue;
+    if (!message) message = std::make_shared<const std::string>(state_message(snapshot));
+    if (client.outbox->send_state(message)) ++states_skipped;
+  }
+}
+
+void Hub::shut_down() {
+  clients_.clear();
+  holder_ = asker_ = 0;
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now) {
+  if (message.version != kProtocolVersion) {
+    refuse(client, Refusal::kVersion,
+           "this program speaks version " + std::to_string(kProtocolVersion) + " of the protocol, not " +
+               std::to_string(message.version) + "; reload the page");
+    return close(client);
+  }
+  if (client.greeted) return refuse(client, Refusal::kMalformed, "hello was said already");
+  client.greeted = true;
+  client.useful = now;
+  send(client, welcome_message(facts_, id));
+  if (pairing_.known(message.token)) {
+    client.token = message.token;
+    send(client, paired_message(client.token));
+  }
+  send(client, lease_message(lease_of(id, client, now)));
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const PairMessage& message, Time now) {
+  if (now < client.next_code) {
+    client.code = message.code;
+  } else {
+    pair(id, client, message.code, now);
+  }
+}
+
+/// Who could read this program's memory needs no code; so none need be told to the browser that it opens.
+Result<std::string> Hub::admit(Client& client) {
+  if (client.outbox->of_this_user()) return pairing_.admit();
+  return Error{"only programs of the user who started steadyhand, on the same machine, pair without a code"};
+}
+
+/// A code cannot be guessed in any time; that a connection is slowed down after many wrong ones is only a courtesy to
+/// the others. Nobody is locked out: what comes from one machine may be a stranger's and the operator's.
+void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time now) {
+  client.useful = now;
+  if (client.token.empty()) {
+    auto token = code == kLocalCode ? admit(client) : pairing_.redeem(code);
+    if (!token) {
+      if (++client.wrong_codes >= kFreeCodes) client.next_code = now + kCodeDelay;
+      return refuse(client, Refusal::kCode, token.error().message);
+    }
+    client.token = *std::move(token);
+  }
+  send(client, paired_message(client.token));
+  send(client, lease_message(lease_of(id, client, now)));
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now) {
+  if (holder_ != id) {
+    ++samples_dropped;
+    return complain(client, Refusal::kNoLease, "only the client that holds the lease moves the arm", now);
+  }
+  const Time t = from_seconds(message.t);
+  client.clock.arrived(t, now);
+  Time hand = client.clock.to_session(t, now);
+  const bool newer = !client.any_sample || (message.sequence > client.last_sequence && hand >= client.last_hand);
+  const bool lets_go = !message.sample.clutch;
+  const bool late = now - hand > (lets_go ? kOldest / 2 : kOldest);  // what follows here drops old ones, too
+  if (late && !lets_go) {
+    complain(client, Refusal::kLate,
+             fmt::format("a sample came {:.1f} s late and was dropped: the network stalls, or t_s is of another clock "
+                         "than that of the pings",
+                         to_seconds(now - hand)),
+             now);
+  }
+  if (late || !newer) {
+    if (!lets_go) {
+      ++samples_dropped;
+      return;
+    }
+    hand = now;  // letting go counts whenever it is heard
+  }
+  if (!lets_go) last_grip_ = now;
+  client.any_sample = true;
+  client.last_sequence = std::max(client.last_sequence, message.sequence);
+  client.last_hand = std::max(client.last_hand, hand);
+  OperatorSample sample = message.sample;
+  sample.stamp = {hand, now};
+  ++samples;
+  callbacks_.on_sample(sample);
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time) {
+  if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id) {
+    return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
+  }
+  const auto& [kind, text, value] = message.request;
+  const auto holds = [&text = text](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), text) != names.end();
+  };
+  const auto named = [&text = text](const ServerFacts::Profile& profile) { return profile.name == text; };
+  if (kind == OperatorRequest::Kind::kProfile && std::none_of(facts_.profiles.begin(), facts_.profiles.end(), named)) {
+    return refuse(client, Refusal::kUnknown, "no profile has this name");
+  }
+  if (kind == OperatorRequest::Kind::kPlayback && !text.empty() && !holds(facts_.recordings)) {
+    return refuse(client, Refusal::kUnknown, "no built-in recording has this name");
+  }
+  if (kind == OperatorRequest::Kind::kWeight && !holds(facts_.objectives)) {
+    return refuse(client, Refusal::kUnknown, "no term of the objective has this name");
+  }
+  if ((kind == OperatorRequest::Kind::kScale || kind == OperatorRequest::Kind::kRate) && value <= 0.0) {
+    return refuse(client, Refusal::kMalformed, "'value' of a scale or rate must be above 0");
+  }
+  callbacks_.on_request(message.request);
+}
+
+void Hub::handle(std::uint64_t, Client& client, const PingMessage& message, Time now) {
+  client.clock.arrived(from_seconds(message.t), now);
+  if (message.echo >= 0.0) client.clock.round_trip(now - from_seconds(message.echo) - from_seconds(message.held), now);
+  send(client, pong_message(message.t, now));
+}
+
+void Hub::refuse(Client& client, Refusal refusal, std::string_view message) {
+  ++refused_messages;
+  send(client, error_message(refusal, message));
+}
+
+/// For what may come with every message: said once a second.
+void Hub::complain(Client& client, Refusal refusal, std::string_view message, Time now) {
+  if (client.complained && now - *client.complained < std::chrono::seconds(1)) {
+    ++refused_messages;
+    return;
+  }
+  client.complained = now;
+  refuse(client, refusal, message);
+}
+
+void Hub::close(Client& client) {
+  client.closed = true;
+  client.outbox->close();
+}
+
+void Hub::send(Client& client, std::string message) {
+  if (!client.closed) client.outbox->send(std::make_shared<const std::string>(std::move(message)));
+}
+
+}  // namespace steadyhand

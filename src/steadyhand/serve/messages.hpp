@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "steadyhand/core/live.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/serve/server.hpp"
+
+/// The words of docs/protocol.md: JSON text to structs and back. web/protocol/schema.json says the same to machines.
+namespace steadyhand {
+
+/// Of docs/protocol.md. A client of another version is refused.
+constexpr int kProtocolVersion = 1;
+/// Bytes of the longest message that a client may send.
+constexpr std::size_t kMaxClientMessage = 2048;
+
+/// First message of every client.
+struct HelloMessage {
+  int version = 0;
+  std::string token;  ///< of an earlier `paired`; empty: has none
+};
+struct PairMessage {
+  std::string code;
+};
+/// Take or give back the lease, or ask its holder for it.
+struct LeaseMessage {
+  enum class Wish { kTake, kRelease, kAsk };
+  Wish wish = Wish::kTake;
+};
+/// Of the holder to who asks for the lease.
+struct AnswerMessage {
+  bool grant = false;
+};
+struct SampleMessage {
+  std::uint64_t sequence = 0;  ///< grows with every sample
+  double t = 0.0;              ///< s, the client's clock, when the hand was there
+  OperatorSample sample;       ///< without its stamp
+};
+struct RequestMessage {
+  OperatorRequest request;
+};
+struct PingMessage {
+  double t = 0.0;      ///< s, the client's clock, now
+  double echo = -1.0;  ///< s, `now_s` of the newest state that the client has; negative: none
+  double held = 0.0;   ///< s, since the client got that state
+};
+using ClientMessage =
+    std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage, RequestMessage, PingMessage>;
+
+/// Errors: not JSON, an unknown type, a member that is missing, unknown, of the wrong kind, not finite or out of range.
+/// The message names it. Never throws, whatever the bytes.
+Result<ClientMessage> parse_client_message(std::string_view text);
+
+/// Why a client's message was not obeyed.
+enum class Refusal { kMalformed, kVersion, kUnpaired, kCode, kNoLease, kTaken, kTooMany, kFull, kLate, kUnknown };
+
+std::string welcome_message(const ServerFacts& facts, std::uint64_t client);
+std::string paired_message(std::string_view token);
+/// The lease as one client sees it.
+struct LeaseView {
+  std::uint64_t holder = 0;  ///< 0: nobody
+  bool yours = false;
+  bool takeable = false;    ///< `take` would give it to this client
+  std::uint64_t asker = 0;  ///< 0: nobody asks for it
+  std::optional<Time>
+      left;  ///< until the asker gets it, if nothing leads the arm; none: nobody asks, or something does
+};
+std::string lease_message(const LeaseView& lease);
+std::string pong_message(double t, Time now);
+std::string error_message(Refusal refusal, std::string_view message);
+/// Numbers that are not finite become null. Allocates only the result.
+std::string state_message(const SessionSnapshot& snapshot);
+
+}  // namespace steadyhand

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+
+namespace steadyhand {
+
+/// A program beside a session that moves an arm, without this process's files and signals.
+struct ModestProcess {
+  std::string program;  ///< a path, or what is searched for in PATH
+  std::vector<std::string> arguments;
+};
+
+/// What it writes to stdout; it should be_modest(), and runs no longer than the thread that calls. Fails with what it
+/// writes to stderr if it does not end well, and once `end` is set.
+Result<std::string> output_of(const ModestProcess& process, const std::atomic<bool>& end);
+
+/// Starts a program that goes on by itself, whatever becomes of this one: without its files, output and terminal, too.
+/// Whether it runs is no concern of who calls.
+void launch(const ModestProcess& process);
+
+/// For such a process to begin with: the lowest priority, the first that goes when memory runs out.
+void be_modest();
+
+}  // namespace steadyhand

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include "steadyhand/arm/liquid.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+/// What the whole session's commands and measured motion came to. Whatever is more than rounding counts, and by how
+/// much is told.
+struct MonitorResult {
+  std::uint64_t commands = 0, states = 0;
+  /// Commands out of the model's limits of position, speed or acceleration, by their own word or by what became of them
+  /// from one to the next, however long that took.
+  std::uint64_t beyond_limits = 0;
+  std::uint64_t too_fast = 0;    ///< measured states beyond a speed limit
+  std::uint64_t in_contact = 0;  ///< commands that let a pair of spheres overlap
+  // ---- the most by which anything was beyond a limit, 0: nothing was
+  double position_excess = 0.0;      ///< rad (m)
+  double speed_excess = 0.0;         ///< rad/s (m/s)
+  double acceleration_excess = 0.0;  ///< rad/s^2 (m/s^2)
+  double step = 0.0;                 ///< rad (m): of a command, beyond where those accelerations lead
+  double measured_excess = 0.0;      ///< rad/s (m/s), of measured speed
+  double smallest_clearance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
+  std::array<int, 2> nearest{-1, -1};                                   ///< pair of spheres at that
+};
+/// In two lines or more, for people.
+std::string to_text(const MonitorResult& result, const RobotModel& model);
+
+/// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
+/// independent witness of what the session did. It also carries the liquid, driven by the glass as measured. One
+/// thread.
+class Monitor {
+ public:
+  /// The model must outlive it.
+  Monitor(const RobotModel& model, const GlassSettings& glass);
+
+  /// @param anew the arm was restarted where it stands: the command need not continue those before
+  void update(const JointCommand& command, bool anew = false);
+  void update(const JointState& state);
+  void reset_liquid() { liquid_.reset(); }
+
+  const MonitorResult& result() const { return result_; }
+  const LiquidState& liquid() const { return liquid_.state(); }
+  /// Of the newest measured state, glass frame, m/s^2.
+  const Vector3& local_acceleration() const { return local_acceleration_; }
+  /// At the newest measured state.
+  const Kinematics& arm() const { return measured_; }
+
+ private:
+  Kinematics commanded_, measured_;
+  Liquid liquid_;
+  MonitorResult result_;
+  JointCommand last_command_;
+  Time last_state_{0};
+  Vector3 last_velocity_ = Vector3::Zero(), local_acceleration_ = kGravity;
+};
+
+/// The pair of spheres with the smallest gap, and that gap in m; {-1, -1} and infinity without pairs.
+struct NearestPair {
+  std::array<int, 2> spheres{-1, -1};
+  double gap = std::numeric_limits<double>::infinity();
+};
+NearestPair nearest_pair(const Kinematics& arm);
+
+}  // namespace steadyhand

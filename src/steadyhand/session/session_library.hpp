@@ -1,0 +1,46 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "steadyhand/serve/server.hpp"
+
+namespace steadyhand {
+
+/// Recorded sessions for the operator's page, read one after another in a process of their own with little priority and
+/// limited memory, so that nobody who asks disturbs a session that runs. docs/protocol.md says what the answers hold.
+class SessionLibrary {
+ public:
+  using Answer = std::function<void(Result<FreshPage>)>;
+
+  /// @param folder need not exist yet
+  /// @param program what answers, as `PROGRAM report --sessions FOLDER --answer PATH`
+  SessionLibrary(std::filesystem::path folder, std::filesystem::path program);
+  /// Ends at once: what is not answered yet is answered with an error.
+  ~SessionLibrary();
+
+  /// For ServerCallbacks::on_fetch; any path at all. Does not wait.
+  void fetch(const std::string& path, Answer answer);
+
+ private:
+  void work();
+  Result<FreshPage> ask(const std::string& path) const;
+
+  const std::filesystem::path folder_, program_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::pair<std::string, Answer>> asked_;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+/// The answer itself: "/sessions", "/sessions/NAME/motion", "/sessions/NAME/report.html"; any path at all.
+Result<FreshPage> read_library(const std::filesystem::path& folder, const std::string& path);
+
+}  // namespace steadyhand

@@ -1,0 +1,41 @@
+#include "steadyhand/solve/kkt.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory,
+                 const std::vector<std::vector<double>>& multipliers) {
+  const Ocp& ocp = evaluation.ocp();
+  const int n = ocp.dof();
+  const double dt = ocp.dt();
+
+  double worst = (trajectory.x[0] - evaluation.instance().x0).lpNorm<Eigen::Infinity>();
+  StateVector costate = StateVector::Zero(2 * n);  // dL/dx_{k+1} of everything from node k + 1 on
+  for (int k = ocp.horizon(); k >= 0; --k) {
+    NodeGradient gradient = NodeGradient::Zero(3 * n);
+    evaluation.add_objective_gradient(k, 1.0, gradient);
+    for (std::size_t i = 0; i < evaluation.rows(k).size(); ++i) {
+      const ConstraintRow row = evaluation.rows(k)[i];
+      const double multiplier = multipliers[k][i];
+      const double value = evaluation.constraint(k, row);
+      const Bounds bounds = evaluation.bounds(row);
+      evaluation.add_constraint_gradient(k, row, multiplier, gradient);
+      worst = std::max({worst, bounds.lower - value, value - bounds.upper});
+      const double slack = multiplier < 0.0 ? value - bounds.lower : bounds.upper - value;
+      if (multiplier != 0.0)
+        worst = std::max(worst, std::isfinite(slack) ? std::abs(multiplier * slack) : std::abs(multiplier));
+    }
+    if (k < ocp.horizon()) {
+      const JointVector dL_du = gradient.tail(n) + 0.5 * dt * dt * costate.head(n) + dt * costate.tail(n);
+      worst = std::max({worst, dL_du.lpNorm<Eigen::Infinity>(),
+                        (trajectory.x[k + 1] - ocp.next(trajectory.x[k], trajectory.u[k])).lpNorm<Eigen::Infinity>()});
+      costate.tail(n) += dt * costate.head(n);
+    }
+    costate += gradient.head(2 * n);
+  }
+  return worst;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "steadyhand/ocp/evaluation.hpp"
+
+namespace steadyhand {
+
+/// How far a trajectory with multipliers is from a KKT point of the problem: the largest of
+/// - the gradient of the Lagrangian by every u_k, states eliminated through the dynamics (the costates are exact),
+/// - the violation of rows and dynamics,
+/// - |multiplier * slack| of every row,
+/// - wrong signs of multipliers of one-sided rows.
+/// Unscaled, in the units of the problem. `evaluation` must be set to the trajectory. Allocates nothing.
+double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory,
+                 const std::vector<std::vector<double>>& multipliers);
+
+}  // namespace steadyhand

@@ -1,0 +1,100 @@
+#include "steadyhand/solve/realtime/batch_evaluation.hpp"
+
+namespace steadyhand::realtime {
+
+BatchEvaluation::BatchEvaluation(const Ocp& ocp)
+    : ocp_(ocp), order_{ocp.horizon()}, state_batches_((ocp.horizon() + kLanes - 1) / kLanes), scratch_(ocp.model()) {
+  const int n = ocp.dof();
+  for (int b = 0; b < order_.batches(); ++b) {
+    Batch batch{KinematicsOf<Lanes>(ocp.model()),
+                JointVectorOf<Lanes>::Zero(n),
+                JointVectorOf<Lanes>::Zero(n),
+                Vector3Of<Lanes>::Zero(),
+                Matrix3Of<Lanes>::Identity(),
+                0.0,
+                0.0,
+                {}};
+    for (int i = 0; i < kLanes; ++i) {
+      const int column = b * kLanes + i, k = order_.node(column);
+      const bool padding = column > order_.column(0);
+      batch.state.set(i, !padding && ocp.acts(Nodes::kStates, k));
+      batch.interval.set(i, !padding && ocp.acts(Nodes::kIntervals, k));
+    }
+    for (const auto& objective : ocp.objectives()) {
+      batch.weights.push_back(Objective::BatchWeight::Zero(objective->weight_count(n)));
+    }
+    batches_.push_back(batch);
+  }
+  weighted_.reserve(ocp.objectives().size());
+}
+
+void BatchEvaluation::set_instance(const OcpInstance& instance) {
+  fresh_ = true;
+  needs_motion_ = false;
+  weighted_.clear();
+  for (int i = 0; i < std::ssize(ocp_.objectives()); ++i) {
+    if (instance.weights[i].isZero(0.0)) continue;
+    weighted_.push_back(i);
+    const Objective& term = *ocp_.objectives()[i];
+    needs_motion_ = needs_motion_ || term.needs_motion();
+    for (int b = 0; b < batches(); ++b) {
+      for (int j = 0; j < instance.weights[i].size(); ++j) {
+        batches_[b].weights[i][j] = (ocp_.dt() * instance.weights[i][j]) * acts(term.nodes(), b);
+      }
+    }
+  }
+  const Reference& reference = instance.reference;
+  for (int b = 0; b < batches(); ++b) {
+    for (int i = 0; i < kLanes; ++i) {
+      const int entry = std::max(order_.node(b * kLanes + i) - 1, 0);  // no term of a state acts at node 0
+      for (int j = 0; j < 3; ++j) batches_[b].p_ref[j].set(i, reference.p[entry][j]);
+      for (int j = 0; j < 9; ++j) batches_[b].R_ref.data()[j].set(i, reference.R[entry].data()[j]);
+    }
+  }
+}
+
+void BatchEvaluation::set_point(const NodeTable& z) {
+  const int n = ocp_.dof();
+  JointVectorOf<Lanes> q(n);
+  for (int b = 0; b < batches(); ++b) {
+    Batch& batch = batches_[b];
+    for (int i = 0; i < n; ++i) {
+      q[i] = z[i][b];
+      batch.dq[i] = z[n + i][b];
+      batch.u[i] = z[2 * n + i][b];
+    }
+    if (fresh_ || b < state_batches_) batch.arm.set_position(q);  // behind them only node 0, which stands still
+    if (needs_motion_) batch.arm.set_motion(batch.dq, batch.u);
+  }
+  fresh_ = false;
+}
+
+double BatchEvaluation::objective() const {
+  Lanes total = 0.0;
+  for (const int i : weighted_) {
+    const Objective& term = *ocp_.objectives()[i];
+    for (int b = 0; b < acting_batches(term.nodes()); ++b) total += term.value(node(b), batches_[b].weights[i]);
+  }
+  return sum(total);
+}
+
+void BatchEvaluation::add_objective_gradient(int b, NodeGradientOf<Lanes>& gradient) const {
+  for (const int i : weighted_) {
+    const Objective& term = *ocp_.objectives()[i];
+    if (b < acting_batches(term.nodes())) term.add_gradient(node(b), batches_[b].weights[i], gradient);
+  }
+}
+
+void BatchEvaluation::add_objective_hessian(int b, Curvature curvature, NodeHessianOf<Lanes>& hessian) const {
+  for (const int i : weighted_) {
+    const Objective& term = *ocp_.objectives()[i];
+    if (b >= acting_batches(term.nodes())) continue;
+    if (curvature == Curvature::kExact) {
+      term.add_hessian(node(b), batches_[b].weights[i], hessian);
+    } else {
+      term.add_convex_hessian(node(b), batches_[b].weights[i], hessian);
+    }
+  }
+}
+
+}  // namespace steadyhand::realtime

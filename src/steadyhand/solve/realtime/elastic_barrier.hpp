@@ -1,0 +1,154 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "steadyhand/solve/realtime/batch_evaluation.hpp"
+#include "steadyhand/solve/realtime/newton_system.hpp"
+#include "steadyhand/solve/realtime/node_table.hpp"
+#include "steadyhand/solve/realtime/row_set.hpp"
+
+namespace steadyhand::realtime {
+
+/// Distance of a point with its multipliers from the KKT conditions; the first three are the terms of kkt_error().
+struct Residuals {
+  double dual = 0.0;             ///< largest |dL/du|, states eliminated
+  double violation = 0.0;        ///< of the watched rows
+  double complementarity = 0.0;  ///< largest |multiplier * distance to the bound|
+  double centrality = 0.0;       ///< largest |slack * multiplier - mu|, of both kinds of slack
+
+  double kkt() const { return std::max({dual, violation, complementarity}); }
+};
+
+/// The problem that the solver's Newton steps see (docs/solver.md, "Elastic barrier"). Every bound of every row at
+/// every node, written as g(z) >= 0, gets two positive slacks with g + excess = room: `room` inside the bound and
+/// `excess` beyond it. Over the accelerations and the slacks the solver minimises
+///   phi = J + sum ( price * excess - mu log room - mu log excess ),
+/// whose minimisers go to the solution as mu -> 0. The slacks make g + excess = room true at any point, so there is no
+/// infeasible iterate; the price is above every multiplier, so no excess is left at the end unless it must.
+///
+/// Points z are tables [q; dq; u] x nodes that obey the dynamics. Lanes in which a row does not act carry the bound
+/// 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
+class ElasticBarrier {
+ public:
+  explicit ElasticBarrier(const Ocp& ocp);
+
+  /// No row is watched but those that always are.
+  void forget_rows() { rows_.reset(); }
+  /// Starts a new problem at z. Watches the rows near their bounds there, and those it did before. start_slacks() must
+  /// follow before anything but differentiate().
+  /// @param multipliers those of a solution nearby, or null
+  void begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers);
+  /// Slacks for the point and the barrier parameter mu: far enough from zero to move. Multipliers on the central path
+  /// or, if that is larger, as they are.
+  void start_slacks(double mu);
+  void set_mu(double mu) { mu_ = mu; }
+  double mu() const { return mu_; }
+
+  /// Where the Newton step starts: derivatives and residuals at the point that begin(), try_step() or move() set last.
+  const Residuals& differentiate();
+  /// Of the last differentiate().
+  const Residuals& residuals() const { return residuals_; }
+  /// Second-order models of all nodes with the slacks eliminated. `damping` is added to the curvature by u.
+  void model(Curvature curvature, double damping, NewtonSystem& newton);
+  /// The slacks' and multipliers' part of a step, and how much of it keeps them positive.
+  /// @return dphi along the step; +infinity for a step that is not finite
+  double complete(const NodeTable& step);
+  double largest_scale() const { return largest_scale_; }
+
+  double merit();
+  /// phi at z + scale * step with the slacks moved along; infinite where it is not finite.
+  double try_step(const NodeTable& z, double scale);
+  /// Keeps what try_step tried last; multipliers move as far as they stay positive.
+  void accept();
+
+  /// Sets the point without touching slacks and multipliers.
+  void move(const NodeTable& z);
+  double objective() const { return objective_; }
+  /// What check_all_rows() found.
+  enum class Check { kNothingNew, kMissedLinear, kMissed };
+  /// Looks at all rows at the point; those outside their bounds by more than the tolerance are watched from now on.
+  Check check_all_rows(double tolerance);
+  /// Violation of all rows where begin() or check_all_rows() looked last.
+  double violation() const { return violation_; }
+  double curvature_scale() const { return curvature_scale_; }
+  /// Multipliers in the order of Solution::multipliers.
+  void write_multipliers(std::vector<std::vector<double>>& multipliers) const;
+
+ private:
+  static constexpr double kPrice = 1e6;
+  static constexpr double kStayInside = 0.995;  ///< largest share of the way to zero that a slack goes in one step
+  /// Multipliers below this are taken for those of rows that are not near their bounds.
+  static constexpr double kNoMultiplier = 1e-4;
+
+  /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
+  struct Side {
+    double sign, limit;
+    Lanes room, excess, multiplier;
+    Lanes stiffness, offset;  ///< of the last model()
+    Lanes room_step, excess_step, multiplier_step;
+    Lanes new_room, new_excess;
+  };
+  /// A watched row at the nodes of a batch.
+  struct Band {
+    int row, entry;
+    EntryRange support;
+    Lanes acts;   ///< 1 in lanes where the row acts, else 0
+    Lanes value;  ///< c at the point
+    std::array<Side, 2> sides;
+    int side_count;
+    std::size_t gradient;  ///< where dc/dz begins in gradients_: the entries of the support, unless it is an entry
+
+    /// g of a side; 1 in lanes where the row does not act.
+    Lanes inside(const Side& side) const { return select(acts > 0.0, side.sign * (value - side.limit), 1.0); }
+    /// As Solution::multipliers has it; 0 in lanes where the row does not act.
+    Lanes signed_multiplier() const {
+      Lanes total = 0.0;
+      for (int i = 0; i < side_count; ++i) total -= sides[i].sign * sides[i].multiplier;
+      return acts * total;
+    }
+  };
+
+  void set_point();  ///< all that is known at z_
+  void compute_all_rows();
+  Lanes least_inside(int r) const;
+  Lanes compute(const Band& band, int b) const;
+  void watch(int r, const std::vector<std::vector<double>>* multipliers);
+  void start_slacks(Band& band) const;
+  /// Largest multiplier of each row over the nodes.
+  void find_largest_multipliers(const std::vector<std::vector<double>>& multipliers);
+  void write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g, NewtonSystem& newton) const;
+  double phi(Lanes excess, double logarithms) const;
+  /// Calls f(band, batch) with every band.
+  template <typename F>
+  void for_each_band(const F& f) {
+    for (int b = 0; b < evaluation_.batches(); ++b) {
+      for (Band& band : bands_[b]) f(band, b);
+    }
+  }
+
+  const Ocp& ocp_;
+  int n_, horizon_;
+  double dt_;
+  NodeOrder order_;
+  BatchEvaluation evaluation_;
+  RowSet rows_;
+  std::vector<JointVector> unit_curvature_;  ///< of each objective and weight entry: curvature_scale_ is linear in them
+  double curvature_scale_ = 1.0;
+  double mu_ = 1.0;
+
+  NodeTable z_;                           ///< the point
+  NodeTable values_;                      ///< of all rows, where they were computed last
+  std::vector<std::vector<Band>> bands_;  ///< by batch
+  std::vector<Lanes> gradients_;          ///< of the bands
+  std::vector<double> largest_multiplier_;
+  double objective_ = 0.0, violation_ = 0.0;
+  std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
+  std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
+  Residuals residuals_;
+  double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;
+  const NodeTable* step_ = nullptr;
+};
+
+}  // namespace steadyhand::realtime

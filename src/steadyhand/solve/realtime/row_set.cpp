@@ -1,0 +1,42 @@
+#include "steadyhand/solve/realtime/row_set.hpp"
+
+#include <cmath>
+
+namespace steadyhand::realtime {
+
+RowSet::RowSet(const Ocp& ocp) : horizon_(ocp.horizon()) {
+  int first_slots = 0, last_slots = 0;
+  for (int c = 0; c < std::ssize(ocp.constraints()); ++c) {
+    const Constraint& constraint = *ocp.constraints()[c];
+    const bool of_state = constraint.nodes() == Nodes::kStates;
+    for (int i = 0; i < constraint.rows(); ++i) {
+      rows_.push_back({{c, i},
+                       constraint.nodes(),
+                       constraint.bounds(i),
+                       constraint.entry(i),
+                       constraint.support(i, ocp.dof()),
+                       constraint.watch_margin(i)});
+      slot_first_.push_back(of_state ? -1 : first_slots++);
+      slot_last_.push_back(of_state ? last_slots++ : -1);
+    }
+  }
+  is_watched_.resize(rows_.size());
+  watched_.reserve(rows_.size());
+  reset();
+}
+
+void RowSet::reset() {
+  watched_.clear();
+  for (int r = 0; r < size(); ++r) {
+    is_watched_[r] = !std::isfinite(rows_[r].watch_margin);
+    if (is_watched_[r]) watched_.push_back(r);
+  }
+}
+
+void RowSet::watch(int r) {
+  if (is_watched_[r]) return;
+  is_watched_[r] = true;
+  watched_.push_back(r);
+}
+
+}  // namespace steadyhand::realtime

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "steadyhand/ocp/evaluation.hpp"
+
+namespace steadyhand::realtime {
+
+/// One scalar inequality at all nodes where its constraint acts.
+struct Row {
+  ConstraintRow id;
+  Nodes nodes;
+  Bounds bounds;
+  int entry;            ///< see Constraint::entry
+  EntryRange support;   ///< see Constraint::support
+  double watch_margin;  ///< see Constraint::watch_margin
+};
+
+/// All rows of an Ocp, in the order of Evaluation::rows, and which of them are watched: computed at every iterate. The
+/// others are only looked at when the watched ones are satisfied.
+class RowSet {
+ public:
+  explicit RowSet(const Ocp& ocp);
+
+  int size() const { return static_cast<int>(rows_.size()); }
+  const Row& operator[](int r) const { return rows_[r]; }
+  /// Nodes first(r) .. last(r) are those where row r acts.
+  int first(int r) const { return rows_[r].nodes == Nodes::kStates ? 1 : 0; }
+  int last(int r) const { return rows_[r].nodes == Nodes::kStates ? horizon_ : horizon_ - 1; }
+  /// Index of row r in Evaluation::rows(k). @pre first(r) <= k <= last(r)
+  int slot(int r, int k) const { return k == 0 ? slot_first_[r] : k == horizon_ ? slot_last_[r] : r; }
+
+  const std::vector<int>& watched() const { return watched_; }
+  bool is_watched(int r) const { return is_watched_[r]; }
+  /// Leaves only the rows that are always watched.
+  void reset();
+  void watch(int r);
+
+ private:
+  int horizon_;
+  std::vector<Row> rows_;
+  std::vector<int> slot_first_, slot_last_;
+  std::vector<int> watched_;
+  std::vector<char> is_watched_;
+};
+
+}  // namespace steadyhand::realtime

@@ -1,0 +1,44 @@
+#include "steadyhand/solve/solver.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "steadyhand/ocp/evaluation.hpp"
+#include "steadyhand/solve/fatrop.hpp"
+#include "steadyhand/solve/realtime/realtime.hpp"
+
+namespace steadyhand {
+
+std::string_view to_string(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::kSolved:
+      return "solved";
+    case SolveStatus::kFeasible:
+      return "feasible";
+    case SolveStatus::kInfeasible:
+      return "infeasible";
+    case SolveStatus::kInvalid:
+      return "invalid";
+  }
+  return "unknown";
+}
+
+void Solution::prepare(const Ocp& ocp) {
+  trajectory = Trajectory(ocp.dof(), ocp.horizon());
+  const Evaluation evaluation(ocp);
+  multipliers.resize(ocp.horizon() + 1);
+  for (int k = 0; k <= ocp.horizon(); ++k) multipliers[k].assign(evaluation.rows(k).size(), 0.0);
+}
+
+const std::vector<std::string>& solver_names() {
+  static const std::vector<std::string> names{"fatrop", "realtime"};
+  return names;
+}
+
+Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance) {
+  if (name == "fatrop") return make_fatrop_solver(ocp, tolerance);
+  if (name == "realtime") return make_realtime_solver(ocp, tolerance);
+  return Error{fmt::format("unknown solver '{}'; the solvers are {}", name, fmt::join(solver_names(), ", "))};
+}
+
+}  // namespace steadyhand

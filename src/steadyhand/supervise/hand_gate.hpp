@@ -1,0 +1,80 @@
+#pragma once
+
+#include <string_view>
+
+#include "steadyhand/core/arrows.hpp"
+
+namespace steadyhand {
+
+/// What is to be thought of one sample of the hand.
+enum class HandVerdict {
+  kGood,
+  kUntracked,    ///< the device has no pose
+  kEmulated,     ///< the device guesses the position
+  kNotFinite,    ///< numbers that are not finite, or a quaternion that is none
+  kJump,         ///< no hand moves so fast
+  kFarAway,      ///< after a loss: not near where it was lost; a fresh grip is needed
+  kUnsettled,    ///< after a loss: near, but not yet for long enough
+  kOutOfOrder,   ///< not newer than the one before; dropped
+  kStale,        ///< too old on arrival; dropped
+  kClockStepped  ///< the stamps went back or ahead so far that the clock must have been set; dropped
+};
+/// For people.
+std::string_view to_string(HandVerdict verdict);
+
+struct HandGateSettings {
+  bool accept_emulated = false;  ///< take poses whose position the headset guesses
+  /// A hand's speed: reaching and throwing stay below 6 m/s and 25 rad/s at the hand. The allowances beside them are
+  /// for noise at high rates.
+  double speed_max = 6.0, jump_allowance = 0.02;       ///< m/s, m
+  double turn_rate_max = 30.0, turn_allowance = 0.15;  ///< rad/s, rad
+  double gap_max = 0.1;                                ///< s without a good pose: the hand is lost
+  double resume_distance = 0.1, resume_angle = 0.5;    ///< m, rad: from where it was lost
+  int resume_samples = 3;                              ///< good ones in a row after a loss
+  double age_max = 0.2;                                ///< s from the hand to here
+  double ahead_max = 0.05;                             ///< s: no stamp is later than its arrival by more
+  double clock_step = 1.0;                             ///< s: stamps that go back by more are a clock that was set
+};
+
+/// What the gate knows of the hand after a sample.
+struct HandReport {
+  Time heard{0};                             ///< when the last sample of any kind arrived
+  Time good{0};                              ///< when the last good one arrived
+  bool clutch = false;                       ///< closed by the last sample in order, in a grip that counts
+  bool trusted = false;                      ///< its pose may be followed
+  HandVerdict verdict = HandVerdict::kGood;  ///< why not
+  std::uint64_t grips = 0;                   ///< how often the clutch was seen to close, each after it was seen open
+};
+
+/// Stands between the operator's device and everything else: only poses that a hand can have pass. A pose that is
+/// guessed, far from the last or not newer than it is no worse than none; followed, it would be a legal drive to a
+/// wrong place. After a loss the hand is trusted again near where it was lost, or from a fresh grip. Allocates nothing;
+/// one thread.
+class HandGate {
+ public:
+  explicit HandGate(const HandGateSettings& settings = {}) : settings_(settings) {}
+
+  /// Every sample as it arrives. @param now the session's clock
+  HandVerdict update(const OperatorSample& sample, Time now);
+  /// The device has gone: whatever comes next must open the clutch before it closes it.
+  void forget();
+
+  const HandReport& report() const { return report_; }
+  std::uint64_t dropped() const { return dropped_; }  ///< samples that were out of order or too old
+
+ private:
+  HandVerdict judge_pose(const OperatorSample& sample);
+
+  HandGateSettings settings_;
+  HandReport report_;
+  bool any_ = false;        ///< last_ is set
+  bool opened_ = false;     ///< the clutch was seen open since forget() and the last grip
+  bool gripped_ = false;    ///< it closed after that, and has stayed closed
+  bool lost_ = false;       ///< the pose went bad while the clutch was closed
+  OperatorSample last_;     ///< in order, of any verdict
+  OperatorSample trusted_;  ///< last good one
+  int settled_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,120 @@
+#include "steadyhand/supervise/supervisor.hpp"
+
+#include <algorithm>
+
+namespace steadyhand {
+
+namespace {
+
+using State = SupervisionState;
+using Event = SupervisionEvent;
+
+// For each state the gravest event first.
+constexpr Transition kTransitions[] = {
+    {State::kIdle, Event::kArmStopped, State::kFault, ""},
+    {State::kIdle, Event::kFailed, State::kFault, ""},
+    {State::kIdle, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kIdle, Event::kArmFollows, State::kReady, "grip to move the arm"},
+
+    {State::kReady, Event::kArmStopped, State::kFault, ""},
+    {State::kReady, Event::kFailed, State::kFault, ""},
+    {State::kReady, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kReady, Event::kStalled, State::kStopping, "the control loop stalled"},
+    {State::kReady, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
+    {State::kReady, Event::kGripped, State::kEngaged, "the arm follows the hand"},
+
+    {State::kEngaged, Event::kArmStopped, State::kFault, ""},
+    {State::kEngaged, Event::kFailed, State::kFault, ""},
+    {State::kEngaged, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
+    {State::kEngaged, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
+    {State::kEngaged, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
+    {State::kEngaged, Event::kReleased, State::kReady, "released"},
+    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm follows a new grip"},  // the release went by unseen
+    {State::kEngaged, Event::kHandLost, State::kHolding, ""},
+    {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
+
+    {State::kHolding, Event::kArmStopped, State::kFault, ""},
+    {State::kHolding, Event::kFailed, State::kFault, ""},
+    {State::kHolding, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
+    {State::kHolding, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
+    {State::kHolding, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
+    {State::kHolding, Event::kReleased, State::kReady, "released"},
+    {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
+
+    {State::kStopping, Event::kArmStopped, State::kFault, ""},
+    {State::kStopping, Event::kFailed, State::kFault, ""},
+    {State::kStopping, Event::kResetAsked, State::kIdle, "reset"},
+
+    {State::kFault, Event::kResetAsked, State::kIdle, "reset"},
+};
+
+}  // namespace
+
+std::span<const Transition> transitions() { return kTransitions; }
+
+bool Supervisor::happened(Event event, const SupervisionInput& input) const {
+  const HandReport& hand = input.hand;
+  const auto passed = [&](double seconds, Time since) { return to_seconds(input.now - since) > seconds; };
+  const bool heard = !passed(settings_.disengage_after, hand.heard);
+  const bool trusted = hand.trusted && !passed(settings_.hold_after, hand.good);
+  switch (event) {
+    case Event::kArmStopped:
+      return input.arm_stopped;
+    case Event::kFailed:
+      return !input.failure.empty();
+    case Event::kArmFollows:
+      return input.arm_follows;
+    case Event::kStopAsked:
+      return input.stops != stops_;
+    case Event::kStalled:
+      return input.stalled;
+    case Event::kOffPlan:
+      return input.off_plan;
+    case Event::kResetAsked:
+      return input.reset_of == halts_ && input.stops == stops_ && input.at_rest;
+    case Event::kSilence:
+      return !heard;
+    case Event::kReleased:
+      return !hand.clutch;
+    case Event::kGripped:
+      return heard && trusted && hand.clutch && hand.grips != grips_used_;
+    case Event::kHandLost:
+      return !trusted;
+    case Event::kHandBack:
+      return heard && trusted && hand.clutch && input.last_plan > since_;
+    case Event::kPlannerLate:
+      return passed(settings_.planner_late_after, std::max(input.last_plan, since_));
+  }
+  return false;
+}
+
+const Transition* Supervisor::update(const SupervisionInput& input) {
+  const Transition* taken = step(input);
+  const bool halts = taken != nullptr && (taken->to == State::kStopping || taken->to == State::kFault);
+  if (halts || input.stops != stops_) ++halts_;
+  stops_ = input.stops;
+  return taken;
+}
+
+const Transition* Supervisor::step(const SupervisionInput& input) {
+  for (const Transition& row : kTransitions) {
+    if (row.from != state_ || !happened(row.event, input)) continue;
+    state_ = row.to;
+    since_ = input.now;
+    reason_ = row.reason;
+    if (row.event == Event::kArmStopped) reason_ = input.arm_reason;
+    if (row.event == Event::kFailed) reason_ = input.failure;
+    if (row.event == Event::kHandLost) {
+      reason_ = input.hand.trusted ? "no pose of the hand came for a while" : to_string(input.hand.verdict);
+    }
+    if (row.to == State::kEngaged) ++engagements_;
+    // A grip that did not lead to following, or no longer does, is used up.
+    grips_used_ = input.hand.grips;
+    return &row;
+  }
+  return nullptr;
+}
+
+}  // namespace steadyhand
