@@ -8,11 +8,11 @@ function(steadyhand_embed room)
     if(NOT EXISTS "${file}")
       message(FATAL_ERROR "${file} not found: if it belongs to a package, run ./steadyhand once, it installs the pinned packages")
     endif()
-    set(output "${CMAKE_BINARY_DIR}/embedded/${room}_${name}.cpp")
+    set(output "${PROJECT_BINARY_DIR}/embedded/${room}_${name}.cpp")
     add_custom_command(
       OUTPUT "${output}"
-      COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DNAME=${name} -DFILE=${file} -P "${CMAKE_SOURCE_DIR}/cmake/embed_text.cmake"
-      DEPENDS "${file}" "${CMAKE_SOURCE_DIR}/cmake/embed_text.cmake"
+      COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DNAME=${name} -DFILE=${file} -P "${PROJECT_SOURCE_DIR}/cmake/embed_text.cmake"
+      DEPENDS "${file}" "${PROJECT_SOURCE_DIR}/cmake/embed_text.cmake"
       COMMENT "Embedding ${name}" VERBATIM)
     target_sources(steadyhand_${room} PRIVATE "${output}")
   endforeach()

@@ -2,13 +2,13 @@
 # serve/embedded_page.hpp lists them. With a third argument, a file that is newer than FOLDER's files.
 function(steadyhand_embed_folder room folder)
   get_filename_component(folder "${folder}" ABSOLUTE)
-  set(output "${CMAKE_BINARY_DIR}/embedded/${room}_folder.cpp")
+  set(output "${PROJECT_BINARY_DIR}/embedded/${room}_folder.cpp")
   if(ARGN)
     set(inputs ${ARGN})
   else()
     file(GLOB_RECURSE inputs CONFIGURE_DEPENDS "${folder}/*")
   endif()
-  set(script "${CMAKE_SOURCE_DIR}/cmake/embed_files.cmake")
+  set(script "${PROJECT_SOURCE_DIR}/cmake/embed_files.cmake")
   add_custom_command(
     OUTPUT "${output}"
     COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DFOLDER=${folder} -P "${script}"

@@ -1,6 +1,6 @@
 # Parsers under hostile input (tests/fuzz), each with the room that it is of. With STEADYHAND_FUZZ, which takes clang, each is
 # a libFuzzer program fuzz_NAME; with any compiler all together are test_fuzz, which replays the corpus.
-set(fuzzed csv=input aframe=input messages=serve urdf=robot rtde=arm mcap=record problems=record yaml=session)
+set(fuzzed csv=input aframe=input messages=serve urdf=robot rtde=ur mcap=record problems=record yaml=console)
 foreach(pair ${fuzzed})
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 name)
@@ -20,9 +20,9 @@ endif()
 
 add_executable(test_fuzz EXCLUDE_FROM_ALL tests/fuzz/corpus_test.cpp tests/fuzz/as_file.cpp ${fuzz_sources})
 target_include_directories(test_fuzz PRIVATE tests)
-target_link_libraries(test_fuzz PRIVATE steadyhand_session GTest::gtest_main)
+target_link_libraries(test_fuzz PRIVATE steadyhand_console steadyhand_ur GTest::gtest_main)
 target_compile_options(test_fuzz PRIVATE ${STEADYHAND_COLD_OPTIONS})
 target_precompile_headers(test_fuzz REUSE_FROM test_headers)
-target_compile_definitions(test_fuzz PRIVATE STEADYHAND_ROOT="${CMAKE_SOURCE_DIR}")
-add_test(NAME fuzz COMMAND test_fuzz WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}")
+target_compile_definitions(test_fuzz PRIVATE STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}")
+add_test(NAME fuzz COMMAND test_fuzz WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
 set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_fuzz)

@@ -5,14 +5,14 @@ find_program(IDLC_PROGRAM idlc)
 if(TARGET CycloneDDS::ddsc AND IDLC_PROGRAM)
   set(STEADYHAND_ROS2 ON)
   enable_language(C)
-  set(ros2_generated "${CMAKE_BINARY_DIR}/ros2_messages")
+  set(ros2_generated "${PROJECT_BINARY_DIR}/ros2_messages")
   file(MAKE_DIRECTORY "${ros2_generated}")
   # -t: without descriptions of the types, which ROS does not send either and other versions of Cyclone might compare.
   add_custom_command(
     OUTPUT "${ros2_generated}/messages.c" "${ros2_generated}/messages.h"
     COMMAND "${IDLC_PROGRAM}" -t -x final -W no-implicit-extensibility -o "${ros2_generated}"
-            "${CMAKE_SOURCE_DIR}/src/steadyhand/ros2/messages.idl"
-    DEPENDS "${CMAKE_SOURCE_DIR}/src/steadyhand/ros2/messages.idl"
+            "${PROJECT_SOURCE_DIR}/src/steadyhand/ros2/messages.idl"
+    DEPENDS "${PROJECT_SOURCE_DIR}/src/steadyhand/ros2/messages.idl"
     COMMENT "Generating the messages of ROS 2" VERBATIM)
   add_library(ros2_messages STATIC "${ros2_generated}/messages.c")
   set_target_properties(ros2_messages PROPERTIES C_STANDARD 99)

@@ -5,9 +5,10 @@
 #include <memory>
 
 #include "steadyhand/arm/simulated_arm.hpp"
-#include "arm/ur_lockstep.hpp"
+#include "support/ur/lockstep.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
+#include "steadyhand/track/sample.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 #ifdef STEADYHAND_ROS2

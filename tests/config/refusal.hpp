@@ -10,7 +10,7 @@
 namespace steadyhand {
 
 /// Where the checkout and the installed packages are.
-inline const Places kPlaces{STEADYHAND_ROOT, STEADYHAND_DEPS};
+inline const Places kPlaces = Places::standard();
 
 /// A file that must be refused, and what the message must contain.
 struct Refusal {

@@ -80,7 +80,7 @@ TEST(RobotFile, TheUr5eMovesAsARigidArm) {
 }
 
 TEST(RobotFile, ABareUrdfLoads) {
-  const auto settings = load_robot_settings(kPlaces.root / "robots/ur5e.yaml", kPlaces);
+  const auto settings = load_robot_settings(kPlaces.data / "robots/ur5e.yaml", kPlaces);
   ASSERT_TRUE(settings) << settings.error().message;
   const auto model = open_robot(settings->urdf.string(), kPlaces);
   ASSERT_TRUE(model) << model.error().message;
@@ -98,7 +98,7 @@ TEST(RobotFile, AnUnknownNameListsTheKnownOnes) {
 
 TEST(RobotFile, AHomePoseInSelfCollisionNamesTheSpheres) {
   const TemporaryFolder folder;
-  std::ifstream stream(kPlaces.root / "robots/ur5e.yaml");
+  std::ifstream stream(kPlaces.data / "robots/ur5e.yaml");
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   const std::size_t home = text.find("\nhome: [");
   ASSERT_NE(home, std::string::npos);
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"no_urdf", "name: arm\n", "arm.yaml:1: key 'urdf' is missing"},
         Refusal{"urdf_not_there", "urdf: arm.urdf\n", "arm.urdf: no such file"},
-        Refusal{"package", "urdf: {package: nothing, path: a.urdf}\n", "Python package 'nothing' has no file 'a.urdf'"},
+        Refusal{"package", "urdf: {package: nothing, path: a.urdf}\n", "Python package 'nothing' with its file 'a.urdf' is not in"},
         Refusal{"urdf_key", "urdf: {package: airo_models, file: a.urdf}\n", "arm.yaml:1: unknown key 'file' in 'urdf'"},
         Refusal{"key", "urdf: a\n\ntoool: {}\n", "arm.yaml:3: unknown key 'toool'; did you mean 'tool'?"},
         Refusal{"tool_size", "urdf: a\ntool: {link: a, xyz: [0, 0], rpy: [0, 0, 0]}\n",

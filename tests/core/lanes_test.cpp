@@ -8,10 +8,6 @@
 namespace steadyhand {
 namespace {
 
-#ifdef EXPECTED_LANES
-TEST(Lanes, AreAsManyAsTheProcessorsRegistersHold) { EXPECT_EQ(kLanes, EXPECTED_LANES); }
-#endif
-
 TEST(Lanes, SineAndCosineAreThoseOfTheLibrary) {
   std::mt19937 random(1);
   for (const double range : {1e-9, 1.0, 10.0, 1e4}) {

@@ -44,7 +44,7 @@ Rooms read_rooms(const std::string& cmake, std::vector<std::string>& complaints)
     std::istringstream words((*it)[2]);
     bool in_uses = false;
     for (std::string word; words >> word;) {
-      if (word == "USES" || word == "LINK" || word == "TEST_LINK") {
+      if (word == "USES" || word == "LINK" || word == "TEST_LINK" || word == "EXCEPT") {
         in_uses = word == "USES";
       } else if (in_uses && !rooms.count(word)) {
         complaints.push_back("CMakeLists.txt: " + name + " uses " + word + ", which does not stand above it");
@@ -103,7 +103,7 @@ const char* const kSmallHouse = R"(
 TEST(Layering, NoIncludeOfTheHousePointsUp) {
   std::vector<std::string> complaints;
   const Rooms rooms = read_rooms(text_of(STEADYHAND_ROOT "/CMakeLists.txt"), complaints);
-  ASSERT_TRUE(rooms.count("core") && rooms.count("session")) << "CMakeLists.txt was not understood";
+  ASSERT_TRUE(rooms.count("core") && rooms.count("console")) << "CMakeLists.txt was not understood";
   const std::vector<Include> includes = read_includes(STEADYHAND_ROOT "/src");
   ASSERT_FALSE(includes.empty());
   EXPECT_EQ(joined(complaints), "");
@@ -165,6 +165,7 @@ TEST(Layering, RefusesARoomThatUsesOneBelow) {
 
 TEST(Layering, ReadsTheIncludesOfAFile) {
   const fs::path src = fs::path(testing::TempDir()) / "layering" / "src";
+  fs::remove_all(src);
   fs::create_directories(src / "steadyhand/core");
   std::ofstream(src / "steadyhand/core/a.hpp")
       << "#pragma once\n#include <vector>\n  # include \"steadyhand/plan/b.hpp\"\n// \"x/y.hpp\"\n";

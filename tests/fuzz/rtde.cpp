@@ -1,7 +1,7 @@
 // What a controller sends over RTDE: the first byte says in what pieces it comes.
 #include <sys/socket.h>
 
-#include "steadyhand/arm/rtde_client.hpp"
+#include "steadyhand/ur/rtde_client.hpp"
 #include "fuzz/fuzz.hpp"
 
 namespace steadyhand {

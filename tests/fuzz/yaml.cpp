@@ -2,7 +2,7 @@
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/session/settings.hpp"
+#include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {
 

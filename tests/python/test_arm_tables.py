@@ -13,7 +13,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
     ("page", "sources", "fixtures"),
     [
         ("docs/ros2.md", ["tests/ros2/faults_test.cpp"], "Ros2Faults"),
-        ("docs/universal-robots.md", ["tests/arm/ur_faults_test.cpp", "tests/arm/ur_connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
+        ("docs/universal-robots.md", ["tests/ur/faults_test.cpp", "tests/ur/connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
     ],
 )
 def test_rows_and_tests_are_the_same(page, sources, fixtures):

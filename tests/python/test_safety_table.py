@@ -10,7 +10,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 def test_rows_and_tests_are_the_same():
     cells = re.findall(r"^\|.*\| ((?:`\w+`(?:, )?)+) \|$", (ROOT / "docs/safety.md").read_text(), re.MULTILINE)
     rows = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
-    tests = re.findall(r"TEST_F\(Faults, (\w+)\)", (ROOT / "tests/session/faults_test.cpp").read_text())
+    tests = re.findall(r"TEST_F\(Faults, (\w+)\)", (ROOT / "tests/live/faults_test.cpp").read_text())
     tests += re.findall(r"def (test_\w+)", (ROOT / "tests/python/test_live_faults.py").read_text())
     also = re.findall(r"def (test_\w+)", (ROOT / "tests/python/test_sessions.py").read_text())
     for path in ROOT.glob("tests/*/*_test.cpp"):

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "steadyhand/plan/straight_stop.hpp"
+#include "steadyhand/track/sample.hpp"
 #include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"

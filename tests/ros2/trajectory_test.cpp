@@ -1,5 +1,6 @@
 // What is sent to a joint trajectory controller, and that one as documented executes it as it was planned.
 #include "steadyhand/ros2/trajectory.hpp"
+#include "steadyhand/track/sample.hpp"
 
 #include <gtest/gtest.h>
 

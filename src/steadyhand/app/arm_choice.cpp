@@ -7,12 +7,14 @@
 #include <cmath>
 #include <iostream>
 
-#include "steadyhand/arm/ur_arm.hpp"
-#include "steadyhand/arm/ur_calibration.hpp"
 #include "steadyhand/config/nearest.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 #ifdef STEADYHAND_ROS2
 #include "steadyhand/ros2/ros2_arm.hpp"
+#endif
+#ifdef STEADYHAND_UR
+#include "steadyhand/ur/ur_arm.hpp"
+#include "steadyhand/ur/ur_calibration.hpp"
 #endif
 
 namespace steadyhand {

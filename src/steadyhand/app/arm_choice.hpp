@@ -9,7 +9,7 @@
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
-#include "steadyhand/session/settings.hpp"
+#include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {
 

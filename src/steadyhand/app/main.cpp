@@ -10,7 +10,8 @@
 
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/config/nearest.hpp"
-#include "steadyhand/session/output_queue.hpp"
+#include "steadyhand/console/output_queue.hpp"
+#include "steadyhand/core/configuration.hpp"
 
 namespace {
 

@@ -15,9 +15,9 @@
 #include "steadyhand/record/plan_csv.hpp"
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/report/report.hpp"
-#include "steadyhand/session/past_session.hpp"
-#include "steadyhand/session/planning_stage.hpp"
-#include "steadyhand/session/replay.hpp"
+#include "steadyhand/console/past_session.hpp"
+#include "steadyhand/live/planning_stage.hpp"
+#include "steadyhand/replay/replay.hpp"
 
 namespace steadyhand {
 
@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A real hand that holds a VR controller, from npm `super-hands` (MIT): reaching, grabbing and carrying.
-constexpr const char* kBundledRecording = "node_modules/super-hands/examples/physics/demo-recording.json";
+constexpr const char* kBundledRecording = "recordings/physics/demo-recording.json";
 /// The person walks away after that.
 constexpr double kBundledSeconds = 11.0;
 
@@ -154,7 +154,7 @@ Status check(const Options& options) {
 Status run(Options options) {
   const Places places = Places::standard();
   if (options.recording.empty()) {
-    options.recording = (places.dependencies / kBundledRecording).string();
+    options.recording = (places.data / kBundledRecording).string();
     options.range.until = std::min(options.range.until, kBundledSeconds);
   }
   Result<Recording> recording = Error{};

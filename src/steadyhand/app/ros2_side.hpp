@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "steadyhand/app/arm_choice.hpp"
-#include "steadyhand/session/operator_desk.hpp"
+#include "steadyhand/console/operator_desk.hpp"
 
 namespace steadyhand {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "steadyhand/app/command_line.hpp"
-#include "steadyhand/session/settings.hpp"
+#include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {
 

@@ -3,9 +3,26 @@
 #include <cstdint>
 #include <string>
 
-#include "steadyhand/arm/ur_program.hpp"
+#include "steadyhand/core/math.hpp"
 
 namespace steadyhand {
+
+struct UrProgramSettings {
+  int session = 1;                ///< of set-points it obeys; others are not for it
+  double step = 0.002;            ///< s, of the controller's cycle
+  int bridged = 2;                ///< lost cycles over which set-points are extrapolated
+  double timeout = 0.05;          ///< s without a new set-point after which it brakes to rest and ends
+  double first_wait = 2.0;        ///< s that it waits for the first set-point
+  double start_tolerance = 0.05;  ///< rad, of the first set-point to where the arm stands, all joints together
+  double return_tolerance = 0.1;  ///< rad, of a set-point to where the arm is after a gap, any joint
+  double braking = 10.0;          ///< rad/s^2, when set-points are missing
+  double rejoin = 1.3;           ///< times acceleration_max: the most on the way back, so that plans are caught up with
+  double state_period = 0.0;     ///< s between states over RTDE, if that is not each cycle; 0: it is
+  double lookahead = 0.03;       ///< s, of servoj, 0.03 to 0.2
+  double gain = 1000.0;          ///< of servoj, 100 to 2000
+  JointVector velocity_max;      ///< rad/s; a set-point that asks for a tenth more is refused. Six.
+  JointVector acceleration_max;  ///< rad/s^2, of the plans. Six.
+};
 
 /// How to reach a Universal Robots arm, and what to ask of it. docs/universal-robots.md has the whole story.
 struct UrSettings {

@@ -1,5 +1,6 @@
 #include "steadyhand/config/places.hpp"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,15 +11,37 @@ namespace steadyhand {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// The shared library that holds this function, or the program.
+fs::path this_binary() {
+  std::error_code error;
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&names_in), &info) != 0 && info.dli_fname != nullptr) {
+    const fs::path file(info.dli_fname);
+    if (file.filename().string().find(".so") != std::string::npos) return fs::canonical(file, error);
+  }
+  return fs::canonical("/proc/self/exe", error);
+}
+
+}  // namespace
+
 Places Places::standard() {
-  const char* moved = std::getenv("STEADYHAND_DEPS");
-  return {STEADYHAND_SOURCE_ROOT, moved != nullptr && *moved != '\0' ? moved : STEADYHAND_DEPS};
+  const char* named = std::getenv("STEADYHAND_DATA");
+  if (named != nullptr && *named != '\0') return {named, {fs::path(named) / "packages"}};
+  const fs::path folder = this_binary().parent_path();
+  std::error_code error;
+  for (const char* above : {".", "..", "../.."}) {
+    const fs::path data = (folder / above / "share/steadyhand").lexically_normal();
+    if (fs::is_directory(data, error)) return {data, {data / "packages"}};
+  }
+  return {folder / "share/steadyhand", {}};
 }
 
 std::vector<std::string> names_in(const Places& places, const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(places.root / folder, error)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(places.data / folder, error)) {
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
@@ -30,22 +53,30 @@ Result<fs::path> find_named_file(const Places& places, const std::string& folder
   const fs::path path(name);
   if (name.empty()) return Error{fmt::format("a name is expected: {}", fmt::join(names_in(places, folder), ", "))};
   if (!path.has_parent_path() && !path.has_extension()) {
-    const fs::path named = places.root / folder / (name + ".yaml");
+    const fs::path named = places.data / folder / (name + ".yaml");
     if (fs::is_regular_file(named, error)) return named;
   }
   if (fs::is_regular_file(path, error)) return path;
+  const std::vector<std::string> names = names_in(places, folder);
+  if (names.empty()) {
+    return Error{fmt::format("'{}' is no file, and there are no {} in {}: set STEADYHAND_DATA to the folder that has them",
+                             name, folder, places.data.string())};
+  }
   return Error{fmt::format("'{}' is neither a file nor one of the names in {}/: {}", name, folder,
-                           fmt::join(names_in(places, folder), ", "))};
+                           fmt::join(names, ", "))};
 }
 
 Result<fs::path> find_in_package(const Places& places, const std::string& package, const std::string& path) {
   std::error_code error;
-  for (const fs::directory_entry& python : fs::directory_iterator(places.dependencies / "venv/lib", error)) {
-    const fs::path file = python.path() / "site-packages" / package / path;
+  std::string looked;
+  for (const fs::path& packages : places.packages) {
+    const fs::path file = packages / package / path;
     if (fs::is_regular_file(file, error)) return file;
+    looked += (looked.empty() ? "" : ", ") + packages.string();
   }
-  return Error{fmt::format("Python package '{}' has no file '{}' under {}; ./steadyhand installs the pinned packages",
-                           package, path, places.dependencies.string())};
+  if (looked.empty()) looked = (places.data / "packages").string() + ", which is not there";
+  return Error{fmt::format("Python package '{}' with its file '{}' is not in {}: install the package there", package,
+                           path, looked)};
 }
 
 }  // namespace steadyhand

@@ -10,14 +10,15 @@ namespace steadyhand {
 
 /// Where the files are that a short name stands for.
 struct Places {
-  std::filesystem::path root;          ///< the checkout: robots/, profiles/
-  std::filesystem::path dependencies;  ///< the pinned packages: venv/lib/python3*/site-packages, node_modules
+  std::filesystem::path data;                   ///< robots/, profiles/, recordings/
+  std::vector<std::filesystem::path> packages;  ///< where Python packages are installed; the first that has a file counts
 
-  /// The checkout that this program was built from; the environment variable STEADYHAND_DEPS moves `dependencies`.
+  /// `data` is share/steadyhand in the folder of this library or program, or one or two folders above it, as it was built
+  /// or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name in there.
   static Places standard();
 };
 
-/// `name` is a path if it has a folder or an extension or is a file; else NAME.yaml in the checkout's `folder`. Fails
+/// `name` is a path if it has a folder or an extension or is a file; else NAME.yaml in the `folder` of the data. Fails
 /// if there is no such file, and lists the names that there are.
 Result<std::filesystem::path> find_named_file(const Places& places, const std::string& folder, const std::string& name);
 

@@ -74,4 +74,14 @@ Result<Profile> load_profile(const std::string& name, const Places& places) {
   return profile;
 }
 
+std::string describe_weights(const OcpSettings& ocp) {
+  std::string text;
+  for (const auto& objective : make_objectives()) {
+    const auto found = ocp.weights.find(std::string(objective->name()));
+    if (found == ocp.weights.end()) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found->first, fmt::join(found->second, " "));
+  }
+  return text;
+}
+
 }  // namespace steadyhand

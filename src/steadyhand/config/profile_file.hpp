@@ -24,4 +24,7 @@ struct Profile {
 /// range.
 Result<Profile> load_profile(const std::string& name, const Places& places = Places::standard());
 
+/// Its weights on one line, for people.
+std::string describe_weights(const OcpSettings& ocp);
+
 }  // namespace steadyhand

@@ -5,18 +5,12 @@
 #include <cstdint>
 #include <cstring>
 
+#include "steadyhand/core/configuration.hpp"
+
 namespace steadyhand {
 
-/// How many doubles the host's registers hold; -DSTEADYHAND_LANES=1 (plain), 2, 4 or 8 overrules it.
-#if defined(STEADYHAND_LANES)
+/// How many doubles the registers hold of the processor that the library was built for.
 inline constexpr int kLanes = STEADYHAND_LANES;
-#elif defined(__AVX512F__)
-inline constexpr int kLanes = 8;
-#elif defined(__AVX__)
-inline constexpr int kLanes = 4;
-#else
-inline constexpr int kLanes = 2;
-#endif
 
 /// kLanes doubles that go through the same arithmetic at once: a Scalar for Eigen and for the terms, one node of the
 /// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor.

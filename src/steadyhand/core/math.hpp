@@ -5,6 +5,9 @@
 
 namespace steadyhand {
 
+// The layout of these types is the library's, whatever processor is compiled for where its headers are included.
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "define EIGEN_MAX_ALIGN_BYTES=16, as CMake's steadyhand::planning does");
+
 /// Largest arm that the fixed-size types below hold.
 inline constexpr int kMaxJoints = 8;
 /// Longest horizon, in intervals.

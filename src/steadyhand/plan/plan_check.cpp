@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/track/sample.hpp"
+
 namespace steadyhand {
 
 std::string_view to_string(PlanFault fault) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/track/sample.hpp"
+
 namespace steadyhand {
 
 Planner::Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings)

@@ -1,6 +1,18 @@
 #include "steadyhand/record/step.hpp"
 
+#include "steadyhand/ocp/objectives.hpp"
+
 namespace steadyhand {
+
+RunNames run_names(const RobotModel& model) {
+  RunNames names;
+  for (const Joint& joint : model.joints) {
+    names.joints.push_back(joint.name);
+    names.joint_units.push_back(joint.type == JointType::kPrismatic ? "m" : "rad");
+  }
+  for (const auto& objective : make_objectives()) names.terms.emplace_back(objective->name());
+  return names;
+}
 
 std::string_view to_string(PlanOrigin origin) {
   switch (origin) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "steadyhand/core/arrows.hpp"
+#include "steadyhand/robot/model.hpp"
 
 namespace steadyhand {
 
@@ -36,6 +37,9 @@ struct RunNames {
   std::vector<std::string> joint_units;  ///< n: "rad" or "m"
   std::vector<std::string> terms;        ///< at most kMaxTerms
 };
+
+/// Those of runs of this robot.
+RunNames run_names(const RobotModel& model);
 
 /// "solved", "feasible" or "previous".
 std::string_view to_string(PlanOrigin origin);

@@ -7,6 +7,7 @@
 
 #include "steadyhand/ros2/stamps.hpp"
 #include "steadyhand/ros2/trajectory.hpp"
+#include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
 

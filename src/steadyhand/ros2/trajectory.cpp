@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "steadyhand/track/sample.hpp"
+
 namespace steadyhand {
 
 namespace {

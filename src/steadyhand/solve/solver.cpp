@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include "steadyhand/ocp/evaluation.hpp"
-#include "steadyhand/solve/fatrop.hpp"
+#ifdef STEADYHAND_FATROP
+#include "steadyhand/solve/fatrop/fatrop.hpp"
+#endif
 #include "steadyhand/solve/realtime/realtime.hpp"
 
 namespace steadyhand {
@@ -30,14 +32,34 @@ void Solution::prepare(const Ocp& ocp) {
   for (int k = 0; k <= ocp.horizon(); ++k) multipliers[k].assign(evaluation.rows(k).size(), 0.0);
 }
 
+namespace {
+
+struct Entry {
+  const char* name;
+  std::unique_ptr<Solver> (*make)(const Ocp& ocp, double tolerance);
+};
+constexpr Entry kSolvers[] = {
+#ifdef STEADYHAND_FATROP
+    {"fatrop", make_fatrop_solver},
+#endif
+    {"realtime", make_realtime_solver},
+};
+
+}  // namespace
+
 const std::vector<std::string>& solver_names() {
-  static const std::vector<std::string> names{"fatrop", "realtime"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Entry& entry : kSolvers) all.emplace_back(entry.name);
+    return all;
+  }();
   return names;
 }
 
 Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance) {
-  if (name == "fatrop") return make_fatrop_solver(ocp, tolerance);
-  if (name == "realtime") return make_realtime_solver(ocp, tolerance);
+  for (const Entry& entry : kSolvers) {
+    if (name == entry.name) return entry.make(ocp, tolerance);
+  }
   return Error{fmt::format("unknown solver '{}'; the solvers are {}", name, fmt::join(solver_names(), ", "))};
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
 

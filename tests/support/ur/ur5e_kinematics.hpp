@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "steadyhand/arm/ur_primary.hpp"
+#include "steadyhand/ur/ur_primary.hpp"
 
 namespace steadyhand {
 

@@ -1,0 +1,46 @@
+# How everything of this project is compiled. Nothing here reaches who links to it but C++20 and Eigen's alignment.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+add_compile_options(-fPIC)  # of programs too: they share precompiled headers with libraries
+get_property(several_build_types GLOBAL PROPERTY GENERATOR_IS_MULTI_CONFIG)
+if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_BUILD_TYPE AND NOT several_build_types)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+add_compile_options(-Wall -Wextra -Wpedantic -Wshadow $<$<BOOL:${STEADYHAND_WERROR}>:-Werror>)
+# gcc 12 and 13 see these where there is nothing, in inlined std::string and Eigen code.
+add_compile_options(-Wno-array-bounds -Wno-restrict -Wno-maybe-uninitialized -Wno-stringop-overflow -Wno-stringop-overread)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(-fno-semantic-interposition)  # nobody replaces our functions: they may be inlined
+  # gcc 12 sees one in its own AVX-512 header.
+  if(CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    add_compile_options(-Wno-uninitialized)
+  else()
+    # gcc 13 holds every function that takes a temporary string and returns a reference for one that returns into it.
+    add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-reference>)
+  endif()
+elseif(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  add_compile_options(-Wno-unknown-warning-option)
+endif()
+if(STEADYHAND_NATIVE)
+  add_compile_options(-march=native)
+endif()
+if(STEADYHAND_SANITIZE)
+  add_compile_options(-fsanitize=${STEADYHAND_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${STEADYHAND_SANITIZE})
+endif()
+
+# The width of the solver's vectors belongs to the library, not to the flags of who includes its headers.
+get_directory_property(options COMPILE_OPTIONS)
+string(REGEX MATCHALL "-march=[^ ;]+" processor "${options};${CMAKE_CXX_FLAGS}")
+execute_process(COMMAND "${CMAKE_CXX_COMPILER}" ${processor} -dM -E -x c++ /dev/null OUTPUT_VARIABLE macros COMMAND_ERROR_IS_FATAL ANY)
+if(macros MATCHES "__AVX512F__")
+  set(STEADYHAND_LANES 8)
+elseif(macros MATCHES "__AVX__")
+  set(STEADYHAND_LANES 4)
+else()
+  set(STEADYHAND_LANES 2)
+endif()
+configure_file("${PROJECT_SOURCE_DIR}/cmake/configuration.hpp.in" "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp")

@@ -1,0 +1,50 @@
+# `cmake --install`: libraries, headers, data, the package that find_package(steadyhand) finds, and the program. All of it may be
+# moved as a whole.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
+get_property(rooms GLOBAL PROPERTY steadyhand_installed_rooms)
+set(package_folder "${CMAKE_INSTALL_LIBDIR}/cmake/steadyhand")
+set(data_destination "${CMAKE_INSTALL_DATADIR}/steadyhand")
+
+set_target_properties(${libraries} PROPERTIES INSTALL_RPATH "$ORIGIN")
+install(TARGETS ${libraries} EXPORT steadyhand LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+        INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+install(EXPORT steadyhand NAMESPACE steadyhand:: FILE steadyhand-targets.cmake DESTINATION "${package_folder}")
+configure_package_config_file(cmake/steadyhand-config.cmake.in "${PROJECT_BINARY_DIR}/steadyhand-config.cmake"
+                              INSTALL_DESTINATION "${package_folder}")
+# Until 1.0 a minor version may change the interface.
+write_basic_package_version_file("${PROJECT_BINARY_DIR}/steadyhand-config-version.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/steadyhand-config.cmake" "${PROJECT_BINARY_DIR}/steadyhand-config-version.cmake"
+        DESTINATION "${package_folder}")
+
+foreach(room ${rooms})
+  install(DIRECTORY "src/steadyhand/${room}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand" FILES_MATCHING PATTERN "*.hpp")
+endforeach()
+install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
+        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand/core")
+
+install(DIRECTORY robots profiles DESTINATION "${data_destination}")
+# Of the packages, what robots/ and the program name.
+set(bundled_urdf airo_models/arms/ur5e)
+set(bundled_hands physics/demo-recording.json physics/demo-laser.json events/demo-recording.json mouse/demo-recording.json)
+if(site_packages AND EXISTS "${site_packages}/${bundled_urdf}/ur5e.urdf")
+  install(FILES "${site_packages}/${bundled_urdf}/ur5e.urdf" DESTINATION "${data_destination}/packages/${bundled_urdf}")
+else()
+  message(STATUS "Without airo-models: install its URDF of the UR5e into ${data_destination}/packages")
+endif()
+foreach(hand ${bundled_hands})
+  get_filename_component(folder "${hand}" DIRECTORY)
+  install(FILES "${STEADYHAND_DEPS}/node_modules/super-hands/examples/${hand}" OPTIONAL
+          DESTINATION "${data_destination}/recordings/${folder}")
+endforeach()
+
+if(STEADYHAND_WITH_APP)
+  file(RELATIVE_PATH from_bin "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
+  set_target_properties(steadyhand PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin}/steadyhand")
+  install(TARGETS steadyhand RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+endif()
+if(STEADYHAND_WITH_FATROP)
+  install(IMPORTED_RUNTIME_ARTIFACTS fatrop blasfeo LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/steadyhand")
+  set_target_properties(${libraries} PROPERTIES INSTALL_RPATH "$ORIGIN;$ORIGIN/steadyhand")
+endif()

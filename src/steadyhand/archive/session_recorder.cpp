@@ -1,0 +1,328 @@
+#include "steadyhand/archive/session_recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+
+#include "steadyhand/archive/recording_folder.hpp"
+#include "steadyhand/track/sample.hpp"
+
+namespace steadyhand {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kHandRate = 250.0, kArmRate = 500.0, kStepRate = 60.0, kLookRate = 120.0;  // Hz, at most
+constexpr Time kStatisticsPeriod = std::chrono::seconds(1);
+
+std::string date_and_time() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  return {text, std::strftime(text, sizeof(text), "%Y-%m-%d_%H-%M-%S", &utc)};
+}
+
+}  // namespace
+
+fs::path default_session_folder() {
+  const auto variable = [](const char* name) {
+    const char* value = std::getenv(name);
+    return fs::path(value == nullptr ? "" : value);
+  };
+  fs::path data = variable("XDG_DATA_HOME");
+  if (!data.is_absolute() && variable("HOME").is_absolute()) data = variable("HOME") / ".local/share";
+  return data.is_absolute() ? data / "steadyhand/sessions" : fs::path("sessions");
+}
+
+SessionRecorder::Flight::Flight(double seconds)
+    : samples(kHandRate * seconds),
+      targets(kHandRate * seconds),
+      steps(kStepRate * seconds),
+      commands(kArmRate * seconds),
+      states(kArmRate * seconds),
+      changes(100.0),
+      liquid(kLookRate * seconds) {}
+
+SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin)
+    : settings_(settings),
+      metadata_(std::move(metadata)),
+      names_(run_names(ocp.model())),
+      begin_(begin),
+      stem_(date_and_time()),
+      describer_(ocp),
+      trajectory_(ocp.dof(), ocp.horizon()),
+      wanted_(settings.enabled) {
+  if (settings_.folder.empty()) settings_.folder = default_session_folder();
+  metadata_["run"]["started"] = stem_ + " UTC";
+  instance_.weights.resize(ocp.objectives().size());
+  if (settings.flight_seconds > 0.0) flight_.emplace(settings.flight_seconds);
+  if (settings.enabled) begin_file();
+}
+
+Result<Recorder> SessionRecorder::create(const fs::path& path) const {
+  RecorderSettings settings;
+  settings.mcap.replace = false;
+  settings.names = names_;
+  settings.live = true;
+  Result<Recorder> recorder = Recorder::create(path, settings);
+  if (!recorder) return recorder;
+  for (const auto& [name, entries] : metadata_) {
+    if (Status s = recorder->add_metadata(name, entries); !s) return s.error();
+  }
+  return recorder;
+}
+
+std::string SessionRecorder::no_room() const {
+  std::error_code failed;
+  const fs::space_info space = fs::space(settings_.folder, failed);
+  const double free_gb = 1e-9 * static_cast<double>(space.available);
+  if (failed || free_gb >= settings_.keep_free_gb) return {};
+  return fmt::format("{}: {:.1f} GB are free on its disk, and {} GB are to stay so", settings_.folder.string(), free_gb,
+                     settings_.keep_free_gb);
+}
+
+void SessionRecorder::begin_file() {
+  std::error_code failed;
+  fs::create_directories(settings_.folder, failed);
+  if (failed) {
+    wanted_ = false;
+    return notice(fmt::format("not recorded: {}: cannot be made: {}", settings_.folder.string(), failed.message()));
+  }
+  std::string failure = no_room();
+  for (int i = 1; failure.empty(); ++i) {  // this session's earlier files, and another that began in the same second
+    path_ = settings_.folder / (i == 1 ? stem_ + ".mcap" : fmt::format("{}_{}.mcap", stem_, i));
+    if (fs::exists(path_, failed)) continue;
+    Result<Recorder> recorder = create(path_);
+    if (recorder) {
+      file_.emplace(*std::move(recorder));
+      recording_ = true;
+      return make_room();
+    }
+    failure = recorder.error().message;
+  }
+  wanted_ = false;
+  notice("not recorded: " + failure);
+}
+
+/// What the oldest recordings take is needed for this one.
+void SessionRecorder::make_room() {
+  if (settings_.folder_max_gb <= 0.0) return;
+  const Pruned pruned =
+      prune_recordings(settings_.folder, static_cast<std::uintmax_t>(1e9 * settings_.folder_max_gb), path_);
+  if (pruned.files == 0) return;
+  notice(
+      fmt::format("deleted the {} oldest recordings, up to {} ({:.1f} GB): {} is to hold at most {} GB "
+                  "(recording.folder_max)",
+                  pruned.files, pruned.newest, 1e-9 * static_cast<double>(pruned.bytes), settings_.folder.string(),
+                  settings_.folder_max_gb));
+}
+
+void SessionRecorder::end_file() {
+  if (!file_) return;
+  const Status closed = file_->close();
+  file_.reset();
+  recording_ = false;
+  notice(!closed     ? "the recording ended: " + closed.error().message
+         : is_gone() ? "the recording was deleted or moved away: " + path_.string()
+                     : "recorded: " + path_.string());
+}
+
+bool SessionRecorder::is_gone() const {
+  std::error_code failed;
+  return !fs::exists(path_, failed) && !failed;
+}
+
+/// One message to the file. If that fails the recording is over.
+template <typename... Message>
+void SessionRecorder::write(const Message&... message) {
+  if (!file_) return;
+  if (const Status s = file_->write(message...); !s) {
+    wanted_ = recording_ = false;
+    file_.reset();
+    notice("the recording ended, the session goes on: " + s.error().message);
+  }
+}
+
+/// The same message, its stamps counted from the session's begin.
+template <typename Message>
+Message SessionRecorder::from_begin(Message message) const {
+  message.stamp.hand -= begin_;
+  message.stamp.made -= begin_;
+  return message;
+}
+
+LiveTaps SessionRecorder::taps() {
+  LiveTaps taps;
+  const auto keep = [this](const auto& message, auto history) {
+    write(message);
+    if (flight_) ((*flight_).*history).push(message);
+  };
+  taps.sample = [=, this](const OperatorSample& sample) { keep(from_begin(sample), &Flight::samples); };
+  taps.target = [=, this](const Target& target) { keep(from_begin(target), &Flight::targets); };
+  taps.command = [=, this](const JointCommand& command) { keep(from_begin(command), &Flight::commands); };
+  taps.state = [=, this](const JointState& state) { keep(from_begin(state), &Flight::states); };
+  taps.change = [=, this](SupervisionChange change) {
+    change.at -= begin_;
+    keep(change, &Flight::changes);
+    if (change.is_failure) fault_ = change;
+  };
+  taps.settings = [this](const AppliedSettings& applied) { write_settings(applied); };
+  taps.step = [this](const PlanningRecord& record) { write_step(record); };
+  taps.look = [this](const SessionSnapshot& snapshot) { look(snapshot); };
+  return taps;
+}
+
+void SessionRecorder::write_settings(const AppliedSettings& applied) {
+  SettingsChange& change = operator_settings_.emplace();
+  change.at = applied.at - begin_;
+  for (int i = 0; i < applied.settings.objectives; ++i) {
+    const JointVector& weights = applied.settings.weights[i];
+    change.weights[names_.terms[i]].assign(weights.begin(), weights.end());
+  }
+  change.scale = applied.settings.scale;
+  change.yaw = applied.settings.yaw;
+  write(change);
+}
+
+void SessionRecorder::write_step(const PlanningRecord& record) {
+  if (!file_ && !flight_) return;
+  for (std::size_t i = 0; i < instance_.weights.size(); ++i) instance_.weights[i] = record.weights[i];
+  instance_.reference = record.reference;
+  const int nodes = static_cast<int>(trajectory_.u.size());
+  for (int k = 0; k <= nodes; ++k) {
+    const JointCommand node = sample(record.plan, record.at + from_seconds(k * record.reference.dt));
+    trajectory_.x[k] << node.q, node.dq;
+    if (k < nodes) trajectory_.u[k] = node.ddq;
+  }
+  instance_.x0 = trajectory_.x[0];
+  PlanStep step = describer_.describe(record.plan, record.at, instance_, trajectory_);
+  step.t_s = to_seconds(record.at - begin_);
+  step.X_base_target = record.X_base_target;
+  step.engaged = record.engaged;
+  step.iterations = record.iterations;
+  step.solve_time_us = record.solve_us;
+  step.objective = record.objective;
+  write(step);
+  if (flight_) flight_->steps.push(step);
+  if (!file_ || record.at < next_plan_) return;
+  next_plan_ = record.at + from_seconds(1.0 / settings_.plan_rate_hz);
+  Plan plan = from_begin(record.plan);
+  plan.start -= begin_;
+  plan.stamp.made = record.at - begin_;
+  Reference reference = from_begin(record.reference);
+  reference.start -= begin_;
+  reference.stamp.made = record.at - begin_;
+  write(reference);
+  write(plan, describer_.path(plan));
+}
+
+/// Once a round: what has no arrow of its own, and what was asked for.
+void SessionRecorder::look(const SessionSnapshot& now) {
+  const bool begins = wanted_ && !file_;
+  if (begins) begin_file();
+  if (!wanted_ && file_) end_file();
+  const Time at = now.now - begin_;
+  if (at < Time(0)) return;
+  if (begins && operator_settings_) {
+    operator_settings_->at = at;
+    write(*operator_settings_);
+  }
+  write(at, now.liquid);
+  if (flight_) flight_->liquid.push({at, now.liquid});
+  const ActiveConstraint& c = now.constraint;
+  if (c.kind != constraint_.kind || c.first != constraint_.first || c.second != constraint_.second) {
+    constraint_ = c;
+    write(at, c);
+  }
+  if (at >= next_statistics_) {
+    next_statistics_ = at + kStatisticsPeriod;
+    SessionSnapshot statistics = now;
+    statistics.now = at;
+    write(statistics);
+    if (const std::string why = file_ ? no_room() : ""; !why.empty()) {
+      wanted_ = false;
+      end_file();
+      notice("the recording ended, the session goes on: " + why);
+    }
+    if (file_ && is_gone()) end_file();  // the next round begins another
+  }
+  if (fault_) write_flight();
+}
+
+void SessionRecorder::write_flight() {
+  const SupervisionChange fault = *fault_;
+  fault_.reset();
+  if (!flight_ || flights_ == kMostFlights) return;
+  ++flights_;
+  std::error_code failed;
+  fs::create_directories(settings_.folder, failed);
+  fs::path path;
+  for (int i = flights_; path.empty() || fs::exists(path, failed); ++i) {
+    path = settings_.folder / fmt::format("{}-fault-{}.mcap", stem_, i);
+  }
+  const auto write_all = [&]() -> Status {
+    Result<Recorder> file = create(path);
+    if (!file) return file.error();
+    Status status = file->add_metadata(
+        "fault", {{"at_s", fmt::format("{}", to_seconds(fault.at))}, {"reason", std::string(fault.reason)}});
+    const auto put = [&](const auto& message) {
+      if (status) status = file->write(message);
+    };
+    flight_->samples.for_each(put);
+    flight_->targets.for_each(put);
+    flight_->steps.for_each(put);
+    flight_->commands.for_each(put);
+    flight_->states.for_each(put);
+    flight_->changes.for_each(put);
+    flight_->liquid.for_each([&](const auto& entry) {
+      if (status) status = file->write(entry.first, entry.second);
+    });
+    return status ? file->close() : status;
+  };
+  const Status written = write_all();
+  notice(written ? fmt::format("the last {} s before the fault: {}", settings_.flight_seconds, path.string())
+                 : "the flight recorder failed: " + written.error().message);
+}
+
+void SessionRecorder::notice(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  notices_.push_back(line);
+}
+
+std::vector<std::string> SessionRecorder::take_notices() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(notices_, {});
+}
+
+void SessionRecorder::finish(const LiveSummary& s) {
+  if (!file_) return;
+  std::string holds;
+  for (const auto& [reason, count] : s.holds) {
+    holds += fmt::format("{}{} x {}", holds.empty() ? "" : "; ", count, reason);
+  }
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  const Status added = file_->add_metadata("summary", {{"duration_s", number(s.duration)},
+                                                       {"engaged_s", number(s.engaged)},
+                                                       {"engagements", fmt::format("{}", s.engagements)},
+                                                       {"latency_p50_ms", number(1e-3 * s.latency_us.p50)},
+                                                       {"latency_p99_ms", number(1e-3 * s.latency_us.p99)},
+                                                       {"solve_p50_us", number(s.solve_us.p50)},
+                                                       {"solve_p99_us", number(s.solve_us.p99)},
+                                                       {"plans", fmt::format("{}", s.plans)},
+                                                       {"failed_plans", fmt::format("{}", s.failed_plans)},
+                                                       {"cycles", fmt::format("{}", s.cycles)},
+                                                       {"missed_deadlines", fmt::format("{}", s.missed_deadlines)},
+                                                       {"dropped_messages", fmt::format("{}", s.tap_drops)},
+                                                       {"beyond_limits", fmt::format("{}", s.monitor.beyond_limits)},
+                                                       {"in_contact", fmt::format("{}", s.monitor.in_contact)},
+                                                       {"spilled", s.spilled ? "yes" : "no"},
+                                                       {"held_back", holds}});
+  if (!added) notice("the recording ended: " + added.error().message);
+  end_file();
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/record/recorder.hpp"
+#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/record/step_describer.hpp"
+
+namespace steadyhand {
+
+struct RecordingSettings {
+  bool enabled = true;           ///< from the beginning; the operator may change it
+  std::filesystem::path folder;  ///< of the files; empty: default_session_folder()
+  double keep_free_gb = 1.0;     ///< GB that stay free on the disk: with less, no file begins, and the one at hand ends
+  double folder_max_gb = 0.0;    ///< GB of recordings in the folder, beyond which the oldest go; 0: all stay
+  double plan_rate_hz = 20.0;    ///< plans and references written a second, at most; > 0
+  double flight_seconds = 10.0;  ///< s before a fault that go to a file of their own; 0: none
+};
+
+/// $XDG_DATA_HOME/steadyhand/sessions, by default ~/.local/share/steadyhand/sessions.
+std::filesystem::path default_session_folder();
+
+/// The newest values of a kind, in memory that is taken once.
+template <typename T>
+class History {
+ public:
+  explicit History(double capacity) : ring_(static_cast<std::size_t>(capacity) + 1) {}
+  void push(const T& value) {
+    ring_[next_] = value;
+    next_ = (next_ + 1) % ring_.size();
+    count_ = std::min(count_ + 1, ring_.size());
+  }
+  /// From the oldest.
+  template <typename Use>
+  void for_each(const Use& use) const {
+    for (std::size_t i = 0; i < count_; ++i) use(ring_[(next_ + ring_.size() - count_ + i) % ring_.size()]);
+  }
+
+ private:
+  std::vector<T> ring_;
+  std::size_t next_ = 0, count_ = 0;
+};
+
+/// Writes a live session as MCAP while it runs, FOLDER/DATE_TIME.mcap, and after each fault the last seconds before it,
+/// FOLDER/DATE_TIME-fault-1.mcap. Times in the file count from the session's begin. A file that cannot be written, or
+/// no longer, is told at once and ends the recording, never the session. The taps run on the session's writer thread.
+class SessionRecorder {
+ public:
+  using Metadata = std::map<std::string, std::map<std::string, std::string>>;
+
+  /// @param metadata goes into every file; `run` and `robot` are what a report needs
+  /// @param begin what counts as 0, session's clock. The Ocp must outlive it.
+  SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin);
+
+  /// For LiveSession::start. It must outlive the session's threads.
+  LiveTaps taps();
+
+  // ---- any thread
+  /// Begins a new file, or ends the one that is being written, soon.
+  void ask(bool record) { wanted_ = record; }
+  bool recording() const { return recording_; }
+  /// What people should know of: files begun and ended, and what failed. Each line once.
+  std::vector<std::string> take_notices();
+
+  /// Completes the file; after the session has ended.
+  void finish(const LiveSummary& summary);
+
+ private:
+  static constexpr int kMostFlights = 20;  ///< files of one session
+
+  template <typename... Message>
+  void write(const Message&... message);
+  template <typename Message>
+  Message from_begin(Message message) const;
+  void write_settings(const AppliedSettings& applied);
+  void write_step(const PlanningRecord& record);
+  void look(const SessionSnapshot& snapshot);
+  /// Why there is no room for a recording; empty if there is.
+  std::string no_room() const;
+  void begin_file();
+  void make_room();
+  void end_file();
+  bool is_gone() const;  ///< the file that is written, from its folder
+  Result<Recorder> create(const std::filesystem::path& path) const;
+  void write_flight();
+  void notice(const std::string& line);
+
+  RecordingSettings settings_;
+  Metadata metadata_;
+  RunNames names_;
+  Time begin_;
+  std::string stem_;  ///< of the files' names
+  StepDescriber describer_;
+  OcpInstance instance_;
+  Trajectory trajectory_;
+
+  std::optional<Recorder> file_;
+  std::filesystem::path path_;
+  Time next_plan_{0}, next_statistics_{0};
+  ActiveConstraint constraint_;
+  std::optional<SettingsChange> operator_settings_;  ///< in force
+
+  struct Flight {
+    explicit Flight(double seconds);
+    History<OperatorSample> samples;
+    History<Target> targets;
+    History<PlanStep> steps;
+    History<JointCommand> commands;
+    History<JointState> states;
+    History<SupervisionChange> changes;
+    History<std::pair<Time, LiquidState>> liquid;
+  };
+  std::optional<Flight> flight_;
+  std::optional<SupervisionChange> fault_;  ///< to be written
+  int flights_ = 0;
+
+  std::atomic<bool> wanted_, recording_{false};
+  std::mutex mutex_;  ///< of the notices
+  std::vector<std::string> notices_;
+};
+
+}  // namespace steadyhand

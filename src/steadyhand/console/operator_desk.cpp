@@ -1,0 +1,175 @@
+#include "steadyhand/console/operator_desk.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "steadyhand/config/nearest.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr Time kServerSilence = std::chrono::seconds(1);  ///< after which nobody could stop a recorded hand
+
+template <typename List, typename NameOf>
+Result<int> find_name(const List& list, const std::string& name, const char* what, const NameOf& name_of) {
+  std::vector<std::string> known;
+  for (const auto& each : list) {
+    if (name_of(each) == name) return static_cast<int>(known.size());
+    known.emplace_back(name_of(each));
+  }
+  return Error{fmt::format("there is no {} '{}'; {}", what, name, suggestion(name, known))};
+}
+
+}  // namespace
+
+OperatorDesk::OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile,
+                           const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
+    : session_(&session), profiles_(std::move(profiles)), recordings_(std::move(recordings)) {
+  controls_.scale = retarget.scale;
+  controls_.yaw = retarget.yaw;
+  (void)set_profile(profiles_[profile].name);
+}
+
+void OperatorDesk::on_record(std::function<void(bool)> call) {
+  const std::lock_guard lock(mutex_);
+  on_record_ = std::move(call);
+}
+
+Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
+  using Kind = OperatorRequest::Kind;
+  const std::lock_guard lock(mutex_);
+  const auto bad_value = [&](const char* what, const char* right) {
+    return Error{fmt::format("{} is {}; it must be {}", what, request.value, right)};
+  };
+  switch (request.kind) {
+    case Kind::kStop:
+      session_->ask_stop();
+      if (playback_) end_playback();
+      return Done{};
+    case Kind::kReset:
+      session_->ask_reset();
+      return Done{};
+    case Kind::kProfile:
+      return set_profile(request.text);
+    case Kind::kWeight:
+      return set_weight(request.text, request.value);
+    case Kind::kScale:
+      if (!(request.value > 0.0) || request.value > 10.0) return bad_value("scale", "above 0 and at most 10");
+      controls_.scale = request.value;
+      send();
+      return Done{};
+    case Kind::kYaw:
+      if (!(std::abs(request.value) <= 7.0)) return bad_value("yaw", "within one turn, in rad");
+      controls_.yaw = request.value;
+      send();
+      return Done{};
+    case Kind::kRate:
+      return session_->set_planner_rate(request.value);
+    case Kind::kPlayback:
+      return play(request.text, now);
+    case Kind::kRecord:
+      if (!on_record_) return Error{"this session cannot be recorded"};
+      if (request.value != 0.0 && request.value != 1.0) return bad_value("record", "0 or 1");
+      on_record_(request.value == 1.0);
+      return Done{};
+  }
+  return Error{"unknown request"};
+}
+
+Status OperatorDesk::set_profile(const std::string& name) {
+  const Result<int> index = find_name(profiles_, name, "profile", [](const Profile& p) { return p.name; });
+  if (!index) return index.error();
+  Result<std::vector<JointVector>> weights = session_->ocp().weights(profiles_[*index].ocp.weights);
+  if (!weights) return weights.error();
+  weights_ = *std::move(weights);
+  controls_.profile = *index;
+  send();
+  return Done{};
+}
+
+Status OperatorDesk::set_weight(const std::string& name, double value) {
+  const auto& objectives = session_->ocp().objectives();
+  const Result<int> index =
+      find_name(objectives, name, "term", [](const auto& objective) { return std::string(objective->name()); });
+  if (!index) return index.error();
+  if (!(value >= 0.0) || value > 1e6) {
+    return Error{fmt::format("weight '{}' is {}; it must be from 0 to 1e6", name, value)};
+  }
+  weights_[*index].setConstant(value);
+  send();
+  return Done{};
+}
+
+Status OperatorDesk::play(const std::string& name, Time now) {
+  if (name.empty()) {
+    if (playback_) end_playback();
+    return Done{};
+  }
+  const Result<int> index =
+      find_name(recordings_, name, "recording", [](const NamedRecording& recording) { return recording.name; });
+  if (!index) return index.error();
+  halts_ = session_->halts();
+  if (session_->is_halted()) return Error{"no recording leads an arm that was stopped; reset it first"};
+  session_->release_hand();
+  playback_.emplace(recordings_[*index].recording, now);
+  controls_.playback = *index;
+  return Done{};
+}
+
+/// Hands what the operator chose to the planner.
+void OperatorDesk::send() {
+  OperatorSettings settings;
+  settings.objectives = static_cast<int>(weights_.size());
+  std::copy(weights_.begin(), weights_.end(), settings.weights.begin());
+  settings.scale = controls_.scale;
+  settings.yaw = controls_.yaw;
+  session_->set(settings);
+  const auto& objectives = session_->ocp().objectives();
+  for (std::size_t i = 0; i < objectives.size(); ++i) {
+    if (objectives[i]->name() == "lateral") controls_.lateral_weight = weights_[i][0];
+    if (objectives[i]->name() == "vertical") controls_.vertical_weight = weights_[i][0];
+  }
+}
+
+void OperatorDesk::hand(const OperatorSample& sample) {
+  const std::lock_guard lock(mutex_);
+  if (playback_ && !sample.clutch) return;
+  if (playback_) end_playback();
+  session_->feed(sample);
+}
+
+void OperatorDesk::end_playback() {
+  playback_.reset();
+  controls_.playback = -1;
+  session_->release_hand();
+}
+
+void OperatorDesk::change_hands() {
+  const std::lock_guard lock(mutex_);
+  if (playback_) return end_playback();
+  session_->release_hand();
+}
+
+void OperatorDesk::hear_server(Time now) {
+  const std::lock_guard lock(mutex_);
+  heard_server_ = now;
+}
+
+Time OperatorDesk::poll(Time now) {
+  const std::lock_guard lock(mutex_);
+  const bool alone = heard_server_ && now - *heard_server_ > kServerSilence;
+  if (playback_ && (alone || session_->halts() != halts_)) end_playback();
+  OperatorSample sample;
+  while (playback_ && playback_->next(now, sample)) session_->feed(sample);
+  return playback_ ? playback_->due() : Time::max();
+}
+
+SessionControls OperatorDesk::controls() const {
+  const std::lock_guard lock(mutex_);
+  return controls_;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/console/playback.hpp"
+
+namespace steadyhand {
+
+/// A recorded hand that the operator may let play.
+struct NamedRecording {
+  std::string name;
+  Recording recording;
+};
+
+/// Carries out what operators ask of a live session beside moving it, and lets recorded hands play. Its calls come from
+/// any thread; none waits for more than another call.
+///
+/// A recorded hand has no fingers that let go, so somebody must stand for it: it ends when the hands change (the lease
+/// of who began it ends, or, begun at the terminal, somebody takes the first lease), when the arm is halted, and when
+/// the server falls silent, through which a stop would come. Only a request begins it again.
+class OperatorDesk {
+ public:
+  /// The session must outlive it. @param profile index of the profile that the session began with
+  OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
+               std::vector<NamedRecording> recordings);
+
+  /// Who begins and ends recordings when the operator asks for it; until then that is refused.
+  void on_record(std::function<void(bool)> call);
+  /// Done, or why the request cannot be obeyed; then nothing changes.
+  Status apply(const OperatorRequest& request, Time now);
+  /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm.
+  void hand(const OperatorSample& sample);
+  /// Another hand from here on: the arm disengages, and a recording that plays ends.
+  void change_hands();
+  /// The server's thread lives. Several times a second, from the first call on.
+  void hear_server(Time now);
+  /// Feeds what the recording that plays has for this time. Call every few milliseconds, and when the next sample is
+  /// due.
+  /// @return when that is; Time::max() if nothing plays
+  Time poll(Time now);
+
+  SessionControls controls() const;
+
+ private:
+  Status set_profile(const std::string& name);
+  Status set_weight(const std::string& name, double value);
+  Status play(const std::string& name, Time now);
+  void end_playback();
+  void send();
+
+  mutable std::mutex mutex_;
+  LiveSession* session_;
+  std::vector<Profile> profiles_;
+  std::vector<NamedRecording> recordings_;
+  std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
+  SessionControls controls_;
+  std::optional<Playback> playback_;
+  std::uint64_t halts_ = 0;  ///< LiveSession::halts when it began
+  std::optional<Time> heard_server_;
+  std::function<void(bool)> on_record_;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,129 @@
+#include "steadyhand/console/past_session.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include "steadyhand/live/planning_stage.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr std::size_t kMostCommands = 60000;  ///< of a report: two minutes, each by itself
+
+double number_or(const std::string& text, double otherwise) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return end != text.c_str() && *end == '\0' && std::isfinite(value) ? value : otherwise;
+}
+
+/// A live session's gate, for hands of the past.
+class PastGate {
+ public:
+  explicit PastGate(const HandGateSettings& settings) : gate_(settings) {}
+  /// False if the sample is dropped. Opens its clutch if its pose cannot be trusted.
+  bool pass(OperatorSample& sample) {
+    const Time now = sample.stamp.made;
+    if (to_seconds(now - heard_) > PlanningSettings::kSilence) gate_.forget();
+    heard_ = now;
+    const HandVerdict verdict = gate_.update(sample, now);
+    good_ = verdict == HandVerdict::kGood;
+    sample.clutch = sample.clutch && good_;
+    sample.tracked = true;
+    return verdict != HandVerdict::kOutOfOrder && verdict != HandVerdict::kStale &&
+           verdict != HandVerdict::kClockStepped && sample.X_operator_hand.p.allFinite() &&
+           sample.X_operator_hand.q.coeffs().allFinite();
+  }
+  bool good() const { return good_; }
+
+ private:
+  HandGate gate_;
+  Time heard_{0};
+  bool good_ = false;
+};
+
+}  // namespace
+
+std::size_t pass_gate(Recording& recording, const HandGateSettings& settings) {
+  PastGate gate(settings);
+  std::size_t bad = 0;
+  std::vector<OperatorSample> passed;
+  for (OperatorSample sample : recording.samples) {
+    if (gate.pass(sample)) passed.push_back(sample);
+    bad += !gate.good();
+  }
+  recording.samples = std::move(passed);
+  return bad;
+}
+
+Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
+                                    const HandGateSettings& settings) {
+  if (!(range.from >= 0.0) || !(range.until > range.from)) {
+    return Error{fmt::format("the range is from {} s to {} s; it must start at 0 s or later and end after its start",
+                             range.from, range.until)};
+  }
+  Recording recording;
+  recording.name = session.name;
+  PastGate gate(settings);
+  Time begin{0}, last{0};
+  bool first_sample = true;
+  for (OperatorSample sample : session.samples) {
+    const Time now = sample.stamp.made;
+    if (std::exchange(first_sample, false)) begin = last = now;
+    const bool dropped = !gate.pass(sample);
+    const double t = to_seconds(now - begin);
+    if (dropped || t < range.from || t > range.until) continue;
+    if (!recording.samples.empty() && sample.stamp.hand <= last) continue;
+    last = sample.stamp.hand;
+    recording.samples.push_back(sample);
+  }
+  if (recording.samples.size() < 2) {
+    return Error{fmt::format("{}: {} of the hand's {} samples can be replayed; at least 2 must", session.name,
+                             recording.samples.size(), session.samples.size())};
+  }
+  const Time first = recording.samples.front().stamp.hand;
+  std::vector<SettingsChange> changes = session.settings;
+  for (SettingsChange& change : changes) change.at -= first;
+  for (OperatorSample& sample : recording.samples) {
+    sample.stamp.hand -= first;
+    sample.stamp.made = sample.stamp.hand;
+  }
+  return SessionHand{std::move(recording), std::move(changes)};
+}
+
+Result<ReportInput> report_of_session(SessionFile session, const std::string& command) {
+  if (session.steps.empty()) {
+    return Error{fmt::format("{}: nothing was planned in it, so there is nothing to report", session.name)};
+  }
+  ReportInput report;
+  report.recording = session.name;
+  report.rate_hz = number_or(session.run("rate_hz"), 20.0);
+  report.scale = number_or(session.run("scale"), 1.0);
+  report.command = command;
+  const std::string profile = session.run("profile"), label = session.run("label");
+  report.profiles.push_back({profile,
+                             (label.empty() ? profile : label) + ", as driven",
+                             session.run("weights"),
+                             std::move(session.names),
+                             {session.velocity_max, session.acceleration_max},
+                             std::move(session.steps),
+                             std::move(session.commands),
+                             session.commands_merged});
+  return report;
+}
+
+Result<ReportInput> load_session_report(const std::filesystem::path& path) {
+  SessionParts parts;
+  parts.steps = parts.commands = true;
+  parts.most_commands = kMostCommands;
+  Result<SessionFile> session = load_session(path, parts);
+  if (!session) return session.error();
+  Result<ReportInput> report = report_of_session(*std::move(session), "./steadyhand report " + path.string());
+  if (!report) return Error{path.string() + ": " + report.error().message};
+  return report;
+}
+
+}  // namespace steadyhand

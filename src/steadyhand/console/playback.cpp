@@ -1,0 +1,36 @@
+#include "steadyhand/console/playback.hpp"
+
+#include <algorithm>
+
+namespace steadyhand {
+
+/// One round: open, closed at the first pose, the recording, back to the first pose.
+Time Playback::due() const {
+  return from_recording() ? moves() + recording_->samples[next_sample_].stamp.hand : emitted_ + kPeriod;
+}
+
+bool Playback::next(Time now, OperatorSample& sample) {
+  const auto& samples = recording_->samples;
+  const bool recorded = from_recording();
+  const Time due = this->due(), returns = moves() + samples.back().stamp.hand, ends = returns + kReturn;
+  if (due > now) return false;
+  emitted_ = due;
+  sample = recorded ? samples[next_sample_++] : samples.front();
+  sample.stamp = {due, due};
+  if (!recorded && due > returns) {
+    const double x = std::min(1.0, to_seconds(due - returns) / to_seconds(kReturn));
+    const double share = x * x * x * (10.0 + x * (6.0 * x - 15.0));  // least jerk
+    const Pose& last = samples.back().X_operator_hand;
+    sample.X_operator_hand.p += (1.0 - share) * (last.p - sample.X_operator_hand.p);
+    sample.X_operator_hand.q = last.q.slerp(share, sample.X_operator_hand.q);
+  }
+  if (!recorded) sample.clutch = due >= start_ + kOpen && due < ends;
+  if (due >= ends) {
+    start_ = due;
+    next_sample_ = 0;
+    ++rounds_;
+  }
+  return true;
+}
+
+}  // namespace steadyhand

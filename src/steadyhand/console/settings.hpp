@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+
+#include "steadyhand/arm/ros2_settings.hpp"
+#include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/arm/ur_settings.hpp"
+#include "steadyhand/config/settings_table.hpp"
+#include "steadyhand/serve/server.hpp"
+#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/archive/session_recorder.hpp"
+
+namespace steadyhand {
+
+/// Everything that one YAML file, or the command line, may set of a live session. Must stay where it is while a table
+/// describes it.
+struct SessionSettings {
+  std::string robot = "ur5e", profile = "waiter";
+  std::string solver = "profile";  ///< a solver's name, or the profile's own
+  std::string arm_kind = "sim";    ///< sim, ros2 or ur
+  std::string arm_host;            ///< of ur
+  std::string translation_frame = "base", rotation_frame = "base";
+  std::string recording_folder = default_session_folder().string();
+  LiveSettings live;
+  SimulatedArmSettings arm;
+  Ros2Settings ros2;
+  UrSettings ur;
+  ServerSettings server;
+  RecordingSettings recording;
+
+  SessionSettings();
+
+  /// Puts together what belongs together, once everything is set. Refuses settings that contradict each other,
+  /// with the origins that the table knows.
+  Status resolve(const SettingsTable& table);
+};
+
+/// A name, unit and range for each.
+SettingsTable describe(SessionSettings& settings);
+
+}  // namespace steadyhand

@@ -1,0 +1,216 @@
+#include "steadyhand/live/control_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "steadyhand/plan/straight_stop.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+/// Between the plan that is followed and the next, where that begins: rounding only.
+constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
+/// Measured speed below which an arm that stopped by itself counts as standing.
+constexpr double kStanding = 0.02;  // rad/s (m/s)
+/// After lost cycles the arm comes to rest so slowly, if the planner does not plan on before.
+constexpr double kEasy = 0.2;  // s
+/// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
+constexpr double kEachCycle = 2.0;
+constexpr std::size_t kAtLeast = 16;
+
+bool same(const JointCommand& a, const JointCommand& b, double tolerance) {
+  return (a.q - b.q).cwiseAbs().maxCoeff() <= tolerance && (a.dq - b.dq).cwiseAbs().maxCoeff() <= tolerance;
+}
+
+/// Position at time t between two commands: the cubic that has their positions and speeds.
+JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
+  const double h = to_seconds(b.stamp.made - a.stamp.made), s = to_seconds(t - a.stamp.made) / h;
+  const double rest = 1.0 - s;
+  return rest * rest * ((1.0 + 2.0 * s) * a.q + s * h * a.dq) + s * s * ((1.0 + 2.0 * rest) * b.q - rest * h * b.dq);
+}
+
+}  // namespace
+
+ControlStage::ControlStage(const RobotModel& model, const ControlSettings& settings, Links& links)
+    : settings_(settings),
+      links_(&links),
+      kinematics_(model),
+      supervisor_(settings.supervisor),
+      tracker_(model.home),
+      history_(static_cast<std::size_t>(kEachCycle * settings.arm_delay * settings.check.command_rate_hz) + kAtLeast) {}
+
+const ControlStage::Output& ControlStage::step(const ArmState& state) {
+  const Time now = state.joints.stamp.made;
+  output_.follows = nullptr;
+  const bool first = view_.cycles == 0;
+  const std::uint64_t missed = first ? 0 : state.cycle - last_cycle_ - 1;
+  last_cycle_ = state.cycle;
+  if (first) anchor(state.joints.q, now);
+  if (state.carried_on) resume(*state.carried_on);
+  (void)links_->hand.read(hand_);
+  take_plan(now);
+
+  const SupervisionState before = supervisor_.state();
+  SupervisionInput input;
+  input.now = now;
+  input.arm_follows = state.status == ArmStatus::kFollowing;
+  input.arm_stopped = state.status == ArmStatus::kStopped || !state.joints.q.allFinite();
+  input.arm_reason = state.status == ArmStatus::kStopped ? state.reason : "the arm reports no numbers";
+  const char* failure = links_->failure;
+  input.failure = failure == nullptr ? std::string_view() : failure;
+  input.at_rest = at_rest_;
+  input.stops = links_->asked.stops;
+  input.reset_of = links_->asked.reset_of;
+  const bool stop_asked = input.stops != supervisor_.stops();
+  input.off_plan = off_plan(state.joints);
+  input.stalled = missed >= settings_.stall_cycles;
+  input.last_plan = last_plan_;
+  input.hand = hand_;
+  const Transition* transition = supervisor_.update(input);
+  const SupervisionState after = supervisor_.state();
+  links_->asked.halts = supervisor_.halts();
+  links_->asked.halted = after == SupervisionState::kStopping || after == SupervisionState::kFault;
+
+  output_.restart_arm = transition != nullptr && after == SupervisionState::kIdle;
+  if (transition != nullptr && after == SupervisionState::kStopping) {
+    begin_stop(*transition, now);
+  } else if (transition != nullptr && after == SupervisionState::kFault && input.arm_follows) {
+    brake();
+  } else if (after != SupervisionState::kStopping) {
+    soft_ = false;
+  } else if (soft_ && (stop_asked || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
+    brake();
+  }
+  if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
+  const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
+  const bool shadows =
+      after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
+  if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
+
+  output_.command = tracker_.update(now);
+  remember(output_.command);
+  const Plan& plan = tracker_.plan();
+  at_rest_ = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
+  if (arm_fault) at_rest_ = state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
+
+  ++view_.cycles;
+  view_.now = now;
+  view_.state = after;
+  view_.reason = supervisor_.reason();
+  view_.command = last_;
+  view_.measured = state.joints;
+  view_.at_rest = at_rest_;
+  view_.stops = supervisor_.stops();
+  view_.missed_deadlines += missed;
+  links_->report.write({now, after, supervisor_.engagements(), supervisor_.grip(), soft_});
+  links_->control_view.write(view_);
+  if (input.arm_follows && links_->taps.commands.push({last_, anew_})) anew_ = false;
+  links_->taps.states.push(state.joints);
+  if (transition != nullptr) {
+    const bool is_failure = after == SupervisionState::kFault ||
+                            (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
+    links_->taps.changes.push({now, before, after, supervisor_.reason(), is_failure});
+  }
+  return output_;
+}
+
+/// Switches to the newest plan where it begins, if that is to come and on what is followed.
+void ControlStage::take_plan(Time now) {
+  if (links_->plan.read(pending_)) has_pending_ = true;
+  if (!has_pending_ || pending_.start > now) return;
+  has_pending_ = false;
+  const SupervisionState state = supervisor_.state();
+  const bool wanted = state == SupervisionState::kReady || state == SupervisionState::kEngaged ||
+                      state == SupervisionState::kHolding || soft_;
+  const bool continues = pending_.start > last_.stamp.made &&
+                         same(tracker_.update(pending_.start), sample(pending_, pending_.start), kContinuity);
+  if (!wanted || !continues) {
+    ++view_.rejected_plans;
+    return;
+  }
+  follow(pending_);
+  last_plan_ = now;
+  ++view_.plans;
+  if (state == SupervisionState::kEngaged && pending_.stamp.hand > last_hand_counted_) {
+    last_hand_counted_ = pending_.stamp.hand;
+    links_->latency_us.add(1e6 * to_seconds(now - pending_.stamp.hand));
+  }
+}
+
+void ControlStage::follow(const Plan& plan) {
+  tracker_.follow(plan);
+  output_.follows = &tracker_.plan();
+  links_->followed.write(plan);
+}
+
+void ControlStage::remember(const JointCommand& command) {
+  last_ = command;
+  const int size = static_cast<int>(history_.size());
+  newest_ = (newest_ + 1) % size;
+  history_[newest_] = command;
+  stored_ = std::min(stored_ + 1, size);
+}
+
+/// @param age 0 is the newest
+const JointCommand& ControlStage::command_before(int age) const {
+  const int size = static_cast<int>(history_.size());
+  return history_[(newest_ - age + size) % size];
+}
+
+/// The arm went on by itself, and is not where the plan would have it by now: commands go on from where it is. They
+/// lead to rest, as gently as a stop that is under way bears it, and the planner plans on from there. Without a way
+/// that passes the check the arm is past help, but for the shortest.
+void ControlStage::resume(const JointCommand& carried_on) {
+  remember(carried_on);
+  if (same(tracker_.update(carried_on.stamp.made), carried_on, 1e-3 * kContinuity)) return;
+  const SupervisionState state = supervisor_.state();
+  const bool hard = (state == SupervisionState::kStopping && !soft_) || state == SupervisionState::kFault;
+  for (const double duration : {hard ? 0.0 : kEasy, 0.0}) {
+    make_straight_stop(kinematics_.model(), carried_on, duration, candidate_);
+    if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) break;
+  }
+  follow(candidate_);
+}
+
+/// From here on the commands are that the arm stands at q.
+void ControlStage::anchor(const JointVector& q, Time now) {
+  stand(q, now, candidate_);
+  follow(candidate_);
+  has_pending_ = false;
+  anew_ = true;
+  stored_ = 0;
+  last_ = sample(candidate_, now);
+}
+
+/// Straight on and as hard as the limits allow, from the last command. If that leads into a limit or the arm itself,
+/// the plan that is followed, which was checked to its end, brings it to rest.
+void ControlStage::brake() {
+  soft_ = has_pending_ = false;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
+  if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) {
+    follow(candidate_);
+  }
+}
+
+/// A stop was asked for: while there is time for it the planner's stop is followed, which spares the liquid.
+void ControlStage::begin_stop(const Transition& transition, Time now) {
+  const double shortest = stop_time(kinematics_.model(), last_.dq);
+  soft_ = transition.event == SupervisionEvent::kStopAsked && settings_.soft_stop > 0.0;
+  stop_by_ = now + from_seconds(shortest + settings_.soft_stop);
+  if (!soft_) brake();
+}
+
+bool ControlStage::off_plan(const JointState& measured) const {
+  const Time then = measured.stamp.made - from_seconds(settings_.arm_delay);
+  for (int age = 0; age < stored_; ++age) {
+    const JointCommand& command = command_before(age);
+    if (command.stamp.made > then) continue;
+    const JointVector expected = age > 0 ? between(command, command_before(age - 1), then)
+                                         : command.q + to_seconds(then - command.stamp.made) * command.dq;
+    return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+  }
+  return false;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,347 @@
+#include "steadyhand/live/live_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "steadyhand/live/sustained_rate.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr Time kWakeSlack = std::chrono::microseconds(300);  ///< that the planner's thread may wake late
+constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
+constexpr Time kRestWithin = std::chrono::seconds(2);
+constexpr double kLatePeriods = 4.0;  ///< of the planner without a plan, before supervision may call it late
+
+/// s, the longest lead that leaves the planner its rate (Hz) on an arm with this cycle (s).
+double longest_lead(double cycle, double rate) { return std::max(cycle, 1.0 / rate - cycle); }
+
+/// s, PlanningSettings::lead for this rate (Hz).
+double lead_at(const LiveSettings& settings, double cycle, double rate) {
+  if (settings.lead > 0.0) return std::min(settings.lead, longest_lead(cycle, rate));
+  return PlanningSettings::default_lead(1.0 / rate);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
+                                                       Clock& clock) {
+  LiveSettings resolved = settings;
+  const double fastest = arm.info().rate_hz;
+  double& rate = resolved.planner_rate_hz;
+  if (rate == 0.0) {
+    const Result<double> planning_us = measure_planning_us(model, settings.planning, clock);
+    if (!planning_us) return planning_us.error();
+    rate = sustained_rate(fastest, *planning_us);
+  }
+  if (!(rate >= 4.0) || rate > fastest) {
+    return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
+  }
+  const double cycle = 1.0 / fastest;
+  if (!(settings.lead >= 0.0) || settings.lead > longest_lead(cycle, rate)) {
+    return Error{fmt::format("planner's lead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
+                             settings.lead, longest_lead(cycle, rate))};
+  }
+  resolved.planning.lead = lead_at(settings, cycle, rate);
+  resolved.planning.planner.budget.time_us = 1e6 * resolved.planning.lead;
+  resolved.planning.cycle = cycle;
+  std::unique_ptr<LiveSession> session(new LiveSession(model, resolved, arm, clock));
+  auto stage = PlanningStage::make(model, resolved.planning, *session->links_, clock);
+  if (!stage) return stage.error();
+  session->planning_ = std::move(*stage);
+  return session;
+}
+
+LiveSession::LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock)
+    : model_(&model),
+      settings_(settings),
+      arm_(&arm),
+      clock_(&clock),
+      links_(std::make_unique<Links>()),
+      monitor_(model, settings.glass),
+      planner_rate_hz_(settings.planner_rate_hz),
+      arm_kinematics_(model) {
+  settings_.control.arm_delay = arm.info().delay;
+  settings_.control.check.command_rate_hz = arm.info().rate_hz;
+  settings_.control.supervisor.planner_late_after =
+      std::max(settings_.control.supervisor.planner_late_after, kLatePeriods / settings_.planner_rate_hz);
+  control_ = std::make_unique<ControlStage>(model, settings_.control, *links_);
+}
+
+LiveSession::~LiveSession() {
+  if (running_) (void)finish();
+}
+
+void LiveSession::start(LiveTaps taps) {
+  taps_ = std::move(taps);
+  if (settings_.realtime) {
+    if (const std::string why = lock_memory(); !why.empty()) warn(why);
+    if (const std::string& why = awake_.emplace().refused(); !why.empty()) warn(why);
+  }
+  started_ = clock_->now();
+  running_ = draining_ = true;
+  writer_thread_ = std::thread([this] { run_writer(); });
+  planner_thread_ = std::thread([this] { run_planner(); });
+  control_thread_ = std::thread([this] { run_control(); });
+}
+
+void LiveSession::fail(const char* why, const char* details) noexcept {
+  if (links_->failure.exchange(why) == why) return;
+  try {
+    warn(fmt::format("{} ({})", why, details));
+  } catch (const std::exception&) {  // no memory for the words
+  }
+}
+
+/// What the work throws is a fault of the session. True if it throws nothing.
+template <typename Work>
+bool LiveSession::goes_well(const char* otherwise, const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {
+    fail(otherwise, error.what());
+  } catch (...) {
+    fail(otherwise, "of unknown kind");
+  }
+  return false;
+}
+
+void LiveSession::warn(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  warnings_.push_back(line);
+}
+
+std::vector<std::string> LiveSession::warnings() const {
+  const std::lock_guard lock(mutex_);
+  return warnings_;
+}
+
+void LiveSession::run_control() {
+  name_thread("control");
+  if (settings_.realtime) {
+    if (const std::string why = make_realtime(kControlPriority); !why.empty()) warn("control: " + why);
+  }
+  const bool well = goes_well("the control loop failed: restart the program", [&] {
+    while (running_.load(std::memory_order_relaxed)) control_cycle();
+  });
+  if (well) return;
+  control_failed_ = true;  // nothing is sent any more: an arm without commands stops by itself
+  links_->asked.halted = true;
+}
+
+void LiveSession::control_cycle() {
+  const ArmState state = arm_->receive();
+  links_->wake_us.add(1e6 * to_seconds(clock_->now() - state.joints.stamp.made));
+  const ControlStage::Output& output = control_->step(state);
+  if (output.restart_arm) arm_->restart();
+  if (output.follows != nullptr) arm_->follow(*output.follows);
+  arm_->send(output.command);
+}
+
+void LiveSession::run_planner() {
+  name_thread("planner");
+  if (settings_.realtime) {
+    if (const std::string why = make_realtime(kPlannerPriority); !why.empty()) warn("planner: " + why);
+  }
+  // What it has in its hands may be half done, so it does not go on.
+  (void)goes_well("the planner failed: restart the program", [this] { plan_on(); });
+}
+
+void LiveSession::plan_on() {
+  double rate = settings_.planner_rate_hz;
+  Time period = from_seconds(1.0 / rate), next = clock_->now();
+  const Time cycle = from_seconds(settings_.planning.cycle);
+  double lead = settings_.planning.lead;
+  while (running_.load(std::memory_order_relaxed)) {
+    if (const double asked = planner_rate_hz_.load(std::memory_order_relaxed); asked != rate) {
+      rate = asked;
+      period = from_seconds(1.0 / rate);
+      next = clock_->now();
+      lead = lead_at(settings_, settings_.planning.cycle, rate);
+      planning_->set_lead(lead);
+    }
+    // Just in time for a control cycle, where the plan can begin: earlier, hands would grow old waiting for it.
+    const Time too_late = (next - planning_->control_time() + from_seconds(lead) + kWakeSlack) % cycle;
+    clock_->sleep_until(next - (too_late < Time(0) ? too_late + cycle : too_late));
+    planning_->step(clock_->now());
+    next += period;
+    if (const Time end = clock_->now(); end > next) next += (end - next) / period * period;  // skip, never catch up
+  }
+}
+
+void LiveSession::run_writer() {
+  name_thread("writer");
+  Time next = clock_->now();
+  bool last = false;
+  while (!last) {
+    last = !draining_;
+    const bool well = goes_well("the recording failed: restart the program", [&] {
+      drain();
+      refresh();
+      if (taps_.look) taps_.look(snapshot_);
+    });
+    if (!well) taps_ = {};  // what the page and the end need goes on
+    next = std::max(next + kWriterPeriod, clock_->now());
+    if (!last) clock_->sleep_until(next);
+  }
+}
+
+namespace {
+
+template <typename T, typename Use>
+void empty(SpscRing<T>& ring, const std::function<void(const T&)>& tap, const Use& use) {
+  T value;
+  while (ring.pop(value)) {
+    use(value);
+    if (tap) tap(value);
+  }
+}
+
+}  // namespace
+
+void LiveSession::drain() {
+  const auto nothing = [](const auto&) {};
+  TapRings& rings = links_->taps;
+  empty(rings.samples, taps_.sample, nothing);
+  empty(rings.targets, taps_.target, nothing);
+  empty(rings.settings, taps_.settings, nothing);
+  empty(rings.steps, taps_.step, nothing);
+  TappedCommand tapped;
+  while (rings.commands.pop(tapped)) {
+    monitor_.update(tapped.command, tapped.anew);
+    if (taps_.command) taps_.command(tapped.command);
+  }
+  empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
+  empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
+}
+
+void LiveSession::count(const SupervisionChange& change) {
+  if (change.from == SupervisionState::kEngaged) summary_.engaged += to_seconds(change.at - engaged_since_);
+  if (change.to == SupervisionState::kEngaged) {
+    engaged_since_ = change.at;
+    ++summary_.engagements;
+    if (change.from != SupervisionState::kHolding) {  // a fresh grip takes a full glass
+      summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
+      monitor_.reset_liquid();
+    }
+  }
+  const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
+                    change.to == SupervisionState::kFault;
+  if (!held) return;
+  const auto same = [&](const auto& entry) { return entry.first == change.reason; };
+  const auto found = std::find_if(summary_.holds.begin(), summary_.holds.end(), same);
+  if (found != summary_.holds.end()) {
+    ++found->second;
+  } else {
+    summary_.holds.emplace_back(change.reason, 1);
+  }
+}
+
+/// Renews the snapshot.
+void LiveSession::refresh() {
+  (void)links_->control_view.read(control_view_);
+  (void)links_->planner_view.read(planner_view_);
+
+  SessionSnapshot s;
+  s.now = control_view_.now;
+  s.state = control_view_.state;
+  s.reason = control_view_.reason;
+  if (control_failed_) {
+    s.state = SupervisionState::kFault;
+    s.reason = links_->failure.load();
+  }
+  s.constraint = planner_view_.constraint;
+  s.target = planner_view_.target;
+  s.measured = control_view_.measured;
+  s.command = control_view_.command;
+  s.X_base_tool = {monitor_.arm().p(), Quaternion(monitor_.arm().R())};
+  s.local_acceleration = monitor_.local_acceleration();
+  s.tracking_error = planner_view_.tracking_error;
+  if (s.state != SupervisionState::kEngaged && s.state != SupervisionState::kHolding) {
+    s.target.X_base_tool = s.X_base_tool;  // the next grip begins there
+    s.tracking_error = std::numeric_limits<double>::quiet_NaN();
+  }
+  const NearestPair nearest = nearest_pair(monitor_.arm());
+  s.clearance = nearest.gap;
+  s.nearest = nearest.spheres;
+  const Plan& plan = planner_view_.plan;
+  s.path_nodes = plan.joints > 0 ? std::min(plan.intervals + 1, kMaxHorizon + 1) : 0;
+  for (int k = 0; k < s.path_nodes; ++k) {
+    arm_kinematics_.set_position(plan.x[k].head(plan.joints));
+    s.path[k] = {arm_kinematics_.p(), Quaternion(arm_kinematics_.R())};
+  }
+  s.liquid = monitor_.liquid();
+  s.solve_us = links_->solve_us.summary();
+  s.latency_us = links_->latency_us.summary();
+  s.wake_us = links_->wake_us.summary();
+  s.plans = control_view_.plans;
+  s.cycles = control_view_.cycles;
+  s.missed_deadlines = control_view_.missed_deadlines;
+  s.rejected_plans = control_view_.rejected_plans + planner_view_.failed;
+  s.samples = planner_view_.samples;
+  s.planner_rate_hz = planner_rate_hz_;
+
+  const std::lock_guard lock(mutex_);
+  snapshot_ = s;
+  stopped_at_rest_ =
+      control_view_.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
+  stops_ = control_view_.stops;
+}
+
+Status LiveSession::set_planner_rate(double rate_hz) {
+  const double slowest = kLatePeriods / settings_.control.supervisor.planner_late_after;
+  const double fastest = settings_.control.check.command_rate_hz;
+  if (!(rate_hz >= slowest) || rate_hz > fastest) {
+    return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz", rate_hz, slowest, fastest)};
+  }
+  planner_rate_hz_ = rate_hz;
+  return Done{};
+}
+
+SessionSnapshot LiveSession::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+bool LiveSession::stopped_at_rest() const {
+  const std::lock_guard lock(mutex_);
+  return stopped_at_rest_ && stops_ == links_->asked.stops;
+}
+
+LiveSummary LiveSession::finish() {
+  ask_stop();
+  const Time until = clock_->now() + kRestWithin;
+  while (!stopped_at_rest() && clock_->now() < until) clock_->sleep_until(clock_->now() + kWriterPeriod);
+  running_ = false;
+  control_thread_.join();
+  planner_thread_.join();
+  draining_ = false;
+  writer_thread_.join();
+  awake_.reset();
+
+  LiveSummary& s = summary_;
+  s.duration = to_seconds(clock_->now() - started_);
+  s.samples = planner_view_.samples;
+  s.dropped_samples = planner_view_.dropped_samples;
+  s.plans = control_view_.plans;
+  s.failed_plans = planner_view_.failed;
+  s.late_plans = control_view_.rejected_plans;
+  s.cycles = control_view_.cycles;
+  s.missed_deadlines = control_view_.missed_deadlines;
+  const TapRings& rings = links_->taps;
+  s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.settings.dropped() + rings.steps.dropped() +
+                rings.commands.dropped() + rings.states.dropped() + rings.changes.dropped();
+  s.latency_us = links_->latency_us.summary();
+  s.solve_us = links_->solve_us.summary();
+  s.wake_us = links_->wake_us.summary();
+  s.monitor = monitor_.result();
+  s.spilled = s.spilled || monitor_.liquid().spilled;
+  return s;
+}
+
+}  // namespace steadyhand

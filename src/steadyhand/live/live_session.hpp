@@ -1,0 +1,144 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "steadyhand/arm/arm.hpp"
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/live/control_stage.hpp"
+#include "steadyhand/live/monitor.hpp"
+#include "steadyhand/live/planning_stage.hpp"
+#include "steadyhand/live/realtime.hpp"
+
+namespace steadyhand {
+
+struct LiveSettings {
+  /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
+  double planner_rate_hz = 0.0;
+  /// s, see PlanningSettings::lead, which this sets; 0: PlanningSettings::default_lead. It is also the solver's budget:
+  /// a plan that takes longer would begin in the past.
+  double lead = 0.0;
+  bool realtime = true;  ///< ask for real-time priority, locked memory and processors that do not sleep
+  PlanningSettings planning;
+  ControlSettings control;
+  GlassSettings glass;
+};
+
+/// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
+/// some hundred times a second. Any may be empty.
+struct LiveTaps {
+  std::function<void(const OperatorSample&)> sample;
+  std::function<void(const Target&)> target;
+  std::function<void(const AppliedSettings&)> settings;
+  std::function<void(const PlanningRecord&)> step;
+  std::function<void(const JointCommand&)> command;
+  std::function<void(const JointState&)> state;
+  std::function<void(const SupervisionChange&)> change;
+  std::function<void(const SessionSnapshot&)> look;  ///< after each round, 100 times a second
+};
+
+/// What a session came to, for people.
+struct LiveSummary {
+  double duration = 0.0, engaged = 0.0;  ///< s
+  std::uint64_t engagements = 0, samples = 0, dropped_samples = 0, plans = 0, failed_plans = 0, late_plans = 0;
+  std::uint64_t cycles = 0, missed_deadlines = 0, tap_drops = 0;
+  TimingSummary latency_us, solve_us, wake_us;
+  MonitorResult monitor;
+  bool spilled = false;
+  /// Why the arm did not follow although the clutch was closed or a stop was asked for, and how often.
+  std::vector<std::pair<std::string, std::uint64_t>> holds;
+};
+
+/// The threads of a live session and what joins them: planner (its own rate), control (paced by the arm) and a writer
+/// that serves taps, monitor and snapshots. Nothing moves before the operator's hand grips.
+class LiveSession {
+ public:
+  /// Model, arm and clock must outlive it. Takes some 100 ms. Fails on settings out of range, with the reason.
+  static Result<std::unique_ptr<LiveSession>> make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
+                                                   Clock& clock);
+  ~LiveSession();
+
+  /// Starts the threads. Once.
+  void start(LiveTaps taps = {});
+  /// Lines for people about what `realtime` asks for and was not granted; complete once the threads run.
+  std::vector<std::string> warnings() const;
+
+  /// The operator's hand. One thread at a time.
+  void feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
+  /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
+  void release_hand() { ++links_->holder; }
+  /// Any thread.
+  void ask_stop() { links_->asked.stop(); }
+  /// Of the stop or fault that there is now: what halts the arm later is not undone.
+  void ask_reset() { links_->asked.reset(); }
+  /// Supervisor::halts and whether the arm is stopped, or about to be, as control saw it last. Any thread.
+  std::uint64_t halts() const { return links_->asked.halts; }
+  bool is_halted() const { return links_->asked.halted; }
+  /// A part of the program cannot go on: the arm comes to rest, for good. Any thread. @param why static text
+  void fail(const char* why, const char* details) noexcept;
+  /// Weights, scale, yaw; one thread at a time.
+  void set(const OperatorSettings& settings) { links_->settings.write(settings); }
+
+  /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
+  /// would take the planner for late, or beyond the arm's.
+  Status set_planner_rate(double rate_hz);
+
+  /// One look at the session, any thread.
+  SessionSnapshot snapshot() const;
+  /// The arm stands, after every stop that was asked for so far or by a fault. Any thread.
+  bool stopped_at_rest() const;
+  /// Brings the arm to rest, waits for that (2 s at most), ends the threads.
+  LiveSummary finish();
+  bool is_running() const { return running_; }
+
+  const Ocp& ocp() const { return planning_->ocp(); }
+  double planner_rate_hz() const { return planner_rate_hz_; }
+
+ private:
+  LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
+  void run_control();
+  void control_cycle();
+  void plan_on();
+  template <typename Work>
+  bool goes_well(const char* otherwise, const Work& work);
+  void run_planner();
+  void run_writer();
+  void drain();
+  void refresh();
+  void count(const SupervisionChange& change);
+  void warn(const std::string& line);
+
+  const RobotModel* model_;
+  LiveSettings settings_;
+  Arm* arm_;
+  Clock* clock_;
+  std::unique_ptr<Links> links_;
+  std::optional<AwakeProcessors> awake_;
+  std::unique_ptr<ControlStage> control_;
+  std::unique_ptr<PlanningStage> planning_;
+  Monitor monitor_;
+  LiveTaps taps_;
+  std::atomic<bool> running_{false}, draining_{false}, control_failed_{false};
+  std::atomic<double> planner_rate_hz_;
+  std::thread control_thread_, planner_thread_, writer_thread_;
+
+  // ---- of the writer thread
+  Kinematics arm_kinematics_;
+  ControlView control_view_;
+  PlannerView planner_view_;
+  LiveSummary summary_;
+  Time started_{0}, engaged_since_{0};
+
+  mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
+  SessionSnapshot snapshot_;
+  bool stopped_at_rest_ = false;
+  std::uint64_t stops_ = 0;  ///< that stopped_at_rest_ takes into account
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace steadyhand

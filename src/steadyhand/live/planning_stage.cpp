@@ -1,0 +1,278 @@
+#include "steadyhand/live/planning_stage.hpp"
+
+#include <algorithm>
+
+#include "steadyhand/plan/active_constraint.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
+#include "steadyhand/track/sample.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+/// Weights with which the arm comes to rest: nothing draws it anywhere, it loses its speed and rights the glass as fast
+/// as the liquid bears. Found by stopping moving arms at random instants: these spill least of what comes to rest
+/// within 0.6 s.
+constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 10.0;
+
+/// By how much plans stay inside the limits: more than the tolerances of solver and check, and than what is between the
+/// instants that the check looks at.
+constexpr double kPositionMargin = 1e-4;  // rad (m)
+constexpr double kMargin = 1e-4;          // share of speed and acceleration
+
+/// The model with a share of its limits, less the margins, and spheres that much larger that where two of these overlap
+/// by what plans may between nodes those of the model do not; less so if they are nearer than that at home.
+RobotModel within(const RobotModel& model, double share, double overlap) {
+  RobotModel limited = model;
+  limited.velocity_max *= share * (1.0 - kMargin);
+  limited.acceleration_max *= share * (1.0 - kMargin);
+  const JointVector range = model.position_max - model.position_min;
+  const JointVector margin = (0.01 * range).cwiseMin(kPositionMargin);
+  limited.position_min += margin;
+  limited.position_max -= margin;
+  Kinematics arm(model);
+  arm.set_position(model.home);
+  const double room = model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, overlap);
+  for (Sphere& sphere : limited.spheres) sphere.radius += 0.5 * room;
+  return limited;
+}
+
+}  // namespace
+
+Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share,
+                                                     const PlanningSettings& settings) {
+  auto limited = std::make_unique<RobotModel>(within(model, share, settings.planner.check.overlap_between_nodes));
+  auto planner = Planner::make(*limited, settings.ocp, settings.planner);
+  if (!planner) return planner.error();
+  Kinematics arm(*limited);
+  return Gear{std::move(limited), share < 1.0, std::move(*planner), std::move(arm)};
+}
+
+Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
+                                                           Links& links, const Clock& clock) {
+  const bool slow_first = settings.first_share < 1.0 && settings.first_moves > 0.0;
+  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, settings);
+  if (!gear) return gear.error();
+  std::optional<Gear> next;
+  if (slow_first) {
+    auto made = make_gear(model, 1.0, settings);
+    if (!made) return made.error();
+    next = std::move(*made);
+  }
+  const Reach reach = compute_reach(model);
+  PlanningSettings resolved = settings;
+  resolved.predictor.horizon = settings.ocp.horizon;
+  resolved.predictor.dt = settings.ocp.dt;
+  resolved.predictor.reach_center = reach.center;
+  resolved.predictor.reach = reach.radius;
+  // The gate has judged every sample before it comes to the retargeter.
+  resolved.retarget.accept_emulated = true;
+  return std::unique_ptr<PlanningStage>(
+      new PlanningStage(resolved, links, clock, std::move(*gear), std::move(next), reach));
+}
+
+PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
+                             std::optional<Gear> next_gear, const Reach& reach)
+    : settings_(settings),
+      links_(&links),
+      clock_(&clock),
+      reach_(reach),
+      gate_(settings.gate),
+      retargeter_(settings.retarget),
+      predictor_(settings.predictor),
+      gear_(std::move(gear)),
+      next_gear_(std::move(next_gear)),
+      ocp_(&(next_gear_ ? *next_gear_ : gear_).planner->ocp()) {
+  followed_ = gear_.planner->plan();
+  set_weights(gear_.planner->instance().weights);
+}
+
+void PlanningStage::step(Time now) {
+  (void)links_->report.read(report_);
+  apply_settings(now);
+  const Time start = next_start(now);
+
+  // What control follows decides where the next plan begins, not what was sent: that may have come too late.
+  (void)links_->followed.read(followed_);
+  gear_.planner->continue_from(followed_);
+  const JointCommand at_start = sample(followed_, start);
+  gear_.arm.set_position(at_start.q);
+  const Pose X_base_tool{gear_.arm.p(), Quaternion(gear_.arm.R())};
+  hear(now, X_base_tool);
+  follow_state(now, at_start, X_base_tool);
+  if (following_) followed_for_ += to_seconds(now - last_step_);
+  last_step_ = now;
+  const bool moves = start < followed_.start + from_seconds(followed_.intervals * followed_.dt);
+  const SupervisionState state = report_.state;
+  if (!following_) view_.constraint = {};
+  if (following_) {
+    plan_following(start);
+  } else if (moves && (state == SupervisionState::kReady || state == SupervisionState::kHolding || report_.soft_stop)) {
+    plan_rest(at_start);
+  } else if (state == SupervisionState::kHolding) {
+    plan_standing(at_start);
+  }
+
+  view_.target = predictor_.newest();
+  view_.plan = followed_;
+  view_.tracking_error = (predictor_.at(start).p - X_base_tool.p).norm();
+  links_->planner_view.write(view_);
+}
+
+/// Where the next plan begins: in time for a control cycle, and not much before it, since a plan waits for the cycle
+/// that comes after its start.
+Time PlanningStage::next_start(Time now) const {
+  const Time earliest = now + from_seconds(settings_.lead), cycle = from_seconds(settings_.cycle);
+  if (cycle <= Time(0) || report_.now <= Time(0)) return earliest;
+  const Time before = cycle / 8;  // the cycle may come a little early
+  const auto ahead = std::max<std::int64_t>(0, (earliest - report_.now + cycle - Time(1)) / cycle);
+  return std::max(report_.now + ahead * cycle - before, now);
+}
+
+void PlanningStage::apply_settings(Time now) {
+  OperatorSettings& settings = operator_settings_;
+  if (!links_->settings.read(settings)) return;
+  retargeter_.set_scale(settings.scale);
+  retargeter_.set_yaw(settings.yaw);
+  if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
+  links_->taps.settings.push({now, settings});
+}
+
+void PlanningStage::set_weights(std::span<const JointVector> weights) {
+  weights_.assign(weights.begin(), weights.end());
+  rest_weights_.assign(weights.begin(), weights.end());
+  for (std::size_t i = 0; i < rest_weights_.size(); ++i) {
+    const std::string_view name = gear_.planner->ocp().objectives()[i]->name();
+    if (name == "position") rest_weights_[i].setZero();
+    if (name == "velocity") rest_weights_[i].setConstant(kRestVelocity);
+    if (name == "orientation") rest_weights_[i].setConstant(kRestOrientation);
+    if (name == "lateral") rest_weights_[i] = rest_weights_[i].cwiseMax(kRestLateral);
+  }
+}
+
+/// Takes in what the hand did since the last step.
+void PlanningStage::hear(Time now, const Pose& X_base_tool) {
+  HeldSample held;
+  while (links_->samples.pop(held)) {
+    const OperatorSample& sample = held.sample;
+    ++view_.samples;
+    links_->taps.samples.push(sample);
+    change_holder(held.holder);
+    if (gate_.update(sample, now) != HandVerdict::kGood) continue;
+    trusted_ = sample;
+    const bool followed = gate_.report().clutch && gate_.report().grips == report_.grip;
+    if (following_ && followed) send_target(retargeter_.update(sample, X_base_tool));
+  }
+  view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
+  change_holder(links_->holder);  // who may not have said anything yet
+  if (to_seconds(now - gate_.report().heard) > settings_.silence) gate_.forget();
+  links_->hand.write(gate_.report());
+}
+
+/// In the order of the samples: what the next hand did counts, however soon after the last one.
+void PlanningStage::change_holder(std::uint64_t holder) {
+  if (holder == holder_) return;
+  holder_ = holder;
+  gate_.forget();
+}
+
+/// Begins and ends following as control decided.
+void PlanningStage::follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool) {
+  const bool follow = report_.state == SupervisionState::kEngaged;
+  if (follow && report_.engagement != engagement_) {
+    engagement_ = report_.engagement;
+    const bool new_grip = report_.grip != grip_;
+    grip_ = report_.grip;
+    if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) {
+      if (new_grip) change_gear();
+      gear_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
+    }
+    OperatorSample released = trusted_;
+    released.clutch = false;
+    (void)retargeter_.update(released, X_base_tool);
+    released.clutch = true;
+    send_target(retargeter_.update(released, X_base_tool));
+  } else if (!follow && following_) {
+    // The glass as the hand held it last, where it is when it stops.
+    gear_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
+    send_target({{now, now}, {gear_.arm.p(), predictor_.newest().X_base_tool.q}, false});
+    resting_since_ = now;
+  }
+  following_ = follow;
+}
+
+/// At rest, where there is no motion that the other limits would not allow.
+void PlanningStage::change_gear() {
+  if (!gear_.is_slow || followed_for_ < settings_.first_moves) return;
+  std::swap(gear_, *next_gear_);
+}
+
+void PlanningStage::send_target(const Target& target) {
+  predictor_.update(target);
+  links_->taps.targets.push(target);
+}
+
+void PlanningStage::plan_following(Time start) {
+  if (!solve(start, weights_)) return;
+  send(gear_.planner->plan());
+  view_.constraint =
+      active_constraint(gear_.planner->plan(), ocp().horizon(), gear_.planner->instance().reference, reach_, gear_.arm);
+}
+
+/// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.
+void PlanningStage::plan_rest(const JointCommand& at_start) {
+  constexpr double kSlow = 0.1, kLastPart = 0.1;                   // rad/s (m/s), s
+  if (stop_.joints > 0 && followed_.start == stop_.start) return;  // the last part is under way
+  const bool slow = at_start.dq.cwiseAbs().maxCoeff() < kSlow;
+  const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
+  if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(gear_.planner->plan());
+  make_straight_stop(gear_.arm.model(), at_start, kLastPart, stop_);
+  if (check_plan(stop_, stop_.x[0], settings_.planner.check, gear_.arm) == PlanFault::kNone) send(stop_);
+}
+
+/// At rest while holding: shows that the planner can plan, and stays.
+void PlanningStage::plan_standing(const JointCommand& at_start) {
+  if (!solve(at_start.stamp.made, weights_)) return;
+  make_straight_stop(gear_.arm.model(), at_start, 0.0, stop_);
+  send(stop_);
+}
+
+/// True if the planner's plan is new and passed its check.
+bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
+  const Reference reference = predictor_.predict(start);
+  if (reference.nodes == 0) return false;
+  gear_.planner->set_weights(weights);
+  const Time before = clock_->now();
+  (void)gear_.planner->update(reference);
+  ++view_.solves;
+  links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
+  const bool solved = gear_.planner->fault() == PlanFault::kNone;
+  view_.failed += !solved;
+  tap(reference, weights);
+  return solved;
+}
+
+/// Tells of the step that was just taken, if it is time for that or the step failed.
+void PlanningStage::tap(const Reference& reference, std::span<const JointVector> weights) {
+  const bool failed = gear_.planner->fault() != PlanFault::kNone;
+  if (!failed && reference.start < next_tap_) return;
+  next_tap_ = reference.start + from_seconds(settings_.tap_period);
+  record_.at = reference.start;
+  record_.plan = gear_.planner->plan();
+  record_.X_base_target = predictor_.at(reference.start);
+  record_.reference = reference;
+  std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
+  record_.objective = gear_.planner->solution().objective;
+  record_.solve_us = gear_.planner->solution().time_us;
+  record_.iterations = gear_.planner->solution().iterations;
+  record_.engaged = following_;
+  links_->taps.steps.push(record_);
+}
+
+void PlanningStage::send(const Plan& plan) {
+  sent_ = plan;
+  sent_.stamp.made = clock_->now();
+  links_->plan.write(sent_);
+}
+
+}  // namespace steadyhand

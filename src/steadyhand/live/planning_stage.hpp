@@ -1,0 +1,113 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/plan/planner.hpp"
+#include "steadyhand/predict/predictor.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
+#include "steadyhand/robot/reach.hpp"
+#include "steadyhand/live/links.hpp"
+
+namespace steadyhand {
+
+struct PlanningSettings {
+  static constexpr double kSilence = 0.25;  ///< s, of live sessions
+  static constexpr double kRamp = 0.5;      ///< s, RetargetSettings::ramp of live sessions
+
+  /// s of the control cycles; plans begin just before one, the first at least `lead` ahead. 0: anywhere.
+  double cycle = 0.0;
+  double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
+  /// A lead that leaves as much as sustained_rate() asks for. @param period of planning, s
+  static double default_lead(double period) { return 0.4 * period; }
+  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
+  /// and straight once it is slow or this has passed.
+  double rest_within = 1.0;
+  /// s of following that plans keep to `first_share` of the model's speeds and accelerations; the first grip after it,
+  /// from rest, is followed at all of them. 1: no such time.
+  double first_moves = 10.0, first_share = 1.0;
+  double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
+  double silence = kSilence;  ///< s without a sample after which a closed clutch means nothing
+  HandGateSettings gate;
+  RetargetSettings retarget;
+  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
+  OcpSettings ocp;
+  PlannerSettings planner;
+};
+
+/// The planner thread's work, once a planning period: gate and retarget what the hand did, predict, and plan on from
+/// what the control loop follows. Allocates nothing after make().
+class PlanningStage {
+ public:
+  /// Model, links and clock must outlive it. Takes some 50 ms. Fails as Planner::make.
+  static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
+                                                     Links& links, const Clock& clock);
+  void step(Time now);
+  /// s, PlanningSettings::lead from the next step on, and the solver's time.
+  void set_lead(double lead) {
+    settings_.lead = lead;
+    gear_.planner->set_time_budget(1e6 * lead);
+    if (next_gear_) next_gear_->planner->set_time_budget(1e6 * lead);
+  }
+
+  /// Newest control cycle that the last step knew of.
+  Time control_time() const { return report_.now; }
+  /// With all of the limits. Any thread.
+  const Ocp& ocp() const { return *ocp_; }
+  const Reach& reach() const { return reach_; }
+
+ private:
+  /// What plans within certain limits.
+  struct Gear {
+    std::unique_ptr<const RobotModel> model;  ///< its limits less margins
+    bool is_slow = false;                     ///< with a share of the limits
+    std::unique_ptr<Planner> planner;
+    Kinematics arm;
+  };
+  static Result<Gear> make_gear(const RobotModel& model, double share, const PlanningSettings& settings);
+
+  PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
+                std::optional<Gear> next_gear, const Reach& reach);
+  Time next_start(Time now) const;
+  void apply_settings(Time now);
+  void set_weights(std::span<const JointVector> weights);
+  void hear(Time now, const Pose& X_base_tool);
+  void change_holder(std::uint64_t holder);
+  void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
+  void change_gear();
+  void send_target(const Target& target);
+  void plan_following(Time start);
+  void plan_rest(const JointCommand& at_start);
+  void plan_standing(const JointCommand& at_start);
+  bool solve(Time start, std::span<const JointVector> weights);
+  void tap(const Reference& reference, std::span<const JointVector> weights);
+  void send(const Plan& plan);
+
+  PlanningSettings settings_;
+  Links* links_;
+  const Clock* clock_;
+  Reach reach_;
+  HandGate gate_;
+  Retargeter retargeter_;
+  Predictor predictor_;
+  Gear gear_;
+  std::optional<Gear> next_gear_;  ///< for after the first moves; then: theirs, out of use
+  const Ocp* ocp_;
+  double followed_for_ = 0.0;  ///< s
+  Time last_step_{0};
+  ControlReport report_;
+  OperatorSettings operator_settings_;
+  Plan followed_, sent_;                                  ///< what control follows, as far as known; what was sent last
+  std::uint64_t engagement_ = 0, grip_ = 0, holder_ = 0;  ///< engagement and grip that were followed last
+  bool following_ = false;
+  Time resting_since_{0};
+  std::vector<JointVector> weights_, rest_weights_;
+  Plan stop_;
+  PlanningRecord record_;
+  Time next_tap_{0};
+  OperatorSample trusted_;  ///< newest good sample
+  PlannerView view_;
+};
+
+}  // namespace steadyhand

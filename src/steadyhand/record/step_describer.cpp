@@ -1,0 +1,44 @@
+#include "steadyhand/record/step_describer.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "steadyhand/track/sample.hpp"
+
+namespace steadyhand {
+
+PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& instance, const Trajectory& trajectory) {
+  const JointCommand command = sample(plan, at);
+  PlanStep step;
+  step.t_s = to_seconds(at);
+  step.q = command.q;
+  step.dq = command.dq;
+  step.ddq = command.ddq;
+  step.status = plan.origin;
+  evaluation_.set_instance(instance);
+  evaluation_.set_trajectory(trajectory);
+  for (std::size_t i = 0; i < evaluation_.ocp().objectives().size(); ++i) {
+    step.shares[i] = evaluation_.objective_share(static_cast<int>(i));
+  }
+  step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();
+  for (int k = 0; k <= plan.intervals; ++k) {
+    arm_.set_position(plan.x[k].head(plan.joints));
+    step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, arm_.clearance());
+  }
+  arm_.set_position(command.q);
+  arm_.set_motion(command.dq, command.ddq);
+  step.X_base_planned = {arm_.p(), Quaternion(arm_.R())};
+  step.local_acceleration = arm_.local_acceleration();
+  return step;
+}
+
+const std::vector<Pose>& StepDescriber::path(const Plan& plan) {
+  path_.clear();
+  for (int k = 0; k <= plan.intervals; ++k) {
+    arm_.set_position(plan.x[k].head(plan.joints));
+    path_.push_back({arm_.p(), Quaternion(arm_.R())});
+  }
+  return path_;
+}
+
+}  // namespace steadyhand

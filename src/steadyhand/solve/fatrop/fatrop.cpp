@@ -1,0 +1,326 @@
+#include "steadyhand/solve/fatrop/fatrop.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fatrop/fatrop.hpp>
+#include <limits>
+#include <numeric>
+
+#include "steadyhand/ocp/evaluation.hpp"
+#include "steadyhand/solve/kkt.hpp"
+
+namespace steadyhand {
+namespace {
+
+using fatrop::Index;
+using fatrop::Scalar;
+using SteadyClock = std::chrono::steady_clock;
+
+/// Thrown out of FATROP's loop when the time is up; it knows no budget in time.
+struct OutOfTime {};
+
+/// The problem in FATROP's words: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
+/// inequalities.
+///
+/// Of a constraint with many rows (pairs of spheres) only the `slots` rows nearest to their bounds are posed at each
+/// node: FATROP's time per iteration grows with the rows, and few ever matter. Whoever solves must check the others at
+/// the solution.
+class FatropOcp final : public fatrop::OcpAbstract {
+ public:
+  FatropOcp(const Ocp& ocp, int slots) : ocp_(ocp), n_(ocp.dof()), evaluation_(ocp), posed_(ocp.horizon() + 1) {
+    for (int k = 0; k <= ocp.horizon(); ++k) {
+      const auto& rows = evaluation_.rows(k);
+      order_.resize(std::max(order_.size(), rows.size()));
+      distance_.resize(order_.size());
+      posed_[k].resize(std::min(count_few(k) + slots, static_cast<int>(rows.size())));
+      std::iota(posed_[k].begin(), posed_[k].end(), 0);
+    }
+    guess_ = Trajectory(n_, ocp.horizon());
+  }
+
+  /// Sets what is solved next and picks the posed rows by the guess.
+  void begin(const OcpInstance& instance, const Trajectory& guess, SteadyClock::time_point deadline) {
+    evaluation_.set_instance(instance);
+    guess_.x = guess.x;
+    guess_.u = guess.u;
+    guess_.x[0] = instance.x0;
+    deadline_ = deadline;
+    evaluation_.set_trajectory(guess_);
+    for (int k = 0; k <= ocp_.horizon(); ++k) pick_rows(k);
+  }
+
+  Evaluation& evaluation() { return evaluation_; }
+  const std::vector<int>& posed(int k) const { return posed_[k]; }
+
+  Index get_nx(const Index k) const override { return k == 0 ? 0 : 2 * n_; }
+  Index get_nu(const Index k) const override { return k == ocp_.horizon() ? 0 : n_; }
+  Index get_ng(const Index /*k*/) const override { return 0; }
+  Index get_ng_ineq(const Index k) const override { return static_cast<Index>(posed_[k].size()); }
+  Index get_horizon_length() const override { return ocp_.horizon() + 1; }
+
+  Index eval_BAbt(const Scalar* /*x_next*/, const Scalar* /*u*/, const Scalar* /*x*/, MAT* res,
+                  const Index k) override {
+    const double dt = ocp_.dt();
+    blasfeo_dgese(res->m, res->n, 0.0, res, 0, 0);
+    for (int i = 0; i < n_; ++i) {
+      BLASFEO_DMATEL(res, i, i) = 0.5 * dt * dt;
+      BLASFEO_DMATEL(res, i, n_ + i) = dt;
+      if (k == 0) continue;
+      BLASFEO_DMATEL(res, n_ + i, i) = 1.0;
+      BLASFEO_DMATEL(res, 2 * n_ + i, i) = dt;
+      BLASFEO_DMATEL(res, 2 * n_ + i, n_ + i) = 1.0;
+    }
+    return 0;
+  }
+
+  Index eval_b(const Scalar* x_next, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    const StateVector next = ocp_.next(state(x, k), input(u, k));
+    for (int i = 0; i < 2 * n_; ++i) res[i] = next[i] - x_next[i];
+    return 0;
+  }
+
+  Index eval_RSQrqt(const Scalar* objective_scale, const Scalar* u, const Scalar* x, const Scalar* /*lam_dyn*/,
+                    const Scalar* /*lam_eq*/, const Scalar* lam_ineq, MAT* res, const Index k) override {
+    if (k == 0 && SteadyClock::now() > deadline_) throw OutOfTime();
+    set(u, x, k);
+    NodeHessian hessian = NodeHessian::Zero(3 * n_, 3 * n_);
+    evaluation_.add_objective_hessian(k, *objective_scale, hessian);
+    for (std::size_t i = 0; i < posed_[k].size(); ++i) {
+      if (lam_ineq[i] != 0.0) evaluation_.add_constraint_hessian(k, row(k, i), lam_ineq[i], hessian);
+    }
+    const Index size = get_nu(k) + get_nx(k);
+    for (int j = 0; j < size; ++j) {
+      for (int i = 0; i < size; ++i) {
+        const auto [row, column] = std::minmax({z_index(i, k), z_index(j, k)});
+        BLASFEO_DMATEL(res, i, j) = hessian(row, column);
+      }
+    }
+    return 0;
+  }
+
+  Index eval_Ggt(const Scalar*, const Scalar*, MAT*, const Index) override { return 0; }
+  Index eval_g(const Scalar*, const Scalar*, Scalar*, const Index) override { return 0; }
+
+  Index eval_Ggt_ineq(const Scalar* u, const Scalar* x, MAT* res, const Index k) override {
+    set(u, x, k);
+    const Index size = get_nu(k) + get_nx(k);
+    for (std::size_t j = 0; j < posed_[k].size(); ++j) {
+      NodeGradient gradient = NodeGradient::Zero(3 * n_);
+      evaluation_.add_constraint_gradient(k, row(k, j), 1.0, gradient);
+      for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, j) = gradient[z_index(i, k)];
+    }
+    return 0;
+  }
+
+  Index eval_gineq(const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    set(u, x, k);
+    for (std::size_t i = 0; i < posed_[k].size(); ++i) res[i] = evaluation_.constraint(k, row(k, i));
+    return 0;
+  }
+
+  Index eval_rq(const Scalar* objective_scale, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    set(u, x, k);
+    NodeGradient gradient = NodeGradient::Zero(3 * n_);
+    evaluation_.add_objective_gradient(k, *objective_scale, gradient);
+    for (int i = 0; i < get_nu(k) + get_nx(k); ++i) res[i] = gradient[z_index(i, k)];
+    return 0;
+  }
+
+  Index eval_L(const Scalar* objective_scale, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    set(u, x, k);
+    *res = *objective_scale * evaluation_.objective(k);
+    return 0;
+  }
+
+  Index get_bounds(Scalar* lower, Scalar* upper, const Index k) const override {
+    for (std::size_t i = 0; i < posed_[k].size(); ++i) {
+      const Bounds bounds = evaluation_.bounds(row(k, i));
+      lower[i] = bounds.lower;
+      upper[i] = bounds.upper;
+    }
+    return 0;
+  }
+
+  Index get_initial_xk(Scalar* x, const Index k) const override {
+    for (int i = 0; i < get_nx(k); ++i) x[i] = guess_.x[k][i];
+    return 0;
+  }
+  Index get_initial_uk(Scalar* u, const Index k) const override {
+    for (int i = 0; i < get_nu(k); ++i) u[i] = guess_.u[k][i];
+    return 0;
+  }
+
+ private:
+  /// Constraints with at most two rows per joint are always posed.
+  bool few(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->rows() <= 2 * n_; }
+  int count_few(int k) const {
+    const auto& rows = evaluation_.rows(k);
+    return static_cast<int>(std::count_if(rows.begin(), rows.end(), [&](ConstraintRow row) { return few(row); }));
+  }
+
+  void pick_rows(int k) {
+    const auto& rows = evaluation_.rows(k);
+    const int count = static_cast<int>(rows.size()), chosen = static_cast<int>(posed_[k].size());
+    if (chosen == count) return;
+    for (int i = 0; i < count; ++i) {
+      const Bounds bounds = evaluation_.bounds(rows[i]);
+      const double value = evaluation_.constraint(k, rows[i]);
+      distance_[i] = few(rows[i]) ? -std::numeric_limits<double>::infinity()
+                                  : std::min(value - bounds.lower, bounds.upper - value);
+      order_[i] = i;
+    }
+    std::nth_element(order_.begin(), order_.begin() + chosen, order_.begin() + count, [&](int a, int b) {
+      return distance_[a] < distance_[b] || (distance_[a] == distance_[b] && a < b);
+    });
+    std::copy_n(order_.begin(), chosen, posed_[k].begin());
+    std::sort(posed_[k].begin(), posed_[k].end());
+  }
+
+  ConstraintRow row(int k, std::size_t slot) const { return evaluation_.rows(k)[posed_[k][slot]]; }
+  /// Index in z = [q; dq; u] of entry i of FATROP's (u, x).
+  int z_index(int i, int k) const {
+    const int nu = get_nu(k);
+    return i < nu ? 2 * n_ + i : i - nu;
+  }
+  StateVector state(const Scalar* x, int k) const {
+    return k == 0 ? guess_.x[0] : StateVector(Eigen::Map<const Eigen::VectorXd>(x, 2 * n_));
+  }
+  JointVector input(const Scalar* u, int k) const {
+    return k == ocp_.horizon() ? JointVector(JointVector::Zero(n_))
+                               : JointVector(Eigen::Map<const Eigen::VectorXd>(u, n_));
+  }
+  void set(const Scalar* u, const Scalar* x, int k) { evaluation_.set_node(k, state(x, k), input(u, k)); }
+
+  const Ocp& ocp_;
+  int n_;
+  Evaluation evaluation_;
+  std::vector<std::vector<int>> posed_;  ///< by node: indices into Evaluation::rows(k)
+  Trajectory guess_;
+  SteadyClock::time_point deadline_;
+  std::vector<int> order_;
+  std::vector<double> distance_;
+};
+
+/// FATROP's algorithm object for one FatropOcp.
+struct FatropProgram {
+  FatropProgram(const Ocp& ocp, int slots, double tolerance) : problem(std::make_shared<FatropOcp>(ocp, slots)) {
+    fatrop::IpAlgBuilder<fatrop::OcpType> builder(std::make_shared<fatrop::NlpOcp>(problem));
+    algorithm = builder.with_options_registry(&options).build();
+    data = builder.get_ipdata();
+    options.set_option("tolerance", tolerance);
+    options.set_option("print_level", 0);
+  }
+
+  std::shared_ptr<FatropOcp> problem;
+  fatrop::OptionRegistry options;
+  std::shared_ptr<fatrop::IpAlgorithm<fatrop::OcpType>> algorithm;
+  std::shared_ptr<fatrop::IpData<fatrop::OcpType>> data;
+};
+
+class FatropSolver final : public Solver {
+ public:
+  FatropSolver(const Ocp& ocp, double tolerance)
+      : ocp_(ocp),
+        tolerance_(tolerance),
+        nearest_(ocp, kSlots, tolerance),
+        all_(ocp, std::numeric_limits<int>::max() / 2, tolerance) {
+    point_ = Trajectory(ocp.dof(), ocp.horizon());
+  }
+
+  std::string_view name() const override { return "fatrop"; }
+
+  void solve(const OcpInstance& instance, const Trajectory& guess,
+             const std::vector<std::vector<double>>* /*multipliers*/, const SolveBudget& budget,
+             Solution& solution) override {
+    const auto start = SteadyClock::now();
+    solution.status = SolveStatus::kInvalid;
+    solution.iterations = 0;
+    const auto deadline = budget.time_us > 0.0 ? start + std::chrono::nanoseconds(std::llround(1e3 * budget.time_us))
+                                               : SteadyClock::time_point::max();
+    if (ocp_.check(instance) && valid(guess)) {
+      point_.x = guess.x;
+      point_.u = guess.u;
+      // A solution of the few rows that keeps the others too is one of the whole problem; else the others are posed as
+      // well.
+      if (!run(nearest_, instance, deadline, budget.iterations, solution)) {
+        run(all_, instance, deadline, budget.iterations, solution);
+      }
+    }
+    solution.time_us = std::chrono::duration<double, std::micro>(SteadyClock::now() - start).count();
+  }
+
+ private:
+  static constexpr int kSlots = 24;
+
+  bool valid(const Trajectory& guess) const {
+    const auto finite = [](const auto& vectors, int count, int size) {
+      return std::ssize(vectors) == count && std::all_of(vectors.begin(), vectors.end(), [&](const auto& v) {
+               return v.size() == size && v.allFinite();
+             });
+    };
+    return finite(guess.x, ocp_.horizon() + 1, 2 * ocp_.dof()) && finite(guess.u, ocp_.horizon(), ocp_.dof());
+  }
+
+  /// Solves from point_, leaves the result in `solution` and point_. True if it is a KKT point of the whole problem.
+  bool run(FatropProgram& program, const OcpInstance& instance, SteadyClock::time_point deadline, int iterations,
+           Solution& solution) {
+    FatropOcp& problem = *program.problem;
+    problem.begin(instance, point_, deadline);
+    program.options.set_option("max_iter", iterations - solution.iterations);
+    fatrop::IpSolverReturnFlag flag = fatrop::IpSolverReturnFlag::Unknown;
+    try {
+      program.algorithm->reset();
+      flag = program.algorithm->optimize();
+    } catch (const OutOfTime&) {
+    } catch (...) {  // FATROP's own: what it leaves behind is judged as any other point
+    }
+    solution.iterations += program.data->iteration_number();
+    read(program, instance, solution);
+
+    Evaluation& evaluation = problem.evaluation();
+    evaluation.set_trajectory(solution.trajectory);
+    solution.violation = evaluation.violation();
+    solution.objective = 0.0;
+    for (int k = 0; k <= ocp_.horizon(); ++k) solution.objective += evaluation.objective(k);
+    solution.kkt_error = kkt_error(evaluation, solution.trajectory, solution.multipliers);
+    const bool feasible = solution.violation <= tolerance_;
+    const bool optimal = flag == fatrop::IpSolverReturnFlag::Success;
+    solution.status = !feasible ? SolveStatus::kInfeasible : optimal ? SolveStatus::kSolved : SolveStatus::kFeasible;
+    point_.x = solution.trajectory.x;
+    point_.u = solution.trajectory.u;
+    return solution.status == SolveStatus::kSolved;
+  }
+
+  /// Copies accelerations and multipliers; states follow from the dynamics exactly.
+  void read(FatropProgram& program, const OcpInstance& instance, Solution& solution) {
+    const auto& info = program.data->info();
+    const auto& primal = program.data->current_iterate().primal_x();
+    const auto& dual = program.data->current_iterate().dual_eq();
+    Trajectory& trajectory = solution.trajectory;
+    trajectory.x[0] = instance.x0;
+    for (int k = 0; k <= ocp_.horizon(); ++k) {
+      std::fill(solution.multipliers[k].begin(), solution.multipliers[k].end(), 0.0);
+      const auto& posed = program.problem->posed(k);
+      for (std::size_t i = 0; i < posed.size(); ++i) {
+        solution.multipliers[k][posed[i]] = dual(info.offsets_g_eq_slack[k] + static_cast<Index>(i));
+      }
+      if (k == ocp_.horizon()) break;
+      for (int i = 0; i < ocp_.dof(); ++i) trajectory.u[k][i] = primal(info.offsets_primal_u[k] + i);
+      trajectory.x[k + 1] = ocp_.next(trajectory.x[k], trajectory.u[k]);
+    }
+  }
+
+  const Ocp& ocp_;
+  double tolerance_;
+  FatropProgram nearest_, all_;
+  Trajectory point_;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> make_fatrop_solver(const Ocp& ocp, double tolerance) {
+  return std::make_unique<FatropSolver>(ocp, tolerance);
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,57 @@
+#include "steadyhand/console/playback.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace steadyhand {
+namespace {
+
+/// A hand that ends elsewhere than it began, over a second at 100 Hz.
+Recording away() {
+  Recording recording;
+  for (int i = 0; i <= 100; ++i) {
+    OperatorSample sample;
+    sample.stamp.hand = sample.stamp.made = i * Time(std::chrono::milliseconds(10));
+    sample.X_operator_hand.p = Vector3(0.3 * std::sin(0.01 * i), 0.2, 1.0);
+    sample.X_operator_hand.q = Eigen::AngleAxisd(0.005 * i, Vector3::UnitZ());
+    sample.clutch = true;
+    recording.samples.push_back(sample);
+  }
+  return recording;
+}
+
+TEST(Playback, GripsLeadsReturnsAndLetsGoAgainAndAgainWithoutAJump) {
+  const Recording recording = away();
+  const Time start = std::chrono::seconds(50);
+  Playback playback(recording, start);
+  OperatorSample last, sample;
+  int grips = 0, releases = 0;
+  double farthest = 0.0;
+  for (Time now = start; playback.rounds() < 3; now += std::chrono::milliseconds(1)) {
+    while (playback.next(now, sample)) {
+      EXPECT_LE(sample.stamp.hand, now);
+      EXPECT_GT(sample.stamp.hand, last.stamp.hand);
+      if (last.stamp.hand > Time(0)) {
+        const double dt = to_seconds(sample.stamp.hand - last.stamp.hand);
+        EXPECT_LT(dt, 0.03) << "a hand that falls silent lets go";
+        EXPECT_LT((sample.X_operator_hand.p - last.X_operator_hand.p).norm(), 0.002 + 1.0 * dt);
+        EXPECT_LT(sample.X_operator_hand.q.angularDistance(last.X_operator_hand.q), 0.002 + 2.0 * dt);
+      }
+      const double from_first = (sample.X_operator_hand.p - recording.samples.front().X_operator_hand.p).norm();
+      farthest = std::max(farthest, from_first);
+      if (sample.clutch != last.clutch) {
+        ++(sample.clutch ? grips : releases);
+        EXPECT_LT(from_first, 1e-6) << "it begins and ends where the recording begins";
+      }
+      last = sample;
+    }
+    ASSERT_LT(now, start + std::chrono::seconds(60));
+  }
+  EXPECT_EQ(grips, 3);
+  EXPECT_EQ(releases, 3);
+  EXPECT_NEAR(farthest, 0.3 * std::sin(1.0), 1e-6);
+}
+
+}  // namespace
+}  // namespace steadyhand

@@ -1,0 +1,158 @@
+#include "steadyhand/console/session_library.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <future>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "steadyhand/record/recorder.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(SessionLibrary, OfAFolderThatIsNotThereIsEmpty) {
+  TemporaryFolder folder;
+  const Result<FreshPage> page = read_library(folder.path() / "none", "/sessions");
+  ASSERT_TRUE(page);
+  EXPECT_EQ(Json::parse(page->body), Json({{"sessions", Json::array()}}));
+  EXPECT_FALSE(page->document);
+}
+
+TEST(SessionLibrary, LeavesItsFolderForNobody) {
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "inside");
+  std::ofstream(folder.path() / "secret.mcap") << "secret";
+  for (const char* path : {"/sessions/../secret/motion", "/sessions/..%2Fsecret/motion", "/sessions/%2e%2e/motion",
+                           "/sessions//motion", "/sessions/a/b/motion", "/sessions/a", "/sessions/a/", "/sessions/",
+                           "/sessions/.hidden/motion", "/", "", "/sessions/a\n/motion"}) {
+    const Result<FreshPage> page = read_library(folder.path() / "inside", path);
+    ASSERT_FALSE(page) << path;
+    EXPECT_NE(page.error().message.find("there is /sessions"), std::string::npos) << path;
+  }
+}
+
+TEST(SessionLibrary, SaysWhatIsWrongWithAFile) {
+  TemporaryFolder folder;
+  std::ofstream(folder.path() / "broken.mcap") << "no MCAP at all";
+  for (const char* path : {"/sessions/broken/motion", "/sessions/broken/report.html", "/sessions/missing/motion"}) {
+    const Result<FreshPage> page = read_library(folder.path(), path);
+    ASSERT_FALSE(page) << path;
+    EXPECT_NE(page.error().message.find(".mcap"), std::string::npos) << page.error().message;
+  }
+}
+
+/// A pipe that nobody writes to would keep who opens it, and all who ask after him, waiting for good.
+TEST(SessionLibrary, WaitsForNoPipe) {
+  TemporaryFolder folder;
+  const std::string pipe = folder.path() / "pipe.mcap";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", folder.path() / "zero.mcap");
+  auto asked = std::async(std::launch::async, [&] {
+    EXPECT_TRUE(read_library(folder.path(), "/sessions"));
+    EXPECT_FALSE(read_library(folder.path(), "/sessions/pipe/motion"));
+    EXPECT_FALSE(read_library(folder.path(), "/sessions/zero/motion"));
+  });
+  EXPECT_EQ(asked.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  while (asked.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
+    std::fstream(pipe, std::ios::in | std::ios::out).close();  // lets him go
+  }
+}
+
+/// An arm may have told for a moment of what is no number; JSON has no word for it.
+TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
+  TemporaryFolder folder;
+  {
+    Result<Recorder> recorder = Recorder::create(folder.path() / "gap.mcap", {});
+    ASSERT_TRUE(recorder);
+    const std::string robot =
+        R"({"joints": [{"name": "a", "type": "revolute"}], "velocity_max": [1], "acceleration_max": [1]})";
+    ASSERT_TRUE(recorder->add_metadata("robot", {{"json", robot}}));
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (const auto& [second, q] : {std::pair(1, 0.25), std::pair(2, none), std::pair(3, 0.5)}) {
+      const Time now = std::chrono::seconds(second);
+      ASSERT_TRUE(recorder->write(JointState{{now, now}, JointVector::Constant(1, q), JointVector::Zero(1)}));
+    }
+    ASSERT_TRUE(recorder->close());
+  }
+  const Result<FreshPage> page = read_library(folder.path(), "/sessions/gap/motion");
+  ASSERT_TRUE(page) << page.error().message;
+  EXPECT_EQ(Json::parse(page->body), Json({{"name", "gap"}, {"t_s", {1.0, 3.0}}, {"q", {{0.25}, {0.5}}}}));
+}
+
+/// A program of a line of shell.
+std::filesystem::path script(const TemporaryFolder& folder, const std::string& line) {
+  const std::filesystem::path path = folder.path() / "program";
+  std::ofstream(path) << "#!/bin/sh\n" << line << "\n";
+  std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+  return path;
+}
+
+Result<FreshPage> fetch(SessionLibrary& library, const std::string& path) {
+  std::promise<Result<FreshPage>> answered;
+  library.fetch(path, [&](Result<FreshPage> page) { answered.set_value(std::move(page)); });
+  return answered.get_future().get();
+}
+
+TEST(SessionLibrary, AsksAProgramAndPassesOnWhatItSays) {
+  TemporaryFolder folder;
+  SessionLibrary library(folder.path(), script(folder, R"(echo "$@"; [ "$5" != /bad ] || { echo why >&2; exit 2; })"));
+  const Result<FreshPage> list = fetch(library, "/sessions"), page = fetch(library, "/sessions/a b/report.html");
+  ASSERT_TRUE(list && page);
+  EXPECT_EQ(list->body, "report --sessions " + folder.path().string() + " --answer /sessions\n");
+  EXPECT_EQ(list->type, "application/json");
+  EXPECT_FALSE(list->document);
+  EXPECT_TRUE(page->document);
+  const Result<FreshPage> bad = fetch(library, "/bad");
+  ASSERT_FALSE(bad);
+  EXPECT_EQ(bad.error().message, "why");
+}
+
+TEST(SessionLibrary, AnswersInOrderFromItsOwnThread) {
+  TemporaryFolder folder;
+  std::vector<std::string> answers;
+  std::promise<std::thread::id> last;
+  SessionLibrary library(folder.path(), script(folder, R"(echo "$5")"));
+  for (int i = 0; i < 20; ++i) {
+    library.fetch("/" + std::to_string(i), [&, i](const Result<FreshPage>& page) {
+      answers.push_back(page ? page->body : page.error().message);
+      if (i == 19) last.set_value(std::this_thread::get_id());
+    });
+  }
+  EXPECT_NE(last.get_future().get(), std::this_thread::get_id());
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(answers[i], "/" + std::to_string(i) + "\n");
+}
+
+TEST(SessionLibrary, EndsWithoutWaitingForAnswers) {
+  TemporaryFolder folder;
+  const auto begin = std::chrono::steady_clock::now();
+  int ended = 0;
+  {
+    SessionLibrary library(folder.path(), script(folder, "exec sleep 60"));
+    for (int i = 0; i < 8; ++i) {
+      library.fetch("/sessions", [&](const Result<FreshPage>& page) {
+        EXPECT_FALSE(page);
+        ended += !page && page.error().message == "the program ends";
+      });
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  EXPECT_EQ(ended, 8);
+}
+
+TEST(SessionLibrary, SaysSoIfItsProgramIsMissing) {
+  TemporaryFolder folder;
+  SessionLibrary library(folder.path(), "/nowhere/steadyhand");
+  const Result<FreshPage> page = fetch(library, "/sessions");
+  ASSERT_FALSE(page);
+  EXPECT_NE(page.error().message.find("/nowhere/steadyhand"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace steadyhand

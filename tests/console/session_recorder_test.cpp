@@ -1,0 +1,331 @@
+#include "steadyhand/archive/session_recorder.hpp"
+
+#include <algorithm>
+#include <fstream>
+
+#include "steadyhand/record/robot_json.hpp"
+#include "steadyhand/record/session_file.hpp"
+#include "steadyhand/console/past_session.hpp"
+#include "steadyhand/replay/replay.hpp"
+#include "support/virtual_session.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Messages as a session's writer thread hands them over: states at 500 Hz, a hand at 100 Hz, a look each 10 ms.
+struct Recorded : testing::Test {
+  Recorded() : ocp(ur5e(), load_profile("waiter")->ocp) { settings.folder = folder.path() / "sessions"; }
+
+  SessionRecorder make() {
+    return SessionRecorder(ocp, settings, {{"robot", {{"json", robot_json(ur5e())}}}, {"run", {{"profile", "waiter"}}}},
+                           begin);
+  }
+  void run(LiveTaps& taps, double seconds) {
+    for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(2)) {
+      const JointVector q = ur5e().home, zero = JointVector::Zero(6);
+      taps.state({{now, now}, q, zero});
+      taps.command({{now, now}, q, zero, zero});
+      if (now.count() % 10'000'000 != 0) continue;
+      OperatorSample sample;
+      sample.stamp = {now, now};
+      sample.clutch = true;
+      taps.sample(sample);
+      SessionSnapshot snapshot;
+      snapshot.now = now;
+      taps.look(snapshot);
+    }
+  }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> paths;
+    if (!fs::exists(settings.folder)) return paths;
+    for (const auto& entry : fs::directory_iterator(settings.folder)) paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    return paths;
+  }
+  static SessionFile read(const fs::path& path) {
+    SessionParts parts;
+    parts.samples = parts.commands = parts.states = parts.changes = parts.settings = true;
+    auto session = load_session(path, parts);
+    EXPECT_TRUE(session) << session.error().message;
+    return *std::move(session);
+  }
+
+  TemporaryFolder folder;
+  Ocp ocp;
+  RecordingSettings settings;
+  const Time begin = std::chrono::seconds(5000);
+  Time now = begin;
+};
+
+TEST_F(Recorded, EverythingIsInTheFileAndTimesCountFromTheBegin) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  EXPECT_TRUE(recorder.recording());
+  run(taps, 2.0);
+  recorder.finish({});
+  ASSERT_EQ(files().size(), 1u);
+  const SessionFile session = read(files()[0]);
+  EXPECT_TRUE(session.overview.complete);
+  EXPECT_EQ(session.commands.size(), 1000u);
+  EXPECT_EQ(session.states.size(), 1000u);
+  EXPECT_EQ(session.samples.size(), 200u);
+  EXPECT_EQ(session.commands.front().stamp.made, Time(0));
+  EXPECT_NEAR(session.duration(), 2.0, 0.02);
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find(files()[0].string()), std::string::npos);
+  EXPECT_TRUE(recorder.take_notices().empty());
+}
+
+TEST_F(Recorded, CommandsOfALongSessionAreReadMergedWithoutLosingTheLargest) {
+  SessionRecorder recorder = make();
+  const LiveTaps taps = recorder.taps();
+  std::vector<double> speeds;
+  for (int i = 0; i < 777; ++i) {
+    now += std::chrono::milliseconds(2);
+    const double speed = std::sin(0.37 * i * i);
+    speeds.push_back(std::abs(speed));
+    const JointVector dq = JointVector::Constant(6, speed);
+    taps.command({{now, now}, JointVector::Zero(6), dq, -2.0 * dq});
+  }
+  recorder.finish({});
+  SessionParts parts;
+  parts.commands = true;
+  parts.most_commands = 100;
+  const auto session = load_session(files().at(0), parts);
+  ASSERT_TRUE(session) << session.error().message;
+  EXPECT_EQ(session->commands_merged, 8);
+  ASSERT_EQ(session->commands.size(), 98u);  // 777 / 8, rounded up
+  for (std::size_t k = 0; k < session->commands.size(); ++k) {
+    const auto first = speeds.begin() + static_cast<std::ptrdiff_t>(8 * k);
+    const double largest = *std::max_element(first, std::min(first + 8, speeds.end()));
+    EXPECT_NEAR(session->commands[k].dq.cwiseAbs()[0], largest, 1e-9) << k;
+    EXPECT_NEAR(session->commands[k].ddq.cwiseAbs()[5], 2.0 * largest, 1e-9) << k;
+    EXPECT_EQ(session->commands[k].stamp.made,
+              8 * k * Time(std::chrono::milliseconds(2)) + std::chrono::milliseconds(2));
+  }
+}
+
+TEST_F(Recorded, AFaultLeavesTheSecondsBeforeItInAFileOfItsOwn) {
+  settings.enabled = false;
+  settings.flight_seconds = 1.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  run(taps, 3.0);
+  EXPECT_TRUE(files().empty());
+  taps.change({now, SupervisionState::kEngaged, SupervisionState::kFault, "emergency button", true});
+  run(taps, 1.0);
+  ASSERT_EQ(files().size(), 1u);
+  EXPECT_NE(files()[0].string().find("-fault-1.mcap"), std::string::npos);
+  const SessionFile flight = read(files()[0]);
+  EXPECT_TRUE(flight.overview.complete);
+  EXPECT_EQ(flight.overview.metadata.at("fault").at("reason"), "emergency button");
+  EXPECT_NEAR(static_cast<double>(flight.commands.size()), 500.0, 5.0);
+  EXPECT_NEAR(to_seconds(flight.commands.back().stamp.made), 3.0, 0.02);
+  ASSERT_EQ(flight.changes.size(), 1u);
+  EXPECT_EQ(flight.changes[0].to, "fault");
+
+  // A stop that somebody asked for is none, and the second fault does not overwrite the first.
+  taps.change({now, SupervisionState::kReady, SupervisionState::kStopping, "a stop was asked for", false});
+  run(taps, 0.1);
+  EXPECT_EQ(files().size(), 1u);
+  taps.change({now, SupervisionState::kReady, SupervisionState::kStopping, "the loop slept", true});
+  run(taps, 0.1);
+  EXPECT_EQ(files().size(), 2u);
+}
+
+TEST_F(Recorded, TheOperatorBeginsAndEndsFiles) {
+  settings.enabled = false;
+  settings.flight_seconds = 0.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (std::size_t i = 1; i <= 3; ++i) {
+    run(taps, 0.2);
+    EXPECT_FALSE(recorder.recording());
+    recorder.ask(true);
+    run(taps, 0.3);
+    EXPECT_TRUE(recorder.recording());
+    recorder.ask(false);
+    run(taps, 0.1);
+    ASSERT_EQ(files().size(), i);
+  }
+  for (const fs::path& path : files()) EXPECT_TRUE(read(path).overview.complete);
+}
+
+/// However often, with a file for each time.
+TEST_F(Recorded, TheOperatorMayBeginAsManyFilesAsHeLikes) {
+  settings.enabled = false;
+  settings.flight_seconds = 0.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (int i = 0; i < 120; ++i) {
+    recorder.ask(true);
+    run(taps, 0.02);
+    ASSERT_TRUE(recorder.recording()) << i;
+    recorder.ask(false);
+    run(taps, 0.02);
+  }
+  EXPECT_EQ(files().size(), 120u);
+  for (const std::string& line : recorder.take_notices()) EXPECT_EQ(line.rfind("recorded: ", 0), 0u) << line;
+}
+
+/// It is told, and what comes after it is recorded. Nobody says "recorded" of a file that is not there.
+TEST_F(Recorded, AFileThatIsDeletedOrMovedAwayIsFollowedByAnother) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  run(taps, 0.5);
+  ASSERT_EQ(files().size(), 1u);
+  fs::remove_all(settings.folder);
+  run(taps, 2.0);
+  EXPECT_TRUE(recorder.recording());
+  ASSERT_EQ(files().size(), 1u);
+  const fs::path moved = folder.path() / "moved.mcap";
+  fs::rename(files()[0], moved);
+  run(taps, 2.0);
+  EXPECT_TRUE(read(moved).overview.complete);
+  ASSERT_EQ(files().size(), 1u);
+  const fs::path last = files()[0];
+  fs::remove(last);
+  recorder.finish({});
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 3u);
+  for (const std::string& line : notices) {
+    EXPECT_EQ(line.rfind("the recording was deleted or moved away: ", 0), 0u) << line;
+  }
+}
+
+TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
+  std::ofstream(folder.path() / "file") << "";
+  settings.folder = folder.path() / "file/sessions";
+  SessionRecorder recorder = make();
+  EXPECT_FALSE(recorder.recording());
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("not recorded"), std::string::npos);
+  LiveTaps taps = recorder.taps();
+  run(taps, 1.0);
+  recorder.finish({});
+
+  Result<McapWriter> full = McapWriter::create("/dev/full");
+  EXPECT_FALSE(full);  // its header does not fit
+}
+
+TEST_F(Recorded, ADiskThatIsNearlyFullIsLeftAlone) {
+  settings.keep_free_gb = 1e6;
+  SessionRecorder recorder = make();
+  EXPECT_FALSE(recorder.recording());
+  LiveTaps taps = recorder.taps();
+  run(taps, 1.5);
+  EXPECT_TRUE(files().empty());
+  const auto notices = recorder.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_NE(notices[0].find("GB"), std::string::npos) << notices[0];
+}
+
+/// At the begin of each file those that are in force, then every change, at its time.
+TEST_F(Recorded, WhatTheOperatorSetComesBackAndIsReplayed) {
+  settings.enabled = false;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  AppliedSettings applied;
+  applied.at = now;
+  applied.settings.objectives = static_cast<int>(ocp.objectives().size());
+  const auto weights = ocp.weights(load_profile("waiter")->ocp.weights);
+  ASSERT_TRUE(weights);
+  std::copy(weights->begin(), weights->end(), applied.settings.weights.begin());
+  applied.settings.scale = 1.0;
+  applied.settings.yaw = 0.0;
+  taps.settings(applied);
+  run(taps, 1.0);
+  recorder.ask(true);
+  run(taps, 2.0);
+  applied.at = now;
+  applied.settings.scale = 0.25;
+  applied.settings.weights[1].setConstant(7.0);
+  taps.settings(applied);
+  run(taps, 1.0);
+  recorder.finish({});
+
+  SessionFile session = read(files()[0]);
+  EXPECT_NEAR(session.duration(), 3.0, 0.02);
+  ASSERT_EQ(session.settings.size(), 2u);
+  EXPECT_NEAR(to_seconds(session.settings[0].at), 1.0, 0.02);
+  EXPECT_EQ(session.settings[1].at, from_seconds(3.0));
+  EXPECT_EQ(session.settings[1].scale, 0.25);
+  const auto back = ocp.weights(session.settings[1].weights);
+  ASSERT_TRUE(back) << back.error().message;
+  for (std::size_t i = 0; i < back->size(); ++i) EXPECT_EQ((*back)[i], applied.settings.weights[i]) << i;
+
+  for (OperatorSample& sample : session.samples) {  // a hand that moves
+    sample.X_operator_hand = sweeping({0.1, 0.1, 0.05})(to_seconds(sample.stamp.hand));
+  }
+  auto hand = hand_of_session(session, {}, {});
+  ASSERT_TRUE(hand) << hand.error().message;
+  EXPECT_NEAR(to_seconds(hand->changes[1].at), 2.0, 0.02);
+  ReplaySettings same, changed;
+  same.ocp = changed.ocp = load_profile("waiter")->ocp;
+  changed.changes = hand->changes;
+  same.changes = {hand->changes[0]};
+  const auto driven = replay(ur5e(), hand->recording, changed, {}), without = replay(ur5e(), hand->recording, same, {});
+  ASSERT_TRUE(driven && without);
+  const auto apart = [&](double from, double until) {
+    double most = 0.0;
+    for (std::size_t i = 0; i < driven->commands.size(); ++i) {
+      const double t = to_seconds(driven->commands[i].stamp.made);
+      if (t < from || t >= until) continue;
+      most = std::max(most, (driven->commands[i].q - without->commands[i].q).cwiseAbs().maxCoeff());
+    }
+    return most;
+  };
+  EXPECT_EQ(apart(0.0, 1.98), 0.0);
+  EXPECT_GT(apart(2.0, 3.0), 0.01);
+  changed.changes[1].weights["nothing"] = {1.0};
+  const auto refused = replay(ur5e(), hand->recording, changed, {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("nothing"), std::string::npos) << refused.error().message;
+}
+
+TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (int i = 0; i < 300; ++i) {
+    OperatorSample sample;
+    const Time t = begin + std::chrono::milliseconds(11 * i);
+    sample.stamp = {t, t};
+    sample.X_operator_hand.p.x() = 0.001 * i;
+    sample.clutch = i > 20;
+    if (i == 100) sample.X_operator_hand.p.x() = std::numeric_limits<double>::quiet_NaN();
+    if (i == 200) sample.X_operator_hand.p.x() += 0.7;  // a teleport
+    if (i == 250) sample.stamp.hand -= std::chrono::milliseconds(100);
+    taps.sample(sample);
+  }
+  recorder.finish({});
+  SessionParts parts;
+  parts.samples = true;
+  const auto session = load_session(files()[0], parts);
+  ASSERT_TRUE(session) << session.error().message;
+  ASSERT_EQ(session->samples.size(), 300u);
+  const auto hand = hand_of_session(*session, {}, {});
+  ASSERT_TRUE(hand) << hand.error().message;
+  EXPECT_EQ(hand->recording.samples.size(),
+            298u);  // without the one that is no number and the one that came out of order
+  int open = 0;
+  for (std::size_t i = 1; i < hand->recording.samples.size(); ++i) {
+    EXPECT_GT(hand->recording.samples[i].stamp.hand, hand->recording.samples[i - 1].stamp.hand);
+    open += i > 30 && !hand->recording.samples[i].clutch;
+  }
+  EXPECT_GT(open, 0);   // where it could not be trusted
+  EXPECT_LT(open, 20);  // and it was trusted again
+  RecordingOptions none;
+  none.from = 1e6;
+  EXPECT_FALSE(hand_of_session(*session, none, {}));
+  const auto report = report_of_session(*session, "");
+  ASSERT_FALSE(report);
+  EXPECT_NE(report.error().message.find("nothing was planned"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace steadyhand

@@ -1,0 +1,213 @@
+// What the operator feels: engaging again and again, the edge of the reach, the arm's own body, singularities.
+#include <fmt/format.h>
+
+#include <random>
+
+#include "support/virtual_session.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// Largest changes from one command to the next.
+struct Steps {
+  double q = 0.0, dq = 0.0;
+  JointCommand last;
+  void add(const JointCommand& c) {
+    if (last.q.size() > 0) {
+      q = std::max(q, (c.q - last.q).cwiseAbs().maxCoeff());
+      dq = std::max(dq, (c.dq - last.dq).cwiseAbs().maxCoeff());
+    }
+    last = c;
+  }
+};
+
+/// Grips a hundred times, often before the arm has come to rest; the hand goes elsewhere in between if `anywhere`.
+Steps grip_a_hundred_times(bool anywhere, std::vector<JointVector>& commands) {
+  VirtualSession session;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  Pose offset;
+  const auto sweep = sweeping({0.1, 0.15, 0.1}, 3.0);
+  session.hand = [&](double t) {
+    const Pose pose = sweep(t);
+    return Pose{pose.p + offset.p, pose.q * offset.q};
+  };
+  Steps steps;
+  session.on_command = [&](const JointCommand& c) {
+    steps.add(c);
+    commands.push_back(c.q);
+  };
+  session.run(0.2);
+  for (int i = 0; i < 100; ++i) {
+    session.clutch = false;
+    session.run(0.1 + 0.1 * unit(random));
+    const Vector3 p(unit(random), unit(random), unit(random)), axis(unit(random), unit(random), unit(random));
+    if (anywhere) offset = {p, Quaternion(Eigen::AngleAxisd(M_PI * unit(random), axis.normalized()))};
+    if (!anywhere) (void)unit(random);
+    EXPECT_TRUE(session.grip()) << i << ": " << session.view.reason;
+    session.run(0.3);
+  }
+  session.expect_safe();
+  return steps;
+}
+
+TEST(Motion, FirstMovesAreSlowUntilAGripAfterThem) {
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  options.first_share = 0.25;
+  options.first_moves = 1.0;
+  VirtualSession session(options);
+  session.hand = sweeping({0.3, 0.3, 0.2}, 4.0);
+  double speed = 0.0, acceleration = 0.0;  // shares of the limits
+  session.on_command = [&](const JointCommand& c) {
+    speed = std::max(speed, (c.dq.cwiseAbs().array() / ur5e().velocity_max.array()).maxCoeff());
+    acceleration = std::max(acceleration, (c.ddq.cwiseAbs().array() / ur5e().acceleration_max.array()).maxCoeff());
+  };
+  session.run(0.2);
+  for (int grips = 0; grips < 2; ++grips) {  // the second comes before first_moves have passed
+    ASSERT_TRUE(session.grip()) << session.view.reason;
+    session.run(grips == 0 ? 0.4 : 1.5);  // the end of first_moves changes nothing before the next grip
+    session.clutch = false;
+    ASSERT_TRUE(session.run_until([&] { return session.at_rest(); }, 2.0));
+    EXPECT_LT(speed, 0.25 + 1e-4);
+    EXPECT_LT(acceleration, 0.25 + 1e-4);
+  }
+  EXPECT_GT(speed, 0.2);
+  EXPECT_GT(acceleration, 0.2);
+  speed = acceleration = 0.0;
+  ASSERT_TRUE(session.grip()) << session.view.reason;
+  session.run(1.5);
+  EXPECT_GT(speed, 0.5);
+  EXPECT_GT(acceleration, 0.5);
+  session.expect_safe();
+}
+
+TEST(Motion, WhereTheHandIsAtAHundredGripsMakesNoDifference) {
+  std::vector<JointVector> here, there;
+  const Steps ordinary = grip_a_hundred_times(false, here), anywhere = grip_a_hundred_times(true, there);
+  ASSERT_EQ(here.size(), there.size());
+  double apart = 0.0;
+  for (std::size_t i = 0; i < here.size(); ++i) apart = std::max(apart, (here[i] - there[i]).cwiseAbs().maxCoeff());
+  EXPECT_LT(apart, 1e-3);
+  EXPECT_LE(anywhere.q, 1.01 * ordinary.q);
+  EXPECT_LE(anywhere.dq, 1.01 * ordinary.dq);
+}
+
+/// A hand that goes out by `away` in 2 s, wanders across there for 5 s, and comes back in 2 s.
+std::function<Pose(double)> push(double begin, const Vector3& away, const Vector3& across) {
+  return [=](double time) {
+    const double t = time - begin;
+    const auto smooth = [](double x) { return x <= 0.0 ? 0.0 : x >= 1.0 ? 1.0 : x * x * (3.0 - 2.0 * x); };
+    const double out = smooth(t / 2.0) * (1.0 - smooth((t - 7.0) / 2.0));
+    Pose pose;
+    pose.p = out * away + out * std::sin(2.0 * (t - 2.0)) * across;
+    return pose;
+  };
+}
+
+/// m/s: the hand itself comes back with up to 0.7 m/s, and the glass has to catch up with it.
+constexpr double kCalm = 1.3;
+
+struct PushResult {
+  double longest_freeze = 0.0;  ///< s, the glass below 1 mm/s while the hand wandered faster than 0.1 m/s
+  double fastest = 0.0;         ///< m/s, of the glass, on the way back
+};
+
+PushResult push_and_return(VirtualSession& session, const Vector3& away, const Vector3& across) {
+  session.run(0.2);
+  EXPECT_TRUE(session.grip());
+  session.run(0.6);
+  const double begin = session.now();
+  session.hand = push(begin, away, across);
+  PushResult result;
+  Vector3 last = session.glass(session.last_command.q).p;
+  double frozen = 0.0;
+  session.on_command = [&](const JointCommand& c) {
+    const Vector3 p = session.glass(c.q).p;
+    const double speed = (p - last).norm() / 0.002, t = session.now() - begin;
+    last = p;
+    const bool wanders = t > 2.5 && t < 6.8 && across.norm() * 2.0 * std::abs(std::cos(2.0 * (t - 2.0))) > 0.1;
+    frozen = wanders && speed < 1e-3 ? frozen + 0.002 : 0.0;
+    result.longest_freeze = std::max(result.longest_freeze, frozen);
+    if (t > 7.0) result.fastest = std::max(result.fastest, speed);
+  };
+  session.run(10.0);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+  testing::Test::RecordProperty("longest_freeze_ms", fmt::format("{}", 1e3 * result.longest_freeze));
+  testing::Test::RecordProperty("fastest_m_s", fmt::format("{}", result.fastest));
+  return result;
+}
+
+/// At planning rates from slow to every control cycle, Hz.
+struct Pushed : testing::TestWithParam<double> {
+  VirtualSession session{VirtualSession::Options::at_rate(GetParam())};
+};
+INSTANTIATE_TEST_SUITE_P(, Pushed, testing::Values(50.0, 250.0),
+                         [](const auto& param) { return fmt::format("At{}Hz", param.param); });
+
+TEST_P(Pushed, BeyondTheReachItMovesAlongTheEdgeAndComesBackCalmly) {
+  const PushResult result = push_and_return(session, {0.9, 0.0, 0.0}, {0.0, 0.2, 0.1});
+  EXPECT_LE(result.longest_freeze, 2.0 / GetParam());
+  EXPECT_LE(result.fastest, kCalm);
+}
+
+TEST_P(Pushed, IntoItselfItMovesAlongAndComesBackCalmly) {
+  const PushResult result = push_and_return(session, {-0.5, 0.0, -0.1}, {0.0, 0.2, 0.05});
+  EXPECT_LE(result.longest_freeze, 2.0 / GetParam());
+  EXPECT_LE(result.fastest, kCalm);
+  EXPECT_LT(session.monitor().result().smallest_clearance, 0.01);  // it was pushed there
+}
+
+/// Joints that may hardly move: the arm goes to their limits, and to the last digit no further.
+TEST(Motion, ALimitOfPositionIsKeptToTheLastDigit) {
+  RobotModel model = ur5e();
+  model.position_min = model.home.array() - 0.25;
+  model.position_max = model.home.array() + 0.25;
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  options.model = &model;
+  VirtualSession session(options);
+  session.hand = sweeping({0.4, 0.5, 0.3}, 2.0);
+  double farthest = 0.0;
+  session.on_command = [&](const JointCommand& c) {
+    farthest = std::max(farthest, (c.q - model.home).cwiseAbs().maxCoeff());
+  };
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  session.run(10.0);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  EXPECT_GT(farthest, 0.249);
+  EXPECT_LE(farthest, 0.25);
+  session.expect_safe();
+}
+
+/// Hands that lead through the singularities of wrist, elbow and shoulder.
+TEST(Motion, SingularitiesStopNothing) {
+  struct Path {
+    const char* name;
+    Vector3 away, across;
+    double turn;
+  };
+  for (const Path& path :
+       {Path{"wrist", {0.0, 0.0, 0.1}, {0.0, 0.1, 0.0}, 1.9}, Path{"elbow", {0.5, 0.0, 0.1}, {0.0, 0.1, 0.1}, 0.0},
+        Path{"shoulder", {-0.55, 0.0, 0.4}, {0.1, 0.15, 0.0}, 0.0}}) {
+    VirtualSession session;
+    session.run(0.2);
+    ASSERT_TRUE(session.grip());
+    const double begin = session.now();
+    const auto base = push(begin, path.away, path.across);
+    session.hand = [&](double t) {
+      Pose pose = base(t);
+      pose.q = Eigen::AngleAxisd(path.turn * std::sin(0.5 * (t - begin)), Vector3::UnitZ());
+      return pose;
+    };
+    for (int i = 0; i < 5000; ++i) {
+      session.cycle();
+      ASSERT_EQ(session.state(), SupervisionState::kEngaged) << path.name << ": " << session.view.reason;
+    }
+    EXPECT_EQ(session.planner_view.failed, 0u) << path.name;
+    session.expect_safe();
+  }
+}
+
+}  // namespace
+}  // namespace steadyhand

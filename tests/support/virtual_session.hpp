@@ -1,0 +1,218 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+#include <memory>
+
+#include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/live/control_stage.hpp"
+#include "steadyhand/live/monitor.hpp"
+#include "steadyhand/live/planning_stage.hpp"
+#include "support/manual_clock.hpp"
+
+namespace steadyhand {
+
+inline const RobotModel& ur5e() {
+  static const Result<RobotModel> model = open_robot("ur5e");
+  EXPECT_TRUE(model) << model.error().message;
+  return *model;
+}
+
+/// A live session on one thread and a clock that only it moves: the stages of the real one, called in the order of
+/// their time. Faults go in between.
+class VirtualSession {
+ public:
+  struct Options {
+    const RobotModel* model = &ur5e();
+    std::string profile = "waiter";
+    double planner_rate_hz = 50.0;
+    double solve_time = 0.003;  ///< s that a plan takes to reach control
+    double scale = 1.0;
+    double first_moves = 0.0, first_share = 1.0;
+    SolveBudget budget;
+    SimulatedArmSettings arm;
+    /// Makes another arm than that.
+    std::function<std::unique_ptr<Arm>(Clock&)> make_arm;
+
+    static Options at_rate(double hz) {
+      Options options;
+      options.planner_rate_hz = hz;
+      options.solve_time = std::min(options.solve_time, 0.4 / hz);
+      return options;
+    }
+  };
+
+  explicit VirtualSession(const Options& options) : options_(options), model_(*options.model) {
+    arm_ = options.make_arm ? options.make_arm(clock_)
+                            : std::make_unique<SimulatedArm>(model_, model_.home, options.arm, clock_);
+    const auto profile = load_profile(options.profile);
+    EXPECT_TRUE(profile) << profile.error().message;
+    PlanningSettings planning;
+    planning.ocp = profile->ocp;
+    planning.retarget.scale = options.scale;
+    planning.retarget.yaw = 0.0;
+    planning.first_moves = options.first_moves;
+    planning.first_share = options.first_share;
+    planning.retarget.ramp = 0.5;
+    planning.cycle = 1.0 / arm_->info().rate_hz;
+    planning.planner.budget = options.budget;
+    planning.lead = PlanningSettings::default_lead(1.0 / options.planner_rate_hz);
+    auto stage = PlanningStage::make(model_, planning, planner_side_, clock_);
+    EXPECT_TRUE(stage) << stage.error().message;
+    planning_ = std::move(*stage);
+    ControlSettings control;
+    control.arm_delay = arm_->info().delay;
+    control_ = std::make_unique<ControlStage>(model_, control, control_side_);
+    monitor_ = std::make_unique<Monitor>(model_, GlassSettings{});
+    next_step_ = next_sample_ = clock_.now();
+  }
+  /// At 50 Hz, where a test takes a moment; STEADYHAND_TEST_RATE runs all of them at another rate.
+  VirtualSession() : VirtualSession(Options::at_rate(usual_rate())) {}
+  static double usual_rate() {
+    const char* rate = std::getenv("STEADYHAND_TEST_RATE");
+    return rate == nullptr ? 50.0 : std::atof(rate);
+  }
+
+  /// What the hand does at a time: each 11 ms its sample goes through `channel`, which calls `deliver` for what
+  /// arrives.
+  std::function<Pose(double t)> hand = [](double) { return Pose{}; };
+  bool clutch = false;
+  std::function<void(OperatorSample)> channel = [this](const OperatorSample& sample) { deliver(sample); };
+  bool planner_runs = true;
+  /// Called before (true) and after (false) each step of a stage.
+  std::function<void(bool begins)> around_control = [](bool) {}, around_planner = [](bool) {};
+  /// Called for what the arm reports in each cycle.
+  std::function<void(const ArmState&)> on_state = [](const ArmState&) {};
+  /// Called for every command before the arm gets it.
+  std::function<void(const JointCommand&)> on_command = [](const JointCommand&) {};
+
+  void deliver(OperatorSample sample) {
+    sample.stamp.made = clock_.now();
+    planner_side_.samples.push({sample, planner_side_.holder});
+  }
+
+  void run(double seconds) {
+    const Time end = clock_.now() + from_seconds(seconds);
+    while (clock_.now() < end) cycle();
+  }
+  /// Runs until the condition holds; false if it does not within `seconds`.
+  bool run_until(const std::function<bool()>& condition, double seconds) {
+    const Time end = clock_.now() + from_seconds(seconds);
+    while (clock_.now() < end && !condition()) cycle();
+    return condition();
+  }
+  /// Opens and closes the clutch and waits until the arm follows.
+  bool grip() {
+    clutch = false;
+    run(0.05);
+    clutch = true;
+    return run_until([&] { return state() == SupervisionState::kEngaged; }, 0.5);
+  }
+
+  void cycle() {
+    const ArmState measured = arm_->receive();
+    on_state(measured);
+    const Time now = measured.joints.stamp.made;
+    for (; next_sample_ <= clock_.now(); next_sample_ += std::chrono::milliseconds(11)) {
+      OperatorSample sample;
+      sample.stamp = {next_sample_, next_sample_};
+      sample.X_operator_hand = hand(to_seconds(next_sample_));
+      sample.clutch = clutch;
+      channel(sample);
+    }
+    HandReport report;
+    if (planner_side_.hand.read(report)) control_side_.hand.write(report);
+    if (plan_due_ <= clock_.now() && planner_side_.plan.read(plan_)) control_side_.plan.write(plan_);
+    around_control(true);
+    const ControlStage::Output& output = control_->step(measured);
+    around_control(false);
+    if (output.restart_arm) arm_->restart();
+    on_command(output.command);
+    if (output.follows != nullptr) arm_->follow(*output.follows);
+    arm_->send(output.command);
+    // What an arm is told to follow is what its commands are samples of, whatever goes wrong.
+    if (output.follows != nullptr) followed_ = *output.follows;
+    const JointCommand planned = sample(followed_, output.command.stamp.made);
+    EXPECT_TRUE(planned.q == output.command.q && planned.dq == output.command.dq) << to_seconds(now);
+    last_command = output.command;
+    TappedCommand tapped;
+    while (control_side_.taps.commands.pop(tapped)) monitor_->update(tapped.command, tapped.anew);
+    JointState joints;
+    while (control_side_.taps.states.pop(joints)) monitor_->update(joints);
+    (void)control_side_.control_view.read(view);
+
+    if (now < next_step_) return;
+    if (planner_runs) {
+      ControlReport told;
+      if (control_side_.report.read(told)) planner_side_.report.write(told);
+      if (control_side_.followed.read(followed_)) planner_side_.followed.write(followed_);
+      around_planner(true);
+      planning_->step(clock_.now());
+      around_planner(false);
+      plan_due_ = clock_.now() + from_seconds(options_.solve_time);
+      (void)planner_side_.planner_view.read(planner_view);
+    }
+    while (next_step_ <= clock_.now()) next_step_ += from_seconds(1.0 / options_.planner_rate_hz);
+  }
+
+  SupervisionState state() const { return control_->state(); }
+  bool at_rest() const { return view.at_rest; }
+  void ask_stop() { control_side_.asked.stop(); }
+  void fail(const char* why) { control_side_.failure = why; }
+  void ask_reset() { control_side_.asked.reset(); }
+  Pose glass(const JointVector& q) {
+    kinematics_.set_position(q);
+    return {kinematics_.p(), Quaternion(kinematics_.R())};
+  }
+  SimulatedArm& arm() { return dynamic_cast<SimulatedArm&>(*arm_); }
+  ManualClock& clock() { return clock_; }
+  double now() const { return to_seconds(clock_.now()); }
+  const Monitor& monitor() const { return *monitor_; }
+  Options& options() { return options_; }
+  /// Hand to the first command made from it.
+  TimingSummary latency_us() const { return control_side_.latency_us.summary(); }
+  Links& planner_side() { return planner_side_; }
+  PlanningStage& planning() { return *planning_; }
+
+  ControlView view;
+  PlannerView planner_view;
+  JointCommand last_command;
+
+  /// What must hold whatever was done to it. Call at the end of every test. @param forced the arm was moved by force
+  void expect_safe(bool forced = false) const {
+    const MonitorResult& seen = monitor_->result();
+    EXPECT_TRUE(seen.beyond_limits == 0 && seen.in_contact == 0 && (forced || seen.too_fast == 0))
+        << to_text(seen, model_);
+    EXPECT_GT(seen.commands, 0u);
+  }
+
+ private:
+  Options options_;
+  const RobotModel& model_;
+  ManualClock clock_;
+  std::unique_ptr<Arm> arm_;
+  Links planner_side_, control_side_;  ///< what lies between them is the solve time
+  std::unique_ptr<PlanningStage> planning_;
+  std::unique_ptr<ControlStage> control_;
+  std::unique_ptr<Monitor> monitor_;
+  Kinematics kinematics_{model_};
+  Plan plan_, followed_;
+  Time next_step_, next_sample_, plan_due_{0};
+};
+
+/// A hand that sweeps smoothly through `extent` m in x, y and z.
+inline std::function<Pose(double)> sweeping(const Vector3& extent, double speed = 2.0) {
+  return [=](double t) {
+    Pose pose;
+    pose.p = Vector3(extent.x() * std::sin(speed * t), extent.y() * std::sin(1.3 * speed * t + 1.0),
+                     extent.z() * std::sin(0.7 * speed * t + 2.0));
+    pose.q = Eigen::AngleAxisd(0.2 * std::sin(speed * t), Vector3::UnitZ());
+    return pose;
+  };
+}
+
+}  // namespace steadyhand
