@@ -1,6 +1,7 @@
-"""The adversary (tests/soak/adversary.py) for some minutes, in the long tier."""
+"""The adversary (tests/soak/adversary.py): a minute with seeds that are always the same and with others in each run, and minutes in the long tier."""
 
 import os
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -15,10 +16,15 @@ def attack(folder, seconds, seed, **environment):
                           capture_output=True, text=True, timeout=4 * seconds + 120, env={**os.environ, **environment})
 
 
-@pytest.mark.long
-def test_the_judge_finds_no_promise_broken(tmp_path):
-    result = attack(tmp_path, 300, 101)
-    assert result.returncode == 0, result.stdout[-6000:] + result.stderr[-2000:]
+@pytest.mark.parametrize("seconds, seed", [
+    pytest.param(30, 101, id="the same seeds"),
+    pytest.param(40, None, id="other seeds"),
+    pytest.param(300, None, id="minutes", marks=pytest.mark.long),
+])
+def test_the_judge_finds_no_promise_broken(tmp_path, seconds, seed):
+    seed = seed or random.SystemRandom().randrange(1_000, 1_000_000)
+    result = attack(tmp_path, seconds, seed)
+    assert result.returncode == 0, f"again: adversary.py --seconds {seconds} --seed {seed}\n" + result.stdout[-6000:] + result.stderr[-2000:]
 
 
 @pytest.mark.long

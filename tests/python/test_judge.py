@@ -265,6 +265,16 @@ def crashes(s):
     s.log.append(dict(t=9.99, kind="end", how="gone", code=-11, took=0.0, said=""))
 
 
+def ends_in_disorder(s):
+    s.drop("end")
+    s.log.append(dict(t=9.99, kind="end", how="told", code=2, took=0.5, said="5000 looked at, 0 beyond a limit, 0 in contact", unread=False, deaf=False))
+
+
+def ends_without_a_word(s):
+    s.drop("end")
+    s.log.append(dict(t=9.99, kind="end", how="told", code=0, took=0.5, said="", unread=True, deaf=False))
+
+
 def is_not_served(s):
     s.log.append(dict(t=4.0, kind="failed", what="a newcomer was not served"))
 
@@ -285,7 +295,7 @@ def says_too_little(s):
     (late_stop, "stop obeyed"), (a_lost_stop, "stop obeyed"), (a_stop_lost_beside_reset, "stop obeyed"),
     (undone_by_itself, "stop undone"), (undone_by_a_reset_before, "stop undone"), (reset_by_a_stranger, "stop undone"),
     (no_rest_after_stop, "stop obeyed"), (an_old_grip, "fresh grip"), (a_playback_after_a_stop, "no living hand"),
-    (hangs, "ends"), (crashes, "ends"), (is_not_served, "served"), (says_too_little, "summary"),
+    (hangs, "ends"), (crashes, "ends"), (ends_in_disorder, "ends"), (ends_without_a_word, "summary"), (is_not_served, "served"), (says_too_little, "summary"),
 ])
 def test_each_rule_finds_what_it_is_for(sheet, doctor, rule):
     doctor(sheet)
@@ -313,7 +323,14 @@ def reset_of_another_within_the_race(s):
     s.request(6.0005, "stop", "x")  # on another socket: nobody knows which came first
 
 
-@pytest.mark.parametrize("doctor", [a_stop_in_a_pause, granted_long_after_it_was_asked_for, stop_then_reset, reset_of_another_within_the_race])
+def nobody_read_how_it_ended(s):
+    """What is printed is dropped then, and the exit code tells it."""
+    s.drop("end")
+    s.log.append(dict(t=9.99, kind="end", how="told", code=2, took=4.0, said="", unread=True, deaf=True))
+
+
+@pytest.mark.parametrize("doctor", [a_stop_in_a_pause, granted_long_after_it_was_asked_for, stop_then_reset, reset_of_another_within_the_race,
+                                    nobody_read_how_it_ended])
 def test_what_is_allowed_breaks_nothing(sheet, doctor):
     doctor(sheet)
     assert sheet.rules() == set()

@@ -153,11 +153,11 @@ def program_rules(session, log, found):
         at = e["t"] - (log.begin or log.entries[0]["t"])
         if e["code"] is None:
             yield ("ends", at, f"was still there {e['took']:.0f} s after it was {e['how']}")
-        elif e["how"] != "killed" and e["code"] != 0:
+        elif e["how"] != "killed" and e["code"] != 0 and not (e["code"] == 2 and e.get("unread")):
             yield ("ends", at, f"exit code {e['code']} after it was {e['how']}: {e['said'][-300:]}")
         said = re.search(r"(\d+) looked at, (\d+) beyond a limit, (\d+) in contact", e["said"])
         if not said:
-            if e["how"] == "told":
+            if e["how"] == "told" and not e.get("deaf"):
                 yield ("summary", at, "none was printed")
             continue
         kinds = {rule.split()[-1] for rule, _, _ in found}

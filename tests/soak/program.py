@@ -25,6 +25,7 @@ class Program:
         fcntl.fcntl(self.output, F_SETPIPE_SIZE, 4096)
         os.set_blocking(self.output, False)
         self.said, self.codes, self.deaf, self.port = "", [], False, None
+        self.unread = False  # nobody read for a while: it may drop what it prints, and says so by its exit code
         deadline = time.monotonic() + 60.0
         while self.port is None:
             if self.process.poll() is not None or time.monotonic() > deadline:
@@ -35,6 +36,7 @@ class Program:
     def listen(self):
         """Reads what it printed, unless nobody is to read it now."""
         if self.deaf:
+            self.unread = True
             return
         try:
             while more := os.read(self.output, 65536):
@@ -80,11 +82,11 @@ class Program:
             time.sleep(0.02)
             self.listen()
         code = self.process.poll()
-        self.deaf = False
+        deaf, self.deaf = self.deaf, False
         if code is None:
             self.process.kill()
             self.process.wait()
         self.listen()
         self.log("end", t=begin, how="gone before it was told" if died else how, code=code,
-                 took=time.monotonic() - begin, said=self.said)
+                 took=time.monotonic() - begin, said=self.said, unread=self.unread, deaf=deaf)
         self.process.stdout.close()
