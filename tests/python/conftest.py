@@ -11,3 +11,11 @@ atexit.register(shutil.rmtree, os.environ["XDG_DATA_HOME"], ignore_errors=True)
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "long: takes minutes; only in `./steadyhand test --long`")
+
+
+# Files run side by side (pytest-xdist): those that take longest begin first.
+LONGEST = ["test_page", "test_live_faults", "test_adversary", "test_sessions", "test_report", "test_first_hour_ur", "test_ros2", "test_solve_against_casadi"]
+
+
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST))
