@@ -266,7 +266,7 @@ TEST_F(Recorded, WhatTheOperatorSetComesBackAndIsReplayed) {
   ASSERT_TRUE(hand) << hand.error().message;
   EXPECT_NEAR(to_seconds(hand->changes[1].at), 2.0, 0.02);
   ReplaySettings same, changed;
-  same.ocp = changed.ocp = load_profile("waiter")->ocp;
+  same.pipeline = changed.pipeline = PipelineSettings(*load_profile("waiter"));
   changed.changes = hand->changes;
   same.changes = {hand->changes[0]};
   const auto driven = replay(ur5e(), hand->recording, changed, {}), without = replay(ur5e(), hand->recording, same, {});

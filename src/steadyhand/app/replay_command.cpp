@@ -84,12 +84,11 @@ Result<SessionHand> open_session(Options& options, const Places& places) {
 Result<ProfileResult> run_profile(const Options& options, const RobotModel& model, const Recording& recording,
                                   const Profile& profile, ProgressBar& bar) {
   ReplaySettings settings;
-  settings.rate_hz = options.rate_hz;
-  settings.retarget = options.retarget;
-  settings.ocp = profile.ocp;
+  settings.pipeline = PipelineSettings(profile);
+  settings.pipeline.rate_hz = options.rate_hz;
+  settings.pipeline.retarget = options.retarget;
+  if (!options.solver.empty()) settings.pipeline.planner.solver = options.solver;
   settings.changes = options.changes;
-  settings.planner.solver = options.solver.empty() ? profile.solver : options.solver;
-  settings.planner.tolerance = profile.tolerance;
 
   const fs::path folder = options.out / profile.name;
   std::error_code failed;
@@ -101,9 +100,9 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
                            {"robot", model.name},
                            {"profile", profile.name},
                            {"weights", describe_weights(profile.ocp)},
-                           {"solver", settings.planner.solver},
-                           {"rate_hz", fmt::format("{}", settings.rate_hz)},
-                           {"scale", fmt::format("{}", settings.retarget.scale)}};
+                           {"solver", settings.pipeline.planner.solver},
+                           {"rate_hz", fmt::format("{}", options.rate_hz)},
+                           {"scale", fmt::format("{}", options.retarget.scale)}};
   Result<Recorder> recorder = Recorder::create(folder / "session.mcap", recorder_settings);
   if (!recorder) return recorder.error();
   if (Status s = recorder->add_metadata("robot", {{"json", robot_json(model)}}); !s) return s.error();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "steadyhand/pipeline/pipeline.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/track/sample.hpp"
@@ -61,10 +62,7 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
   }
   const Reach reach = compute_reach(model);
   PlanningSettings resolved = settings;
-  resolved.predictor.horizon = settings.ocp.horizon;
-  resolved.predictor.dt = settings.ocp.dt;
-  resolved.predictor.reach_center = reach.center;
-  resolved.predictor.reach = reach.radius;
+  resolved.predictor = complete(settings.predictor, settings.ocp, reach);
   // The gate has judged every sample before it comes to the retargeter.
   resolved.retarget.accept_emulated = true;
   return std::unique_ptr<PlanningStage>(
@@ -187,11 +185,10 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
       if (new_grip) change_gear();
       gear_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
     }
-    OperatorSample released = trusted_;
-    released.clutch = false;
-    (void)retargeter_.update(released, X_base_tool);
-    released.clutch = true;
-    send_target(retargeter_.update(released, X_base_tool));
+    OperatorSample grip = trusted_;
+    grip.clutch = true;
+    retargeter_.release();
+    send_target(retargeter_.update(grip, X_base_tool));
   } else if (!follow && following_) {
     // The glass as the hand held it last, where it is when it stops.
     gear_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);

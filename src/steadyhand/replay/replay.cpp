@@ -4,43 +4,33 @@
 
 #include <cmath>
 
-#include "steadyhand/robot/reach.hpp"
 #include "steadyhand/record/step_describer.hpp"
-#include "steadyhand/track/tracker.hpp"
 
 namespace steadyhand {
 
 namespace {
 
-/// One run: the stages in the order of the arrows, and the clock of the recording.
+/// One run by the clock of the recording.
 class Run {
  public:
-  Run(const RobotModel& model, const ReplaySettings& settings, std::unique_ptr<Planner> planner, const ReplayTaps& taps)
-      : settings_(settings),
-        taps_(taps),
-        retargeter_(settings.retarget),
-        predictor_(settings.predictor),
-        planner_(std::move(planner)),
-        tracker_(model.home),
-        describer_(planner_->ocp()),
-        arm_(model) {}
+  Run(const ReplaySettings& settings, Pipeline& pipeline, const ReplayTaps& taps)
+      : settings_(settings), taps_(taps), pipeline_(pipeline), describer_(pipeline.planner().ocp()) {}
 
   /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
   Status step(Time now, Time next, ReplayResult& result) {
     if (Status s = change_settings(now); !s) return s;
-    const Reference reference = predictor_.predict(now);
-    if (Status s = tap(reference); !s) return s;
-    const Plan& plan = planner_->update(reference);
+    const Plan& plan = pipeline_.plan(now);
+    const Planner& planner = pipeline_.planner();
+    if (Status s = tap(planner.instance().reference); !s) return s;
     if (Status s = tap(plan); !s) return s;
-    tracker_.follow(plan);
     result.steps.push_back(describe_step(now));
     if (Status s = tap(result.steps.back()); !s) return s;
     if (taps_.keep_problems) {
       result.problems.push_back(
-          to_record(planner_->ocp(), planner_->instance(), planner_->guess(), settings_.planner.tolerance));
+          to_record(planner.ocp(), planner.instance(), planner.guess(), settings_.pipeline.planner.tolerance));
     }
     for (; command_time() < next; ++commands_) {
-      const JointCommand command = tracker_.update(command_time());
+      const JointCommand command = pipeline_.command(command_time());
       const JointState state{command.stamp, command.q, command.dq};  // the arm follows exactly
       if (Status s = tap(command); !s) return s;
       if (Status s = tap(state); !s) return s;
@@ -53,13 +43,13 @@ class Run {
   Status change_settings(Time now) {
     for (; changed_ < settings_.changes.size() && settings_.changes[changed_].at <= now; ++changed_) {
       const SettingsChange& change = settings_.changes[changed_];
-      retargeter_.set_scale(change.scale);
-      retargeter_.set_yaw(change.yaw);
+      pipeline_.retargeter().set_scale(change.scale);
+      pipeline_.retargeter().set_yaw(change.yaw);
       if (change.weights.empty()) continue;
-      const Result<std::vector<JointVector>> weights = planner_->ocp().weights(change.weights);
+      const Result<std::vector<JointVector>> weights = pipeline_.planner().ocp().weights(change.weights);
       if (!weights)
         return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), weights.error().message)};
-      planner_->set_weights(*weights);
+      pipeline_.planner().set_weights(*weights);
     }
     return Done{};
   }
@@ -67,10 +57,8 @@ class Run {
   Status feed(const OperatorSample& sample) {
     if (Status s = change_settings(sample.stamp.hand); !s) return s;
     if (Status s = tap(sample); !s) return s;
-    arm_.set_position(tracker_.update(sample.stamp.hand).q);
-    const Target target = retargeter_.update(sample, {arm_.p(), Quaternion(arm_.R())});
-    predictor_.update(target);
-    return tap(target);
+    if (Status s = pipeline_.feed(sample); !s) return s;
+    return tap(pipeline_.target());
   }
 
  private:
@@ -85,10 +73,12 @@ class Run {
   }
 
   PlanStep describe_step(Time now) {
-    const Solution& solution = planner_->solution();
-    PlanStep step = describer_.describe(planner_->plan(), now, planner_->instance(), solution.trajectory);
-    step.X_base_target = predictor_.at(now);
-    step.engaged = predictor_.newest().engaged;
+    const Planner& planner = pipeline_.planner();
+    const Predictor& predictor = pipeline_.predictor();
+    const Solution& solution = planner.solution();
+    PlanStep step = describer_.describe(planner.plan(), now, planner.instance(), solution.trajectory);
+    step.X_base_target = predictor.at(now);
+    step.engaged = predictor.newest().engaged;
     step.iterations = solution.iterations;
     step.solve_time_us = solution.time_us;
     step.objective = solution.objective;
@@ -97,12 +87,8 @@ class Run {
 
   const ReplaySettings& settings_;
   const ReplayTaps& taps_;
-  Retargeter retargeter_;
-  Predictor predictor_;
-  std::unique_ptr<Planner> planner_;
-  Tracker tracker_;
+  Pipeline& pipeline_;
   StepDescriber describer_;
-  Kinematics arm_;
   std::int64_t commands_ = 0;
   std::size_t changed_ = 0;  ///< how many of the changes are in force
 };
@@ -111,28 +97,22 @@ class Run {
 
 Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
                             const ReplayTaps& taps) {
-  if (!(settings.rate_hz >= 1.0) || settings.rate_hz > settings.command_rate_hz) {
-    return Error{fmt::format("rate is {} Hz; it must be from 1 to {} Hz, the arm's rate", settings.rate_hz,
+  const double rate_hz = settings.pipeline.rate_hz;
+  if (!(rate_hz >= 1.0) || rate_hz > settings.command_rate_hz) {
+    return Error{fmt::format("rate is {} Hz; it must be from 1 to {} Hz, the arm's rate", rate_hz,
                              settings.command_rate_hz)};
   }
-  auto planner = Planner::make(model, settings.ocp, settings.planner);
-  if (!planner) return planner.error();
-
-  ReplaySettings resolved = settings;
-  const Reach reach = compute_reach(model);
-  resolved.predictor.horizon = settings.ocp.horizon;
-  resolved.predictor.dt = settings.ocp.dt;
-  resolved.predictor.reach_center = reach.center;
-  resolved.predictor.reach = reach.radius;
+  auto pipeline = Pipeline::make(model, settings.pipeline);
+  if (!pipeline) return pipeline.error();
 
   ReplayResult result;
-  Run run(model, resolved, std::move(*planner), taps);
+  Run run(settings, **pipeline, taps);
   const Time first = recording.samples.front().stamp.hand, last = recording.samples.back().stamp.hand;
-  const auto steps = static_cast<std::int64_t>(std::floor(to_seconds(last - first) * settings.rate_hz)) + 1;
+  const auto steps = static_cast<std::int64_t>(std::floor(to_seconds(last - first) * rate_hz)) + 1;
   std::size_t fed = 0;
   for (std::int64_t i = 0; i < steps; ++i) {
-    const Time now = from_seconds(static_cast<double>(i) / settings.rate_hz);
-    const Time next = from_seconds(static_cast<double>(i + 1) / settings.rate_hz);
+    const Time now = from_seconds(static_cast<double>(i) / rate_hz);
+    const Time next = from_seconds(static_cast<double>(i + 1) / rate_hz);
     for (; fed < recording.samples.size() && recording.samples[fed].stamp.hand - first <= now; ++fed) {
       OperatorSample sample = recording.samples[fed];
       sample.stamp.hand -= first;

@@ -5,23 +5,17 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/input/recording.hpp"
-#include "steadyhand/plan/planner.hpp"
-#include "steadyhand/predict/predictor.hpp"
+#include "steadyhand/pipeline/pipeline.hpp"
 #include "steadyhand/record/problem_json.hpp"
 #include "steadyhand/record/recorder.hpp"
 #include "steadyhand/record/settings_change.hpp"
 #include "steadyhand/record/step.hpp"
-#include "steadyhand/retarget/retargeter.hpp"
 
 namespace steadyhand {
 
 struct ReplaySettings {
-  double rate_hz = 20.0;           ///< of re-planning
+  PipelineSettings pipeline;
   double command_rate_hz = 500.0;  ///< of the arm
-  RetargetSettings retarget;
-  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
-  OcpSettings ocp;
-  PlannerSettings planner;
   /// What the operator changed on the way, in order; times count from the recording's first sample.
   std::vector<SettingsChange> changes;
 };
@@ -39,7 +33,7 @@ struct ReplayTaps {
   std::function<void(double fraction)> progress;  ///< called now and then; may be empty
 };
 
-/// Sends a recording through retargeting, prediction, planning and tracking, in the recording's own time, as it would
+/// Sends a recording through a Pipeline, in the recording's own time, as it would
 /// go live with a planner that needs no time and an arm that follows exactly. Equal input gives equal results, but for
 /// solve times. Fails on settings or changes out of range, with the reason.
 Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,

@@ -42,6 +42,9 @@ class Retargeter {
   /// sample after them engages anew.
   Target update(const OperatorSample& sample, const Pose& X_base_tool_now);
 
+  /// Lets go: the next good sample engages anew.
+  void release() { engaged_ = false; }
+
   /// For motion from here on: the target does not step. @param scale > 0
   void set_scale(double scale);
   void set_yaw(double yaw);  ///< rad

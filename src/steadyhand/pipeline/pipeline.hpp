@@ -1,0 +1,85 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/plan/planner.hpp"
+#include "steadyhand/predict/predictor.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
+#include "steadyhand/robot/reach.hpp"
+#include "steadyhand/track/tracker.hpp"
+
+namespace steadyhand {
+
+/// What the caller of a predictor need not say, as it follows from the problem and the arm: horizon, dt and reach.
+PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, const Reach& reach);
+
+struct PipelineSettings {
+  double rate_hz = 20.0;  ///< plans a second, that update() makes
+  RetargetSettings retarget;
+  PredictorSettings predictor;  ///< horizon, dt and reach are set from the problem and the robot
+  OcpSettings ocp;
+  PlannerSettings planner;
+
+  PipelineSettings() = default;
+  /// As the profile has it: its problem, solver and tolerance.
+  explicit PipelineSettings(const Profile& profile);
+};
+
+/// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, wired as the program wires
+/// them. The arm is taken to follow its commands. One thread; `make` takes the memory.
+///
+///     auto arm = Pipeline::make("ur5e", "waiter");
+///     (*arm)->feed({{now, now}, X_operator_hand, clutch});
+///     JointCommand command = (*arm)->update(now);
+class Pipeline {
+ public:
+  /// Robot and profile by name or file, as the program takes them. Fails where those cannot be read, with the reason.
+  static Result<std::unique_ptr<Pipeline>> make(const std::string& robot, const std::string& profile,
+                                                const Places& places = Places::standard());
+  /// Fails on unknown names of solver or terms and on numbers out of range, with the reason.
+  static Result<std::unique_ptr<Pipeline>> make(RobotModel model, const PipelineSettings& settings);
+
+  /// The hand at one time; times count from any epoch, that of update(). Engages with the clutch and lets go with it.
+  /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion that is not of length 1.
+  Status feed(const OperatorSample& sample);
+  /// The set-point of the arm at `now`. Makes a new plan first if the last is older than a period of the rate. Call it as
+  /// often as the arm takes commands; times that go back repeat the last command.
+  JointCommand update(Time now);
+
+  /// The arm stands at q from `now` on, and a hand that grips takes hold of it there anew. q: rad (m), n of them. Fails,
+  /// and changes nothing, on another count, numbers that are not finite or beyond the arm's limits.
+  Status reset(const JointVector& q, Time now);
+
+  // ---- The steps that update() takes, for callers with a clock of their own.
+  /// A plan from `now` on, which is followed from then on.
+  const Plan& plan(Time now);
+  /// The followed plan at `now`.
+  JointCommand command(Time now) const { return tracker_.update(now); }
+
+  const RobotModel& model() const { return *model_; }
+  const Target& target() const { return target_; }  ///< where the newest sample wants the controlled frame
+  Retargeter& retargeter() { return retargeter_; }
+  Predictor& predictor() { return predictor_; }
+  const Predictor& predictor() const { return predictor_; }
+  Planner& planner() { return *planner_; }
+  const Planner& planner() const { return *planner_; }
+
+ private:
+  Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettings& settings, std::unique_ptr<Planner> planner);
+
+  std::unique_ptr<const RobotModel> model_;  ///< stays where it is: planner and kinematics point to it
+  Time period_;
+  Retargeter retargeter_;
+  Predictor predictor_;
+  std::unique_ptr<Planner> planner_;
+  Tracker tracker_;
+  Kinematics arm_;
+  Target target_;
+  bool fed_ = false, planned_ = false;
+  Time next_plan_{0}, newest_{Time::min()};
+};
+
+}  // namespace steadyhand

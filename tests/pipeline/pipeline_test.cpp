@@ -1,0 +1,138 @@
+#include "steadyhand/pipeline/pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "steadyhand/robot/kinematics.hpp"
+
+namespace steadyhand {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::unique_ptr<Pipeline> make(const std::string& profile = "tracking") {
+  auto made = Pipeline::make("ur5e", profile);
+  if (!made) ADD_FAILURE() << made.error().message;
+  return made ? *std::move(made) : nullptr;
+}
+
+OperatorSample hand(double t, double x, bool clutch) {
+  OperatorSample sample;
+  sample.stamp = {from_seconds(t), from_seconds(t)};
+  sample.X_operator_hand.p.x() = x;
+  sample.clutch = clutch;
+  return sample;
+}
+
+Pose tool(const RobotModel& model, const JointVector& q) {
+  Kinematics arm(model);
+  arm.set_position(q);
+  return {arm.p(), Quaternion(arm.R())};
+}
+
+/// Ten centimetres in a second, sampled at 90 Hz and commanded at 500 Hz from time `from` on; the last command.
+JointCommand lead(Pipeline& arm, double from, bool clutch, double seconds = 1.0) {
+  JointCommand command;
+  double next = from;
+  for (int i = 0; i <= static_cast<int>(500 * seconds); ++i) {
+    const double now = from + i / 500.0;
+    for (; next <= now; next += 1.0 / 90.0) EXPECT_TRUE(arm.feed(hand(next, 0.1 * (next - from), clutch)));
+    command = arm.update(from_seconds(now));
+  }
+  return command;
+}
+
+TEST(Pipeline, StandsUntilItIsFedAndWithoutAClutch) {
+  const auto arm = make();
+  EXPECT_EQ(arm->update(from_seconds(5.0)).q, arm->model().home);
+  const JointCommand command = lead(*arm, 6.0, false);
+  EXPECT_LT((command.q - arm->model().home).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(Pipeline, FollowsTheHandByItsScaleWithinLimits) {
+  const auto arm = make();
+  const Pose before = tool(arm->model(), arm->model().home);
+  const JointCommand command = lead(*arm, 0.0, true);
+  const double moved = (tool(arm->model(), command.q).p - before.p).norm();
+  EXPECT_NEAR(moved, 0.05, 0.01);  // half of the hand's way
+  EXPECT_TRUE((command.dq.cwiseAbs().array() <= arm->model().velocity_max.array()).all());
+}
+
+TEST(Pipeline, PlansAtItsRateHoweverOftenItIsAsked) {
+  const auto arm = make();
+  ASSERT_TRUE(arm->feed(hand(0.0, 0.0, true)));
+  int plans = 0;
+  Time last{-1};
+  for (int i = 0; i < 1000; ++i) {  // 2 s
+    arm->update(from_seconds(i / 500.0));
+    plans += arm->planner().plan().start != last;
+    last = arm->planner().plan().start;
+  }
+  EXPECT_EQ(plans, 40);
+}
+
+TEST(Pipeline, TimesThatGoBackRepeatTheLastCommand) {
+  const auto arm = make();
+  const JointCommand last = lead(*arm, 10.0, true);
+  EXPECT_EQ(arm->update(from_seconds(3.0)).q, last.q);
+  EXPECT_EQ(arm->update(Time::min()).q, last.q);
+}
+
+TEST(Pipeline, RefusesAHandThatIsNoPoseAndGoesOn) {
+  const auto arm = make();
+  lead(*arm, 0.0, true);
+  OperatorSample bad = hand(1.1, 0.1, true);
+  for (int i = 0; i < 3; ++i) {
+    bad = hand(1.1, 0.1, true);
+    if (i == 0) bad.X_operator_hand.p.y() = kNaN;
+    if (i == 1) bad.X_operator_hand.q.coeffs().setConstant(kNaN);
+    if (i == 2) bad.X_operator_hand.q.coeffs() *= 2.0;
+    const Status refused = arm->feed(bad);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("quaternion of length 1"), std::string::npos);
+  }
+  EXPECT_TRUE(arm->feed(hand(1.1, 0.1, true)));
+  EXPECT_TRUE(arm->update(from_seconds(1.1)).q.allFinite());
+}
+
+TEST(Pipeline, AResetArmStandsThereAndIsTakenHoldOfThere) {
+  const auto arm = make();
+  lead(*arm, 0.0, true);
+  JointVector q = arm->model().home;
+  q[0] += 0.3;
+  ASSERT_TRUE(arm->reset(q, from_seconds(20.0)));
+  EXPECT_EQ(arm->update(from_seconds(20.0)).q, q);
+  ASSERT_TRUE(arm->feed(hand(20.1, 5.0, true)));  // wherever the hand is now
+  EXPECT_LT((arm->update(from_seconds(20.2)).q - q).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(Pipeline, RefusesAResetThatCannotBe) {
+  const auto arm = make();
+  JointVector nan = arm->model().home, far = arm->model().home;
+  nan[2] = kNaN;
+  far[1] = 100.0;
+  for (const JointVector& q : {JointVector(arm->model().home.head(5)), nan, far}) {
+    const Status refused = arm->reset(q, Time(0));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("6 numbers inside the arm's limits"), std::string::npos);
+  }
+}
+
+TEST(Pipeline, RefusesNamesAndNumbersWithTheReason) {
+  EXPECT_NE(Pipeline::make("ur55", "waiter").error().message.find("ur55"), std::string::npos);
+  EXPECT_NE(Pipeline::make("ur5e", "water").error().message.find("water"), std::string::npos);
+  const RobotModel model = *open_robot("ur5e");
+  PipelineSettings settings(*load_profile("waiter"));
+  settings.rate_hz = kNaN;
+  EXPECT_NE(Pipeline::make(model, settings).error().message.find("rate is nan"), std::string::npos);
+  settings.rate_hz = 20.0;
+  settings.retarget.scale = 0.0;
+  EXPECT_NE(Pipeline::make(model, settings).error().message.find("scale is 0"), std::string::npos);
+  settings.retarget.scale = 0.5;
+  settings.planner.solver = "magic";
+  EXPECT_NE(Pipeline::make(model, settings).error().message.find("magic"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace steadyhand
