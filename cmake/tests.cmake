@@ -98,3 +98,5 @@ add_custom_target(tests DEPENDS ${test_targets} examples write_sample kinematics
 if(STEADYHAND_ROS2)
   add_dependencies(tests reference_controller ros2_echo)
 endif()
+get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
+add_dependencies(tests ${libraries})  # tests/python/test_install.py installs them

@@ -13,8 +13,8 @@ namespace steadyhand {
 inline constexpr int kLanes = STEADYHAND_LANES;
 
 /// kLanes doubles that go through the same arithmetic at once: a Scalar for Eigen and for the terms, one node of the
-/// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor.
-class Lanes {
+/// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor; aligned alike for each.
+class alignas(kLanes * sizeof(double)) Lanes {
  public:
   using Vector [[gnu::vector_size(kLanes * sizeof(double))]] = double;
   using Mask [[gnu::vector_size(kLanes * sizeof(std::int64_t))]] = std::int64_t;  ///< -1 or 0 in each lane

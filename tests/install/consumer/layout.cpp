@@ -1,0 +1,34 @@
+// Sizes, alignments and offsets of what crosses the library's border: the same whatever flags this is compiled with.
+#include <cstddef>
+#include <cstdio>
+
+#include "steadyhand/pipeline/pipeline.hpp"
+
+#pragma GCC diagnostic ignored "-Winvalid-offsetof"
+#define SHOW(type) std::printf(#type " %zu %zu\n", sizeof(steadyhand::type), alignof(steadyhand::type))
+#define SHOW_MEMBER(type, member) std::printf(#type "::" #member " %zu\n", offsetof(steadyhand::type, member))
+
+int main() {
+  SHOW(Pose);
+  SHOW(JointVector);
+  SHOW(StateVector);
+  SHOW(OperatorSample);
+  SHOW(Target);
+  SHOW(Reference);
+  SHOW_MEMBER(Reference, R);
+  SHOW(Plan);
+  SHOW_MEMBER(Plan, x);
+  SHOW_MEMBER(Plan, u);
+  SHOW(JointCommand);
+  SHOW_MEMBER(JointCommand, ddq);
+  SHOW(RobotModel);
+  SHOW_MEMBER(RobotModel, home);
+  SHOW(OcpInstance);
+  SHOW(Solution);
+  SHOW(Kinematics);
+  SHOW(Lanes);
+  SHOW(NodeOf<steadyhand::Lanes>);
+  SHOW(Predictor);
+  SHOW(PipelineSettings);
+  SHOW(Pipeline);
+}

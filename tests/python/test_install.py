@@ -1,0 +1,103 @@
+"""`cmake --install`, moved to another folder, and used from there by a program of somebody else's that is compiled for
+another processor; the same as a subproject."""
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+BUILD = PROGRAM.parent
+CONSUMER = ROOT / "tests/install/consumer"
+LEVELS = {"x86-64": [], "x86-64-v3": ["avx2"], "x86-64-v4": ["avx512vl"]}
+
+
+def run(*command, **options):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=900, **options)
+    assert done.returncode == 0, f"{command}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
+    return done.stdout
+
+
+def host_can(flags):
+    words = re.search(r"^flags.*", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    return words is not None and set(flags) <= set(words.group(0).split())
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory):
+    """Installed in one place and moved to another."""
+    folder = tmp_path_factory.mktemp("install")
+    run("cmake", "--install", BUILD, "--prefix", folder / "first")
+    shutil.move(folder / "first", folder / "moved")
+    return folder / "moved"
+
+
+def build_consumer(folder, *options):
+    run("cmake", "-S", CONSUMER, "-B", folder, "-G", "Ninja", *options)
+    run("cmake", "--build", folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def consumers(prefix, tmp_path_factory):
+    """By the processor that each is compiled for."""
+    folders = {}
+    for level, flags in LEVELS.items():
+        if host_can(flags):
+            options = (f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_FLAGS=-march={level} -O1")
+            folders[level] = build_consumer(tmp_path_factory.mktemp("consumer"), *options)
+    return folders
+
+
+def test_a_program_leads_an_arm_whatever_processor_it_is_compiled_for(consumers, tmp_path):
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("STEADYHAND")}
+    commands = {level: run(folder / "lead", cwd=tmp_path, env=environment) for level, folder in consumers.items()}
+    assert len(set(commands.values())) == 1, commands  # the library computes: bit for bit the same
+    assert len(commands["x86-64"].split()) == 6
+
+
+def test_what_crosses_the_border_is_laid_out_the_same(consumers):
+    layouts = {level: run(folder / "layout") for level, folder in consumers.items()}
+    assert len(set(layouts.values())) == 1, layouts
+    assert "Plan::u" in layouts["x86-64"]
+
+
+def test_the_examples_are_built_outside(prefix, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    run("cmake", "-S", tmp_path / "examples", "-B", tmp_path / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
+    run("cmake", "--build", tmp_path / "build")
+    assert "100% tests passed" in run("ctest", "--test-dir", tmp_path / "build", "--output-on-failure")
+
+
+def test_the_program_works_where_it_was_moved(prefix, tmp_path):
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("STEADYHAND")}
+    run(prefix / "bin/steadyhand", "replay", "--until", "2", "--out", tmp_path, cwd=tmp_path, env=environment)
+    assert (tmp_path / "waiter/plan.csv").exists()
+
+
+def test_no_file_names_the_checkout(prefix):
+    needle = str(ROOT).encode()
+    assert [str(path) for path in prefix.rglob("*") if path.is_file() and needle in path.read_bytes()] == []
+
+
+def test_no_symbol_of_another_library_is_shown(prefix):
+    """What was compiled of Eigen for this processor must not stand in for what a user compiles."""
+    for name in ("planning", "live"):
+        shown = run("nm", "-DC", "--defined-only", prefix / f"lib/libsteadyhand_{name}.so")
+        names = [line.split(maxsplit=2)[2] for line in shown.splitlines()]
+        assert len(names) > 100 and [n for n in names if "steadyhand::" not in n] == []
+
+
+@pytest.mark.long
+def test_it_is_a_subproject_that_needs_neither_node_nor_a_wheel(tmp_path):
+    folder = build_consumer(
+        tmp_path, f"-DSTEADYHAND_SOURCE={ROOT}", f"-DSTEADYHAND_DEPS={tmp_path}/none", "-DCMAKE_CXX_FLAGS=-march=x86-64 -O1"
+    )
+    refused = subprocess.run([folder / "lead"], capture_output=True, text=True, timeout=60)
+    assert refused.returncode == 2 and "airo_models" in refused.stderr  # the URDF's package: data, not for the build
+    (folder / "steadyhand/share/steadyhand/packages").symlink_to(BUILD / "share/steadyhand/packages")
+    assert len(run(folder / "lead").split()) == 6
