@@ -91,6 +91,8 @@ Status check_keys(const YAML::Node& map, const std::string& file) {
 
 }  // namespace
 
+YamlMap::YamlMap(const YamlMap&) = default;
+YamlMap::~YamlMap() = default;
 YamlMap::YamlMap(std::shared_ptr<File> file, YAML::Node node, std::string path)
     : file_(std::move(file)), node_(std::move(node)), path_(std::move(path)), record_(file_->records.size()) {
   file_->records.push_back({node_, path_, {}, {}});

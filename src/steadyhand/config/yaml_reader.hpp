@@ -40,7 +40,8 @@ class YamlMap {
  public:
   /// Parses a file that holds one mapping.
   static Result<YamlMap> open(const std::filesystem::path& file);
-  YamlMap(const YamlMap&) = default;
+  YamlMap(const YamlMap&);  // here, like the end, and not inline: node.h only declares what they call
+  ~YamlMap();
   YamlMap& operator=(const YamlMap&) = delete;  // assigning a YAML::Node would write into the file's tree
 
   bool has(const std::string& key);
