@@ -1,6 +1,10 @@
 # Parsers under hostile input (tests/fuzz), each with the room that it is of. With STEADYHAND_FUZZ, which takes clang, each is
 # a libFuzzer program fuzz_NAME; with any compiler all together are test_fuzz, which replays the corpus.
 set(fuzzed csv=input aframe=input messages=serve urdf=robot rtde=ur mcap=record problems=record yaml=console)
+if(STEADYHAND_ROS2)
+  list(APPEND fuzzed cdr=ros2)
+  set(fuzzed_ros2 steadyhand_ros2)
+endif()
 foreach(pair ${fuzzed})
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 name)
@@ -20,7 +24,7 @@ endif()
 
 add_executable(test_fuzz EXCLUDE_FROM_ALL tests/fuzz/corpus_test.cpp tests/fuzz/as_file.cpp ${fuzz_sources})
 target_include_directories(test_fuzz PRIVATE tests)
-target_link_libraries(test_fuzz PRIVATE steadyhand_console steadyhand_ur GTest::gtest_main)
+target_link_libraries(test_fuzz PRIVATE steadyhand_console steadyhand_ur ${fuzzed_ros2} GTest::gtest_main)
 target_compile_options(test_fuzz PRIVATE ${STEADYHAND_COLD_OPTIONS})
 target_precompile_headers(test_fuzz REUSE_FROM test_headers)
 target_compile_definitions(test_fuzz PRIVATE STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}")

@@ -13,7 +13,8 @@ namespace steadyhand::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kEdits = 200;    // of each input
+constexpr int kEdits = 200;    // of each input ...
+constexpr int kFewEdits = 10;  // ... whose target takes tens of ms: DDS sets up and takes down
 constexpr double kSlow = 5.0;  // s for one input; under a sanitizer on a busy machine
 
 const fs::path kCorpus = fs::path(STEADYHAND_ROOT) / "tests/fuzz/corpus";
@@ -64,9 +65,10 @@ TEST_P(Corpus, IsReadWithoutHarmAlsoWithRandomEdits) {
   const std::vector<std::string> inputs = inputs_of(GetParam());
   ASSERT_GE(inputs.size(), 2u);
   std::mt19937 random(1);
+  const int edits = GetParam() == "cdr" ? kFewEdits : kEdits;
   for (const std::string& input : inputs) {
     target(input);
-    for (int i = 0; i < kEdits; ++i) {
+    for (int i = 0; i < edits; ++i) {
       const auto begin = std::chrono::steady_clock::now();
       target(edited(input, inputs, random));
       EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), kSlow);
@@ -84,6 +86,9 @@ INSTANTIATE_TEST_SUITE_P(Parsers, Corpus, testing::ValuesIn(names()), [](const a
 
 TEST(Corpora, BelongToTargets) {
   for (const auto& entry : fs::directory_iterator(kCorpus)) {
+#ifndef STEADYHAND_ROS2
+    if (entry.path().filename() == "cdr") continue;
+#endif
     EXPECT_TRUE(targets().contains(entry.path().filename().string())) << entry.path();
   }
 }

@@ -1,7 +1,9 @@
 // Whether a ROS 2 machine is fit to lead an arm through, from arrivals that are made up.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
+#include <limits>
 
 #include "steadyhand/ros2/ros2_link_check.hpp"
 
@@ -73,6 +75,16 @@ TEST(Ros2Link, SaysWhatToChange) {
   r = measure([](int) { return 3e-4; });
   r.seconds = 100.0;
   EXPECT_TRUE(says(r, "come at 50 Hz"));
+}
+
+TEST(Ros2Link, AScalingThatIsNoNumberIsNoFullSpeed) {
+  for (const double percent : {std::nan(""), -std::numeric_limits<double>::infinity()}) {
+    Ros2LinkMeter meter;
+    meter.slowed_down(100.0);
+    meter.slowed_down(percent);
+    meter.slowed_down(100.0);
+    EXPECT_EQ(meter.report(1).speed_scaling, 0.0);
+  }
 }
 
 }  // namespace

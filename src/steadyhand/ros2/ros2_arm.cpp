@@ -160,12 +160,13 @@ Result<JointVector> Ros2Arm::wait_for_states() {
 // ---------------------------------------------------------------------------------------------- the thread that
 // listens
 
-/// Ignores what does not name all joints, once each value, or is not finite: it is not for us.
+/// Ignores what does not name all joints, once each value, is not finite, or carries no time: it is not for us.
 void Ros2Arm::hear(const JointStateMessage& message, Ros2PublisherId publisher) {
   const Time arrival = clock_->now();
   const std::uint32_t count = message.name._length;
   if (!joints_.find({message.name._buffer, count}) || message.position._length != count) return;
   if (message.velocity._length != count && message.velocity._length != 0) return;
+  if (!is_time(message.header.stamp)) return;
   Heard news = newest_;
   const int n = model_->dof();
   news.q.resize(n);

@@ -116,7 +116,8 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
         const bool ours = joints.find({message.name._buffer, count}) && message.position._length == count;
         const std::lock_guard lock(mutex);
         if (!ours) return meter.stranger();
-        meter.state(arrival, time_of(message.header.stamp), publisher);
+        const auto& stamp = message.header.stamp;
+        meter.state(arrival, is_time(stamp) ? time_of(stamp) : Time(0), publisher);
       });
   if (!listens) return listens.error();
   listens = (*node)->listen<JointTrajectoryMessage>(topic, [&](const JointTrajectoryMessage&, Ros2PublisherId) {

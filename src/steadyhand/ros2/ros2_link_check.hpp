@@ -46,7 +46,10 @@ class Ros2LinkMeter {
   void stranger() { ++report_.strangers; }
   void commanded() { ++report_.commanders; }
   void active() { report_.active = true; }
-  void slowed_down(double percent) { report_.speed_scaling = std::min(report_.speed_scaling, percent); }
+  /// What is no number is no full speed.
+  void slowed_down(double percent) {
+    if (!(percent >= report_.speed_scaling)) report_.speed_scaling = percent >= 0.0 ? percent : 0.0;
+  }
   void woke(Time late) { wake_.add(1e-3 * static_cast<double>(late.count())); }
   Ros2LinkReport report(int controllers) const;
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "steadyhand/core/time.hpp"
 #include "steadyhand/ros2/types.hpp"
 
@@ -9,7 +12,12 @@ inline Time time_of(const builtin_interfaces_msg_dds__Time_& stamp) {
   return std::chrono::seconds(stamp.sec) + Time(stamp.nanosec);
 }
 
-/// @pre time >= 0; ROS's seconds end in 2038
+/// Whether it is a time at all, with room for what is sent soon after: ROS's seconds end in 2038.
+inline bool is_time(const builtin_interfaces_msg_dds__Time_& stamp) {
+  return stamp.sec >= 0 && stamp.sec < std::numeric_limits<std::int32_t>::max() - 86400 && stamp.nanosec < 1000000000;
+}
+
+/// @pre time >= 0, before 2038
 template <typename Stamp>
 Stamp stamp_of(Time time) {
   constexpr Time kSecond = std::chrono::seconds(1);
