@@ -82,7 +82,7 @@ std::vector<std::string> names() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(Parsers, Corpus, testing::ValuesIn(names()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Parsers, Corpus, testing::ValuesIn(names()), [](const auto& each) { return each.param; });
 
 TEST(Corpora, BelongToTargets) {
   for (const auto& entry : fs::directory_iterator(kCorpus)) {
