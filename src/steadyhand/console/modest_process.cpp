@@ -19,7 +19,11 @@ namespace steadyhand {
 
 namespace {
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr rlim_t kMostMemory = RLIM_INFINITY;  // sanitizers reserve terabytes, and use little
+#else
 constexpr rlim_t kMostMemory = rlim_t(2) << 30;  // bytes of address space
+#endif
 constexpr std::size_t kMostOutput = 256 << 20;   // bytes that are taken into this process
 constexpr std::size_t kMostError = 4096;         // bytes
 constexpr int kLookAround = 20;                  // ms between two looks at whether to end
