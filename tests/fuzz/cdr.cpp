@@ -210,7 +210,7 @@ class Session {
   void take_message(std::string_view& input) {
     const auto topic = take<std::uint8_t>(input);
     const auto cycles = take<std::uint8_t>(input);
-    const std::size_t length = std::min<std::size_t>(take<std::uint16_t>(input), input.size());
+    const std::size_t told = take<std::uint16_t>(input), length = std::min(told, input.size());
     std::string_view bytes = input.substr(0, length);
     input.remove_prefix(length);
     const std::array wires = {&machine_->states, &machine_->told_, &machine_->trajectories, &machine_->scaling,
