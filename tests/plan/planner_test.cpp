@@ -353,6 +353,51 @@ TEST(PlanCheck, LooksBetweenNodes) {
   EXPECT_EQ(check_plan(there, there.x[0], {}, resting), PlanFault::kSelfCollision);
 }
 
+/// Fast swings past each pair of links, with spheres as large as the nodes and the points half-way just allow.
+TEST(PlanCheck, LooksAtAllTimes) {
+  Loop loop(10);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  int near = 0, passed_by_points = 0, refused = 0, free = 0;
+  PlanCheckSettings settings;
+  for (int trial = 0; trial < 5000; ++trial) {
+    Plan plan;  // to rest in six intervals of 50 ms
+    stand(2.0 * JointVector::NullaryExpr(6, [&] { return unit(random); }), Time(0), plan);
+    plan.intervals = 6;
+    plan.x[0].tail(6) = 3.0 * JointVector::NullaryExpr(6, [&] { return unit(random); });
+    for (int k = 0; k < 6; ++k) {
+      plan.u[k] = -plan.x[0].tail(6) / (6.0 * plan.dt);
+      plan.x[k + 1].resize(12);
+      plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+          plan.x[k].tail(6) + plan.dt * plan.u[k];
+    }
+    RobotModel close = loop.model;
+    close.pairs = {loop.model.pairs[random() % loop.model.pairs.size()]};
+    const auto apart = [&](double t) {
+      loop.arm.set_position(sample(plan, from_seconds(t)).q);
+      return std::sqrt(loop.arm.squared_distance(close.pairs[0]));
+    };
+    double at_points = 1e9, at_all_times = 1e9;
+    for (int i = 0; i <= 2 * plan.intervals; ++i) at_points = std::min(at_points, apart(0.5 * i * plan.dt));
+    for (int i = 0; i <= 64 * plan.intervals; ++i) at_all_times = std::min(at_all_times, apart(i * plan.dt / 64.0));
+    if (at_all_times > 0.3) continue;
+    ++near;
+    const auto [first, second] = close.pairs[0];
+    const auto fault_with_gap = [&](double gap, double distance) {
+      close.spheres[first].radius = distance - gap - close.spheres[second].radius;
+      Kinematics arm(close);
+      settings.overlap_between_nodes = 0.0;
+      return check_plan(plan, plan.x[0], settings, arm);
+    };
+    passed_by_points += at_points - at_all_times > 5e-5;
+    refused += at_points - at_all_times > 5e-5 && fault_with_gap(0.0, at_points) == PlanFault::kSelfCollision;
+    free += fault_with_gap(1e-4, at_all_times) == PlanFault::kNone;
+  }
+  EXPECT_GT(passed_by_points, 20);
+  EXPECT_EQ(refused, passed_by_points);
+  EXPECT_EQ(free, near);
+}
+
 TEST(PlanCheck, RefusesIntervalsThatAreNone) {
   Loop loop(10);
   for (const double dt : {0.0, -0.05, std::nan(""), 1e300, std::numeric_limits<double>::infinity()}) {

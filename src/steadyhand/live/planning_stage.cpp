@@ -21,9 +21,17 @@ constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 1
 constexpr double kPositionMargin = 1e-4;  // rad (m)
 constexpr double kMargin = 1e-4;          // share of speed and acceleration
 
-/// The model with a share of its limits, less the margins, and spheres that much larger that where two of these overlap
-/// by what plans may between nodes those of the model do not; less so if they are nearer than that at home.
-RobotModel within(const RobotModel& model, double share, double overlap) {
+/// How much larger than the model's the pairs of spheres that are planned with may be, m: `most`, and less if they are
+/// nearer than that at home.
+double room_between_nodes(const RobotModel& model, double most) {
+  Kinematics arm(model);
+  arm.set_position(model.home);
+  return model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, most);
+}
+
+/// The model with a share of its limits, less the margins, and pairs of spheres larger by `room`: where these overlap by
+/// no more than that between nodes, those of the model do not.
+RobotModel within(const RobotModel& model, double share, double room) {
   RobotModel limited = model;
   limited.velocity_max *= share * (1.0 - kMargin);
   limited.acceleration_max *= share * (1.0 - kMargin);
@@ -31,9 +39,6 @@ RobotModel within(const RobotModel& model, double share, double overlap) {
   const JointVector margin = (0.01 * range).cwiseMin(kPositionMargin);
   limited.position_min += margin;
   limited.position_max -= margin;
-  Kinematics arm(model);
-  arm.set_position(model.home);
-  const double room = model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, overlap);
   for (Sphere& sphere : limited.spheres) sphere.radius += 0.5 * room;
   return limited;
 }
@@ -51,17 +56,19 @@ Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, do
 
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
                                                            Links& links, const Clock& clock) {
+  PlanningSettings resolved = settings;
+  double& overlap = resolved.planner.check.overlap_between_nodes;
+  overlap = room_between_nodes(model, overlap);
   const bool slow_first = settings.first_share < 1.0 && settings.first_moves > 0.0;
-  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, settings);
+  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, resolved);
   if (!gear) return gear.error();
   std::optional<Gear> next;
   if (slow_first) {
-    auto made = make_gear(model, 1.0, settings);
+    auto made = make_gear(model, 1.0, resolved);
     if (!made) return made.error();
     next = std::move(*made);
   }
   const Reach reach = compute_reach(model);
-  PlanningSettings resolved = settings;
   resolved.predictor = complete(settings.predictor, settings.ocp, reach);
   // The gate has judged every sample before it comes to the retargeter.
   resolved.retarget.accept_emulated = true;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/track/sample.hpp"
+#include "steadyhand/plan/gaps.hpp"
 
 namespace steadyhand {
 
@@ -83,23 +83,25 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   // The state that the arm has now may be outside; what matters is where the plan leads: no further.
   const JointVector q0 = plan.x[0].head(n), fastest = model.velocity_max.cwiseMax(plan.x[0].tail(n).cwiseAbs());
   const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
-  kinematics.set_position(q0);
-  const double depth = -kinematics.clearance() + tolerance;
   const JointVector dq0 = plan.x[0].tail(n);
+  kinematics.set_position(q0);
+  Moment node{0.0, q0, dq0, gaps(kinematics)};
+  const double depth = std::max(tolerance, tolerance - node.gaps.minCoeff());
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
   const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, dq0));
   const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, q0, dq0));
-  const auto fault_at = [&](Time t, double overlap) {
-    const JointCommand c = sample(plan, t);
-    kinematics.set_position(c.q);
-    if (kinematics.clearance() < -std::max(overlap, depth)) return PlanFault::kSelfCollision;
-    if (tool_speed(kinematics, c.dq) > tool_most) return PlanFault::kToolSpeed;
-    if (elbow_speed(model, c.q, c.dq) > elbow_most) return PlanFault::kElbowSpeed;
+  const double smallest_between = -std::max(settings.overlap_between_nodes, depth);
+  GapsBetween gaps_between(kinematics, smallest_between);
+  const auto fault_at = [&](Moment& moment, double smallest) {
+    kinematics.set_position(moment.q);
+    moment.gaps = gaps(kinematics);
+    if (moment.gaps.minCoeff() < smallest) return PlanFault::kSelfCollision;
+    if (tool_speed(kinematics, moment.dq) > tool_most) return PlanFault::kToolSpeed;
+    if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
     return PlanFault::kNone;
   };
   const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
   for (int k = 0; k < plan.intervals; ++k) {
-    const Time begin = plan.start + from_seconds(k * dt);
     if (beyond(plan.u[k], -model.acceleration_max, model.acceleration_max, tolerance)) return PlanFault::kAcceleration;
     for (int i = 0; i <= commands; ++i) {
       const double s = dt * i / commands;
@@ -113,9 +115,17 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
         if (jump > tolerance) return PlanFault::kDiscontinuous;
       }
     }
-    PlanFault fault = fault_at(begin + from_seconds(0.5 * dt), settings.overlap_between_nodes);
-    if (fault == PlanFault::kNone) fault = fault_at(begin + from_seconds(dt), tolerance);
+    const double half = 0.5 * dt;
+    Moment middle{half, node.q + half * node.dq + (0.5 * half * half) * plan.u[k], node.dq + half * plan.u[k], {}};
+    Moment next{dt, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
+    PlanFault fault = fault_at(middle, smallest_between);
+    if (fault == PlanFault::kNone) fault = fault_at(next, -depth);
     if (fault != PlanFault::kNone) return fault;
+    if (!gaps_between.stay(node, middle, plan.u[k]) || !gaps_between.stay(middle, next, plan.u[k])) {
+      return PlanFault::kSelfCollision;
+    }
+    node = next;
+    node.t = 0.0;
   }
   return PlanFault::kNone;
 }
