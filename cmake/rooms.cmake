@@ -1,5 +1,3 @@
-# Headers that nearly every file includes, compiled once for each way of compiling; -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
-# shows whether every file still names what it uses.
 # What everybody needs who includes the headers: see core/math.hpp for the alignment.
 function(steadyhand_public target)
   target_include_directories(${target} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>" "$<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>"
@@ -8,6 +6,8 @@ function(steadyhand_public target)
   target_compile_features(${target} PUBLIC cxx_std_20)
 endfunction()
 
+# Headers that nearly every file includes, compiled once for each way of compiling; -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+# shows whether every file still names what it uses.
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/empty.cpp" CONTENT "")
 function(steadyhand_headers name options libraries)
   add_library(${name} OBJECT EXCLUDE_FROM_ALL "${PROJECT_BINARY_DIR}/empty.cpp")
@@ -20,8 +20,10 @@ endfunction()
 set(source_libraries Eigen3::Eigen fmt::fmt)
 steadyhand_headers(hot_headers "" "${source_libraries}")
 steadyhand_headers(cold_headers "${STEADYHAND_COLD_OPTIONS}" "${source_libraries}")
-steadyhand_headers(test_headers "${STEADYHAND_COLD_OPTIONS}" "${source_libraries};GTest::gtest;nlohmann_json::nlohmann_json"
-                   <gtest/gtest.h> <Eigen/Dense> <fstream> <nlohmann/json.hpp> <random>)
+if(STEADYHAND_WITH_TESTS)
+  steadyhand_headers(test_headers "${STEADYHAND_COLD_OPTIONS}" "${source_libraries};GTest::gtest;nlohmann_json::nlohmann_json"
+                     <gtest/gtest.h> <Eigen/Dense> <fstream> <nlohmann/json.hpp> <random>)
+endif()
 
 # Sources that are compiled more often than they run: quickly.
 function(steadyhand_cold target)
