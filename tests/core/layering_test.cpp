@@ -34,7 +34,7 @@ std::string room_of(const std::string& path) {
 }
 
 /// Reads `steadyhand_room(NAME USES a b LINK ...)`, top to bottom. A room may use itself and, through the rooms it
-/// names, theirs; `app` everything. Naming a room that does not stand above is reported in `complaints`.
+/// names, theirs; `app` and `python` everything. Naming a room that does not stand above is reported in `complaints`.
 Rooms read_rooms(const std::string& cmake, std::vector<std::string>& complaints) {
   Rooms rooms;
   const std::regex call(R"(steadyhand_room\(\s*(\w+)([^)]*)\))");
@@ -56,7 +56,8 @@ Rooms read_rooms(const std::string& cmake, std::vector<std::string>& complaints)
   }
   std::set<std::string> all = {"app"};
   for (const auto& [name, allowed] : rooms) all.insert(name);
-  rooms["app"] = all;
+  all.insert("python");
+  rooms["app"] = rooms["python"] = all;
   return rooms;
 }
 

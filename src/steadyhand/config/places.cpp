@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <mutex>
 
 namespace steadyhand {
 
@@ -24,18 +25,44 @@ fs::path this_binary() {
   return fs::canonical("/proc/self/exe", error);
 }
 
-}  // namespace
+/// What add_packages() was told.
+struct AddedPackages {
+  std::mutex mutex;
+  std::vector<fs::path> folders;
+};
+AddedPackages& added_packages() {
+  static AddedPackages added;
+  return added;
+}
 
-Places Places::standard() {
+fs::path data_folder() {
   const char* named = std::getenv("STEADYHAND_DATA");
-  if (named != nullptr && *named != '\0') return {named, {fs::path(named) / "packages"}};
+  if (named != nullptr && *named != '\0') return named;
   const fs::path folder = this_binary().parent_path();
   std::error_code error;
   for (const char* above : {".", "..", "../.."}) {
     const fs::path data = (folder / above / "share/steadyhand").lexically_normal();
-    if (fs::is_directory(data, error)) return {data, {data / "packages"}};
+    if (fs::is_directory(data, error)) return data;
   }
-  return {folder / "share/steadyhand", {}};
+  return folder / "share/steadyhand";
+}
+
+}  // namespace
+
+Places Places::standard() {
+  Places places{data_folder(), {}};
+  std::error_code error;
+  if (fs::is_directory(places.data / "packages", error)) places.packages.push_back(places.data / "packages");
+  AddedPackages& added = added_packages();
+  const std::lock_guard lock(added.mutex);
+  places.packages.insert(places.packages.end(), added.folders.begin(), added.folders.end());
+  return places;
+}
+
+void Places::add_packages(const fs::path& folder) {
+  AddedPackages& added = added_packages();
+  const std::lock_guard lock(added.mutex);
+  if (std::find(added.folders.begin(), added.folders.end(), folder) == added.folders.end()) added.folders.push_back(folder);
 }
 
 std::vector<std::string> names_in(const Places& places, const std::string& folder) {

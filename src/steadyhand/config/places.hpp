@@ -14,8 +14,11 @@ struct Places {
   std::vector<std::filesystem::path> packages;  ///< where Python packages are installed; the first that has a file counts
 
   /// `data` is share/steadyhand in the folder of this library or program, or one or two folders above it, as it was built
-  /// or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name in there.
+  /// or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name in there,
+  /// and behind it what add_packages() was told.
   static Places standard();
+  /// Python packages are installed in this folder, too. Any thread.
+  static void add_packages(const std::filesystem::path& folder);
 };
 
 /// `name` is a path if it has a folder or an extension or is a file; else NAME.yaml in the `folder` of the data. Fails

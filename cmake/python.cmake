@@ -1,0 +1,32 @@
+# The Python package: the module steadyhand._native (src/steadyhand/python), and beside it python/steadyhand, so that
+# PYTHONPATH=build/PRESET/python imports it.
+if(NOT SKBUILD AND NOT Python_EXECUTABLE AND EXISTS "${STEADYHAND_DEPS}/venv/bin/python")
+  set(Python_EXECUTABLE "${STEADYHAND_DEPS}/venv/bin/python")
+endif()
+find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module)
+execute_process(COMMAND "${Python_EXECUTABLE}" -m nanobind --cmake_dir OUTPUT_STRIP_TRAILING_WHITESPACE OUTPUT_VARIABLE nanobind_ROOT
+                RESULT_VARIABLE without_nanobind ERROR_QUIET)
+if(without_nanobind)
+  message(FATAL_ERROR "${Python_EXECUTABLE} has no nanobind: run ./steadyhand once, it installs the pinned packages, or build with "
+                      "STEADYHAND_WITH_PYTHON=OFF")
+endif()
+find_package(nanobind CONFIG REQUIRED)
+
+set(python_package "${PROJECT_BINARY_DIR}/python/steadyhand")
+file(GLOB python_sources CONFIGURE_DEPENDS src/steadyhand/python/*.cpp)
+nanobind_add_module(steadyhand_module NB_STATIC NOMINSIZE ${python_sources})
+set_target_properties(steadyhand_module PROPERTIES OUTPUT_NAME _native LIBRARY_OUTPUT_DIRECTORY "${python_package}")
+target_link_libraries(steadyhand_module PRIVATE steadyhand_replay steadyhand_arm)
+# Not ours: its headers and its library warn.
+target_include_directories(steadyhand_module SYSTEM PRIVATE "$<TARGET_PROPERTY:nanobind-static,INTERFACE_INCLUDE_DIRECTORIES>")
+target_compile_options(nanobind-static PRIVATE -w)
+target_compile_options(steadyhand_module PRIVATE ${STEADYHAND_COLD_OPTIONS})
+target_precompile_headers(steadyhand_module PRIVATE <nanobind/nanobind.h> <nanobind/ndarray.h> <Eigen/Core> <Eigen/Geometry>
+                          <fmt/format.h> <algorithm> <cmath> <filesystem> <functional> <memory> <optional> <string> <vector>)
+
+file(GLOB python_files CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}/python/steadyhand" python/steadyhand/*.py
+     python/steadyhand/*.pyi python/steadyhand/py.typed)
+file(MAKE_DIRECTORY "${python_package}")
+foreach(file ${python_files})
+  file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/${file}" "${python_package}/${file}" SYMBOLIC)
+endforeach()

@@ -1,0 +1,140 @@
+"""Robots: kinematics, limits and distances."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._arrays import Array, array
+
+
+def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
+    """open(name); a file that is not there is a FileNotFoundError with the same words."""
+    if not isinstance(name, (str, os.PathLike)):
+        raise TypeError(f"{kind} must be a name or the path of a file, not {type(name).__name__}")
+    path = Path(name)
+    try:
+        return open(os.fspath(name))
+    except _native.SteadyhandError as error:
+        if (path.suffix or len(path.parts) > 1) and not path.is_file():
+            raise FileNotFoundError(str(error)) from None
+        raise
+
+
+class Robot:
+    """A serial arm of 1 to 8 joints with its tool, limits and collision spheres. Never changes.
+
+    `name`: a robot that steadyhand has ("ur5e"), the path of a robot file (docs/robots.md), or of a URDF, whose tool is
+    the end of its longest chain, whose home the middle of its limits, and which has no spheres.
+
+    Units: rad where a joint turns, m where it slides, s. Frames: **base**, the URDF's base link, z up; **tool**, the glass,
+    its origin at the centre, z along its axis and out of the opening.
+
+    Raises SteadyhandError (a ValueError) for an unknown name, listing those that there are, and for a file that is refused,
+    with the reason; FileNotFoundError for a path where nothing is.
+
+    >>> robot = Robot("ur5e")
+    >>> robot.fk(robot.home).shape
+    (4, 4)
+    """
+
+    def __init__(self, name: str | os.PathLike[str]) -> None:
+        self._native = opened("robot", name, _native.Robot.open)
+        self.source = os.fspath(name)
+        """What it was opened by."""
+        self.description: dict[str, Any] = json.loads(self._native.json)
+        """What the command `steadyhand describe` prints: joints, tool, limits, spheres, pairs."""
+        self.name: str = self.description["name"]
+        self.joint_names: tuple[str, ...] = tuple(joint["name"] for joint in self.description["joints"])
+        """n names, from the base."""
+        self.joint_units: tuple[str, ...] = tuple("rad" if joint["type"] == "revolute" else "m" for joint in self.description["joints"])
+        """n of "rad" or "m"."""
+
+        def limit(key: str) -> Array:
+            values = np.array(self.description[key], dtype=np.float64)
+            values.flags.writeable = False
+            return values
+
+        self.home = limit("home")
+        """(n,), rad (m): where a planner begins."""
+        self.position_min = limit("position_min")
+        """(n,), rad (m)."""
+        self.position_max = limit("position_max")
+        """(n,), rad (m)."""
+        self.velocity_max = limit("velocity_max")
+        """(n,), rad/s (m/s)."""
+        self.acceleration_max = limit("acceleration_max")
+        """(n,), rad/s^2 (m/s^2)."""
+        self.doubts: tuple[str, ...] = tuple(self._native.doubts)
+        """What the model lacks for doing what one expects of it; a line each."""
+
+    @property
+    def dof(self) -> int:
+        """n, how many joints it has."""
+        return len(self.joint_names)
+
+    def __repr__(self) -> str:
+        return f"<steadyhand.Robot {self.name!r}, {self.dof} joints, {len(self.description['spheres'])} spheres>"
+
+    def fk(self, q: ArrayLike) -> Array:
+        """T_base_tool at q: maps coordinates in the tool to those in the base.
+
+        q: (n,) rad (m), or (m, n) for m of them. Returns (4, 4), or (m, 4, 4): rotation, position in m.
+        """
+        return self._each(self._native.fk, q)
+
+    def jacobian(self, q: ArrayLike) -> Array:
+        """d(twist of the tool) / d(dq) at q.
+
+        Rows 0 to 2: linear velocity of the tool's origin, m/s; rows 3 to 5: angular velocity, rad/s; both in base axes
+        (Pinocchio's LOCAL_WORLD_ALIGNED). Columns: the joints.
+        q: (n,) rad (m), or (m, n). Returns (6, n), or (m, 6, n).
+        """
+        return self._each(self._native.jacobian, q)
+
+    def clearance(self, q: ArrayLike) -> Any:
+        """Smallest gap between the surfaces of spheres that must stay apart, m; negative where two overlap, infinite for a
+        robot without spheres. q: (n,) rad (m), or (m, n). Returns a float, or (m,).
+        """
+        return self._each(self._native.clearance, q)
+
+    def sphere_centers(self, q: ArrayLike) -> Array:
+        """Centres of the collision spheres in the base, m, in the order of description["spheres"].
+
+        q: (n,) rad (m), or (m, n). Returns (s, 3), or (m, s, 3).
+        """
+        return self._each(self._native.sphere_centers, q)
+
+    def local_acceleration(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
+        """R'(p'' + g) of the tool, in the tool's axes, m/s^2: what an accelerometer there reads, and what the liquid feels.
+        (0, 0, 9.81) for a glass that is upright and at rest.
+
+        q, dq, ddq: (n,) rad, rad/s, rad/s^2 (m, ...), or (m, n). Returns (3,), or (m, 3).
+        """
+        q = self._joints("q", q)
+        dq, ddq = (array(name, value, q.shape, what="as q") for name, value in (("dq", dq), ("ddq", ddq)))
+        if q.ndim == 1:
+            return self._native.local_acceleration(q, dq, ddq)
+        return np.array([self._native.local_acceleration(*row) for row in zip(q, dq, ddq)]).reshape(-1, 3)
+
+    def reach(self) -> tuple[Array, float]:
+        """The ball that holds every position the tool can take: centre (3,) in the base and radius, m. Takes 50 ms or so."""
+        return self._native.reach()
+
+    def _joints(self, name: str, value: ArrayLike) -> Array:
+        n = self.dof
+        return array(name, value, (n,), ("m", n), what=f"one number for each joint of {self.name}")
+
+    def _each(self, function: Any, q: ArrayLike) -> Any:
+        q = self._joints("q", q)
+        return function(q) if q.ndim == 1 else np.array([function(row) for row in q])
+
+
+def as_robot(robot: Robot | str | os.PathLike[str]) -> Robot:
+    return robot if isinstance(robot, Robot) else Robot(robot)

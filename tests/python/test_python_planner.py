@@ -1,0 +1,118 @@
+"""steadyhand.Planner: plans that keep what they promise, and what it says to bad input."""
+
+import threading
+
+import numpy as np
+import pytest
+import steadyhand
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return steadyhand.Robot("ur5e")
+
+
+def target(robot, x=0.0, y=0.0, z=0.0):
+    T = robot.fk(robot.home)
+    T[:3, 3] += [x, y, z]
+    return T
+
+
+@pytest.mark.parametrize("profile", ["tracking", "anti-slosh", "waiter"])
+def test_a_plan_leads_to_the_target_inside_the_limits(robot, profile):
+    planner = steadyhand.Planner(robot, profile=profile)
+    T, before = target(robot, y=0.1, z=0.05), (robot.home, np.zeros(6))
+    for i in range(60):
+        t = 0.05 * i
+        plan = planner.update(T, t)
+        assert plan.status == "solved" and plan.fault == "none" and plan.dt == 0.05 and abs(plan.start - t) < 1e-9
+        assert plan.q.shape == plan.dq.shape == (len(plan.ddq) + 1, 6)
+        assert np.abs(plan.dq[-1]).max() < 1e-12
+        assert (np.abs(plan.dq) <= robot.velocity_max + 1e-5).all()
+        assert (np.abs(plan.ddq) <= robot.acceleration_max + 1e-5).all()
+        np.testing.assert_allclose(plan.q[0], before[0], atol=1e-9)  # continues what went before
+        np.testing.assert_allclose(plan.dq[0], before[1], atol=1e-9)
+        before = plan.at(t + 0.05)[:2]
+    assert np.abs(robot.fk(before[0])[:3, 3] - T[:3, 3]).max() < (0.05 if profile == "anti-slosh" else 0.01)
+
+
+def test_at_is_the_exact_double_integrator(robot):
+    plan = steadyhand.Planner(robot, profile="tracking").update(target(robot, x=0.2), 1.0)
+    times = 1.0 + plan.dt * np.array([-1.0, 0.0, 0.25, 1.0, 2.5, 1000.0])
+    q, dq, ddq = plan.at(times)
+    for row, (k, h) in enumerate([(0, 0.0), (0, 0.0), (0, 0.25 * plan.dt), (1, 0.0), (2, 0.5 * plan.dt)]):
+        np.testing.assert_allclose(q[row], plan.q[k] + h * plan.dq[k] + h * h / 2 * plan.ddq[k], atol=1e-12)
+        np.testing.assert_allclose(dq[row], plan.dq[k] + h * plan.ddq[k], atol=1e-12)
+    np.testing.assert_allclose(q[-1], plan.q[-1])
+    assert (dq[-1] == 0).all() and (ddq[-1] == 0).all()
+    for one, many in zip(plan.at(times[2]), (q, dq, ddq)):
+        assert (one == many[2]).all()
+
+
+BAD = {
+    "a shape": (np.eye(3), 0.0, ValueError, "T_base_tool has shape (3, 3); expected (4, 4)"),
+    "a list of rows that differ": ([[1, 2], [3]], 0.0, ValueError, "expected (4, 4)"),
+    "text": ("T", 0.0, TypeError, "T_base_tool must be numbers, not 'T'; expected (4, 4)"),
+    "NaN": (np.full((4, 4), np.nan), 0.0, ValueError, "T_base_tool has numbers that are not finite"),
+    "no rotation": (np.diag([2.0, 1, 1, 1]), 0.0, ValueError, "T_base_tool is no pose"),
+    "a mirror": (np.diag([-1.0, 1, 1, 1]), 0.0, ValueError, "T_base_tool is no pose"),
+    "a transposed one": (np.eye(4) + np.eye(4, k=-3), 0.0, ValueError, "its last row is [1, 0, 0, 1]; it must be [0, 0, 0, 1]"),
+    "no time": (np.eye(4), float("nan"), ValueError, "t is nan; it must be finite"),
+    "a late time": (np.eye(4), 1e10, ValueError, "t is 10000000000 s; it must be finite, at most 9e9"),
+    "a time in words": (np.eye(4), "now", TypeError, "t must be a number of seconds, not 'now'"),
+}
+
+
+@pytest.mark.parametrize("T, t, kind, said", BAD.values(), ids=BAD.keys())
+def test_bad_targets(robot, T, t, kind, said):
+    with pytest.raises(kind) as refused:
+        steadyhand.Planner(robot).update(T, t)
+    assert said in str(refused.value)
+
+
+def test_times_do_not_go_back(robot):
+    planner = steadyhand.Planner(robot)
+    planner.update(target(robot), 1.0)
+    with pytest.raises(ValueError, match="t is 0.9 s, before 1 s of the last plan; times must not go back"):
+        planner.update(target(robot), 0.9)
+
+
+@pytest.mark.parametrize(
+    "arguments, kind, said",
+    [
+        (("ur55",), steadyhand.SteadyhandError, "robot 'ur55' is neither a file nor one of the names in robots/: ur5e"),
+        (("no/such.urdf",), FileNotFoundError, "'no/such.urdf' is neither a file nor"),
+        ((None,), TypeError, "robot must be a name or the path of a file, not NoneType"),
+        (("ur5e", "wayter"), steadyhand.SteadyhandError, "'wayter' is neither a file nor one of the names in profiles/: anti-slosh, tracking, waiter"),
+        (("ur5e", "my.yaml"), FileNotFoundError, "'my.yaml'"),
+    ],
+)
+def test_unknown_names_say_what_there_is(arguments, kind, said):
+    with pytest.raises(kind) as refused:
+        steadyhand.Planner(*arguments)
+    assert said in str(refused.value)
+
+
+def test_two_threads_do_not_share_a_planner_and_others_run_meanwhile(robot):
+    planner, T = steadyhand.Planner(robot, profile="waiter"), target(robot, x=0.1)
+    planned, refused = [], []
+
+    def plan():
+        for _ in range(300):
+            try:
+                planned.append(planner.update(T, 0.0).status)
+            except steadyhand.SteadyhandError as error:
+                refused.append(str(error))
+
+    threads = [threading.Thread(target=plan) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(planned) + len(refused) == 1200 and planned
+    assert set(refused) <= {"another thread is using this object; give each thread one of its own"}
+
+
+def test_help_tells_shapes_units_frames_and_errors():
+    for words in ("(4, 4)", "in the base", "position in m", "s, on a clock", "Raises ValueError", "SteadyhandError"):
+        assert words in steadyhand.Planner.__doc__ + steadyhand.Planner.update.__doc__, words
