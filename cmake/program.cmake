@@ -1,13 +1,9 @@
 # The program `steadyhand`.
-add_library(steadyhand_command_line STATIC src/steadyhand/app/command_line.cpp)
-steadyhand_cold(steadyhand_command_line)
-target_link_libraries(steadyhand_command_line PUBLIC steadyhand_core PRIVATE CLI11::CLI11)
-
 file(GLOB app_sources CONFIGURE_DEPENDS src/steadyhand/app/*.cpp)
-list(FILTER app_sources EXCLUDE REGEX command_line.cpp)
+list(FILTER app_sources EXCLUDE REGEX "/(command_line|run|progress_bar|describe_command|replay_command|solve_command).cpp")
 add_executable(steadyhand ${app_sources})
 steadyhand_cold(steadyhand)
-target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_command_line)
+target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_commands)
 foreach(room ur ros2)
   if(TARGET steadyhand_${room})
     target_link_libraries(steadyhand PRIVATE steadyhand_${room})

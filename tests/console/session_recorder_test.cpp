@@ -5,8 +5,8 @@
 
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/record/session_file.hpp"
-#include "steadyhand/console/past_session.hpp"
 #include "steadyhand/replay/replay.hpp"
+#include "steadyhand/report/past_session.hpp"
 #include "support/virtual_session.hpp"
 #include "support/temporary_folder.hpp"
 

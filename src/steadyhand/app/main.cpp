@@ -1,15 +1,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <exception>
-#include <iostream>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "steadyhand/app/commands.hpp"
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/app/run.hpp"
 #include "steadyhand/console/output_queue.hpp"
 #include "steadyhand/core/configuration.hpp"
 
@@ -34,14 +28,6 @@ constexpr const char* kExamples =
     "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
-
-/// CLI11 would only say that a command is missing.
-std::optional<std::string> unknown_command(const steadyhand::CommandLine& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
-  const std::vector<std::string> known = app.subcommands();
-  if (std::find(known.begin(), known.end(), argv[1]) != known.end()) return std::nullopt;
-  return "unknown command '" + std::string(argv[1]) + "'; " + steadyhand::suggestion(argv[1], known);
-}
 
 /// Descriptors that who started us had closed: whatever is opened next would get their numbers, and a recording what is
 /// meant for people. Reading and writing them fails as if they were closed.
@@ -75,17 +61,6 @@ int main(int argc, char** argv) {
   steadyhand::add_report_command(app, command);
   steadyhand::add_describe_command(app, command);
   steadyhand::add_solve_command(app, command);
-  if (const auto unknown = unknown_command(app, argc, argv)) return fail(*unknown + " (see steadyhand --help)");
-  const steadyhand::Result<bool> parsed = app.parse(argc, argv);
-  if (!parsed) return fail(parsed.error().message + " (see steadyhand --help)");
-  if (!*parsed) return 0;
-  if (!command) return fail("a command is expected (see steadyhand --help)");
-  try {
-    const steadyhand::Status status = command();
-    if (!status) return fail(status.error().message);
-    std::cout.flush();
-    return std::cout ? exit_code : fail("cannot write to stdout");
-  } catch (const std::exception& error) {  // out of memory and the like
-    return fail(error.what());
-  }
+  const steadyhand::Result<int> done = steadyhand::run(app, command, exit_code, argc, argv);
+  return done ? *done : fail(done.error().message);
 }

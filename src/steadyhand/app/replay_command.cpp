@@ -14,10 +14,9 @@
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/record/plan_csv.hpp"
 #include "steadyhand/record/robot_json.hpp"
-#include "steadyhand/report/report.hpp"
-#include "steadyhand/console/past_session.hpp"
-#include "steadyhand/live/planning_stage.hpp"
 #include "steadyhand/replay/replay.hpp"
+#include "steadyhand/report/past_session.hpp"
+#include "steadyhand/report/report.hpp"
 
 namespace steadyhand {
 
@@ -66,7 +65,7 @@ Result<SessionHand> open_session(Options& options, const Places& places) {
   take("yaw_deg", options.own_yaw, options.yaw_deg);
   const std::string profile = session->run("profile");
   if (!options.own_profiles && find_named_file(places, "profiles", profile)) options.profiles = {profile};
-  options.retarget.ramp = PlanningSettings::kRamp;
+  options.retarget.ramp = kLiveRamp;
   options.retarget.accept_emulated = true;  // the gate has judged them
   HandGateSettings gate;
   gate.accept_emulated = session->run("accept_emulated") == "true";

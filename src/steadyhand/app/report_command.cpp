@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "steadyhand/app/commands.hpp"
-#include "steadyhand/console/modest_process.hpp"
-#include "steadyhand/console/past_session.hpp"
-#include "steadyhand/console/session_library.hpp"
 #include "steadyhand/archive/session_recorder.hpp"
+#include "steadyhand/console/modest_process.hpp"
+#include "steadyhand/console/session_library.hpp"
+#include "steadyhand/report/past_session.hpp"
 
 namespace steadyhand {
 

@@ -6,10 +6,10 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "steadyhand/record/session_file.hpp"
 #include "steadyhand/console/modest_process.hpp"
-#include "steadyhand/console/past_session.hpp"
 #include "steadyhand/live/realtime.hpp"
+#include "steadyhand/record/session_file.hpp"
+#include "steadyhand/report/past_session.hpp"
 
 namespace steadyhand {
 

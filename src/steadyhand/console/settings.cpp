@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-SessionSettings::SessionSettings() { live.planning.retarget.ramp = PlanningSettings::kRamp; }
+SessionSettings::SessionSettings() { live.planning.retarget.ramp = kLiveRamp; }
 
 Status SessionSettings::resolve(const SettingsTable& table) {
   const auto frame = [](const std::string& name) { return name == "tool" ? MotionFrame::kTool : MotionFrame::kBase; };

@@ -13,9 +13,6 @@
 namespace steadyhand {
 
 struct PlanningSettings {
-  static constexpr double kSilence = 0.25;  ///< s, of live sessions
-  static constexpr double kRamp = 0.5;      ///< s, RetargetSettings::ramp of live sessions
-
   /// s of the control cycles; plans begin just before one, the first at least `lead` ahead. 0: anywhere.
   double cycle = 0.0;
   double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
@@ -28,7 +25,7 @@ struct PlanningSettings {
   /// from rest, is followed at all of them. 1: no such time.
   double first_moves = 10.0, first_share = 1.0;
   double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
-  double silence = kSilence;  ///< s without a sample after which a closed clutch means nothing
+  double silence = kLiveSilence;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot

@@ -6,6 +6,7 @@
 
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/core/configuration.hpp"
+#include "steadyhand/core/processor.hpp"
 
 namespace steadyhand::python {
 
@@ -69,6 +70,8 @@ nb::object from_pose(const Vector3& p, const Matrix3& R) {
 NB_MODULE(_native, module) {
   using namespace steadyhand;
   module.attr("__version__") = STEADYHAND_VERSION;
+  const std::string_view processor = compiled_processor();
+  module.attr("processor") = nanobind::str(processor.data(), processor.size());
   nanobind::exception<python::Refused>(module, "SteadyhandError", PyExc_ValueError);
   module.def("add_packages", [](const std::string& folder) { Places::add_packages(folder); });
   module.def("names_in", [](const std::string& folder) {
@@ -78,4 +81,5 @@ NB_MODULE(_native, module) {
   });
   python::bind_robot(module);
   python::bind_planner(module);
+  python::bind_program(module);
 }

@@ -4,6 +4,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
 
 #include <initializer_list>
 #include <stdexcept>
@@ -22,6 +23,7 @@ namespace nb = nanobind;
 // One file each, NAME.cpp.
 void bind_robot(nb::module_& module);
 void bind_planner(nb::module_& module);
+void bind_program(nb::module_& module);
 
 /// The reason why something was refused, in the program's words; in Python a SteadyhandError.
 struct Refused : std::runtime_error {

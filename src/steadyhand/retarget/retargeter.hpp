@@ -10,6 +10,9 @@ enum class MotionFrame {
   kTool,  ///< of the held thing: the hand's axes at engagement are the tool's at engagement
 };
 
+/// s, RetargetSettings::ramp of live sessions.
+inline constexpr double kLiveRamp = 0.5;
+
 struct RetargetSettings {
   /// Metres of the tool per metre of the hand; > 0. Half, because people walk about and the arm does not.
   double scale = 0.5;

@@ -22,6 +22,9 @@ enum class HandVerdict {
 /// For people.
 std::string_view to_string(HandVerdict verdict);
 
+/// s of live sessions, without a sample, after which a closed clutch means nothing.
+inline constexpr double kLiveSilence = 0.25;
+
 struct HandGateSettings {
   bool accept_emulated = false;  ///< take poses whose position the headset guesses
   /// A hand's speed: reaching and throwing stay below 6 m/s and 25 rad/s at the hand. The allowances beside them are

@@ -1,12 +1,10 @@
-#include "steadyhand/console/past_session.hpp"
+#include "steadyhand/report/past_session.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <utility>
-
-#include "steadyhand/live/planning_stage.hpp"
 
 namespace steadyhand {
 
@@ -27,7 +25,7 @@ class PastGate {
   /// False if the sample is dropped. Opens its clutch if its pose cannot be trusted.
   bool pass(OperatorSample& sample) {
     const Time now = sample.stamp.made;
-    if (to_seconds(now - heard_) > PlanningSettings::kSilence) gate_.forget();
+    if (to_seconds(now - heard_) > kLiveSilence) gate_.forget();
     heard_ = now;
     const HandVerdict verdict = gate_.update(sample, now);
     good_ = verdict == HandVerdict::kGood;
