@@ -91,8 +91,9 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   output_.command = tracker_.update(now);
   remember(output_.command);
   const Plan& plan = tracker_.plan();
-  at_rest_ = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
-  if (arm_fault) at_rest_ = state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
+  // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
+  const bool told_to_rest = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
+  at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
 
   ++view_.cycles;
   view_.now = now;

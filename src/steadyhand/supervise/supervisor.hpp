@@ -23,7 +23,7 @@ struct SupervisionInput {
   std::string_view failure;    ///< of a part of the program; empty: none
   std::uint64_t stops = 0;     ///< how often a stop was asked for, ever
   std::uint64_t reset_of = 0;  ///< Supervisor::halts of when a reset was asked for last
-  bool at_rest = false;        ///< of the commands
+  bool at_rest = false;        ///< commands and arm
   bool off_plan = false;       ///< measured too far from what was commanded
   bool stalled = false;        ///< the loop slept through too many cycles
   Time last_plan{0};           ///< when a new plan was taken last
