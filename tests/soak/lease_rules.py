@@ -10,6 +10,7 @@ REST_WITHIN = 1.5  # s, after whatever ended following
 SLACK = 0.15  # s, that a message may take to the control loop on a machine that is busy
 OBEYED = 0.1  # s, for a stop; on top, cycles that did not run
 RACE = 0.02  # s: of messages on different sockets so close nobody knows which came first
+CUT_OFF = 0.05  # s, from being cut off to knowing
 CYCLE = 0.01  # s: what comes while a cycle waits for its turn counts in it, after its stamp
 MOVES = 1e-5  # rad/s, commanded
 STOPPED = ("stopping", "fault")
@@ -58,11 +59,19 @@ def rest_after_disengagement(session, log):
             yield ("rest", float(at), f"still commanded to move {late[-1] - at:.2f} s after '{why}'")
 
 
+def was_cut_off(log, stop):
+    """Who attacks is cut off, and learns of it a little later: what it wrote meanwhile nobody read."""
+    return stop["client"].startswith("attacker") and any(
+        e["client"] == stop["client"] and 0.0 <= e["t"] - stop["t"] < CUT_OFF for e in log.of("gone"))
+
+
 def stop_is_obeyed(session, log):
     """Whoever asks: stopping at once, at rest in time, and until a reset that came later."""
     commands = moving(session)
     resets = lawful_resets(log)
     for e in log.requests("stop"):
+        if was_cut_off(log, e):
+            continue
         at, heard = e["t"] - log.begin, log.arrival(e["t"]) - log.begin
         within = OBEYED + lost_cycles(session, at, heard + OBEYED)
         if not session.covers(at, heard + within + REST_WITHIN):

@@ -21,17 +21,20 @@ constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 1
 constexpr double kPositionMargin = 1e-4;  // rad (m)
 constexpr double kMargin = 1e-4;          // share of speed and acceleration
 
-/// How much larger than the model's the pairs of spheres that are planned with may be, m: `most`, and less if they are
-/// nearer than that at home.
-double room_between_nodes(const RobotModel& model, double most) {
+/// m: how far an arm's servos may lead its spheres astray. A lag of T smooths a motion with acceleration a by about
+/// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
+constexpr double kServoMargin = 1e-3;
+
+/// How much larger than the model's the pairs of spheres that are planned with are, m: by what these may overlap between
+/// nodes and the servos' margin, and less if they are nearer than that at home.
+double inflation(const RobotModel& model, double overlap) {
   Kinematics arm(model);
   arm.set_position(model.home);
-  return model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, most);
+  return model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, overlap + kServoMargin);
 }
 
-/// The model with a share of its limits, less the margins, and pairs of spheres larger by `room`: where these overlap by
-/// no more than that between nodes, those of the model do not.
-RobotModel within(const RobotModel& model, double share, double room) {
+/// The model with a share of its limits, less the margins, and pairs of spheres larger by `inflated`.
+RobotModel within(const RobotModel& model, double share, double inflated) {
   RobotModel limited = model;
   limited.velocity_max *= share * (1.0 - kMargin);
   limited.acceleration_max *= share * (1.0 - kMargin);
@@ -39,15 +42,15 @@ RobotModel within(const RobotModel& model, double share, double room) {
   const JointVector margin = (0.01 * range).cwiseMin(kPositionMargin);
   limited.position_min += margin;
   limited.position_max -= margin;
-  for (Sphere& sphere : limited.spheres) sphere.radius += 0.5 * room;
+  for (Sphere& sphere : limited.spheres) sphere.radius += 0.5 * inflated;
   return limited;
 }
 
 }  // namespace
 
-Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share,
+Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share, double inflated,
                                                      const PlanningSettings& settings) {
-  auto limited = std::make_unique<RobotModel>(within(model, share, settings.planner.check.overlap_between_nodes));
+  auto limited = std::make_unique<RobotModel>(within(model, share, inflated));
   auto planner = Planner::make(*limited, settings.ocp, settings.planner);
   if (!planner) return planner.error();
   Kinematics arm(*limited);
@@ -58,13 +61,14 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
                                                            Links& links, const Clock& clock) {
   PlanningSettings resolved = settings;
   double& overlap = resolved.planner.check.overlap_between_nodes;
-  overlap = room_between_nodes(model, overlap);
+  const double inflated = inflation(model, overlap);
+  overlap = std::min(overlap, inflated);
   const bool slow_first = settings.first_share < 1.0 && settings.first_moves > 0.0;
-  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, resolved);
+  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, inflated, resolved);
   if (!gear) return gear.error();
   std::optional<Gear> next;
   if (slow_first) {
-    auto made = make_gear(model, 1.0, resolved);
+    auto made = make_gear(model, 1.0, inflated, resolved);
     if (!made) return made.error();
     next = std::move(*made);
   }

@@ -62,7 +62,7 @@ class PlanningStage {
     std::unique_ptr<Planner> planner;
     Kinematics arm;
   };
-  static Result<Gear> make_gear(const RobotModel& model, double share, const PlanningSettings& settings);
+  static Result<Gear> make_gear(const RobotModel& model, double share, double inflated, const PlanningSettings& settings);
 
   PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
                 std::optional<Gear> next_gear, const Reach& reach);
