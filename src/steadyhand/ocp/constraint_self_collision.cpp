@@ -57,7 +57,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   }
 
   /// (radii + clearance)^2 - radii^2
-  double watch_margin(int row) const override {
+  double activation_margin(int row) const override {
     const auto [i, j] = model_->pairs[row];
     return (2.0 * (model_->spheres[i].radius + model_->spheres[j].radius) + kWatchedClearance) * kWatchedClearance;
   }

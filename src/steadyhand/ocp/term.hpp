@@ -144,7 +144,7 @@ class Constraint {
   virtual EntryRange support(int /*row*/, int dof) const { return {0, 3 * dof}; }
   /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all
   /// rows at its solution. Infinite: never leave it out. In the row's unit.
-  virtual double watch_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
+  virtual double activation_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
 
  protected:
   Constraint() = default;

@@ -59,11 +59,11 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
       unit_curvature_(unit_curvatures(ocp)),
       z_(3 * n_, order_),
       values_(rows_.size(), order_),
-      bands_(order_.batches()),
+      blocks_(order_.batches()),
       largest_multiplier_(rows_.size(), 0.0),
       gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(3 * n_)),
       lagrangian_gradient_(gradient_) {
-  for (auto& batch : bands_) batch.reserve(rows_.size());
+  for (auto& batch : blocks_) batch.reserve(rows_.size());
   std::size_t gradients = 0;
   for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
   gradients_.reserve(gradients * order_.batches());
@@ -78,7 +78,7 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
   }
   if (curvature_scale_ == 0.0) curvature_scale_ = 1.0;
 
-  for (auto& batch : bands_) batch.clear();
+  for (auto& batch : blocks_) batch.clear();
   gradients_.clear();
   z_ = z;
   set_point();
@@ -88,9 +88,9 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
   for (int r = 0; r < rows_.size(); ++r) {
     const Lanes least = least_inside(r);
     violation = max(violation, -least);
-    if (rows_.is_watched(r) || any(least < rows_[r].watch_margin) ||
+    if (rows_.in_working_set(r) || any(least < rows_[r].activation_margin) ||
         (multipliers && largest_multiplier_[r] > kNoMultiplier)) {
-      watch(r, multipliers);
+      work_on(r, multipliers);
     }
   }
   violation_ = largest(violation);
@@ -142,60 +142,60 @@ void ElasticBarrier::find_largest_multipliers(const std::vector<std::vector<doub
   }
 }
 
-void ElasticBarrier::watch(int r, const std::vector<std::vector<double>>* multipliers) {
-  rows_.watch(r);
+void ElasticBarrier::work_on(int r, const std::vector<std::vector<double>>* multipliers) {
+  rows_.add(r);
   const Row& row = rows_[r];
   for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-    Band& band = bands_[b].emplace_back();
-    band.row = r;
-    band.entry = row.entry;
-    band.support = row.support;
-    band.acts = evaluation_.acts(row.nodes, b);
-    band.value = values_[r][b];
-    band.side_count = 0;
-    band.gradient = gradients_.size();
+    RowBlock& block = blocks_[b].emplace_back();
+    block.row = r;
+    block.entry = row.entry;
+    block.support = row.support;
+    block.acts = evaluation_.acts(row.nodes, b);
+    block.value = values_[r][b];
+    block.side_count = 0;
+    block.gradient = gradients_.size();
     if (row.entry < 0) gradients_.resize(gradients_.size() + row.support.last - row.support.first);
 
     Lanes given = 0.0;
     for (int i = 0; multipliers && i < kLanes; ++i) {
       const int k = order_.node(b * kLanes + i);
-      if (band.acts[i] > 0.0) given.set(i, (*multipliers)[k][rows_.slot(r, k)]);
+      if (block.acts[i] > 0.0) given.set(i, (*multipliers)[k][rows_.slot(r, k)]);
     }
     for (const double sign : {1.0, -1.0}) {
       const double limit = sign > 0.0 ? row.bounds.lower : row.bounds.upper;
       if (!std::isfinite(limit)) continue;
-      Side& side = band.sides[band.side_count++];
+      Side& side = block.sides[block.side_count++];
       side.sign = sign;
       side.limit = limit;
       side.multiplier = max(-sign * given, 0.0);
-      side.room = side.excess = 1.0;
+      side.slack = side.elastic = 1.0;
     }
   }
 }
 
 void ElasticBarrier::start_slacks(double mu) {
   mu_ = mu;
-  for_each_band([&](Band& band, int) { start_slacks(band); });
+  for_each_block([&](RowBlock& block, int) { start_slacks(block); });
 }
 
-void ElasticBarrier::start_slacks(Band& band) const {
-  for (int i = 0; i < band.side_count; ++i) {
-    Side& side = band.sides[i];
-    const Lanes g = band.inside(side), room = max(g, std::min(mu_, 1e-2));
-    side.room = room + mu_ / kPrice;
-    side.excess = room - g + mu_ / kPrice;
-    side.multiplier = min(max(side.multiplier, mu_ / room), 0.5 * kPrice);
+void ElasticBarrier::start_slacks(RowBlock& block) const {
+  for (int i = 0; i < block.side_count; ++i) {
+    Side& side = block.sides[i];
+    const Lanes g = block.inside(side), slack = max(g, std::min(mu_, 1e-2));
+    side.slack = slack + mu_ / kPenalty;
+    side.elastic = slack - g + mu_ / kPenalty;
+    side.multiplier = min(max(side.multiplier, mu_ / slack), 0.5 * kPenalty);
   }
 }
 
-Lanes ElasticBarrier::compute(const Band& band, int b) const {
-  return band.entry >= 0 ? z_[band.entry][b] : evaluation_.constraint(b, rows_[band.row].id);
+Lanes ElasticBarrier::compute(const RowBlock& block, int b) const {
+  return block.entry >= 0 ? z_[block.entry][b] : evaluation_.constraint(b, rows_[block.row].id);
 }
 
 void ElasticBarrier::move(const NodeTable& z) {
   z_ = z;
   set_point();
-  for_each_band([&](Band& band, int b) { band.value = compute(band, b); });
+  for_each_block([&](RowBlock& block, int b) { block.value = compute(block, b); });
 }
 
 const Residuals& ElasticBarrier::differentiate() {
@@ -205,26 +205,26 @@ const Residuals& ElasticBarrier::differentiate() {
     evaluation_.add_objective_gradient(b, gradient_[b]);
     NodeGradientOf<Lanes>& lagrangian = lagrangian_gradient_[b];
     lagrangian = gradient_[b];
-    for (Band& band : bands_[b]) {
-      const Lanes multiplier = band.signed_multiplier();
-      if (band.entry >= 0) {
-        lagrangian[band.entry] += multiplier;
+    for (RowBlock& block : blocks_[b]) {
+      const Lanes multiplier = block.signed_multiplier();
+      if (block.entry >= 0) {
+        lagrangian[block.entry] += multiplier;
       } else {
-        const auto [first, last] = band.support;
+        const auto [first, last] = block.support;
         NodeGradientOf<Lanes> gradient(3 * n_);
         gradient.segment(first, last - first).setZero();
-        evaluation_.add_constraint_gradient(b, rows_[band.row].id, gradient);
+        evaluation_.add_constraint_gradient(b, rows_[block.row].id, gradient);
         for (int i = first; i < last; ++i) {
-          gradients_[band.gradient + i - first] = gradient[i];
+          gradients_[block.gradient + i - first] = gradient[i];
           lagrangian[i] += multiplier * gradient[i];
         }
       }
-      for (int i = 0; i < band.side_count; ++i) {
-        const Side& side = band.sides[i];
-        const Lanes g = band.inside(side), y = side.multiplier;
+      for (int i = 0; i < block.side_count; ++i) {
+        const Side& side = block.sides[i];
+        const Lanes g = block.inside(side), y = side.multiplier;
         violation = max(violation, -g);
         complementarity = max(complementarity, abs(y * g));
-        centrality = max(centrality, max(abs(side.room * y - mu_), abs(side.excess * (kPrice - y) - mu_)));
+        centrality = max(centrality, max(abs(side.slack * y - mu_), abs(side.elastic * (kPenalty - y) - mu_)));
       }
     }
   }
@@ -247,43 +247,43 @@ const Residuals& ElasticBarrier::differentiate() {
   return residuals_;
 }
 
-// The Newton equations of one bound, with y the multiplier, w = price - y that of excess >= 0, and dg = g' dz:
-//   dg + d_excess = d_room,   room dy + y d_room = mu - room y,   -excess dy + w d_excess = mu - excess w.
-// So dy = stiffness (offset - dg) with 1 / stiffness = room / y + excess / w and offset = (mu / y - room) - (mu / w -
-// excess).
+// The Newton equations of one bound, with y the multiplier, w = penalty - y that of elastic >= 0, and dg = g' dz:
+//   dg + d_elastic = d_slack,   slack dy + y d_slack = mu - slack y,   -elastic dy + w d_elastic = mu - elastic w.
+// So dy = stiffness (offset - dg) with 1 / stiffness = slack / y + elastic / w and offset = (mu / y - slack) - (mu / w -
+// elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
   for (int b = 0; b < evaluation_.batches(); ++b) {
     NodeHessianOf<Lanes> H = NodeHessianOf<Lanes>::Zero(3 * n_, 3 * n_);
     evaluation_.add_objective_hessian(b, curvature, H);
     NodeGradientOf<Lanes> g = gradient_[b];
-    for (Band& band : bands_[b]) {
+    for (RowBlock& block : blocks_[b]) {
       Lanes stiffness = 0.0, force = 0.0;
-      for (int i = 0; i < band.side_count; ++i) {
-        Side& side = band.sides[i];
-        const Lanes y = side.multiplier, w = kPrice - y, yw = y * w;
-        side.stiffness = yw / (side.room * w + side.excess * y);
-        side.offset = mu_ * (w - y) / yw - side.room + side.excess;
+      for (int i = 0; i < block.side_count; ++i) {
+        Side& side = block.sides[i];
+        const Lanes y = side.multiplier, w = kPenalty - y, yw = y * w;
+        side.stiffness = yw / (side.slack * w + side.elastic * y);
+        side.offset = mu_ * (w - y) / yw - side.slack + side.elastic;
         stiffness += side.stiffness;
         force -= side.sign * (y + side.stiffness * side.offset);
       }
-      stiffness *= band.acts;
-      force *= band.acts;
-      if (band.entry >= 0) {
-        H(band.entry, band.entry) += stiffness;
-        g[band.entry] += force;
+      stiffness *= block.acts;
+      force *= block.acts;
+      if (block.entry >= 0) {
+        H(block.entry, block.entry) += stiffness;
+        g[block.entry] += force;
         continue;
       }
-      const Lanes* gradient = gradients_.data() + band.gradient;
-      const int first = band.support.first, size = band.support.last - first;
+      const Lanes* gradient = gradients_.data() + block.gradient;
+      const int first = block.support.first, size = block.support.last - first;
       for (int j = 0; j < size; ++j) {
         const Lanes scaled = stiffness * gradient[j];
         for (int i = 0; i <= j; ++i) H(first + i, first + j) += scaled * gradient[i];
         g[first + j] += force * gradient[j];
       }
-      const Lanes multiplier = band.signed_multiplier();
+      const Lanes multiplier = block.signed_multiplier();
       if (curvature == Curvature::kExact && any(abs(multiplier) > kNoMultiplier)) {
-        evaluation_.add_constraint_hessian(b, rows_[band.row].id, multiplier, H);
+        evaluation_.add_constraint_hessian(b, rows_[block.row].id, multiplier, H);
       }
     }
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
@@ -315,26 +315,26 @@ double ElasticBarrier::complete(const NodeTable& step) {
   for (int i = 0; i < 3 * n_; ++i) {
     for (int b = 0; b < evaluation_.batches(); ++b) slope += gradient_[b][i] * step[i][b];
   }
-  for_each_band([&](Band& band, int b) {
+  for_each_block([&](RowBlock& block, int b) {
     Lanes change = 0.0;
-    if (band.entry >= 0) {
-      change = step[band.entry][b];
+    if (block.entry >= 0) {
+      change = step[block.entry][b];
     } else {
-      const Lanes* gradient = gradients_.data() + band.gradient;
-      for (int i = band.support.first; i < band.support.last; ++i) change += *gradient++ * step[i][b];
+      const Lanes* gradient = gradients_.data() + block.gradient;
+      for (int i = block.support.first; i < block.support.last; ++i) change += *gradient++ * step[i][b];
     }
-    change *= band.acts;
-    for (int i = 0; i < band.side_count; ++i) {
-      Side& side = band.sides[i];
-      const Lanes room = side.room, excess = side.excess, y = side.multiplier, w = kPrice - y;
+    change *= block.acts;
+    for (int i = 0; i < block.side_count; ++i) {
+      Side& side = block.sides[i];
+      const Lanes slack = side.slack, elastic = side.elastic, y = side.multiplier, w = kPenalty - y;
       const Lanes dy = side.stiffness * (side.offset - side.sign * change);
-      const Lanes by_multipliers = 1.0 / (y * w), by_slacks = 1.0 / (room * excess);
+      const Lanes by_multipliers = 1.0 / (y * w), by_slacks = 1.0 / (slack * elastic);
       side.multiplier_step = dy;
-      side.room_step = (mu_ - room * dy) * (w * by_multipliers) - room;
-      side.excess_step = (mu_ + excess * dy) * (y * by_multipliers) - excess;
-      const Lanes room_growth = side.room_step * (excess * by_slacks);
-      const Lanes excess_growth = side.excess_step * (room * by_slacks);
-      slope += kPrice * side.excess_step - mu_ * (room_growth + excess_growth);
+      side.slack_step = (mu_ - slack * dy) * (w * by_multipliers) - slack;
+      side.elastic_step = (mu_ + elastic * dy) * (y * by_multipliers) - elastic;
+      const Lanes room_growth = side.slack_step * (elastic * by_slacks);
+      const Lanes excess_growth = side.elastic_step * (slack * by_slacks);
+      slope += kPenalty * side.elastic_step - mu_ * (room_growth + excess_growth);
       shrink = max(shrink, -min(room_growth, excess_growth));
       dual_shrink = max(dual_shrink, max(-dy * (w * by_multipliers), dy * (y * by_multipliers)));
     }
@@ -345,21 +345,21 @@ double ElasticBarrier::complete(const NodeTable& step) {
   return std::isfinite(total) ? total : kInfinity;
 }
 
-double ElasticBarrier::phi(Lanes excess, double logarithms) const {
-  const double result = objective_ + kPrice * sum(excess) - mu_ * logarithms;
+double ElasticBarrier::phi(Lanes elastic, double logarithms) const {
+  const double result = objective_ + kPenalty * sum(elastic) - mu_ * logarithms;
   return std::isfinite(result) ? result : kInfinity;
 }
 
 double ElasticBarrier::merit() {
-  Lanes excess = 0.0;
+  Lanes elastic = 0.0;
   LogSum logarithms;
-  for_each_band([&](const Band& band, int) {
-    for (int i = 0; i < band.side_count; ++i) {
-      excess += band.sides[i].excess;
-      logarithms.add(band.sides[i].room * band.sides[i].excess);
+  for_each_block([&](const RowBlock& block, int) {
+    for (int i = 0; i < block.side_count; ++i) {
+      elastic += block.sides[i].elastic;
+      logarithms.add(block.sides[i].slack * block.sides[i].elastic);
     }
   });
-  return phi(excess, logarithms.value());
+  return phi(elastic, logarithms.value());
 }
 
 double ElasticBarrier::try_step(const NodeTable& z, double scale) {
@@ -367,28 +367,28 @@ double ElasticBarrier::try_step(const NodeTable& z, double scale) {
   set_point();
   Lanes sum_of_excess = 0.0;
   LogSum logarithms;
-  for_each_band([&](Band& band, int b) {
-    band.value = compute(band, b);
-    for (int i = 0; i < band.side_count; ++i) {
-      Side& side = band.sides[i];
-      const Lanes room = side.room + scale * side.room_step, excess = side.excess + scale * side.excess_step;
-      // What curvature leaves of g + excess = room goes into the room while there is some, then into the excess.
-      const Lanes rest = band.inside(side) + excess - room, taken = max(rest, -0.5 * room);
-      side.new_room = room + taken;
-      side.new_excess = excess - (rest - taken);
-      sum_of_excess += side.new_excess;
-      logarithms.add(side.new_room * side.new_excess);
+  for_each_block([&](RowBlock& block, int b) {
+    block.value = compute(block, b);
+    for (int i = 0; i < block.side_count; ++i) {
+      Side& side = block.sides[i];
+      const Lanes slack = side.slack + scale * side.slack_step, elastic = side.elastic + scale * side.elastic_step;
+      // What curvature leaves of g + elastic = slack goes into the slack while there is some, then into the elastic.
+      const Lanes rest = block.inside(side) + elastic - slack, taken = max(rest, -0.5 * slack);
+      side.new_slack = slack + taken;
+      side.new_elastic = elastic - (rest - taken);
+      sum_of_excess += side.new_elastic;
+      logarithms.add(side.new_slack * side.new_elastic);
     }
   });
   return phi(sum_of_excess, logarithms.value());
 }
 
 void ElasticBarrier::accept() {
-  for_each_band([&](Band& band, int) {
-    for (int i = 0; i < band.side_count; ++i) {
-      Side& side = band.sides[i];
-      side.room = side.new_room;
-      side.excess = side.new_excess;
+  for_each_block([&](RowBlock& block, int) {
+    for (int i = 0; i < block.side_count; ++i) {
+      Side& side = block.sides[i];
+      side.slack = side.new_slack;
+      side.elastic = side.new_elastic;
       side.multiplier += largest_dual_scale_ * side.multiplier_step;
     }
   });
@@ -401,9 +401,9 @@ ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
   for (int r = 0; r < rows_.size(); ++r) {
     const Lanes outside = -least_inside(r);
     violation = max(violation, outside);
-    if (rows_.is_watched(r) || !any(outside > tolerance)) continue;
-    watch(r, nullptr);
-    for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) start_slacks(bands_[b].back());
+    if (rows_.in_working_set(r) || !any(outside > tolerance)) continue;
+    work_on(r, nullptr);
+    for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) start_slacks(blocks_[b].back());
     if (rows_[r].entry < 0) result = Check::kMissed;
     if (result == Check::kNothingNew) result = Check::kMissedLinear;
   }
@@ -414,11 +414,11 @@ ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
 void ElasticBarrier::write_multipliers(std::vector<std::vector<double>>& multipliers) const {
   for (auto& node : multipliers) std::fill(node.begin(), node.end(), 0.0);
   for (int b = 0; b < evaluation_.batches(); ++b) {
-    for (const Band& band : bands_[b]) {
-      const Lanes numbers = band.signed_multiplier();
+    for (const RowBlock& block : blocks_[b]) {
+      const Lanes numbers = block.signed_multiplier();
       for (int i = 0; i < kLanes; ++i) {
         const int k = order_.node(b * kLanes + i);
-        if (band.acts[i] > 0.0) multipliers[k][rows_.slot(band.row, k)] = numbers[i];
+        if (block.acts[i] > 0.0) multipliers[k][rows_.slot(block.row, k)] = numbers[i];
       }
     }
   }

@@ -14,19 +14,19 @@ namespace steadyhand::realtime {
 /// Distance of a point with its multipliers from the KKT conditions; the first three are the terms of kkt_error().
 struct Residuals {
   double dual = 0.0;             ///< largest |dL/du|, states eliminated
-  double violation = 0.0;        ///< of the watched rows
+  double violation = 0.0;        ///< of the rows in the working set
   double complementarity = 0.0;  ///< largest |multiplier * distance to the bound|
-  double centrality = 0.0;       ///< largest |slack * multiplier - mu|, of both kinds of slack
+  double centrality = 0.0;       ///< largest |slack * multiplier - mu|, of slacks and of elastic variables
 
   double kkt() const { return std::max({dual, violation, complementarity}); }
 };
 
 /// The problem that the solver's Newton steps see (docs/solver.md, "Elastic barrier"). Every bound of every row at
-/// every node, written as g(z) >= 0, gets two positive slacks with g + excess = room: `room` inside the bound and
-/// `excess` beyond it. Over the accelerations and the slacks the solver minimises
-///   phi = J + sum ( price * excess - mu log room - mu log excess ),
-/// whose minimisers go to the solution as mu -> 0. The slacks make g + excess = room true at any point, so there is no
-/// infeasible iterate; the price is above every multiplier, so no excess is left at the end unless it must.
+/// every node, written as g(z) >= 0, gets two positive variables with g + elastic = slack: the slack is the distance to
+/// the bound from inside, the elastic variable the violation. Over the accelerations and these the solver minimises
+///   phi = J + sum ( penalty * elastic - mu log slack - mu log elastic ),
+/// whose minimisers go to the solution as mu -> 0. They make g + elastic = slack true at any point, so there is no
+/// infeasible iterate; the l1 penalty is above every multiplier, so that elastic variables vanish wherever they can.
 ///
 /// Points z are tables [q; dq; u] x nodes that obey the dynamics. Lanes in which a row does not act carry the bound
 /// 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
@@ -34,10 +34,10 @@ class ElasticBarrier {
  public:
   explicit ElasticBarrier(const Ocp& ocp);
 
-  /// No row is watched but those that always are.
+  /// Leaves in the working set only the rows that are always there.
   void forget_rows() { rows_.reset(); }
-  /// Starts a new problem at z. Watches the rows near their bounds there, and those it did before. start_slacks() must
-  /// follow before anything but differentiate().
+  /// Starts a new problem at z. Takes the rows near their bounds into the working set, beside those in it.
+  /// start_slacks() must follow before anything but differentiate().
   /// @param multipliers those of a solution nearby, or null
   void begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers);
   /// Slacks for the point and the barrier parameter mu: far enough from zero to move. Multipliers on the central path
@@ -68,7 +68,7 @@ class ElasticBarrier {
   double objective() const { return objective_; }
   /// What check_all_rows() found.
   enum class Check { kNothingNew, kMissedLinear, kMissed };
-  /// Looks at all rows at the point; those outside their bounds by more than the tolerance are watched from now on.
+  /// Looks at all rows at the point; those outside their bounds by more than the tolerance go into the working set.
   Check check_all_rows(double tolerance);
   /// Violation of all rows where begin() or check_all_rows() looked last.
   double violation() const { return violation_; }
@@ -77,7 +77,7 @@ class ElasticBarrier {
   void write_multipliers(std::vector<std::vector<double>>& multipliers) const;
 
  private:
-  static constexpr double kPrice = 1e6;
+  static constexpr double kPenalty = 1e6;
   static constexpr double kStayInside = 0.995;  ///< largest share of the way to zero that a slack goes in one step
   /// Multipliers below this are taken for those of rows that are not near their bounds.
   static constexpr double kNoMultiplier = 1e-4;
@@ -85,13 +85,13 @@ class ElasticBarrier {
   /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
   struct Side {
     double sign, limit;
-    Lanes room, excess, multiplier;
+    Lanes slack, elastic, multiplier;
     Lanes stiffness, offset;  ///< of the last model()
-    Lanes room_step, excess_step, multiplier_step;
-    Lanes new_room, new_excess;
+    Lanes slack_step, elastic_step, multiplier_step;
+    Lanes new_slack, new_elastic;
   };
-  /// A watched row at the nodes of a batch.
-  struct Band {
+  /// A row of the working set at the nodes of a batch.
+  struct RowBlock {
     int row, entry;
     EntryRange support;
     Lanes acts;   ///< 1 in lanes where the row acts, else 0
@@ -113,18 +113,18 @@ class ElasticBarrier {
   void set_point();  ///< all that is known at z_
   void compute_all_rows();
   Lanes least_inside(int r) const;
-  Lanes compute(const Band& band, int b) const;
-  void watch(int r, const std::vector<std::vector<double>>* multipliers);
-  void start_slacks(Band& band) const;
+  Lanes compute(const RowBlock& block, int b) const;
+  void work_on(int r, const std::vector<std::vector<double>>* multipliers);
+  void start_slacks(RowBlock& block) const;
   /// Largest multiplier of each row over the nodes.
   void find_largest_multipliers(const std::vector<std::vector<double>>& multipliers);
   void write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g, NewtonSystem& newton) const;
-  double phi(Lanes excess, double logarithms) const;
-  /// Calls f(band, batch) with every band.
+  double phi(Lanes elastic, double logarithms) const;
+  /// Calls f(block, batch) with every block.
   template <typename F>
-  void for_each_band(const F& f) {
+  void for_each_block(const F& f) {
     for (int b = 0; b < evaluation_.batches(); ++b) {
-      for (Band& band : bands_[b]) f(band, b);
+      for (RowBlock& block : blocks_[b]) f(block, b);
     }
   }
 
@@ -140,8 +140,8 @@ class ElasticBarrier {
 
   NodeTable z_;                           ///< the point
   NodeTable values_;                      ///< of all rows, where they were computed last
-  std::vector<std::vector<Band>> bands_;  ///< by batch
-  std::vector<Lanes> gradients_;          ///< of the bands
+  std::vector<std::vector<RowBlock>> blocks_;  ///< by batch
+  std::vector<Lanes> gradients_;          ///< of the blocks
   std::vector<double> largest_multiplier_;
   double objective_ = 0.0, violation_ = 0.0;
   std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch

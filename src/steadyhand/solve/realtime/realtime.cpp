@@ -111,7 +111,7 @@ class Realtime final : public Solver {
     while (true) {
       const Outcome outcome = minimise(instance, multipliers, budget);
       if (outcome != Outcome::kMissedRows) return outcome == Outcome::kSolved;
-      // A path that did not see a row may have gone right through it: walk again with the row watched.
+      // A path that did not see a row may have gone right through it: solve again with the row in the working set.
       point_ = start_;
     }
   }
@@ -133,7 +133,7 @@ class Realtime final : public Solver {
           case ElasticBarrier::Check::kMissed:
             return Outcome::kMissedRows;
           case ElasticBarrier::Check::kMissedLinear:
-            break;  // goes on from here with the rows watched
+            break;  // goes on from here with the rows in the working set
         }
       } else if (barrier_.mu() <= last_mu) {
         // A minimiser that is not a solution lies outside of bounds: locally infeasible.

@@ -15,28 +15,28 @@ RowSet::RowSet(const Ocp& ocp) : horizon_(ocp.horizon()) {
                        constraint.bounds(i),
                        constraint.entry(i),
                        constraint.support(i, ocp.dof()),
-                       constraint.watch_margin(i)});
+                       constraint.activation_margin(i)});
       slot_first_.push_back(of_state ? -1 : first_slots++);
       slot_last_.push_back(of_state ? last_slots++ : -1);
     }
   }
-  is_watched_.resize(rows_.size());
-  watched_.reserve(rows_.size());
+  in_working_set_.resize(rows_.size());
+  working_set_.reserve(rows_.size());
   reset();
 }
 
 void RowSet::reset() {
-  watched_.clear();
+  working_set_.clear();
   for (int r = 0; r < size(); ++r) {
-    is_watched_[r] = !std::isfinite(rows_[r].watch_margin);
-    if (is_watched_[r]) watched_.push_back(r);
+    in_working_set_[r] = !std::isfinite(rows_[r].activation_margin);
+    if (in_working_set_[r]) working_set_.push_back(r);
   }
 }
 
-void RowSet::watch(int r) {
-  if (is_watched_[r]) return;
-  is_watched_[r] = true;
-  watched_.push_back(r);
+void RowSet::add(int r) {
+  if (in_working_set_[r]) return;
+  in_working_set_[r] = true;
+  working_set_.push_back(r);
 }
 
 }  // namespace steadyhand::realtime

@@ -13,11 +13,11 @@ struct Row {
   Bounds bounds;
   int entry;            ///< see Constraint::entry
   EntryRange support;   ///< see Constraint::support
-  double watch_margin;  ///< see Constraint::watch_margin
+  double activation_margin;  ///< see Constraint::activation_margin
 };
 
-/// All rows of an Ocp, in the order of Evaluation::rows, and which of them are watched: computed at every iterate. The
-/// others are only looked at when the watched ones are satisfied.
+/// All rows of an Ocp, in the order of Evaluation::rows, and the working set of those that are computed at every
+/// iterate. The others are only looked at when these are satisfied.
 class RowSet {
  public:
   explicit RowSet(const Ocp& ocp);
@@ -30,18 +30,18 @@ class RowSet {
   /// Index of row r in Evaluation::rows(k). @pre first(r) <= k <= last(r)
   int slot(int r, int k) const { return k == 0 ? slot_first_[r] : k == horizon_ ? slot_last_[r] : r; }
 
-  const std::vector<int>& watched() const { return watched_; }
-  bool is_watched(int r) const { return is_watched_[r]; }
-  /// Leaves only the rows that are always watched.
+  const std::vector<int>& working_set() const { return working_set_; }
+  bool in_working_set(int r) const { return in_working_set_[r]; }
+  /// Leaves only the rows that are always in the working set.
   void reset();
-  void watch(int r);
+  void add(int r);
 
  private:
   int horizon_;
   std::vector<Row> rows_;
   std::vector<int> slot_first_, slot_last_;
-  std::vector<int> watched_;
-  std::vector<char> is_watched_;
+  std::vector<int> working_set_;
+  std::vector<char> in_working_set_;
 };
 
 }  // namespace steadyhand::realtime
