@@ -47,7 +47,7 @@ TEST_P(RandomArms, PositionDerivatives) {
           other.set_position(at);
           return other.dp(i);
         };
-        EXPECT_LT((kinematics.ddp(i, k) - difference(dp, q, k)).norm(), 1e-8);
+        EXPECT_LT((kinematics.d2p(i, k) - difference(dp, q, k)).norm(), 1e-8);
       }
       for (std::size_t s = 0; s < model.spheres.size(); ++s) {
         const auto center = [&](const JointVector& at) {

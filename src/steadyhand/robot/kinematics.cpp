@@ -32,9 +32,10 @@ KinematicsOf<Scalar>::KinematicsOf(const RobotModel& model)
   tool_p_ = to_ours.back() * model.tool.origin.translation();
   for (int i = 0; i < std::ssize(model.spheres); ++i) {
     const Sphere& sphere = model.spheres[i];
-    balls_.push_back({i, sphere.link, to_ours[sphere.link] * sphere.center});
+    link_spheres_.push_back({i, sphere.link, to_ours[sphere.link] * sphere.center});
   }
-  std::stable_sort(balls_.begin(), balls_.end(), [](const Ball& a, const Ball& b) { return a.link < b.link; });
+  std::stable_sort(link_spheres_.begin(), link_spheres_.end(),
+                   [](const LinkSphere& a, const LinkSphere& b) { return a.link < b.link; });
   set_position(Joints::Zero(dof_));
   set_motion(Joints::Zero(dof_), Joints::Zero(dof_));
 }
@@ -44,9 +45,9 @@ void KinematicsOf<Scalar>::set_position(const Joints& q) {
   q_ = q;
   Matrix R = Matrix::Identity();
   Vector p = Vector::Zero();
-  auto ball = balls_.begin();
+  auto sphere = link_spheres_.begin();
   const auto place_spheres = [&](int link) {
-    for (; ball != balls_.end() && ball->link == link; ++ball) spheres_[ball->sphere] = p + R * ball->center;
+    for (; sphere != link_spheres_.end() && sphere->link == link; ++sphere) spheres_[sphere->sphere] = p + R * sphere->center;
   };
   place_spheres(0);
   for (int k = 0; k < dof_; ++k) {
@@ -88,14 +89,14 @@ Scalar KinematicsOf<Scalar>::clearance() const {
 
 // docs/formulation.md derives what follows. The tool's twist and acceleration in its own frame are sums over the
 // joints:
-//   V_[k]   = sum_{j<k} X_j dq_j,   A_k = (0, R'g) + sum_{j<k} ( X_j ddq_j + B_j dq_j ),   B_k = [V_[k], X_k],
+//   V_[k]   = sum_{j<k} S_j dq_j,   A_k = (0, R'g) + sum_{j<k} ( S_j ddq_j + B_j dq_j ),   B_k = [V_[k], S_k],
 //   a_local = A_n.linear + V.angular x V.linear   with V = V_[n].
-// Turning joint m moves only what stands before it, so dV_[k]/dq_m = B_m for every k > m; with C_m = [A_m, X_m] -
-// [B_m, V_[m]] the derivatives of A_k, k > m, are C_m + [B_m, V_[k]] by q_m and 2 B_m + [X_m, V_[k]] by dq_m.
+// Turning joint m moves only what stands before it, so dV_[k]/dq_m = B_m for every k > m; with C_m = [A_m, S_m] -
+// [B_m, V_[m]] the derivatives of A_k, k > m, are C_m + [B_m, V_[k]] by q_m and 2 B_m + [S_m, V_[k]] by dq_m.
 
 namespace {
 
-/// Lie bracket of se(3). It differentiates the unit twists: dX_j / dq_k = [X_j, X_k] for k > j, else 0.
+/// Lie bracket of se(3). It differentiates the unit twists: dS_j / dq_k = [S_j, S_k] for k > j, else 0.
 template <typename Scalar>
 TwistOf<Scalar> bracket(const TwistOf<Scalar>& a, const TwistOf<Scalar>& b) {
   return {a.angular.cross(b.angular), a.angular.cross(b.linear) + a.linear.cross(b.angular)};
@@ -121,17 +122,17 @@ void KinematicsOf<Scalar>::set_motion(const Joints& dq, const Joints& ddq) {
   Twist A{Vector::Zero(), kGravity[2] * R_.row(2).transpose()};
   V_[0] = {};
   for (int k = 0; k < dof_; ++k) {
-    X_[k] = {R_.transpose() * axes_[k], R_.transpose() * dp_[k]};
-    B_[k] = bracket(V_[k], X_[k]);
-    C_[k] = bracket(A, X_[k]) - bracket(B_[k], V_[k]);
-    V_[k + 1] = V_[k] + dq[k] * X_[k];
-    A = A + ddq[k] * X_[k] + dq[k] * B_[k];
+    S_[k] = {R_.transpose() * axes_[k], R_.transpose() * dp_[k]};
+    B_[k] = bracket(V_[k], S_[k]);
+    C_[k] = bracket(A, S_[k]) - bracket(B_[k], V_[k]);
+    V_[k + 1] = V_[k] + dq[k] * S_[k];
+    A = A + ddq[k] * S_[k] + dq[k] * B_[k];
   }
   const Twist& V = V_[dof_];
   y_ = A.linear + V.angular.cross(V.linear);
   for (int k = 0; k < dof_; ++k) {
     dy_dq_[k] = C_[k].linear + 2.0 * B_[k].angular.cross(V.linear);
-    dy_dv_[k] = 2.0 * (B_[k].linear + X_[k].angular.cross(V.linear));
+    dy_dv_[k] = 2.0 * (B_[k].linear + S_[k].angular.cross(V.linear));
   }
 }
 
@@ -141,17 +142,17 @@ void KinematicsOf<Scalar>::add_local_acceleration_hessian(const Vector& weight, 
   const Twist& V = V_[n];
   const Twist of_A{Vector::Zero(), weight};
   for (int l = 0; l < n; ++l) {
-    const Twist alpha = pull(of_A, X_[l]), delta = alpha + mix(weight, X_[l]);
+    const Twist alpha = pull(of_A, S_[l]), delta = alpha + mix(weight, S_[l]);
     const Twist gamma = mix(weight, V) + pull(of_A, V - V_[l]);
-    const Twist beta = pull(alpha, V_[l]) + pull(gamma, X_[l]) + mix(weight, B_[l]);
+    const Twist beta = pull(alpha, V_[l]) + pull(gamma, S_[l]) + mix(weight, B_[l]);
     for (int m = 0; m <= l; ++m) {
       H(m, l) += alpha.dot(C_[m]) + beta.dot(B_[m]);
       H(m, n + l) += delta.dot(B_[m]);
-      H(n + m, n + l) += delta.dot(X_[m]);
+      H(n + m, n + l) += delta.dot(S_[m]);
     }
     for (int m = 0; m < l; ++m) {
-      H(l, n + m) += 2.0 * alpha.dot(B_[m]) + beta.dot(X_[m]);
-      H(l, 2 * n + m) += alpha.dot(X_[m]);
+      H(l, n + m) += 2.0 * alpha.dot(B_[m]) + beta.dot(S_[m]);
+      H(l, 2 * n + m) += alpha.dot(S_[m]);
     }
   }
 }

@@ -8,7 +8,7 @@
 
 namespace steadyhand {
 
-/// Rigid motion in the tool frame: angular part first. Joint k's unit twist is X_k, the arm's twist V = sum_k X_k dq_k.
+/// Rigid motion in the tool frame: angular part first. Joint k's unit twist is S_k, the arm's twist V = sum_k S_k dq_k.
 template <typename Scalar>
 struct TwistOf {
   Vector3Of<Scalar> angular = Vector3Of<Scalar>::Zero();
@@ -60,7 +60,7 @@ class KinematicsOf {
   /// dp/dq_k, m/rad (m/m), base frame.
   const Vector& dp(int k) const { return dp_[k]; }
   /// d2p / dq_i dq_j; symmetric.
-  Vector ddp(int i, int j) const { return i <= j ? axes_[i].cross(dp_[j]) : axes_[j].cross(dp_[i]); }
+  Vector d2p(int i, int j) const { return i <= j ? axes_[i].cross(dp_[j]) : axes_[j].cross(dp_[i]); }
 
   const Vector& sphere(int i) const { return spheres_[i]; }  ///< m, centre of sphere i in the base
   /// Derivative of a point that is fixed to a link behind joint k with respect to q_k; `point` in the base.
@@ -81,7 +81,7 @@ class KinematicsOf {
   /// Its derivatives by joint k: with respect to q_k, dq_k and ddq_k.
   const Vector& dy_dq(int k) const { return dy_dq_[k]; }
   const Vector& dy_dv(int k) const { return dy_dv_[k]; }
-  const Vector& dy_ddq(int k) const { return X_[k].linear; }
+  const Vector& dy_ddq(int k) const { return S_[k].linear; }
   /// Adds the second derivatives of weight . a_local to the upper triangle of H. weight: 3, tool frame.
   void add_local_acceleration_hessian(const Vector& weight, MotionHessianOf<Scalar>& H) const;
 
@@ -95,14 +95,14 @@ class KinematicsOf {
     bool turns;
   };
   /// A sphere's centre in our frame of its link.
-  struct Ball {
+  struct LinkSphere {
     int sphere, link;
     Vector3 center;
   };
 
   const RobotModel* model_;
   int dof_;
-  std::vector<Ball> balls_;  ///< sorted by link
+  std::vector<LinkSphere> link_spheres_;  ///< sorted by link
   Matrix3 tool_R_;           ///< tool in our last frame
   Vector3 tool_p_;
   std::vector<Link> links_;
@@ -113,7 +113,7 @@ class KinematicsOf {
   std::array<Vector, kMaxJoints> axes_, origins_, dp_;
   std::vector<Vector> spheres_;
 
-  std::array<Twist, kMaxJoints> X_;      ///< unit twists of the joints, tool frame
+  std::array<Twist, kMaxJoints> S_;      ///< unit twists of the joints, tool frame
   std::array<Twist, kMaxJoints + 1> V_;  ///< V_[k]: twist from the first k joints
   std::array<Twist, kMaxJoints> B_, C_;  ///< see kinematics.cpp
   std::array<Vector, kMaxJoints> dy_dq_, dy_dv_;
