@@ -42,7 +42,7 @@ struct Pose {
   Pose inverse() const { return {q.conjugate() * -p, q.conjugate()}; }
 };
 
-/// Standard gravity as the formulation writes it, m/s^2: the acceleration that a glass at rest feels, base frame, z up.
+/// Standard gravity as the formulation writes it, m/s^2: the specific force on a glass at rest, base frame, z up.
 inline const Vector3 kGravity{0.0, 0.0, 9.81};
 
 }  // namespace steadyhand

@@ -7,7 +7,7 @@
 
 namespace steadyhand {
 
-/// w |r|^2 with r = a_local - g along some axes of the glass: how far what the liquid feels is from rest.
+/// w |r|^2 with r = a_local - g along some axes of the glass: how far the specific force on the liquid is from that at rest.
 template <int... axes>
 class LiquidObjective : public ObjectiveFor<LiquidObjective<axes...>> {
  public:

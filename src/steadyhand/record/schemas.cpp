@@ -109,7 +109,7 @@ Schema plan_step_schema() {
                  {"q", joints("rad (m)")},
                  {"dq", joints("rad/s (m/s)")},
                  {"ddq", joints("rad/s^2 (m/s^2)")},
-                 {"local_acceleration", vector3("what the glass feels, controlled frame, m/s^2; [0, 0, 9.81] at rest")},
+                 {"local_acceleration", vector3("specific force, tool frame, m/s^2; [0, 0, 9.81] at rest and upright")},
                  {"objective", number("value of the objective")},
                  {"shares", described({{"type", "object"}, {"additionalProperties", {{"type", "number"}}}},
                                       "what each term adds to the objective")},

@@ -16,7 +16,7 @@ struct JointLimits {
   JointVector acceleration_max;  ///< rad/s^2 (m/s^2)
 };
 
-/// What one profile made of a recording. Accelerations are those that the glass feels (a_local of FORMULATION.md) at
+/// What one profile made of a recording. Accelerations are specific forces in the tool frame (a_local of docs/formulation.md) at
 /// the start of each plan; errors compare planned pose and target at the same time, over the steps that were engaged.
 struct Metrics {
   int steps = 0;
