@@ -1,0 +1,97 @@
+"""What the repository says of itself: one version everywhere, and no link that leads nowhere."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+
+
+def text(name):
+    return (ROOT / name).read_text()
+
+
+def one(pattern, name):
+    found = re.findall(pattern, text(name), re.MULTILINE)
+    assert found, f"{name} has no {pattern}"
+    return found[0]
+
+
+def test_one_version():
+    version = one(r"^project\(steadyhand VERSION (\d+\.\d+\.\d+)", "CMakeLists.txt")
+    assert one(r"^version: (\S+)", "CITATION.cff") == version
+    assert re.findall(r"^## (\S+)", text("CHANGELOG.md"), re.MULTILINE)[:2] == ["Unreleased", version]
+    # Python's packages take CMake's.
+    project = one(r"(?s)^\[project\]\n(.*?)^\[", "pyproject.toml")
+    assert re.search(r'^dynamic = \["version"\]', project, re.MULTILINE) and not re.search(r"^version", project, re.MULTILINE)
+    rule = one(r"^metadata\.version = .*input = \"CMakeLists\.txt\", regex = '(.*)'}", "pyproject.toml")
+    assert re.search(rule, text("CMakeLists.txt")).group("value") == version
+
+
+def documents():
+    if (ROOT / ".git").exists():
+        names = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=True).stdout.split()
+    else:
+        names = [str(path.relative_to(ROOT)) for pattern in ("*.md", "docs/*.md", "*/README.md") for path in ROOT.glob(pattern)]
+    assert "README.md" in names
+    return names
+
+
+def prose(document):
+    """Without blocks of code."""
+    return re.sub(r"(?m)^    .*$", "", re.sub(r"(?ms)^ *```.*?^ *```", "", text(document)))
+
+
+def anchors(document):
+    """What `#...` may name: each heading, as forges write it."""
+    heads = re.findall(r"(?m)^#+ (.*)$", prose(document))
+    return {re.sub(r"[^\w\- ]", "", re.sub(r"\[(.*?)\]\(.*?\)", r"\1", head)).lower().replace(" ", "-") for head in heads}
+
+
+def dead_links(document):
+    dead = []
+    for link in re.findall(r"\]\(<?([^)>\s]+)>?\)", re.sub(r"`[^`\n]*`", "", prose(document))):
+        if re.match(r"\w+:", link):
+            continue
+        path, _, anchor = unquote(link).partition("#")
+        target = (ROOT / document).parent / path if path else ROOT / document
+        if not target.exists():
+            dead.append(link)
+        elif anchor and anchor not in anchors(target):
+            dead.append(link)
+    return dead
+
+
+# Where a name of a file in `code` may begin.
+BEGINNINGS = ["", "src/steadyhand", "python/steadyhand"]
+WRITTEN_BY_CMAKE = {"core/configuration.hpp"}
+
+
+def dead_names(document):
+    """Files named in `code`, with their folder, that are not there. A NAME in capitals stands for any."""
+    names = re.findall(r"`((?:[\w.-]+/)+[\w.-]+\.(?:cpp|hpp|py|md|mjs|ts|cmake|yaml|txt|json|cff|map))`", prose(document))
+    places = [ROOT / each for each in BEGINNINGS] + [(ROOT / document).parent]
+    return [name for name in names if not re.search(r"[A-Z]{4}", name) and name not in WRITTEN_BY_CMAKE
+            and not any((place / name).exists() for place in places)]
+
+
+@pytest.mark.parametrize("document", documents())
+def test_no_link_is_dead(document):
+    assert dead_links(document) + dead_names(document) == []
+
+
+def test_a_dead_link_is_seen(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("# A head, `of` it\n[a](page.md#a-head-of-it) [b](gone.md) [c](page.md#nowhere) [d](#nowhere) [e](https://x.y/z.md)\n"
+                    "`core/gone.hpp` `core/arrows.hpp` `rooms/NAME.cpp`\n```\n[f](gone.md)\n```\n")
+    assert dead_links(page) == ["gone.md", "page.md#nowhere", "#nowhere"]
+    assert dead_names(page) == ["core/gone.hpp"]
+
+
+def test_every_page_of_docs_is_linked_from_the_readme():
+    linked = set(re.findall(r"\]\(([^)#]+\.md)", text("README.md")))
+    assert {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")} <= linked
