@@ -24,8 +24,11 @@ target_compile_options(steadyhand_module PRIVATE ${STEADYHAND_COLD_OPTIONS})
 target_precompile_headers(steadyhand_module PRIVATE <nanobind/nanobind.h> <nanobind/ndarray.h> <Eigen/Core> <Eigen/Geometry>
                           <fmt/format.h> <algorithm> <cmath> <filesystem> <functional> <memory> <optional> <string> <vector>)
 
+nanobind_add_stub(steadyhand_stub MODULE _native OUTPUT "${python_package}/_native.pyi" PYTHON_PATH "${python_package}"
+                  DEPENDS steadyhand_module)
+
 file(GLOB python_files CONFIGURE_DEPENDS RELATIVE "${PROJECT_SOURCE_DIR}/python/steadyhand" python/steadyhand/*.py
-     python/steadyhand/*.pyi python/steadyhand/py.typed)
+     python/steadyhand/py.typed)
 file(MAKE_DIRECTORY "${python_package}")
 foreach(file ${python_files})
   file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/${file}" "${python_package}/${file}" SYMBOLIC)
@@ -40,6 +43,7 @@ endif()
 
 # What goes into the wheel beside python/steadyhand (pyproject.toml).
 install(TARGETS steadyhand_module LIBRARY DESTINATION steadyhand COMPONENT python)
+install(FILES "${python_package}/_native.pyi" DESTINATION steadyhand COMPONENT python)
 install(DIRECTORY robots profiles DESTINATION steadyhand/share/steadyhand COMPONENT python FILES_MATCHING PATTERN "*.yaml")
 foreach(level ${STEADYHAND_PROCESSORS})
   add_dependencies(steadyhand_module steadyhand_hot_${level})

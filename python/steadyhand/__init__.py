@@ -1,8 +1,24 @@
-"""A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass that it holds."""
+"""A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass that it holds.
+
+Poses are 4x4 matrices of float64: T_a_b maps coordinates in frame b to those in frame a. Quaternions are called quat_xyzw and
+have the order x, y, z, w. Units: m, rad, s. Frames: base, the URDF's base link, z up; tool, the glass, z out of its opening.
+docs/python.md has examples.
+"""
 
 from . import _places  # noqa: F401  before anything looks for a robot
-from ._native import SteadyhandError, __version__
-from .planner import Plan, Planner
-from .robot import Robot
+from ._native import SteadyhandError, processor, solvers
+from ._native import version as __version__
+from ._planner import Pipeline, Plan, Planner
+from ._poses import pose, quat_xyzw
+from ._replay import Change, Commands, Hand, Replay, Session, Setting, States, Steps, read_recording, read_session, replay
+from ._robot import Robot
+from ._solve import Solution, solve
+from ._stages import Liquid, LiquidState, Predictor, Retargeter
 
-__all__ = ["Plan", "Planner", "Robot", "SteadyhandError", "__version__"]
+SteadyhandError.__module__ = __name__
+
+__all__ = [
+    "Change", "Commands", "Hand", "Liquid", "LiquidState", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
+    "Robot", "Session", "Setting", "Solution", "States", "SteadyhandError", "Steps", "__version__", "pose", "processor",
+    "quat_xyzw", "read_recording", "read_session", "replay", "solve", "solvers",
+]  # fmt: skip

@@ -69,9 +69,8 @@ nb::object from_pose(const Vector3& p, const Matrix3& R) {
 
 NB_MODULE(_native, module) {
   using namespace steadyhand;
-  module.attr("__version__") = STEADYHAND_VERSION;
-  const std::string_view processor = compiled_processor();
-  module.attr("processor") = nanobind::str(processor.data(), processor.size());
+  module.attr("version") = STEADYHAND_VERSION;
+  module.attr("processor") = python::to_text(compiled_processor());
   nanobind::exception<python::Refused>(module, "SteadyhandError", PyExc_ValueError);
   module.def("add_packages", [](const std::string& folder) { Places::add_packages(folder); });
   module.def("names_in", [](const std::string& folder) {
@@ -81,5 +80,8 @@ NB_MODULE(_native, module) {
   });
   python::bind_robot(module);
   python::bind_planner(module);
+  python::bind_stages(module);
+  python::bind_replay(module);
+  python::bind_solve(module);
   python::bind_program(module);
 }

@@ -9,6 +9,7 @@
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/core/result.hpp"
@@ -23,6 +24,9 @@ namespace nb = nanobind;
 // One file each, NAME.cpp.
 void bind_robot(nb::module_& module);
 void bind_planner(nb::module_& module);
+void bind_stages(nb::module_& module);
+void bind_replay(nb::module_& module);
+void bind_solve(nb::module_& module);
 void bind_program(nb::module_& module);
 
 /// The reason why something was refused, in the program's words; in Python a SteadyhandError.
@@ -63,6 +67,7 @@ nb::object from_vector(const Vector& vector) {
   for (int i = 0; i < static_cast<int>(vector.size()); ++i) data[i] = vector[i];
   return array;
 }
+inline nb::str to_text(std::string_view text) { return nb::str(text.data(), text.size()); }
 void write_pose(const Vector3& p, const Matrix3& R, double* T);
 nb::object from_pose(const Vector3& p, const Matrix3& R);
 

@@ -1,16 +1,19 @@
 #include <fmt/format.h>
+#include <nanobind/stl/map.h>
 
 #include <atomic>
 #include <memory>
 
-#include "steadyhand/pipeline/pipeline.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
-#include "steadyhand/python/module.hpp"
+#include "steadyhand/python/options.hpp"
 #include "steadyhand/python/robot.hpp"
+#include "steadyhand/record/step.hpp"
 
 namespace steadyhand::python {
 
 namespace {
+
+using Weights = std::map<std::string, std::vector<double>>;
 
 /// A plan and what came with it.
 struct PlanResult {
@@ -36,49 +39,150 @@ class Turn {
   std::atomic_flag& busy_;
 };
 
+nb::tuple to_tuple(const JointCommand& command) {
+  return nb::make_tuple(from_vector(command.q), from_vector(command.dq), from_vector(command.ddq));
+}
+
+/// What Planner and Pipeline of Python are made of.
 class Stages {
  public:
   Stages(const Robot& robot, const PipelineSettings& settings)
       : pipeline_(value_of(Pipeline::make(*robot.model, settings))),
+        weights_(settings.ocp.weights),
         arm_(pipeline_->model()),
         reach_(compute_reach(pipeline_->model())) {}
 
+  /// The target, for the predictor.
   void aim(const Matrix4& T_base_tool, double t, bool engaged) {
     const Turn turn(busy_);
     const Time now = to_time(t, "t");
     pipeline_->predictor().update({{now, now}, to_pose(T_base_tool.data(), "T_base_tool"), engaged, Time(0)});
   }
 
+  /// The hand, for the retargeter.
+  void feed(const Matrix4& T_operator_hand, double t, bool clutch) {
+    const Turn turn(busy_);
+    const Time now = to_time(t, "t");
+    check(pipeline_->feed({{now, now}, to_pose(T_operator_hand.data(), "T_operator_hand"), clutch}));
+  }
+
   PlanResult plan(double t) {
     const Turn turn(busy_);
+    const Time now = advance(t);
+    const nb::gil_scoped_release unlocked;
+    pipeline_->plan(now);
+    return result();
+  }
+
+  PlanResult follow(const Matrices4& T_base_tool, double t) {
+    const Turn turn(busy_);
+    Planner& planner = pipeline_->planner();
+    const auto nodes = static_cast<int>(T_base_tool.shape(0));
+    Reference reference;
+    for (int k = 0; k < nodes; ++k) {
+      const Pose pose = to_pose(T_base_tool.data() + 16 * k, "T_base_tool");
+      reference.p[k] = pose.p;
+      reference.R[k] = pose.q.toRotationMatrix();
+    }
+    const Time now = advance(t);
+    reference.stamp = {now, now};
+    reference.start = now;
+    reference.dt = planner.ocp().dt();
+    reference.nodes = nodes;
+    const nb::gil_scoped_release unlocked;
+    planner.update(reference);
+    return result();
+  }
+
+  nb::tuple update(double t) {
+    const Turn turn(busy_);
+    const Time now = to_time(t, "t");
+    const JointCommand command = [&] {
+      const nb::gil_scoped_release unlocked;
+      return pipeline_->update(now);
+    }();
+    return to_tuple(command);
+  }
+
+  PlanResult last_plan() {
+    const Turn turn(busy_);
+    return result();
+  }
+
+  void reset(const Row& q, double t) {
+    const Turn turn(busy_);
+    const Time now = to_time(t, "t");
+    check(pipeline_->reset(to_joints(q), now));
+    last_ = now;
+  }
+
+  /// Those that are not named stay.
+  void set_weights(const Weights& weights) {
+    const Turn turn(busy_);
+    Weights all = weights_;
+    for (const auto& [name, values] : weights) all[name] = values;
+    const auto checked = value_of(pipeline_->planner().ocp().weights(all));
+    pipeline_->planner().set_weights(checked);
+    weights_ = std::move(all);
+  }
+
+  /// As vectors, of all terms.
+  nb::dict weights() const {
+    const Planner& planner = pipeline_->planner();
+    nb::dict result;
+    for (std::size_t i = 0; i < planner.ocp().objectives().size(); ++i) {
+      const std::string name(planner.ocp().objectives()[i]->name());
+      result[name.c_str()] = from_vector(planner.instance().weights[i]);
+    }
+    return result;
+  }
+
+  nb::tuple target() const {
+    const Target& target = pipeline_->target();
+    return nb::make_tuple(from_pose(target.X_base_tool.p, target.X_base_tool.q.toRotationMatrix()), target.engaged);
+  }
+  void set_scale(double scale) { pipeline_->retargeter().set_scale(scale); }
+  void set_yaw(double yaw) { pipeline_->retargeter().set_yaw(yaw); }
+  void release() { pipeline_->retargeter().release(); }
+  int horizon() const { return pipeline_->planner().ocp().horizon(); }
+  double dt() const { return pipeline_->planner().ocp().dt(); }
+
+ private:
+  Time advance(double t) {
     const Time now = to_time(t, "t");
     if (now < last_)
       throw Refused(fmt::format("t is {} s, before {} s of the last plan; times must not go back", t, to_seconds(last_)));
-    last_ = now;
-    const nb::gil_scoped_release unlocked;
-    pipeline_->plan(now);
+    return last_ = now;
+  }
+
+  PlanResult result() {
     const Planner& planner = pipeline_->planner();
     const Solution& solution = planner.solution();
     const int nodes = planner.ocp().horizon();
-    return {planner.plan(), nodes,          active_constraint(planner.plan(), nodes, planner.instance().reference, reach_, arm_),
-            planner.fault(), solution.time_us, solution.objective,
+    return {planner.plan(),
+            nodes,
+            active_constraint(planner.plan(), nodes, planner.instance().reference, reach_, arm_),
+            planner.fault(),
+            solution.time_us,
+            solution.objective,
             solution.iterations};
   }
 
- private:
   std::unique_ptr<Pipeline> pipeline_;
+  Weights weights_;
   Kinematics arm_;
   Reach reach_;
   std::atomic_flag busy_;
   Time last_{Time::min()};
 };
 
-std::unique_ptr<Stages> make(const Robot& robot, const std::string& profile) {
+std::unique_ptr<Stages> make(const Robot& robot, const std::string& profile, const nb::dict& options) {
+  const PipelineSettings settings = pipeline_settings(profile, options);
   const nb::gil_scoped_release unlocked;
-  return std::make_unique<Stages>(robot, PipelineSettings(value_of(load_profile(profile))));
+  return std::make_unique<Stages>(robot, settings);
 }
 
-/// Of the plan's nodes: `count` rows, each from `entry(k)`.
+/// Rows k of `count`, each from `entry(k)`.
 template <typename Entry>
 nb::object rows(int count, int columns, const Entry& entry) {
   double* data = nullptr;
@@ -86,38 +190,55 @@ nb::object rows(int count, int columns, const Entry& entry) {
   for (int k = 0; k < count; ++k) Eigen::Map<Eigen::VectorXd>(data + k * columns, columns) = entry(k);
   return array;
 }
-
-std::string_view name_of(PlanOrigin origin) {
-  return origin == PlanOrigin::kSolved ? "solved" : origin == PlanOrigin::kFeasible ? "feasible" : "previous";
+nb::object positions(const PlanResult& result) {
+  const Plan& plan = result.plan;
+  return rows(plan.intervals + 1, plan.joints, [&](int k) { return plan.x[k].head(plan.joints); });
 }
-
-nb::str text(std::string_view view) { return nb::str(view.data(), view.size()); }
+nb::object velocities(const PlanResult& result) {
+  const Plan& plan = result.plan;
+  return rows(plan.intervals + 1, plan.joints, [&](int k) { return plan.x[k].tail(plan.joints); });
+}
+nb::object accelerations(const PlanResult& result) {
+  const Plan& plan = result.plan;
+  return rows(plan.intervals, plan.joints, [&](int k) { return plan.u[k]; });
+}
 
 }  // namespace
 
 void bind_planner(nb::module_& module) {
-  nb::class_<PlanResult>(module, "Plan")
-      .def_prop_ro("q", [](const PlanResult& r) { return rows(r.plan.intervals + 1, r.plan.joints, [&](int k) { return r.plan.x[k].head(r.plan.joints); }); })
-      .def_prop_ro("dq", [](const PlanResult& r) { return rows(r.plan.intervals + 1, r.plan.joints, [&](int k) { return r.plan.x[k].tail(r.plan.joints); }); })
-      .def_prop_ro("ddq", [](const PlanResult& r) { return rows(r.plan.intervals, r.plan.joints, [&](int k) { return r.plan.u[k]; }); })
-      .def_prop_ro("dt", [](const PlanResult& r) { return r.plan.dt; })
-      .def_prop_ro("start", [](const PlanResult& r) { return to_seconds(r.plan.start); })
-      .def_ro("nodes", &PlanResult::nodes)
-      .def_prop_ro("status", [](const PlanResult& r) { return text(name_of(r.plan.origin)); })
-      .def_prop_ro("active", [](const PlanResult& r) { return text(to_string(r.active.kind)); })
-      .def_prop_ro("active_between", [](const PlanResult& r) { return nb::make_tuple(r.active.first, r.active.second); })
-      .def_prop_ro("fault", [](const PlanResult& r) { return text(to_string(r.fault)); })
-      .def_ro("solve_us", &PlanResult::solve_us)
-      .def_ro("objective", &PlanResult::objective)
-      .def_ro("iterations", &PlanResult::iterations)
-      .def("at", [](const PlanResult& r, double t) {
-        const JointCommand command = sample(r.plan, to_time(t, "t"));
-        return nb::make_tuple(from_vector(command.q), from_vector(command.dq), from_vector(command.ddq));
-      });
+  using P = PlanResult;
+  nb::class_<P>(module, "Plan")
+      .def_prop_ro("q", &positions)
+      .def_prop_ro("dq", &velocities)
+      .def_prop_ro("ddq", &accelerations)
+      .def_prop_ro("dt", [](const P& r) { return r.plan.dt; })
+      .def_prop_ro("start", [](const P& r) { return to_seconds(r.plan.start); })
+      .def_ro("nodes", &P::nodes)
+      .def_prop_ro("status", [](const P& r) { return to_text(to_string(r.plan.origin)); })
+      .def_prop_ro("active", [](const P& r) { return to_text(to_string(r.active.kind)); })
+      .def_prop_ro("active_between", [](const P& r) { return nb::make_tuple(r.active.first, r.active.second); })
+      .def_prop_ro("fault", [](const P& r) { return to_text(to_string(r.fault)); })
+      .def_ro("solve_us", &P::solve_us)
+      .def_ro("objective", &P::objective)
+      .def_ro("iterations", &P::iterations)
+      .def("at", [](const P& r, double t) { return to_tuple(sample(r.plan, to_time(t, "t"))); });
   nb::class_<Stages>(module, "Stages")
       .def_static("make", &make)
       .def("aim", &Stages::aim)
-      .def("plan", &Stages::plan);
+      .def("feed", &Stages::feed)
+      .def("plan", &Stages::plan)
+      .def("follow", &Stages::follow)
+      .def("update", &Stages::update)
+      .def("last_plan", &Stages::last_plan)
+      .def("reset", &Stages::reset)
+      .def("set_weights", &Stages::set_weights)
+      .def_prop_ro("weights", &Stages::weights)
+      .def_prop_ro("target", &Stages::target)
+      .def("set_scale", &Stages::set_scale)
+      .def("set_yaw", &Stages::set_yaw)
+      .def("release", &Stages::release)
+      .def_prop_ro("horizon", &Stages::horizon)
+      .def_prop_ro("dt", &Stages::dt);
 }
 
 }  // namespace steadyhand::python

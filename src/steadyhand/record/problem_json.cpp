@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -164,9 +165,15 @@ OrderedJson to_json(const ProblemRecord& problem) {
 
 Result<ProblemFile> read_problems(const std::filesystem::path& path) {
   std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file) return Error{path.string() + ": cannot be read"};
+  return parse_problems(text, path.string());
+}
+
+Result<ProblemFile> parse_problems(std::string_view text, const std::string& name) {
+  const std::string where = name.empty() ? "" : name + ": ";
   try {
-    const OrderedJson json = OrderedJson::parse(file);
+    const OrderedJson json = OrderedJson::parse(text);
     ProblemFile result;
     result.is_array = json.is_array();
     if (!result.is_array) {
@@ -177,9 +184,9 @@ Result<ProblemFile> read_problems(const std::filesystem::path& path) {
     }
     return result;
   } catch (const Wrong& wrong) {
-    return Error{path.string() + ": " + wrong.message};
+    return Error{where + wrong.message};
   } catch (const OrderedJson::exception& error) {
-    return Error{path.string() + ": is no JSON: " + error.what()};
+    return Error{where + "is no JSON: " + error.what()};
   }
 }
 

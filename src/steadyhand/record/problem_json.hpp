@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
@@ -32,6 +33,8 @@ struct ProblemFile {
 /// Reads one problem or an array of them. Refuses, naming file and key: what is no JSON, unknown or missing keys, wrong
 /// types and sizes, numbers that are not finite or out of range, references that are no rotations.
 Result<ProblemFile> read_problems(const std::filesystem::path& path);
+/// The same of a text. @param name begins the messages, if it is not empty
+Result<ProblemFile> parse_problems(std::string_view text, const std::string& name);
 
 /// The problem that a planner solved.
 ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Trajectory& guess, double tolerance);

@@ -1,0 +1,279 @@
+"""Recorded hands through the pipeline, and sessions read back, as arrays."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._arrays import Array, array, number
+from ._options import Weights, options
+from ._robot import Robot, as_robot, opened
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A hand's motion, m samples."""
+
+    t: Array
+    """(m,), s, from the first sample."""
+    T_operator_hand: Array
+    """(m, 4, 4): robot axes (z up), m."""
+    clutch: np.ndarray
+    """(m,), bool: whether it holds the arm engaged."""
+    tracked: np.ndarray
+    """(m,), bool: whether the device had a pose."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """m planning steps."""
+
+    t: Array
+    """(m,), s."""
+    T_base_target: Array
+    """(m, 4, 4), m: where the hand wanted the tool."""
+    T_base_tool: Array
+    """(m, 4, 4), m: where the plan has it."""
+    q: Array
+    """(m, n), rad (m)."""
+    dq: Array
+    """(m, n), rad/s (m/s)."""
+    ddq: Array
+    """(m, n), rad/s^2 (m/s^2)."""
+    local_acceleration: Array
+    """(m, 3), m/s^2, what the liquid feels, tool axes; (0, 0, 9.81) at rest."""
+    objective: Array
+    """(m,), J of the plan."""
+    shares: dict[str, Array]
+    """By name of the term, (m,): what it adds to J."""
+    iterations: Array
+    """(m,), of the solver."""
+    solve_us: Array
+    """(m,), us of wall time."""
+    status: np.ndarray
+    """(m,), text: "solved", "feasible" or "previous", as Plan.status."""
+    clearance: Array
+    """(m,), m: smallest distance between spheres over the plan."""
+    engaged: np.ndarray
+    """(m,), bool: whether the arm followed the hand."""
+
+
+@dataclass(frozen=True)
+class Commands:
+    """m set-points of the arm."""
+
+    t: Array
+    """(m,), s."""
+    q: Array
+    """(m, n), rad (m)."""
+    dq: Array
+    """(m, n), rad/s (m/s)."""
+    ddq: Array
+    """(m, n), rad/s^2 (m/s^2)."""
+
+
+@dataclass(frozen=True)
+class States:
+    """m measured states of the arm."""
+
+    t: Array
+    """(m,), s."""
+    q: Array
+    """(m, n), rad (m)."""
+    dq: Array
+    """(m, n), rad/s (m/s)."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """The supervision's state changed."""
+
+    t: float
+    """s."""
+    state: str
+    """From here on."""
+    before: str
+    """Until here."""
+    reason: str
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the operator had set, from time t (s) on."""
+
+    t: float
+    weights: dict[str, list[float]]
+    """By name of the term; empty: as they were."""
+    scale: float
+    """Metres of the tool per metre of the hand."""
+    yaw: float
+    """rad, turn of the operator's axes about the base's z."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What the arm did in a replay."""
+
+    robot: Robot
+    profile: str
+    rate: float
+    """Hz."""
+    hand: Hand
+    steps: Steps
+    """One for each plan, at the replay's rate."""
+    commands: Commands
+    """At 500 Hz."""
+    not_followed: int
+    """Samples of the hand that were not followed: no hand jumps so, or they are over 0.1 s apart."""
+
+
+@dataclass(frozen=True)
+class Session:
+    """A recorded session; times count from its begin."""
+
+    name: str
+    complete: bool
+    """False: its writer was killed; all is there up to then."""
+    duration: float
+    """s."""
+    metadata: dict[str, dict[str, str]]
+    """"run": with which settings; "robot": it, as JSON."""
+    joint_names: tuple[str, ...]
+    joint_units: tuple[str, ...]
+    velocity_max: Array
+    acceleration_max: Array
+    hand: Hand
+    steps: Steps
+    commands: Commands
+    states: States
+    changes: list[Change]
+    settings: list[Setting]
+
+
+def _hand(columns: dict[str, Any]) -> Hand:
+    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0)
+
+
+def _steps(columns: dict[str, Any]) -> Steps:
+    columns["status"] = np.array(columns["status"], dtype="U8")
+    columns["iterations"] = columns["iterations"].astype(int)
+    columns["engaged"] = columns["engaged"] != 0
+    return Steps(**columns)
+
+
+def _from_arrays(recording: Any) -> Any:
+    if not isinstance(recording, (tuple, list)) or len(recording) not in (2, 3):
+        raise TypeError(
+            "recording must be the path of a file, a Hand, or arrays (t, T_operator_hand) or (t, T_operator_hand, clutch), not "
+            f"{type(recording).__name__}"
+        )
+    t = array("t", recording[0], ("m",), what="times in s")
+    T = array("T_operator_hand", recording[1], (len(t), 4, 4), what="a pose for each time")
+    clutch = np.asarray(recording[2]) != 0 if len(recording) == 3 else np.ones(len(t), dtype=bool)
+    return _native.make_hand(t, T, array("clutch", clutch.astype(float), (len(t),), what="one for each time"))
+
+
+def replay(
+    recording: str | os.PathLike[str] | Hand | tuple[ArrayLike, ...],
+    profile: str | os.PathLike[str] | None = None,
+    rate: float | None = None,
+    *,
+    robot: Robot | str | os.PathLike[str] = "ur5e",
+    track: str = "",
+    start: float = 0.0,
+    until: float | None = None,
+    scale: float | None = None,
+    yaw: float | None = None,
+    translation_frame: str | None = None,
+    rotation_frame: str | None = None,
+    solver: str | None = None,
+    weights: Weights | None = None,
+) -> Replay:
+    """Sends a recorded hand through the pipeline, in the recording's time, as the command `steadyhand replay` does.
+
+    recording: the path of a file (CSV, A-Frame motion capture, or the MCAP of a session, whose profile, rate, scale and yaw then
+    are the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and, if need be, clutch (m,).
+    profile: as Planner's; "tracking" if it is not given. rate: Hz, plans, 1 to 500; 20 if it is not given.
+    track: which of an A-Frame file. start, until: s after the file's first sample. scale to rotation_frame: as Retargeter's.
+
+    Python's lock is released meanwhile. Raises SteadyhandError (a ValueError) for what the command refuses, in its words;
+    FileNotFoundError for a path where nothing is.
+    """
+    model = as_robot(robot)
+    given = options(rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, solver=solver, weights=weights)
+    if isinstance(recording, Hand):
+        recording = (recording.t, recording.T_operator_hand, recording.clutch & recording.tracked)
+    if isinstance(recording, (str, os.PathLike)):
+        end = -1.0 if until is None else number("until", until, "seconds")
+        if until is not None and end <= 0.0:
+            raise ValueError(f"until is {end:g} s; it must be above 0")
+        begin = number("start", start, "seconds")
+        if _native.is_session(os.fspath(recording)):
+            hand, profile = _session_hand(recording, begin, end, profile, given)
+        else:
+            hand = opened("recording", recording, lambda path: _native.load_hand(path, track, begin, end))
+    else:
+        hand = _from_arrays(recording)
+    profile = "tracking" if profile is None else profile
+    answer = opened("profile", profile, lambda name: _native.replay(hand, model._native, name, given))
+    return Replay(
+        model, os.fspath(profile), given.get("rate", 20.0), _hand(hand.columns), _steps(answer["steps"]),
+        Commands(**answer["commands"]), hand.not_followed,
+    )  # fmt: skip
+
+
+def _session_hand(path: Any, begin: float, end: float, profile: Any, given: dict[str, Any]) -> tuple[Any, Any]:
+    """The hand of a session, and as in the command the settings that it had, where none are given."""
+    run = _native.session_run(os.fspath(path))
+    for key, mine in (("scale", "scale_fixed"), ("yaw", "yaw_fixed")):
+        if key in given:
+            given[mine] = True
+    if profile is not None:
+        given["weights_fixed"] = True
+    elif run.get("profile") in _native.names_in("profiles"):
+        profile = run["profile"]
+    if "rate_hz" in run:
+        given.setdefault("rate", float(run["rate_hz"]))
+    if "scale" in run:
+        given.setdefault("scale", float(run["scale"]))
+    if "yaw_deg" in run:
+        given.setdefault("yaw", math.radians(float(run["yaw_deg"])))
+    given["ramp"], given["accept_emulated"] = _native.live_ramp, True  # the live gate has judged them
+    return _native.load_session_hand(os.fspath(path), begin, end, run.get("accept_emulated") == "true"), profile
+
+
+def read_recording(path: str | os.PathLike[str], *, track: str = "", start: float = 0.0, until: float | None = None) -> Hand:
+    """A recorded hand (docs/recordings.md), in robot axes, as the pipeline follows it: where it jumps, the clutch is open.
+
+    Raises SteadyhandError for a file that is refused, with file, line or key, value, and what would be right;
+    FileNotFoundError for a path where nothing is.
+    """
+    end = -1.0 if until is None else number("until", until, "seconds")
+    if until is not None and end <= 0.0:
+        raise ValueError(f"until is {end:g} s; it must be above 0")
+    begin = number("start", start, "seconds")
+    return _hand(opened("recording", path, lambda name: _native.load_hand(name, track, begin, end)).columns)
+
+
+def read_session(path: str | os.PathLike[str]) -> Session:
+    """What a live session or a replay recorded (MCAP, docs/recordings.md), also one that was cut short.
+
+    Raises SteadyhandError for a file that is no session of steadyhand's or is damaged, with the byte where;
+    FileNotFoundError for a path where nothing is.
+    """
+    answer = opened("session", path, _native.read_session)
+    return Session(
+        hand=_hand(answer.pop("samples")),
+        steps=_steps(answer.pop("steps")),
+        commands=Commands(**answer.pop("commands")),
+        states=States(**answer.pop("states")),
+        changes=[Change(t, after, before, reason) for t, before, after, reason in answer.pop("changes")],
+        settings=[Setting(*setting) for setting in answer.pop("settings")],
+        **answer,
+    )

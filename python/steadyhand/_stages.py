@@ -1,0 +1,143 @@
+"""The stages before the planner, each by itself, and a liquid to try plans on."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, NamedTuple
+
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._arrays import Array, array, number
+from ._options import options
+from ._robot import Robot, as_robot
+
+
+class Retargeter:
+    """Hand to tool, relative to where both were when the clutch closed, so that engaging never steps the target.
+
+    scale: metres of the tool per metre of the hand, above 0. yaw: rad, turn of the operator's axes about the base's z.
+    translation_frame, rotation_frame: "base": the operator's axes, turned by yaw, are the base's; "tool": the hand's axes at
+    engagement are the tool's at engagement. ramp: s in which the share of the motion that is followed grows from 0 to all.
+    """
+
+    def __init__(
+        self,
+        scale: float = 0.5,
+        yaw: float | None = None,
+        translation_frame: str = "base",
+        rotation_frame: str = "base",
+        ramp: float = 0.0,
+    ) -> None:
+        given = options(scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, ramp=ramp)
+        self._native = _native.Retargeter(given)
+
+    def update(self, T_operator_hand: ArrayLike, t: float, T_base_tool: ArrayLike, clutch: bool = True) -> tuple[Array, bool]:
+        """Each pose of the hand, in order of time. Returns T_base_tool (4, 4) of the target, and whether it follows the hand.
+
+        T_operator_hand: (4, 4), robot axes (z up), m. t: s. T_base_tool: (4, 4), where the tool is now: what the target
+        becomes when the clutch closes or opens.
+        """
+        return self._native.update(
+            array("T_operator_hand", T_operator_hand, (4, 4)),
+            number("t", t, "seconds"),
+            bool(clutch),
+            array("T_base_tool", T_base_tool, (4, 4)),
+        )
+
+    def release(self) -> None:
+        """Lets go: the next pose with a closed clutch engages anew."""
+        self._native.release()
+
+
+class Predictor:
+    """What a target will do: on from the newest, at constant velocity and angular velocity, which are slopes of weighted
+    least-squares lines through the targets of the last `window` seconds.
+
+    horizon: N, 1 to 128, poses of predict(). dt: s between them. window: s. max_gap: s without targets after which the hand
+    counts as lost and rests. robot: whose reach predictions are clipped to; None: no reach.
+    """
+
+    def __init__(
+        self,
+        horizon: int = 8,
+        dt: float = 0.05,
+        *,
+        window: float = 0.06,
+        max_gap: float = 0.25,
+        robot: Robot | str | os.PathLike[str] | None = None,
+    ) -> None:
+        given = options(horizon=horizon, dt=dt, window=window, max_gap=max_gap)
+        if not 1 <= given["horizon"] <= 128:
+            raise ValueError(f"horizon is {horizon}; it must be from 1 to 128")
+        for key in ("dt", "window", "max_gap"):
+            if not given[key] > 0.0:
+                raise ValueError(f"{key} is {given[key]:g}; it must be above 0")
+        self._native: Any = _native.Predictor(None if robot is None else as_robot(robot)._native, **given)
+
+    def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
+        """The next target: (4, 4) in the base, m, at t s. One that is not newer than the last is dropped; engaged=False forgets
+        the motion.
+        """
+        self._native.update(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), bool(engaged))
+
+    def at(self, t: float) -> Array:
+        """Where the target is at time t, if it goes on as it does: (4, 4), not clipped."""
+        return self._native.at(number("t", t, "seconds"))
+
+    def predict(self, t: float) -> Array:
+        """(N, 4, 4): where the target is at t + dt, ..., t + N dt, inside the reach; (0, 4, 4) before any target."""
+        return self._native.predict(number("t", t, "seconds"))
+
+    @property
+    def velocity(self) -> Array:
+        """(3,), m/s, base axes."""
+        return self._native.velocity
+
+    @property
+    def angular_velocity(self) -> Array:
+        """(3,), rad/s, base axes."""
+        return self._native.angular_velocity
+
+
+class LiquidState(NamedTuple):
+    tilt_x: float
+    """rad, of the surface's normal about the glass's x axis."""
+    tilt_y: float
+    """rad, about its y axis."""
+    freeboard: float
+    """m, from the surface's highest point to the rim; negative: over the rim."""
+    spilled: bool
+    """It has gone over the rim since the last reset."""
+
+
+class Liquid:
+    """The liquid in a cylindrical glass: its surface as a plane that swings like a pendulum at the frequency of the first
+    sloshing mode. radius, height, fill: m, inside the glass; damping: share of critical damping, 0 to 1.
+    """
+
+    def __init__(self, radius: float = 0.035, height: float = 0.11, fill: float = 0.08, damping: float = 0.03) -> None:
+        given = options(radius=radius, height=height, fill=fill, damping=damping)
+        radius, height, fill, damping = given.values()
+        if not (radius > 0.0 and 0.0 < fill < height and 0.0 <= damping <= 1.0):
+            raise ValueError(
+                f"a glass of radius {radius:g} m and height {height:g} m, filled to {fill:g} m, with damping {damping:g}: radius and fill "
+                "must be above 0, the fill below the height, the damping from 0 to 1"
+            )
+        self._native = _native.Liquid(radius, height, fill, damping)
+        self.frequency: float = _native.Liquid.frequency(radius, height, fill, damping)
+        """rad/s, of the first sloshing mode."""
+
+    def update(self, dt: float, T_base_tool: ArrayLike, local_acceleration: ArrayLike) -> LiquidState:
+        """Moves on by dt s, in which the glass has this pose (4, 4) and this acceleration (3,), m/s^2, as
+        Robot.local_acceleration() tells it: (0, 0, 9.81) at rest and upright.
+        """
+        dt = number("dt", dt, "seconds")
+        if not 0.0 < dt <= 10.0:
+            raise ValueError(f"dt is {dt:g} s; it must be above 0, to 10")
+        pose = array("T_base_tool", T_base_tool, (4, 4))
+        return LiquidState(*self._native.update(dt, pose, array("local_acceleration", local_acceleration, (3,))))
+
+    def reset(self) -> None:
+        """At rest, nothing spilled."""
+        self._native.reset()

@@ -1,0 +1,64 @@
+#include "steadyhand/python/options.hpp"
+
+#include <fmt/format.h>
+#include <nanobind/stl/map.h>
+
+#include <algorithm>
+
+namespace steadyhand::python {
+
+namespace {
+
+template <typename Value>
+void take(const nb::dict& options, const char* key, Value& value) {
+  if (options.contains(key)) value = nb::cast<Value>(options[key]);
+}
+
+void take_frame(const nb::dict& options, const char* key, MotionFrame& frame) {
+  if (!options.contains(key)) return;
+  const auto name = nb::cast<std::string>(options[key]);
+  if (name != "base" && name != "tool") throw Refused(fmt::format("{} is '{}'; the frames are base, tool", key, name));
+  frame = name == "tool" ? MotionFrame::kTool : MotionFrame::kBase;
+}
+
+void take_positive(const nb::dict& options, const char* key, double most, double& value) {
+  take(options, key, value);
+  if (!(value > 0.0) || value > most)
+    throw Refused(fmt::format("{} is {}; it must be above 0{}", key, value, most < 1e300 ? fmt::format(", to {}", most) : ""));
+}
+
+}  // namespace
+
+RetargetSettings retarget_settings(const nb::dict& options) {
+  RetargetSettings settings;
+  take_positive(options, "scale", 1e308, settings.scale);
+  take(options, "yaw", settings.yaw);
+  take(options, "ramp", settings.ramp);
+  if (settings.ramp < 0.0) throw Refused(fmt::format("ramp is {} s; it must be at least 0", settings.ramp));
+  take_frame(options, "translation_frame", settings.translation_frame);
+  take_frame(options, "rotation_frame", settings.rotation_frame);
+  take(options, "accept_emulated", settings.accept_emulated);
+  return settings;
+}
+
+PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& options) {
+  PipelineSettings settings(value_of(load_profile(profile)));
+  settings.retarget = retarget_settings(options);
+  take(options, "rate", settings.rate_hz);
+  take(options, "horizon", settings.ocp.horizon);
+  take_positive(options, "dt", 1e308, settings.ocp.dt);
+  take_positive(options, "velocity_scale", 1.0, settings.ocp.velocity_scale);
+  take_positive(options, "acceleration_scale", 1.0, settings.ocp.acceleration_scale);
+  std::map<std::string, std::vector<double>> weights;
+  take(options, "weights", weights);
+  for (const auto& [name, values] : weights) settings.ocp.weights[name] = values;
+  take(options, "solver", settings.planner.solver);
+  take_positive(options, "tolerance", 1e308, settings.planner.tolerance);
+  take(options, "time_budget_us", settings.planner.budget.time_us);
+  if (settings.planner.budget.time_us < 0.0)
+    throw Refused(fmt::format("time_budget_us is {}; it must be at least 0", settings.planner.budget.time_us));
+  take_positive(options, "window", 1e308, settings.predictor.window);
+  return settings;
+}
+
+}  // namespace steadyhand::python

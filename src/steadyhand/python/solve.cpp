@@ -1,0 +1,25 @@
+#include "steadyhand/python/module.hpp"
+#include "steadyhand/replay/solve_problems.hpp"
+#include "steadyhand/solve/solver.hpp"
+
+namespace steadyhand::python {
+
+namespace {
+
+/// JSON in, JSON out.
+std::string solve(const std::string& problems, const std::string& name, const std::string& solver) {
+  const nb::gil_scoped_release unlocked;
+  return value_of(solve_problems(value_of(parse_problems(problems, name)), name, solver));
+}
+
+}  // namespace
+
+void bind_solve(nb::module_& module) {
+  module.def("solve", &solve);
+  nb::list names;
+  for (const std::string& name : solver_names()) names.append(to_text(name));
+  module.attr("solvers") = nb::tuple(names);
+  module.attr("default_solver") = kDefaultSolver;
+}
+
+}  // namespace steadyhand::python
