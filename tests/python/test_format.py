@@ -12,9 +12,9 @@ spec = importlib.util.spec_from_file_location("format", ROOT / "tests/format.py"
 form = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(form)
 
-# Files that are still to be put into form, a line each; none may be added.
+# Files and folders/ that are still to be put into form, a line each; none may be added.
 EXCUSED = ROOT / "tests/unformatted.txt"
-excused = set(EXCUSED.read_text().split()) if EXCUSED.exists() else set()
+excused = tuple(EXCUSED.read_text().split()) if EXCUSED.exists() else ()
 needs_clang_format = pytest.mark.skipif(not form.CLANG_FORMAT.exists(), reason="clang-format is not installed: ./steadyhand test does that")
 
 
@@ -26,12 +26,13 @@ def names(paths):
 def test_sources_are_as_clang_format_leaves_them():
     files = form.sources()
     assert len(files) > 300
-    assert sorted(set(names(form.unformatted(files))) - excused) == [], "run ./steadyhand format"
+    wrong = [name for name in names(form.unformatted(files)) if not name.startswith(excused)]
+    assert wrong == [], "run ./steadyhand format"
 
 
 def test_no_line_of_a_source_is_too_long():
     found = [f"{path.relative_to(ROOT)}:{number}" for path in form.sources() for number in form.long_lines(path)]
-    assert [place for place in found if place.split(":")[0] not in excused] == []
+    assert [place for place in found if not place.startswith(excused)] == []
 
 
 @needs_clang_format

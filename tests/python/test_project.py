@@ -32,6 +32,14 @@ def test_one_version():
     assert re.search(rule, text("CMakeLists.txt")).group("value") == version
 
 
+def test_the_policy_names_this_version():
+    page = text("docs/compatibility.md")
+    minor = one(r"^project\(steadyhand VERSION (\d+\.\d+)", "CMakeLists.txt")
+    assert set(re.findall(r"\.so\.([\d.]*\d)", page)) == {minor} and f"find_package(steadyhand {minor})" in page
+    protocol = one(r"kProtocolVersion = (\d+)", "src/steadyhand/serve/messages.hpp")
+    assert f"a number of its own, now {protocol} " in page and f"Version {protocol}." in text("docs/protocol.md")
+
+
 def documents():
     if (ROOT / ".git").exists():
         names = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=True).stdout.split()
