@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/refusal.hpp"
-#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/ocp/term.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {
@@ -25,7 +25,7 @@ TEST(Profile, TheThreeProfilesAreThoseOfTheFormulation) {
                                                              {"velocity", {0.1}},    {"acceleration", {0.02}},
                                                              {"lateral", {lateral}}, {"vertical", {vertical}}};
     EXPECT_EQ(profile->ocp.weights, weights);
-    EXPECT_EQ(weights.size(), make_objectives().size());
+    EXPECT_EQ(weights.size(), default_objectives().size());
   }
 }
 

@@ -2,8 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "steadyhand/ocp/evaluation.hpp"
 #include "robot/random_arm.hpp"
+#include "steadyhand/ocp/evaluation.hpp"
+#include "support/extra_objectives.hpp"
 
 namespace steadyhand {
 namespace {
@@ -189,6 +190,76 @@ TEST(Weights, BadOnesAreRefusedByName) {
     ASSERT_FALSE(result);
     EXPECT_NE(result.error().message.find(expected), std::string::npos) << result.error().message;
   }
+}
+
+TEST(OwnTerms, AreWeighedBesideTheOthers) {
+  std::mt19937 random(8);
+  const RobotModel model = random_arm(6, random);
+  const OcpSettings settings = test::with_objectives(9);
+  ASSERT_TRUE(Ocp::check(settings));
+  const Ocp ocp(model, settings);
+  Evaluation evaluation(ocp);
+  OcpInstance instance;
+  instance.reference.nodes = 2;
+  instance.weights = *ocp.weights(settings.weights);
+  evaluation.set_instance(instance);
+  Trajectory trajectory(6, 2);
+  trajectory.x[1].tail(6).setConstant(0.5);
+  trajectory.x[2].tail(6).setConstant(-1.0);
+  evaluation.set_trajectory(trajectory);
+  for (int i = 6; i < 9; ++i) EXPECT_NEAR(evaluation.objective_share(i), ocp.dt() * (i + 1) * 6 * 1.25, 1e-12);
+}
+
+TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
+  class Upright final : public Constraint {  // E's z axis keeps some height
+   public:
+    Upright() : Constraint({.name = "upright", .label = "Upright", .unit = "1"}) {}
+    Nodes nodes() const override { return Nodes::kStates; }
+    int rows() const override { return 1; }
+    Bounds bounds(int /*row*/) const override { return {0.9, 1.0}; }
+    double value(const Node& node, int /*row*/) const override { return node.arm.R()(2, 2); }
+    void add_gradient(const Node&, int, double, NodeGradient&) const override {}
+    void add_hessian(const Node&, int, double, NodeHessian&) const override {}
+    using Constraint::add_gradient, Constraint::add_hessian, Constraint::value;
+  };
+  std::mt19937 random(8);
+  const RobotModel model = random_arm(6, random);
+  OcpSettings settings = Fixture::two_intervals();
+  settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return std::make_shared<Upright>(); });
+  settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return nullptr; });  // not for this robot
+  const Ocp ocp(model, settings);
+  ASSERT_EQ(ocp.constraints().size(), 5u);
+  const Evaluation evaluation(ocp);
+  EXPECT_EQ(evaluation.rows(1).back().constraint, 4);
+  EXPECT_EQ(evaluation.bounds(evaluation.rows(1).back()).lower, 0.9);
+}
+
+TEST(OwnTerms, ListsThatAreNoProblemAreRefused) {
+  EXPECT_TRUE(Ocp::check(test::with_objectives(kMaxObjectives)));
+  const auto expect_refused = [](const OcpSettings& settings, const std::string& why) {
+    const Status status = Ocp::check(settings);
+    ASSERT_FALSE(status) << why;
+    EXPECT_NE(status.error().message.find(why), std::string::npos) << status.error().message;
+  };
+  expect_refused(test::with_objectives(kMaxObjectives + 1), "17 objectives; a problem has at most 16");
+  OcpSettings settings = test::with_objectives(7);
+  settings.objectives.push_back(settings.objectives.back());
+  expect_refused(settings, "two are called 'extra_6'");
+  settings.objectives.back() = nullptr;
+  expect_refused(settings, "one is null");
+  for (const char* name : {"", "9th", "Speed", "a b", "a,b", "_a", "\xc3\xa4"}) {
+    settings.objectives.back() = std::make_shared<test::Extra>(name);
+    expect_refused(settings, "is no name");
+  }
+  settings = {};
+  settings.constraints.push_back(nullptr);
+  expect_refused(settings, "constraints: one is null");
+  settings = {};
+  settings.horizon = 0;
+  expect_refused(settings, "horizon is 0");
+  settings = {};
+  settings.dt = std::nan("");
+  expect_refused(settings, "dt is nan");
 }
 
 }  // namespace

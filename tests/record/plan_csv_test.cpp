@@ -104,7 +104,7 @@ TEST(PlanCsv, ErrorsNameTheFile) {
   EXPECT_NE(status.error().message.find("No space left"), std::string::npos) << status.error().message;
 
   RunNames names = test::names();
-  names.terms.resize(kMaxTerms + 1);
+  names.terms.resize(kMaxObjectives + 1);
   EXPECT_FALSE(PlanCsvWriter::create(test::temporary_file("terms.csv"), names));
 }
 

@@ -105,8 +105,7 @@ INSTANTIATE_TEST_SUITE_P(JointsAndHorizon, BatchesOf,
 /// A term that says nothing about batches.
 class Plain final : public Objective {
  public:
-  explicit Plain(const Objective& term) : term_(term) {}
-  std::string_view name() const override { return "plain"; }
+  explicit Plain(const Objective& term) : Objective({.name = "plain", .label = "Plain", .unit = "1"}), term_(term) {}
   Nodes nodes() const override { return term_.nodes(); }
   int weight_count(int dof) const override { return term_.weight_count(dof); }
   double value(const Node& node, const JointVector& weight) const override { return term_.value(node, weight); }
@@ -139,7 +138,7 @@ TEST(Batches, TermsThatKnowSingleNodesWork) {
   const Vector3Of<Lanes> p_ref(0.1, 0.2, 0.3);
   const Matrix3Of<Lanes> R_ref = Matrix3Of<Lanes>::Identity();
   const NodeBatch nodes{{arm, dq, u, p_ref, R_ref}, scratch};
-  for (const auto& term : make_objectives()) {
+  for (const auto& term : default_objectives()) {
     const Plain plain(*term);
     Objective::BatchWeight weight(term->weight_count(kDof));
     for (int i = 0; i < weight.size(); ++i) weight[i] = 0.5 + i;

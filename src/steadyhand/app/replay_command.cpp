@@ -94,7 +94,7 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
   fs::create_directories(folder, failed);
   if (failed) return Error{folder.string() + ": cannot be made: " + failed.message()};
   RecorderSettings recorder_settings;
-  recorder_settings.names = run_names(model);
+  recorder_settings.names = run_names(model, profile.ocp.objectives);
   recorder_settings.run = {{"recording", recording.name},
                            {"robot", model.name},
                            {"profile", profile.name},

@@ -50,7 +50,7 @@ SessionRecorder::Flight::Flight(double seconds)
 SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin)
     : settings_(settings),
       metadata_(std::move(metadata)),
-      names_(run_names(ocp.model())),
+      names_(run_names(ocp.model(), ocp.objectives())),
       begin_(begin),
       stem_(date_and_time()),
       describer_(ocp),

@@ -7,7 +7,7 @@
 
 #include "steadyhand/config/nearest.hpp"
 #include "steadyhand/config/yaml_reader.hpp"
-#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/ocp/term.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
@@ -15,8 +15,7 @@ namespace steadyhand {
 namespace {
 
 /// One entry of `weights`. How many numbers a term takes may depend on the arm; Ocp::weights checks that.
-void read_weight(YamlMap& weights, const std::string& term, const std::vector<std::unique_ptr<Objective>>& objectives,
-                 OcpSettings& settings) {
+void read_weight(YamlMap& weights, const std::string& term, const Objectives& objectives, OcpSettings& settings) {
   std::vector<std::string> known;
   const Objective* objective = nullptr;
   for (const auto& each : objectives) {
@@ -41,7 +40,7 @@ void read_weight(YamlMap& weights, const std::string& term, const std::vector<st
 
 }  // namespace
 
-Result<Profile> load_profile(const std::string& name, const Places& places) {
+Result<Profile> load_profile(const std::string& name, const Places& places, const Objectives& objectives) {
   const Result<std::filesystem::path> path = find_named_file(places, "profiles", name);
   if (!path) return Error{"profile " + path.error().message};
   Result<YamlMap> opened = YamlMap::open(*path);
@@ -67,7 +66,7 @@ Result<Profile> load_profile(const std::string& name, const Places& places) {
     profile.ocp.velocity_scale = limits.number("velocity_scale", {0.0, 1.0, true}, 1.0);
     profile.ocp.acceleration_scale = limits.number("acceleration_scale", {0.0, 1.0, true}, 1.0);
   }
-  const auto objectives = make_objectives();
+  profile.ocp.objectives = objectives;
   YamlMap weights = file.map("weights");
   for (const std::string& term : weights.keys()) read_weight(weights, term, objectives, profile.ocp);
   if (Status status = file.finish(); !status) return status.error();
@@ -76,8 +75,8 @@ Result<Profile> load_profile(const std::string& name, const Places& places) {
 
 std::string describe_weights(const OcpSettings& ocp) {
   std::string text;
-  for (const auto& objective : make_objectives()) {
-    const auto found = ocp.weights.find(std::string(objective->name()));
+  for (const auto& objective : ocp.objectives) {
+    const auto found = ocp.weights.find(objective->name());
     if (found == ocp.weights.end()) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found->first, fmt::join(found->second, " "));
   }

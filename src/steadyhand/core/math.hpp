@@ -12,6 +12,8 @@ static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "define EIGEN_MAX_ALIGN_BYTES=16, as 
 inline constexpr int kMaxJoints = 8;
 /// Longest horizon, in intervals.
 inline constexpr int kMaxHorizon = 128;
+/// Most objectives of one problem.
+inline constexpr int kMaxObjectives = 16;
 
 /// What the terms are computed with comes as `double` or as `Lanes`, see core/lanes.hpp.
 template <typename Scalar>

@@ -49,7 +49,6 @@ struct PlannerView {
 
 /// What the operator may set while a session runs.
 struct OperatorSettings {
-  static constexpr int kMaxObjectives = 16;
   std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
   int objectives = 0;                               ///< entries of weights in use; 0: the profile's stay
   double scale = 0.5;                               ///< metres of the tool for each metre of the hand
@@ -68,7 +67,7 @@ struct PlanningRecord {
   Plan plan;   ///< what is followed from there on, if the step failed the plan before
   Pose X_base_target;
   Reference reference;
-  std::array<JointVector, OperatorSettings::kMaxObjectives> weights;  ///< by index of Ocp::objectives()
+  std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
   double objective = 0.0, solve_us = 0.0;
   int iterations = 0;
   bool engaged = false;  ///< following the hand, not coming to rest

@@ -11,11 +11,6 @@ namespace steadyhand {
 
 namespace {
 
-/// Weights with which the arm comes to rest: nothing draws it anywhere, it loses its speed and rights the glass as fast
-/// as the liquid bears. Found by stopping moving arms at random instants: these spill least of what comes to rest
-/// within 0.6 s.
-constexpr double kRestVelocity = 40.0, kRestOrientation = 50.0, kRestLateral = 10.0;
-
 /// By how much plans stay inside the limits: more than the tolerances of solver and check, and than what is between the
 /// instants that the check looks at.
 constexpr double kPositionMargin = 1e-4;  // rad (m)
@@ -147,15 +142,15 @@ void PlanningStage::apply_settings(Time now) {
   links_->taps.settings.push({now, settings});
 }
 
+/// With those at rest nothing draws the arm anywhere, it loses its speed and rights the glass as fast as the liquid bears.
+/// The terms' own bounds were found by stopping moving arms at random instants: they spill least of what comes to rest
+/// within 0.6 s.
 void PlanningStage::set_weights(std::span<const JointVector> weights) {
   weights_.assign(weights.begin(), weights.end());
   rest_weights_.assign(weights.begin(), weights.end());
   for (std::size_t i = 0; i < rest_weights_.size(); ++i) {
-    const std::string_view name = gear_.planner->ocp().objectives()[i]->name();
-    if (name == "position") rest_weights_[i].setZero();
-    if (name == "velocity") rest_weights_[i].setConstant(kRestVelocity);
-    if (name == "orientation") rest_weights_[i].setConstant(kRestOrientation);
-    if (name == "lateral") rest_weights_[i] = rest_weights_[i].cwiseMax(kRestLateral);
+    const ObjectiveInfo& term = gear_.planner->ocp().objectives()[i]->info();
+    rest_weights_[i] = rest_weights_[i].cwiseMax(term.at_rest_min).cwiseMin(term.at_rest_max);
   }
 }
 

@@ -8,10 +8,9 @@ class Limits final : public ConstraintFor<Limits> {
  public:
   enum Part { kPosition = 0, kVelocity = 1, kAcceleration = 2 };
 
-  Limits(std::string_view name, Part part, JointVector lower, JointVector upper)
-      : name_(name), part_(part), lower_(std::move(lower)), upper_(std::move(upper)) {}
+  Limits(ConstraintInfo info, Part part, JointVector lower, JointVector upper)
+      : ConstraintFor(std::move(info)), part_(part), lower_(std::move(lower)), upper_(std::move(upper)) {}
 
-  std::string_view name() const override { return name_; }
   Nodes nodes() const override { return part_ == kAcceleration ? Nodes::kIntervals : Nodes::kStates; }
   int rows() const override { return static_cast<int>(lower_.size()); }
   Bounds bounds(int row) const override { return {lower_[row], upper_[row]}; }
@@ -32,25 +31,27 @@ class Limits final : public ConstraintFor<Limits> {
   void hessian_at(const NodeOf<S>& /*node*/, int /*row*/, S /*scale*/, NodeHessianOf<S>& /*hessian*/) const {}
 
  private:
-  std::string_view name_;
   Part part_;
   JointVector lower_, upper_;
 };
 
 }  // namespace
 
-std::unique_ptr<Constraint> make_position_limits(const RobotModel& model) {
-  return std::make_unique<Limits>("position_limits", Limits::kPosition, model.position_min, model.position_max);
+std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& /*settings*/) {
+  return std::make_shared<Limits>(ConstraintInfo{"position_limits", "Joint limits", "rad"}, Limits::kPosition,
+                                  model.position_min, model.position_max);
 }
 
-std::unique_ptr<Constraint> make_velocity_limits(const RobotModel& model, double scale) {
-  const JointVector limit = scale * model.velocity_max;
-  return std::make_unique<Limits>("velocity_limits", Limits::kVelocity, -limit, limit);
+std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings) {
+  const JointVector limit = settings.velocity_scale * model.velocity_max;
+  return std::make_shared<Limits>(ConstraintInfo{"velocity_limits", "Speed limits", "rad/s"}, Limits::kVelocity, -limit,
+                                  limit);
 }
 
-std::unique_ptr<Constraint> make_acceleration_limits(const RobotModel& model, double scale) {
-  const JointVector limit = scale * model.acceleration_max;
-  return std::make_unique<Limits>("acceleration_limits", Limits::kAcceleration, -limit, limit);
+std::shared_ptr<const Constraint> make_acceleration_limits(const RobotModel& model, const OcpSettings& settings) {
+  const JointVector limit = settings.acceleration_scale * model.acceleration_max;
+  return std::make_shared<Limits>(ConstraintInfo{"acceleration_limits", "Acceleration limits", "rad/s^2"},
+                                  Limits::kAcceleration, -limit, limit);
 }
 
 }  // namespace steadyhand

@@ -10,9 +10,9 @@ namespace {
 /// d: with c_j behind joint m, d(|d|^2)/dq_m = 2 d . dc_j/dq_m where d = c_j - c_i.
 class SelfCollision final : public ConstraintFor<SelfCollision> {
  public:
-  explicit SelfCollision(const RobotModel& model) : model_(&model) {}
+  explicit SelfCollision(const RobotModel& model)
+      : ConstraintFor({"self_collision", "Distance to itself", "m^2"}), model_(&model) {}
 
-  std::string_view name() const override { return "self_collision"; }
   Nodes nodes() const override { return Nodes::kStates; }
   int rows() const override { return static_cast<int>(model_->pairs.size()); }
   Bounds bounds(int row) const override {
@@ -71,8 +71,8 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
 
 }  // namespace
 
-std::unique_ptr<Constraint> make_self_collision(const RobotModel& model) {
-  return std::make_unique<SelfCollision>(model);
+std::shared_ptr<const Constraint> make_self_collision(const RobotModel& model, const OcpSettings& /*settings*/) {
+  return std::make_shared<SelfCollision>(model);
 }
 
 }  // namespace steadyhand

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 
 #include "steadyhand/ocp/term.hpp"
 
@@ -11,7 +10,6 @@ namespace steadyhand {
 template <int... axes>
 class LiquidObjective : public ObjectiveFor<LiquidObjective<axes...>> {
  public:
-  std::string_view name() const final { return name_; }
   Nodes nodes() const final { return Nodes::kIntervals; }
   int weight_count(int /*dof*/) const final { return 1; }
 
@@ -57,7 +55,7 @@ class LiquidObjective : public ObjectiveFor<LiquidObjective<axes...>> {
   }
 
  protected:
-  explicit LiquidObjective(std::string_view name) : name_(name) {}
+  using ObjectiveFor<LiquidObjective<axes...>>::ObjectiveFor;
 
  private:
   template <typename S>
@@ -66,8 +64,6 @@ class LiquidObjective : public ObjectiveFor<LiquidObjective<axes...>> {
     ((result[axes] = node.arm.local_acceleration()[axes] - kGravity[axes]), ...);
     return result;
   }
-
-  std::string_view name_;
 };
 
 }  // namespace steadyhand

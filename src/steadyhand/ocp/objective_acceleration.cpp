@@ -5,7 +5,12 @@ namespace {
 
 class Acceleration final : public ObjectiveFor<Acceleration> {
  public:
-  std::string_view name() const override { return "acceleration"; }
+  Acceleration()
+      : ObjectiveFor({.name = "acceleration",
+                      .label = "Joint acceleration",
+                      .unit = "s^3/rad^2",
+                      .range = {1e-4, 10.0, true},
+                      .offered = false}) {}
   Nodes nodes() const override { return Nodes::kIntervals; }
   int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
@@ -35,6 +40,6 @@ class Acceleration final : public ObjectiveFor<Acceleration> {
 
 }  // namespace
 
-std::unique_ptr<Objective> make_acceleration_objective() { return std::make_unique<Acceleration>(); }
+std::shared_ptr<const Objective> make_acceleration_objective() { return std::make_shared<Acceleration>(); }
 
 }  // namespace steadyhand

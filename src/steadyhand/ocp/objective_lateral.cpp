@@ -4,14 +4,21 @@
 namespace steadyhand {
 namespace {
 
+constexpr double kAtRest = 10.0;  ///< spares the liquid as the arm comes to rest
+
 /// w (a_x^2 + a_y^2): g has no x and y.
 class Lateral final : public LiquidObjective<0, 1> {
  public:
-  Lateral() : LiquidObjective("lateral") {}
+  Lateral()
+      : LiquidObjective({.name = "lateral",
+                         .label = "Liquid, sideways",
+                         .unit = "s^3/m^2",
+                         .range = {0.0, 20.0},
+                         .at_rest_min = kAtRest}) {}
 };
 
 }  // namespace
 
-std::unique_ptr<Objective> make_lateral_objective() { return std::make_unique<Lateral>(); }
+std::shared_ptr<const Objective> make_lateral_objective() { return std::make_shared<Lateral>(); }
 
 }  // namespace steadyhand

@@ -3,11 +3,20 @@
 namespace steadyhand {
 namespace {
 
+constexpr double kAtRest = 50.0;  ///< rights the glass as the arm comes to rest
+
 /// With M = R R_ref' the cost is w (6 - 2 tr M), and turning joint i changes M by [z_i]x M:
 ///   tr([a]x M) = -a . axial(M),   tr([a]x [b]x M) = a' M b - (a . b) tr M.
 class Orientation final : public ObjectiveFor<Orientation> {
  public:
-  std::string_view name() const override { return "orientation"; }
+  Orientation()
+      : ObjectiveFor({.name = "orientation",
+                      .label = "Orientation",
+                      .unit = "1/s",
+                      .range = {0.1, 1e3, true},
+                      .offered = false,
+                      .at_rest_min = kAtRest,
+                      .at_rest_max = kAtRest}) {}
   Nodes nodes() const override { return Nodes::kStates; }
   int weight_count(int /*dof*/) const override { return 1; }
 
@@ -48,6 +57,6 @@ class Orientation final : public ObjectiveFor<Orientation> {
 
 }  // namespace
 
-std::unique_ptr<Objective> make_orientation_objective() { return std::make_unique<Orientation>(); }
+std::shared_ptr<const Objective> make_orientation_objective() { return std::make_shared<Orientation>(); }
 
 }  // namespace steadyhand

@@ -5,7 +5,13 @@ namespace {
 
 class Position final : public ObjectiveFor<Position> {
  public:
-  std::string_view name() const override { return "position"; }
+  Position()
+      : ObjectiveFor({.name = "position",
+                      .label = "Position",
+                      .unit = "1/(m^2 s)",
+                      .range = {1.0, 1e4, true},
+                      .offered = false,
+                      .at_rest_max = 0.0}) {}
   Nodes nodes() const override { return Nodes::kStates; }
   int weight_count(int /*dof*/) const override { return 3; }
 
@@ -49,6 +55,6 @@ class Position final : public ObjectiveFor<Position> {
 
 }  // namespace
 
-std::unique_ptr<Objective> make_position_objective() { return std::make_unique<Position>(); }
+std::shared_ptr<const Objective> make_position_objective() { return std::make_shared<Position>(); }
 
 }  // namespace steadyhand

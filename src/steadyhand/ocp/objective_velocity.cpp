@@ -3,9 +3,18 @@
 namespace steadyhand {
 namespace {
 
+constexpr double kAtRest = 40.0;  ///< takes the arm's speed as it comes to rest
+
 class Velocity final : public ObjectiveFor<Velocity> {
  public:
-  std::string_view name() const override { return "velocity"; }
+  Velocity()
+      : ObjectiveFor({.name = "velocity",
+                      .label = "Joint speed",
+                      .unit = "s/rad^2",
+                      .range = {1e-3, 100.0, true},
+                      .offered = false,
+                      .at_rest_min = kAtRest,
+                      .at_rest_max = kAtRest}) {}
   Nodes nodes() const override { return Nodes::kStates; }
   int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
@@ -35,6 +44,6 @@ class Velocity final : public ObjectiveFor<Velocity> {
 
 }  // namespace
 
-std::unique_ptr<Objective> make_velocity_objective() { return std::make_unique<Velocity>(); }
+std::shared_ptr<const Objective> make_velocity_objective() { return std::make_shared<Velocity>(); }
 
 }  // namespace steadyhand

@@ -7,11 +7,13 @@ namespace {
 /// w (a_z - g)^2
 class Vertical final : public LiquidObjective<2> {
  public:
-  Vertical() : LiquidObjective("vertical") {}
+  Vertical()
+      : LiquidObjective({.name = "vertical", .label = "Liquid, up and down", .unit = "s^3/m^2", .range = {0.0, 20.0}}) {
+  }
 };
 
 }  // namespace
 
-std::unique_ptr<Objective> make_vertical_objective() { return std::make_unique<Vertical>(); }
+std::shared_ptr<const Objective> make_vertical_objective() { return std::make_shared<Vertical>(); }
 
 }  // namespace steadyhand

@@ -3,16 +3,71 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "steadyhand/ocp/constraints.hpp"
+#include "steadyhand/ocp/objectives.hpp"
 
 namespace steadyhand {
 
+Objectives default_objectives() {
+  return {make_position_objective(),     make_orientation_objective(), make_velocity_objective(),
+          make_acceleration_objective(), make_lateral_objective(),     make_vertical_objective()};
+}
+
+std::vector<ConstraintMaker> default_constraints() {
+  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision};
+}
+
+namespace {
+
+bool is_word(const std::string& name) {
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  return !name.empty() && is_letter(name[0]) && std::all_of(name.begin(), name.end(), [&](char c) {
+    return is_letter(c) || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
+}  // namespace
+
+Status Ocp::check(const OcpSettings& settings) {
+  if (settings.horizon < 1 || settings.horizon > kMaxHorizon) {
+    return Error{fmt::format("horizon is {}; it must be from 1 to {}", settings.horizon, kMaxHorizon)};
+  }
+  if (!(settings.dt > 0.0) || !std::isfinite(settings.dt)) {
+    return Error{fmt::format("dt is {}; it must be positive", settings.dt)};
+  }
+  if (settings.objectives.size() > kMaxObjectives) {
+    return Error{fmt::format("{} objectives; a problem has at most {}", settings.objectives.size(), kMaxObjectives)};
+  }
+  std::vector<std::string_view> names;
+  for (const auto& objective : settings.objectives) {
+    if (!objective) return Error{"objectives: one is null"};
+    const std::string& name = objective->name();
+    if (!is_word(name)) {
+      return Error{
+          fmt::format("objectives: '{}' is no name; it is made of lower-case letters, digits and underscores, "
+                      "and begins with a letter",
+                      name)};
+    }
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      return Error{fmt::format("objectives: two are called '{}'", name)};
+    }
+    names.push_back(name);
+  }
+  for (const ConstraintMaker& make : settings.constraints) {
+    if (!make) return Error{"constraints: one is null"};
+  }
+  return Done{};
+}
+
 Ocp::Ocp(const RobotModel& model, const OcpSettings& settings)
-    : model_(&model),
-      horizon_(settings.horizon),
-      dt_(settings.dt),
-      objectives_(make_objectives()),
-      constraints_(make_constraints(model, settings)) {}
+    : model_(&model), horizon_(settings.horizon), dt_(settings.dt), objectives_(settings.objectives) {
+  for (const ConstraintMaker& make : settings.constraints) {
+    if (auto constraint = make(model, settings)) constraints_.push_back(std::move(constraint));
+  }
+}
 
 StateVector Ocp::next(const StateVector& x, const JointVector& u) const {
   const int n = dof();

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
-#include "steadyhand/ocp/constraints.hpp"
-#include "steadyhand/ocp/objectives.hpp"
 #include "steadyhand/ocp/settings.hpp"
+#include "steadyhand/ocp/term.hpp"
 
 namespace steadyhand {
 
@@ -31,16 +29,19 @@ struct OcpInstance {
 /// double integrator and lower <= constraint rows <= upper. Const after construction; the model must outlive it.
 class Ocp {
  public:
-  /// @pre 1 <= settings.horizon <= kMaxHorizon, settings.dt > 0
+  /// With the settings' objectives and constraints. @pre check(settings)
   Ocp(const RobotModel& model, const OcpSettings& settings);
+  /// Why there is no such problem (horizon, dt, more than kMaxObjectives objectives, one that is null, a name that is no
+  /// word or is used twice), or Done. Weights are checked by weights().
+  static Status check(const OcpSettings& settings);
 
   const RobotModel& model() const { return *model_; }
   int dof() const { return model_->dof(); }
   int horizon() const { return horizon_; }
   double dt() const { return dt_; }
 
-  const std::vector<std::unique_ptr<Objective>>& objectives() const { return objectives_; }
-  const std::vector<std::unique_ptr<Constraint>>& constraints() const { return constraints_; }
+  const Objectives& objectives() const { return objectives_; }
+  const std::vector<std::shared_ptr<const Constraint>>& constraints() const { return constraints_; }
   /// True where a term acts at node k = 0..N.
   bool acts(Nodes nodes, int k) const { return nodes == Nodes::kStates ? k > 0 : k < horizon_; }
 
@@ -57,8 +58,8 @@ class Ocp {
   const RobotModel* model_;
   int horizon_;
   double dt_;
-  std::vector<std::unique_ptr<Objective>> objectives_;
-  std::vector<std::unique_ptr<Constraint>> constraints_;
+  Objectives objectives_;
+  std::vector<std::shared_ptr<const Constraint>> constraints_;
 };
 
 }  // namespace steadyhand

@@ -1,19 +1,37 @@
 #pragma once
 
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 namespace steadyhand {
 
-/// The optimal control problem as a profile file states it (profiles/*.yaml).
+class Constraint;
+class Objective;
+struct OcpSettings;
+struct RobotModel;
+
+/// Terms are const and may be shared by problems, also of several threads.
+using Objectives = std::vector<std::shared_ptr<const Objective>>;
+/// Makes a constraint for a robot, which must outlive it; null where the robot needs none.
+using ConstraintMaker = std::function<std::shared_ptr<const Constraint>(const RobotModel&, const OcpSettings&)>;
+
+/// Those of docs/formulation.md: a new one is added there (ocp.cpp), in one line.
+Objectives default_objectives();
+std::vector<ConstraintMaker> default_constraints();
+
+/// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
 struct OcpSettings {
   int horizon = 8;   ///< N, intervals, 1..kMaxHorizon
   double dt = 0.05;  ///< s
-  /// By objective name (see objectives()); one number stands for all entries. An objective that is absent has weight 0.
+  /// By name of an objective; one number stands for all entries. An objective that is absent has weight 0.
   std::map<std::string, std::vector<double>> weights;
-  double velocity_scale = 1.0;      ///< (0, 1], of the robot's velocity limits
-  double acceleration_scale = 1.0;  ///< (0, 1], of the robot's acceleration limits
+  double velocity_scale = 1.0;                   ///< (0, 1], of the robot's velocity limits
+  double acceleration_scale = 1.0;               ///< (0, 1], of the robot's acceleration limits
+  Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
+  std::vector<ConstraintMaker> constraints = default_constraints();
 };
 
 }  // namespace steadyhand

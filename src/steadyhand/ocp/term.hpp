@@ -1,7 +1,8 @@
 #pragma once
 
 #include <limits>
-#include <string_view>
+#include <string>
+#include <utility>
 
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/robot/kinematics.hpp"
@@ -39,15 +40,43 @@ enum class Nodes {
   kIntervals,  ///< k = 0..N-1
 };
 
-/// One summand of the stage cost, linear in its weights. Stateless; the solver multiplies by dt.
+/// Weights among which a page lets its operator choose.
+struct WeightRange {
+  double min = 0.0, max = 100.0;
+  bool logarithmic = false;  ///< by factors from min > 0 on, and 0 at the lower end
+};
+
+/// What an objective is called and how it is weighed. It stands in the objective's own file: profiles, logs, reports,
+/// messages and pages take it from there.
+struct ObjectiveInfo {
+  std::string name;   ///< lower-case letters, digits and underscores, the first a letter
+  std::string label;  ///< for people
+  std::string unit;   ///< of a weight
+  WeightRange range = {};
+  bool offered = true;  ///< pages offer the weight to the operator of a live arm
+  /// While the arm only comes to rest its weights are the profile's, but not below the one nor above the other. What
+  /// would draw the arm anywhere has 0 above.
+  double at_rest_min = 0.0, at_rest_max = std::numeric_limits<double>::infinity();
+};
+
+/// The same of a constraint.
+struct ConstraintInfo {
+  std::string name, label;
+  std::string unit;  ///< of its rows
+};
+
+/// One summand of the stage cost, linear in its weights. Const in the loop; the solver multiplies by dt.
+///
+/// A class of the caller's own gives its ObjectiveInfo to the constructor and has nodes(), weight_count(), and value,
+/// gradient and Hessian at one node. OcpSettings::objectives takes it.
 ///
 /// Each function comes for one node and for a batch of nodes. A term that says nothing about batches works: its nodes
 /// are then computed one after another. Terms of this project are written once for both, see ObjectiveFor.
 class Objective {
  public:
   virtual ~Objective() = default;
-  /// The one name that it has in code, profile, log, report and page.
-  virtual std::string_view name() const = 0;
+  const ObjectiveInfo& info() const { return info_; }
+  const std::string& name() const { return info_.name; }
   virtual Nodes nodes() const = 0;
   /// Number of weights for an arm of n joints, at most kMaxJoints.
   virtual int weight_count(int dof) const = 0;
@@ -70,7 +99,10 @@ class Objective {
                                   NodeHessianOf<Lanes>& hessian) const;
 
  protected:
-  Objective() = default;
+  explicit Objective(ObjectiveInfo info) : info_(std::move(info)) {}
+
+ private:
+  ObjectiveInfo info_;
 };
 
 /// An objective written once for one node and for a batch: Term has the members
@@ -103,6 +135,9 @@ class ObjectiveFor : public Objective {
     term().template convex_hessian_at<Lanes>(nodes, weight, hessian);
   }
 
+ protected:
+  using Objective::Objective;
+
  private:
   const Term& term() const { return static_cast<const Term&>(*this); }
 };
@@ -121,7 +156,8 @@ struct EntryRange {
 class Constraint {
  public:
   virtual ~Constraint() = default;
-  virtual std::string_view name() const = 0;
+  const ConstraintInfo& info() const { return info_; }
+  const std::string& name() const { return info_.name; }
   virtual Nodes nodes() const = 0;
   virtual int rows() const = 0;
   virtual Bounds bounds(int row) const = 0;
@@ -147,7 +183,10 @@ class Constraint {
   virtual double activation_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
 
  protected:
-  Constraint() = default;
+  explicit Constraint(ConstraintInfo info) : info_(std::move(info)) {}
+
+ private:
+  ConstraintInfo info_;
 };
 
 /// A constraint written once for one node and for a batch: Term has value_at, gradient_at and hessian_at.
@@ -171,6 +210,9 @@ class ConstraintFor : public Constraint {
   void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const final {
     term().template hessian_at<Lanes>(nodes, row, scale, hessian);
   }
+
+ protected:
+  using Constraint::Constraint;
 
  private:
   const Term& term() const { return static_cast<const Term&>(*this); }

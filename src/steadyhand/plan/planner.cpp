@@ -16,10 +16,7 @@ Planner::Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerS
 
 Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings) {
-  if (ocp.horizon < 1 || ocp.horizon > kMaxHorizon) {
-    return Error{fmt::format("horizon is {}; it must be from 1 to {}", ocp.horizon, kMaxHorizon)};
-  }
-  if (!(ocp.dt > 0.0) || !std::isfinite(ocp.dt)) return Error{fmt::format("dt is {}; it must be positive", ocp.dt)};
+  if (Status s = Ocp::check(ocp); !s) return s.error();
   std::unique_ptr<Planner> planner(new Planner(model, ocp, settings));
   auto solver = make_solver(settings.solver, planner->ocp_, settings.tolerance);
   if (!solver) return solver.error();

@@ -155,7 +155,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
     const nb::gil_scoped_release unlocked;
     return value_of(replay(*robot.model, hand.recording, settings, {}));
   }();
-  const RunNames names = run_names(*robot.model);
+  const RunNames names = run_names(*robot.model, settings.pipeline.ocp.objectives);
   nb::dict answer;
   answer["steps"] = columns_of(result.steps, names);
   answer["commands"] = columns_of(result.commands, names.joints.size());

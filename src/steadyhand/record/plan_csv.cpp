@@ -59,9 +59,9 @@ PlanCsvWriter::PlanCsvWriter(const std::filesystem::path& path, const RunNames& 
     : path_(path), names_(names), file_(file) {}
 
 Result<PlanCsvWriter> PlanCsvWriter::create(const std::filesystem::path& path, const RunNames& names) {
-  if (names.terms.size() > kMaxTerms) {
+  if (names.terms.size() > kMaxObjectives) {
     return Error{fmt::format("{}: {} objective terms; at most {} can be recorded", path.string(), names.terms.size(),
-                             kMaxTerms)};
+                             kMaxObjectives)};
   }
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (!file) return Error{fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno))};

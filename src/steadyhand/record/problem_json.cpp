@@ -197,7 +197,7 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
   record.horizon = ocp.horizon();
   record.x0 = instance.x0;
   for (std::size_t i = 0; i < ocp.objectives().size(); ++i) {
-    record.weights[std::string(ocp.objectives()[i]->name())] = {instance.weights[i].begin(), instance.weights[i].end()};
+    record.weights[ocp.objectives()[i]->name()] = {instance.weights[i].begin(), instance.weights[i].end()};
   }
   record.reference = instance.reference;
   record.guess = guess;

@@ -7,8 +7,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "steadyhand/ocp/objectives.hpp"
-
 namespace steadyhand {
 
 namespace fs = std::filesystem;
@@ -65,6 +63,17 @@ PlanOrigin origin(const std::string& name) {
     if (to_string(each) == name) return each;
   }
   throw std::runtime_error("unknown status '" + name + "'");
+}
+
+/// The terms that a step tells of, in their order.
+std::vector<std::string> terms_of(std::string_view step) {
+  std::vector<std::string> terms;
+  const auto json = nlohmann::ordered_json::parse(step);
+  for (const auto& [name, share] : json.at("shares").items()) terms.push_back(name);
+  if (terms.size() > kMaxObjectives) {
+    throw std::runtime_error(fmt::format("{} terms; there are at most {}", terms.size(), kMaxObjectives));
+  }
+  return terms;
 }
 
 PlanStep plan_step(const Json& json, const std::vector<std::string>& terms) {
@@ -152,6 +161,7 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   if (is(parts.samples, "/operator_sample")) {
     session.samples.push_back(operator_sample(parsed(), message));
   } else if (is(parts.steps, "/plan_step")) {
+    if (session.steps.empty()) session.names.terms = terms_of(message.data);
     session.steps.push_back(plan_step(parsed(), session.names.terms));
   } else if (is(parts.commands, "/joint_command")) {
     const Json json = parsed();
@@ -196,7 +206,6 @@ std::string SessionFile::run(const std::string& key) const {
 Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts) {
   SessionFile session;
   session.name = path.stem().string();
-  for (const auto& objective : make_objectives()) session.names.terms.emplace_back(objective->name());
   CommandList commands(session, parts.most_commands);
   Result<McapOverview> overview = read_mcap(path, [&](const McapMessage& message) -> Status {
     try {

@@ -34,7 +34,7 @@ struct SessionFile {
 
   std::string name;  ///< of the file, without its extension
   McapOverview overview;
-  RunNames names;
+  RunNames names;                              ///< terms: as the first step has them; none without steps
   JointVector velocity_max, acceleration_max;  ///< rad/s, rad/s^2 (m...)
   std::vector<OperatorSample> samples;
   std::vector<PlanStep> steps;

@@ -1,16 +1,16 @@
 #include "steadyhand/record/step.hpp"
 
-#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/ocp/term.hpp"
 
 namespace steadyhand {
 
-RunNames run_names(const RobotModel& model) {
+RunNames run_names(const RobotModel& model, const Objectives& objectives) {
   RunNames names;
   for (const Joint& joint : model.joints) {
     names.joints.push_back(joint.name);
     names.joint_units.push_back(joint.type == JointType::kPrismatic ? "m" : "rad");
   }
-  for (const auto& objective : make_objectives()) names.terms.emplace_back(objective->name());
+  for (const auto& objective : objectives) names.terms.push_back(objective->name());
   return names;
 }
 

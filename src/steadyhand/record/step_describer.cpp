@@ -17,7 +17,7 @@ PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& i
   step.status = plan.origin;
   evaluation_.set_instance(instance);
   evaluation_.set_trajectory(trajectory);
-  for (std::size_t i = 0; i < evaluation_.ocp().objectives().size(); ++i) {
+  for (std::size_t i = 0; i < std::min(evaluation_.ocp().objectives().size(), step.shares.size()); ++i) {
     step.shares[i] = evaluation_.objective_share(static_cast<int>(i));
   }
   step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();

@@ -34,6 +34,7 @@ Status prepare(Workshop& shop, const ProblemRecord& problem, const std::string& 
     OcpSettings settings;
     settings.horizon = problem.horizon;
     settings.dt = problem.dt;
+    if (Status s = Ocp::check(settings); !s) return s;
     shop.solver.reset();
     shop.ocp = std::make_unique<Ocp>(shop.model, settings);
     Result<std::unique_ptr<Solver>> made = make_solver(solver, *shop.ocp, problem.tolerance);

@@ -57,6 +57,9 @@ const std::vector<std::string>& solver_names() {
 }
 
 Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance) {
+  if (ocp.objectives().size() > kMaxObjectives) {
+    return Error{fmt::format("{} objectives; a problem has at most {}", ocp.objectives().size(), kMaxObjectives)};
+  }
   for (const Entry& entry : kSolvers) {
     if (name == entry.name) return entry.make(ocp, tolerance);
   }
