@@ -16,20 +16,21 @@ namespace steadyhand {
 /// What the caller of a predictor need not say, as it follows from the problem and the arm: horizon, dt and reach.
 PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, const Reach& reach);
 
+/// Of each stage; the defaults are the program's.
 struct PipelineSettings {
-  double rate_hz = 20.0;  ///< plans a second, that update() makes
-  RetargetSettings retarget;
+  double rate_hz = 20.0;        ///< plans a second, that update() makes
+  RetargetSettings retarget;    ///< from the hand to the target
   PredictorSettings predictor;  ///< horizon, dt and reach are set from the problem and the robot
-  OcpSettings ocp;
-  PlannerSettings planner;
+  OcpSettings ocp;              ///< objectives, constraints, horizon
+  PlannerSettings planner;      ///< solver, and what plans are checked for
 
   PipelineSettings() = default;
   /// As the profile has it: its problem, solver and tolerance.
   explicit PipelineSettings(const Profile& profile);
 };
 
-/// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, wired as the program wires
-/// them. The arm is taken to follow its commands. One thread; `make` takes the memory.
+/// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, wired as the program
+/// wires them. The arm is taken to follow its commands. One thread; `make` takes the memory.
 ///
 ///     auto arm = Pipeline::make("ur5e", "waiter");
 ///     (*arm)->feed({{now, now}, X_operator_hand, clutch});
@@ -45,12 +46,12 @@ class Pipeline {
   /// The hand at one time; times count from any epoch, that of update(). Engages with the clutch and lets go with it.
   /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion that is not of length 1.
   Status feed(const OperatorSample& sample);
-  /// The set-point of the arm at `now`. Makes a new plan first if the last is older than a period of the rate. Call it as
-  /// often as the arm takes commands; times that go back repeat the last command.
+  /// The set-point of the arm at `now`. Makes a new plan first if the last is older than a period of the rate. Call it
+  /// as often as the arm takes commands; times that go back repeat the last command.
   JointCommand update(Time now);
 
-  /// The arm stands at q from `now` on, and a hand that grips takes hold of it there anew. q: rad (m), n of them. Fails,
-  /// and changes nothing, on another count, numbers that are not finite or beyond the arm's limits.
+  /// The arm stands at q from `now` on, and a hand that grips takes hold of it there anew. q: rad (m), n of them.
+  /// Fails, and changes nothing, on another count, numbers that are not finite or beyond the arm's limits.
   Status reset(const JointVector& q, Time now);
 
   // ---- The steps that update() takes, for callers with a clock of their own.
@@ -59,13 +60,13 @@ class Pipeline {
   /// The followed plan at `now`.
   JointCommand command(Time now) const { return tracker_.update(now); }
 
-  const RobotModel& model() const { return *model_; }
-  const Target& target() const { return target_; }  ///< where the newest sample wants the controlled frame
-  Retargeter& retargeter() { return retargeter_; }
-  Predictor& predictor() { return predictor_; }
-  const Predictor& predictor() const { return predictor_; }
-  Planner& planner() { return *planner_; }
-  const Planner& planner() const { return *planner_; }
+  const RobotModel& model() const { return *model_; }        ///< the arm; lives as long as this
+  const Target& target() const { return target_; }           ///< where the newest sample wants the controlled frame
+  Retargeter& retargeter() { return retargeter_; }           ///< to change scale and axes
+  Predictor& predictor() { return predictor_; }              ///< of the target
+  const Predictor& predictor() const { return predictor_; }  ///< of the target
+  Planner& planner() { return *planner_; }                   ///< to change weights; what came of the last solve
+  const Planner& planner() const { return *planner_; }       ///< what came of the last solve
 
  private:
   Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettings& settings, std::unique_ptr<Planner> planner);

@@ -14,18 +14,22 @@ LinkPairs gaps(const Kinematics& kinematics);
 
 /// The arm at one time of an interval with constant acceleration.
 struct Moment {
-  double t;           ///< s since the interval's beginning
-  JointVector q, dq;  ///< rad (m), rad/s (m/s)
-  LinkPairs gaps;     ///< m
+  double t;        ///< s since the interval's beginning
+  JointVector q;   ///< rad (m)
+  JointVector dq;  ///< rad/s (m/s)
+  LinkPairs gaps;  ///< m
 };
 
-/// Whether gaps stay above `smallest` (m) between two moments at which they do. A distance falls below the straight line
-/// between its values at the ends by no more than h^2 / 8 times the largest acceleration; where that is too much to tell,
-/// the span h is halved, up to 4 times: from 25 ms to 1.6 ms, where an acceleration of 50 m/s^2 is worth 0.015 mm.
+/// Whether gaps stay above `smallest` (m) between two moments at which they do. A distance falls below the straight
+/// line between its values at the ends by no more than h^2 / 8 times the largest acceleration; where that is too much
+/// to tell, the span h is halved, up to 4 times: from 25 ms to 1.6 ms, where an acceleration of 50 m/s^2 is worth
+/// 0.015 mm.
 class GapsBetween {
  public:
+  /// @param smallest m
   GapsBetween(Kinematics& kinematics, double smallest);
 
+  /// @param acceleration of the joints from `first` to `last`, rad/s^2 (m/s^2)
   bool stay(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings = 4);
 
  private:

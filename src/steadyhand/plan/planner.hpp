@@ -10,11 +10,12 @@
 
 namespace steadyhand {
 
+/// How plans are made, and what for they are looked at.
 struct PlannerSettings {
   std::string solver = kDefaultSolver;  ///< see solver_names()
   double tolerance = 1e-6;              ///< of the KKT conditions
-  SolveBudget budget;
-  PlanCheckSettings check;
+  SolveBudget budget;                   ///< iterations and time for each solve
+  PlanCheckSettings check;              ///< before a plan is given out
 };
 
 /// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
@@ -43,13 +44,13 @@ class Planner {
   /// unchanged.
   const Plan& update(const Reference& reference);
 
-  const Plan& plan() const { return plan_; }
-  const Ocp& ocp() const { return ocp_; }
+  const Plan& plan() const { return plan_; }  ///< the newest that may be followed
+  const Ocp& ocp() const { return ocp_; }     ///< what is solved
   // ---- about the last update: what was solved, from where, and what came of it
-  const OcpInstance& instance() const { return instance_; }
-  const Trajectory& guess() const { return warm_start_.guess(); }
-  const Solution& solution() const { return solution_; }
-  PlanFault fault() const { return fault_; }
+  const OcpInstance& instance() const { return instance_; }        ///< x_0, reference and weights
+  const Trajectory& guess() const { return warm_start_.guess(); }  ///< where the solver began
+  const Solution& solution() const { return solution_; }           ///< also of a plan that was refused
+  PlanFault fault() const { return fault_; }                       ///< of the last candidate; kNone: it is plan()
 
  private:
   Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings);

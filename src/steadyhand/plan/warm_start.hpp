@@ -8,16 +8,18 @@ namespace steadyhand {
 /// shifted by that time. Memory is taken by the constructor. The Ocp must outlive it.
 class WarmStart {
  public:
+  /// For solutions of this problem.
   explicit WarmStart(const Ocp& ocp);
 
   /// Nothing is known: stand still, no multipliers.
   void reset(Time now);
   /// @param start time of the solution's node 0
   void keep(const Solution& solution, Time start);
-  /// Makes guess() and multipliers() for a problem that starts at x0 at time `start`; what was before the last solution is
-  /// taken for its first node.
+  /// Makes guess() and multipliers() for a problem that starts at x0 at time `start`; what was before the last solution
+  /// is taken for its first node.
   void shift(const StateVector& x0, Time start);
 
+  /// As shift() left it.
   const Trajectory& guess() const { return guess_; }
   /// Null until something was kept.
   const std::vector<std::vector<double>>* multipliers() const { return known_ ? &multipliers_ : nullptr; }

@@ -6,6 +6,7 @@
 
 namespace steadyhand {
 
+/// How far and from what is predicted. complete() sets horizon, dt and reach from the problem and the arm.
 struct PredictorSettings {
   int horizon = 8;   ///< N, nodes of the reference
   double dt = 0.05;  ///< s between them
@@ -26,6 +27,7 @@ struct PredictorSettings {
 /// third of `window`: the slope between two noisy targets a millisecond apart says nothing. Allocates nothing.
 class Predictor {
  public:
+  /// Knows no target yet.
   explicit Predictor(const PredictorSettings& settings) : settings_(settings) {}
 
   /// The next target. Dropped: one that is not newer than the last, unless it is older by more than max_gap, when the
@@ -37,7 +39,7 @@ class Predictor {
   /// start: at rest where the hand was seen last.
   Reference predict(Time start) const;
 
-  const Target& newest() const { return newest_; }
+  const Target& newest() const { return newest_; }                ///< the last that was not dropped
   Vector3 velocity() const { return velocity_; }                  ///< m/s, base frame
   Vector3 angular_velocity() const { return angular_velocity_; }  ///< rad/s, base frame
 

@@ -13,14 +13,15 @@ enum class MotionFrame {
 /// s, RetargetSettings::ramp of live sessions.
 inline constexpr double kLiveRamp = 0.5;
 
+/// How the hand's motion becomes the tool's.
 struct RetargetSettings {
   /// Metres of the tool per metre of the hand; > 0. Half, because people walk about and the arm does not.
   double scale = 0.5;
   /// Turn of the operator's axes about base z, rad. By default the operator's left is the arm's forward and their
   /// forward the arm's right: what reaching hands do most then stays away from the base axis.
   double yaw = -M_PI / 2;
-  MotionFrame translation_frame = MotionFrame::kBase;
-  MotionFrame rotation_frame = MotionFrame::kBase;
+  MotionFrame translation_frame = MotionFrame::kBase;  ///< of the hand's displacement
+  MotionFrame rotation_frame = MotionFrame::kBase;     ///< of its rotation
   /// s after engagement in which the share of the hand's motion that the tool follows grows from 0 to all; what it did
   /// not follow is left behind, as by a clutch. 0: follow at once.
   double ramp = 0.0;
@@ -37,6 +38,7 @@ struct RetargetSettings {
 /// hand's steps from sample to sample. Allocates nothing; one thread.
 class Retargeter {
  public:
+  /// Not engaged.
   explicit Retargeter(const RetargetSettings& settings = {});
 
   /// Every sample in order of time. X_base_tool_now: where the tool is (or its plan has it), which becomes the target

@@ -11,9 +11,11 @@ namespace steadyhand {
 /// shows everything, so wider limits are cut to one turn about their middle.
 class JointBox {
  public:
+  /// @param last one behind the last joint
   JointBox(const RobotModel& model, int first, int last);
 
-  int size() const { return static_cast<int>(middle_.size()); }
+  int size() const { return static_cast<int>(middle_.size()); }  ///< joints
+  /// Anywhere in the box, evenly.
   JointVector sample(std::mt19937& random) const;
 
   /// Climbs `value(q)` by coordinate steps that halve when no step helps, until they are below 1e-7 of the box. Returns

@@ -11,20 +11,26 @@ namespace steadyhand {
 /// Rigid motion in the tool frame: angular part first. Joint k's unit twist is S_k, the arm's twist V = sum_k S_k dq_k.
 template <typename Scalar>
 struct TwistOf {
-  Vector3Of<Scalar> angular = Vector3Of<Scalar>::Zero();
-  Vector3Of<Scalar> linear = Vector3Of<Scalar>::Zero();
+  Vector3Of<Scalar> angular = Vector3Of<Scalar>::Zero();  ///< rad/s
+  Vector3Of<Scalar> linear = Vector3Of<Scalar>::Zero();   ///< m/s, of the frame's origin
 
+  /// Twists in the same frame add up.
   friend TwistOf operator+(const TwistOf& a, const TwistOf& b) { return {a.angular + b.angular, a.linear + b.linear}; }
+  /// The same.
   friend TwistOf operator-(const TwistOf& a, const TwistOf& b) { return {a.angular - b.angular, a.linear - b.linear}; }
+  /// Of a motion that is s times as fast.
   friend TwistOf operator*(const Scalar& s, const TwistOf& a) { return {s * a.angular, s * a.linear}; }
+  /// Of all six components.
   Scalar dot(const TwistOf& b) const { return angular.dot(b.angular) + linear.dot(b.linear); }
 };
+/// One twist.
 using Twist = TwistOf<double>;
 
 /// Second derivatives by z = [q; dq; ddq], 3n x 3n, on the stack. Only the upper triangle (row <= column) is filled.
 template <typename Scalar>
 using MotionHessianOf =
     Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxJoints, 3 * kMaxJoints>;
+/// Of one configuration.
 using MotionHessian = MotionHessianOf<double>;
 
 /// Translation and rotation of a joint at q: joint frame at q in joint frame at 0.
@@ -36,10 +42,11 @@ Eigen::Isometry3d motion(const Joint& joint, double q);
 template <typename Scalar>
 class KinematicsOf {
  public:
-  using Vector = Vector3Of<Scalar>;
-  using Matrix = Matrix3Of<Scalar>;
-  using Joints = JointVectorOf<Scalar>;
+  using Vector = Vector3Of<Scalar>;      ///< 3
+  using Matrix = Matrix3Of<Scalar>;      ///< 3 x 3
+  using Joints = JointVectorOf<Scalar>;  ///< n
 
+  /// The model must outlive it.
   explicit KinematicsOf(const RobotModel& model);
 
   /// Tool pose and Jacobian, spheres. q: n.
@@ -47,12 +54,11 @@ class KinematicsOf {
   /// Adds velocity and acceleration of the tool: twists and their derivatives. Call set_position(q) before.
   void set_motion(const Joints& dq, const Joints& ddq);
 
-  const RobotModel& model() const { return *model_; }
-  int dof() const { return dof_; }
+  const RobotModel& model() const { return *model_; }  ///< whose configurations these are
+  int dof() const { return dof_; }                     ///< n
 
   // ---- after set_position
-  // --------------------------------------------------------------------------------------------------
-  const Joints& q() const { return q_; }
+  const Joints& q() const { return q_; }  ///< rad (m)
   const Vector& p() const { return p_; }  ///< m, tool in the base
   const Matrix& R() const { return R_; }  ///< tool to base
   /// Angular velocity of everything behind joint k for dq_k = 1, base frame (0 for a prismatic joint).
@@ -75,13 +81,11 @@ class KinematicsOf {
   Scalar clearance() const;
 
   // ---- after set_motion
-  // ----------------------------------------------------------------------------------------------------
   /// a_local = R' (p'' + g): what an accelerometer in the tool frame reads, m/s^2.
   const Vector& local_acceleration() const { return y_; }
-  /// Its derivatives by joint k: with respect to q_k, dq_k and ddq_k.
-  const Vector& dy_dq(int k) const { return dy_dq_[k]; }
-  const Vector& dy_dv(int k) const { return dy_dv_[k]; }
-  const Vector& dy_ddq(int k) const { return S_[k].linear; }
+  const Vector& dy_dq(int k) const { return dy_dq_[k]; }      ///< its derivative with respect to q_k
+  const Vector& dy_dv(int k) const { return dy_dv_[k]; }      ///< with respect to dq_k
+  const Vector& dy_ddq(int k) const { return S_[k].linear; }  ///< with respect to ddq_k
   /// Adds the second derivatives of weight . a_local to the upper triangle of H. weight: 3, tool frame.
   void add_local_acceleration_hessian(const Vector& weight, MotionHessianOf<Scalar>& H) const;
 
@@ -103,7 +107,7 @@ class KinematicsOf {
   const RobotModel* model_;
   int dof_;
   std::vector<LinkSphere> link_spheres_;  ///< sorted by link
-  Matrix3 tool_R_;           ///< tool in our last frame
+  Matrix3 tool_R_;                        ///< tool in our last frame
   Vector3 tool_p_;
   std::vector<Link> links_;
 
@@ -122,6 +126,7 @@ class KinematicsOf {
 
 extern template class KinematicsOf<double>;
 extern template class KinematicsOf<Lanes>;
+/// Of one configuration.
 using Kinematics = KinematicsOf<double>;
 
 }  // namespace steadyhand

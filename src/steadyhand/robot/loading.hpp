@@ -15,22 +15,25 @@ inline constexpr double kDefaultAcceleration = 15.0;
 
 /// What a robot file says (robots/ur5e.yaml); the rest comes from the URDF.
 struct RobotSettings {
+  /// A sphere by the name of its link.
   struct SphereOnLink {
-    std::string name;
+    std::string name;                  ///< for `pairs` and messages
     std::string link;                  ///< URDF link, also one behind fixed joints
     Vector3 center = Vector3::Zero();  ///< m, in that link's frame
     double radius = 0.0;               ///< m
   };
 
-  std::string name;  ///< empty: the URDF's
-  std::filesystem::path urdf;
-  std::string tool_name = "tool";
+  std::string name;                ///< empty: the URDF's
+  std::filesystem::path urdf;      ///< the file
+  std::string tool_name = "tool";  ///< for messages
   std::string tool_link;  ///< URDF link that carries the tool and ends the chain; empty: the end of the longest chain
   Eigen::Isometry3d tool_origin = Eigen::Isometry3d::Identity();  ///< in the frame of tool_link
   std::optional<std::vector<double>> home;                        ///< n, rad (m); absent: the middle of the limits
   std::optional<std::vector<double>> acceleration_max;            ///< n, rad/s^2 (m/s^2); absent: kDefaultAcceleration
-  std::optional<std::vector<double>> velocity_max, position_min, position_max;  ///< n; absent: the URDF's
-  std::vector<SphereOnLink> spheres;
+  std::optional<std::vector<double>> velocity_max;                ///< n, rad/s (m/s); absent: the URDF's
+  std::optional<std::vector<double>> position_min;                ///< n, rad (m); absent: the URDF's
+  std::optional<std::vector<double>> position_max;                ///< n, rad (m); absent: the URDF's
+  std::vector<SphereOnLink> spheres;                              ///< none: no self-collision
   /// Names of spheres; absent: default_pairs().
   std::optional<std::vector<std::pair<std::string, std::string>>> pairs;
 };

@@ -8,12 +8,13 @@
 
 namespace steadyhand {
 
+/// Turns about its axis, or slides along it.
 enum class JointType { kRevolute, kPrismatic };
 
 /// Joint k (0-based) moves link k + 1 relative to link k: T_{k+1} = T_k * origin * motion(axis, q_k).
 struct Joint {
-  std::string name;
-  JointType type = JointType::kRevolute;
+  std::string name;                                          ///< the URDF's
+  JointType type = JointType::kRevolute;                     ///< a continuous one is revolute with far limits
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame in the frame of link k, at q_k = 0
   Vector3 axis = Vector3::UnitZ();                           ///< unit, in the joint frame
 };
@@ -21,13 +22,13 @@ struct Joint {
 /// The controlled frame (the glass), fixed to the last link: origin at its centre, z along its axis, out of the
 /// opening.
 struct Tool {
-  std::string name;
+  std::string name;                                          ///< for messages
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< in the frame of link n
 };
 
 /// A ball that covers part of a link.
 struct Sphere {
-  std::string name;
+  std::string name;                  ///< for messages and pairs
   int link = 0;                      ///< 0 is the base, k the link behind joint k - 1
   Vector3 center = Vector3::Zero();  ///< m, link frame
   double radius = 0.0;               ///< m
@@ -38,18 +39,19 @@ using SpherePair = std::pair<int, int>;
 
 /// A serial arm. Never changes after loading; every thread may read it.
 struct RobotModel {
-  std::string name;
+  std::string name;                     ///< for tables and files
   std::vector<Joint> joints;            ///< n of them, from the base
   std::vector<std::string> link_names;  ///< n + 1, the URDF's name of the link that each joint moves; first the base
-  Tool tool;
-  JointVector home;                        ///< rad (m)
-  JointVector position_min, position_max;  ///< rad (m)
-  JointVector velocity_max;                ///< rad/s (m/s)
-  JointVector acceleration_max;            ///< rad/s^2 (m/s^2)
-  std::vector<Sphere> spheres;
-  std::vector<SpherePair> pairs;
+  Tool tool;                            ///< on the last link
+  JointVector home;                     ///< rad (m)
+  JointVector position_min;             ///< rad (m)
+  JointVector position_max;             ///< rad (m)
+  JointVector velocity_max;             ///< rad/s (m/s)
+  JointVector acceleration_max;         ///< rad/s^2 (m/s^2)
+  std::vector<Sphere> spheres;          ///< that cover the arm and what it holds
+  std::vector<SpherePair> pairs;        ///< of spheres that are kept apart
 
-  int dof() const { return static_cast<int>(joints.size()); }
+  int dof() const { return static_cast<int>(joints.size()); }  ///< n
 };
 
 }  // namespace steadyhand

@@ -13,20 +13,21 @@ namespace steadyhand {
 
 /// What a URDF says about one moving joint's limits; absent where it says nothing.
 struct UrdfLimits {
-  std::optional<double> lower, upper;  ///< rad (m)
-  std::optional<double> velocity;      ///< rad/s (m/s)
+  std::optional<double> lower;     ///< rad (m)
+  std::optional<double> upper;     ///< rad (m)
+  std::optional<double> velocity;  ///< rad/s (m/s)
 };
 
 /// The serial chain of a URDF with its fixed joints merged away.
 struct UrdfChain {
   /// Where a URDF link's frame is: fixed to link 0..n of the chain.
   struct Frame {
-    int link = 0;
-    Eigen::Isometry3d X_link_frame = Eigen::Isometry3d::Identity();
+    int link = 0;                                                    ///< 0 is the base
+    Eigen::Isometry3d X_link_frame = Eigen::Isometry3d::Identity();  ///< fixed
   };
 
-  std::string robot_name;
-  std::string tool_link;
+  std::string robot_name;               ///< the URDF's
+  std::string tool_link;                ///< where the chain ends
   std::vector<Joint> joints;            ///< n
   std::vector<UrdfLimits> limits;       ///< n
   std::vector<std::string> link_names;  ///< n + 1; first the root link, whose frame is the base

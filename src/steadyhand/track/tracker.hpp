@@ -13,7 +13,8 @@ class Tracker {
 
   /// The next commands come from this plan.
   void follow(const Plan& plan) { plan_ = plan; }
-  const Plan& plan() const { return plan_; }
+  const Plan& plan() const { return plan_; }  ///< the one that is followed
+  /// What the arm is to do at `now`.
   JointCommand update(Time now) const { return sample(plan_, now); }
 
  private:
