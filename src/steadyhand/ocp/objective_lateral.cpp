@@ -4,8 +4,6 @@
 namespace steadyhand {
 namespace {
 
-constexpr double kAtRest = 10.0;  ///< spares the liquid as the arm comes to rest
-
 /// w (a_x^2 + a_y^2): g has no x and y.
 class Lateral final : public LiquidObjective<0, 1> {
  public:
@@ -15,6 +13,9 @@ class Lateral final : public LiquidObjective<0, 1> {
                          .unit = "s^3/m^2",
                          .range = {0.0, 20.0},
                          .at_rest_min = kAtRest}) {}
+
+ private:
+  static constexpr double kAtRest = 10.0;  ///< spares the liquid as the arm comes to rest
 };
 
 }  // namespace

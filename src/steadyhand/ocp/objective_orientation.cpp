@@ -3,8 +3,6 @@
 namespace steadyhand {
 namespace {
 
-constexpr double kAtRest = 50.0;  ///< rights the glass as the arm comes to rest
-
 /// With M = R R_ref' the cost is w (6 - 2 tr M), and turning joint i changes M by [z_i]x M:
 ///   tr([a]x M) = -a . axial(M),   tr([a]x [b]x M) = a' M b - (a . b) tr M.
 class Orientation final : public ObjectiveFor<Orientation> {
@@ -53,6 +51,9 @@ class Orientation final : public ObjectiveFor<Orientation> {
       for (int i = 0; i <= j; ++i) hessian(i, j) += 4.0 * weight[0] * node.arm.axis(i).dot(node.arm.axis(j));
     }
   }
+
+ private:
+  static constexpr double kAtRest = 50.0;  ///< rights the glass as the arm comes to rest
 };
 
 }  // namespace

@@ -3,8 +3,6 @@
 namespace steadyhand {
 namespace {
 
-constexpr double kAtRest = 40.0;  ///< takes the arm's speed as it comes to rest
-
 class Velocity final : public ObjectiveFor<Velocity> {
  public:
   Velocity()
@@ -40,6 +38,9 @@ class Velocity final : public ObjectiveFor<Velocity> {
   void convex_hessian_at(const NodeOf<S>& node, const JointVectorOf<S>& weight, NodeHessianOf<S>& hessian) const {
     hessian_at(node, weight, hessian);
   }
+
+ private:
+  static constexpr double kAtRest = 40.0;  ///< takes the arm's speed as it comes to rest
 };
 
 }  // namespace
