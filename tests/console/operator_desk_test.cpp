@@ -177,7 +177,7 @@ TEST(Session, RefusesSettingsOutOfRange) {
   }
   LiveSettings settings;
   settings.planner_rate_hz = 50.0;
-  settings.lead = 0.03;  // longer than the period of 0.02 s
+  settings.look_ahead = 0.03;  // longer than the period of 0.02 s
   EXPECT_FALSE(LiveSession::make(ur5e(), settings, arm, clock));
 }
 

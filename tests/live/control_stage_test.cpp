@@ -167,12 +167,12 @@ TEST(TakingPlans, NoneInAHardStopThoughItContinuesThat) {
 }
 
 /// Where it should have been a delay ago is where it went by itself, not where its speed of before would have led.
-TEST(OffPlan, IsJudgedByWhereTheArmWentInAGap) {
+TEST(OffPath, IsJudgedByWhereTheArmWentInAGap) {
   for (const double delay : {0.0, 0.02}) {
     for (const bool astray : {false, true}) {
       ControlSettings settings;
       settings.arm_delay = delay;
-      settings.off_plan_max = 0.002;
+      settings.path_tolerance = 0.002;
       Loop loop(ur5e(), settings);
       const Plan plan = loop.plan(kTurn, kMove);
       loop.links.plan.write(plan);
@@ -188,14 +188,14 @@ TEST(OffPlan, IsJudgedByWhereTheArmWentInAGap) {
 }
 
 /// Whatever delay the settings allow.
-TEST(OffPlan, IsSeenHoweverLateTheArmIsMeasured) {
+TEST(OffPath, IsSeenHoweverLateTheArmIsMeasured) {
   for (const double delay : {0.1, 0.3, 1.0}) {
     ControlSettings settings;
     settings.arm_delay = delay;
     Loop loop(ur5e(), settings);
     for (int i = 0; i < 1000; ++i) loop.cycle();
     ASSERT_EQ(loop.control->state(), SupervisionState::kReady) << delay;
-    loop.state.joints.q[0] += 2.0 * settings.off_plan_max;
+    loop.state.joints.q[0] += 2.0 * settings.path_tolerance;
     loop.commands.clear();  // it stays there
     loop.cycle();
     EXPECT_EQ(loop.control->state(), SupervisionState::kStopping) << delay;
@@ -203,7 +203,7 @@ TEST(OffPlan, IsSeenHoweverLateTheArmIsMeasured) {
 }
 
 /// Where an arm is taken over anew, what was commanded elsewhere before counts for nothing.
-TEST(OffPlan, BeginsAnewWhereTheArmIsTakenOver) {
+TEST(OffPath, BeginsAnewWhereTheArmIsTakenOver) {
   ControlSettings settings;
   settings.arm_delay = 0.02;
   Links links;

@@ -51,10 +51,10 @@ TEST(Predictor, TakesOffWhatTheDevicePredicted) {
     double t = 0.0;
     for (int i = 0; i < 20; ++i) {
       t += random.uniform(0.008, 0.02);
-      const double lead = random.uniform(0.02, 0.03);
-      Target target = motion.at(t + lead);
+      const double look_ahead = random.uniform(0.02, 0.03);
+      Target target = motion.at(t + look_ahead);
       target.stamp = {from_seconds(t), from_seconds(t)};
-      target.lead = from_seconds(lead);
+      target.look_ahead = from_seconds(look_ahead);
       predictor.update(target);
     }
     const Time now = from_seconds(t + 0.01);

@@ -47,7 +47,7 @@ JOINTS = [f"{name}_joint" for name in ("shoulder_pan", "shoulder_lift", "elbow",
 HOME = [0.4, -1.3, 1.6, 0.4, 0.4, 0.4]  # of the peer's arm
 # For Python, and machines that stall: fewer cycles, and half a second of patience with the network. What stops the arm for
 # where it is, stays as it is.
-PATIENT = ["ros2.control_rate=100", "ros2.rate=20", "ros2.lead=0.5", "ros2.silence=0.4", "ros2.start_within=40"]
+PATIENT = ["ros2.control_rate=100", "ros2.rate=20", "ros2.look_ahead=0.5", "ros2.state_timeout=0.4", "ros2.start_within=40"]
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ STALLED = re.compile("no joint states that name this arm's joints come|[1-9][0-9
 
 
 def anew_where_the_machine_stalled(test):
-    """An arm that hears nothing for ros2.silence stops, as it should: if that is what happened, the test says nothing."""
+    """An arm that hears nothing for ros2.state_timeout stops, as it should: if that is what happened, the test says nothing."""
 
     @functools.wraps(test)
     def tried(**fixtures):
@@ -327,7 +327,7 @@ def test_check_tells_an_inactive_controller_from_an_active_one(domain):
 @anew_where_the_machine_stalled
 def test_a_stage_of_check_measures_the_delay_and_writes_it(domain, tmp_path):
     settings = tmp_path / "settings.yaml"
-    stage = ["--stage", "slow", "--settings", str(settings), "--set", "ros2.lead=0.23", "ros2.silence=0.2"]
+    stage = ["--stage", "slow", "--settings", str(settings), "--set", "ros2.look_ahead=0.23", "ros2.state_timeout=0.2"]
     with run(domain, CONTROLLER, "--servo-lag", "0.08"):
         assert check(domain, *stage).returncode == 2  # nobody was asked
         done = check(domain, "--yes", *stage)

@@ -467,7 +467,7 @@ TEST_F(Ros2Faults, AProtectiveStopIsNoticedAndNothingJumpsAfterIt) {
     controller().protective_stop();
     while (state.status == ArmStatus::kFollowing && to_seconds(clock.now() - begin) < 1.0) (void)run(1e-3);
     const double braking = 0.5 * speed / (behaviour.hardware_acceleration * model.acceleration_max.minCoeff());
-    EXPECT_LT(to_seconds(clock.now() - begin), settings.off_plan_max / speed + braking + 0.02);
+    EXPECT_LT(to_seconds(clock.now() - begin), settings.path_tolerance / speed + braking + 0.02);
     EXPECT_NE(state.reason.find("not where its commands lead"), std::string_view::npos) << state.reason;
     EXPECT_EQ(run(1.0).status, ArmStatus::kStopped);
 
@@ -514,7 +514,7 @@ TEST_F(Ros2Faults, WithoutAControllerItSaysSo) {
   ASSERT_TRUE(node);
   auto states = (*node)->publish<JointStateMessage>(settings.joint_states);
   ASSERT_TRUE(states);
-  settings.silence = 0.03;
+  settings.state_timeout = 0.03;
   auto made = Ros2Arm::without_thread(model, settings, clock);
   ASSERT_TRUE(made);
   for (int i = 0; i < 2600; ++i) {
@@ -549,8 +549,8 @@ TEST_F(Ros2Faults, SettingsThatCannotBeAreRefused) {
     const char* word;
     std::function<void(Ros2Settings&)> spoil;
   };
-  for (const Bad& bad : {Bad{"ros2.lead is 0.04", [](Ros2Settings& s) { s.lead = 0.04; }},
-                         Bad{"ros2.lead is 0.5", [](Ros2Settings& s) { s.lead = 0.5; }},
+  for (const Bad& bad : {Bad{"ros2.look_ahead is 0.04", [](Ros2Settings& s) { s.look_ahead = 0.04; }},
+                         Bad{"ros2.look_ahead is 0.5", [](Ros2Settings& s) { s.look_ahead = 0.5; }},
                          Bad{"ros2.joints", [](Ros2Settings& s) { s.joints = "one,two"; }},
                          Bad{"domain is 233", [](Ros2Settings& s) { s.domain = 233; }},
                          Bad{"topic '//x y", [](Ros2Settings& s) { s.joint_states = "//x y"; }}}) {

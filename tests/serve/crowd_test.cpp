@@ -116,7 +116,7 @@ class PatienceTest : public CrowdTest {
  protected:
   PatienceTest() {
     ServerSettings settings;
-    settings.patience = 600ms;
+    settings.timeout = 600ms;
     start(settings);
   }
 };

@@ -297,7 +297,7 @@ TEST_F(AskingTest, AHolderThatRefusesIsNotAskedAgainAtOnce) {
   say(holder_, {{"type", "answer"}, {"grant", false}});
   EXPECT_EQ(asks_.last_error(), "taken");
   EXPECT_EQ(lease(holds_)["asker"], 0);
-  wait(Hub::kAskPatience - std::chrono::seconds(1));
+  wait(Hub::kAskTimeout - std::chrono::seconds(1));
   say(asker_, {{"type", "ask"}});
   EXPECT_EQ(lease(holds_)["asker"], 0);
   wait(std::chrono::seconds(1));
@@ -307,7 +307,7 @@ TEST_F(AskingTest, AHolderThatRefusesIsNotAskedAgainAtOnce) {
 
 TEST_F(AskingTest, ASilentHolderLosesTheLeaseAfterTenSecondsAtRest) {
   say(asker_, {{"type", "ask"}});
-  wait(Hub::kAskPatience - std::chrono::milliseconds(100));
+  wait(Hub::kAskTimeout - std::chrono::milliseconds(100));
   EXPECT_EQ(hub_.holder(), holder_);
   wait(std::chrono::milliseconds(100));
   EXPECT_EQ(hub_.holder(), asker_);
@@ -317,9 +317,9 @@ TEST_F(AskingTest, AHandThatLeadsTheArmIsNotTakenAway) {
   wait(std::chrono::milliseconds(100), true);
   say(asker_, {{"type", "ask"}});
   EXPECT_TRUE(lease(asks_)["grant_s"].is_null());
-  wait(3 * Hub::kAskPatience, true);
+  wait(3 * Hub::kAskTimeout, true);
   EXPECT_EQ(hub_.holder(), holder_);
-  wait(Hub::kAskPatience);  // the clutch closed for the last time a quarter of a second before it counts as open
+  wait(Hub::kAskTimeout);  // the clutch closed for the last time a quarter of a second before it counts as open
   EXPECT_EQ(hub_.holder(), holder_);
   EXPECT_LT(lease(asks_)["grant_s"], 10.1);
   wait(Hub::kOldest + std::chrono::milliseconds(100));
@@ -331,11 +331,11 @@ TEST_F(AskingTest, NeitherIsARecordingThatLeadsIt) {
   snapshot.state = SupervisionState::kEngaged;
   hub_.broadcast_state(snapshot);
   say(asker_, {{"type", "ask"}});
-  wait(3 * Hub::kAskPatience);
+  wait(3 * Hub::kAskTimeout);
   EXPECT_EQ(hub_.holder(), holder_);
   snapshot.state = SupervisionState::kStopping;
   hub_.broadcast_state(snapshot);
-  wait(Hub::kAskPatience + std::chrono::milliseconds(100));
+  wait(Hub::kAskTimeout + std::chrono::milliseconds(100));
   EXPECT_EQ(hub_.holder(), asker_);
 }
 
@@ -343,7 +343,7 @@ TEST_F(AskingTest, WhoAskedGetsWhatTheHolderLeavesAndMayThinkBetterOfIt) {
   say(asker_, {{"type", "ask"}});
   say(asker_, {{"type", "release"}});
   EXPECT_EQ(lease(holds_)["asker"], 0);
-  wait(2 * Hub::kAskPatience);
+  wait(2 * Hub::kAskTimeout);
   EXPECT_EQ(hub_.holder(), holder_);
   say(asker_, {{"type", "ask"}});
   hub_.leave(holder_, now_);

@@ -86,7 +86,7 @@ TEST(Messages, KeepsWhatASampleSays) {
   EXPECT_TRUE(message.sample.clutch);
   EXPECT_FALSE(message.sample.tracked);
   EXPECT_TRUE(message.sample.emulated);
-  EXPECT_EQ(message.sample.lead, Time(0));
+  EXPECT_EQ(message.sample.look_ahead, Time(0));
 }
 
 TEST(Messages, KeepsByHowMuchADevicePredicted) {
@@ -96,7 +96,7 @@ TEST(Messages, KeepsByHowMuchADevicePredicted) {
         more + "}");
   };
   ASSERT_TRUE(sample("0.025"));
-  EXPECT_EQ(std::get<SampleMessage>(*sample("0.025")).sample.lead, std::chrono::milliseconds(25));
+  EXPECT_EQ(std::get<SampleMessage>(*sample("0.025")).sample.look_ahead, std::chrono::milliseconds(25));
   for (const char* wrong : {"-0.01", "0.2", "null"}) EXPECT_FALSE(sample(wrong)) << wrong;
 }
 

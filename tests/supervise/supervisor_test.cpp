@@ -87,8 +87,8 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
       case Event::kStalled:
         input.stalled = true;
         break;
-      case Event::kOffPlan:
-        input.off_plan = true;
+      case Event::kOffPath:
+        input.off_path = true;
         break;
       case Event::kResetAsked:
         input.reset_of = d.supervisor.halts();
@@ -198,7 +198,7 @@ TEST(Supervisor, RandomInputs) {
     if (seldom(random)) input.hand.trusted = often(random);
     input.arm_stopped = seldom(random) && seldom(random);
     input.failure = seldom(random) && seldom(random) ? "broken" : "";
-    input.off_plan = seldom(random) && seldom(random);
+    input.off_path = seldom(random) && seldom(random);
     if (seldom(random)) input.at_rest = often(random);
     const State before = supervisor.state();
     const bool halted = before == State::kStopping || before == State::kFault;

@@ -60,7 +60,7 @@ class VirtualSession {
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / arm_->info().rate_hz;
     planning.planner.budget = options.budget;
-    planning.lead = PlanningSettings::default_lead(1.0 / options.planner_rate_hz);
+    planning.look_ahead = PlanningSettings::default_look_ahead(1.0 / options.planner_rate_hz);
     auto stage = PlanningStage::make(model_, planning, planner_side_, clock_);
     EXPECT_TRUE(stage) << stage.error().message;
     planning_ = std::move(*stage);

@@ -63,8 +63,8 @@ Result<std::unique_ptr<UniversalRobotsArm>> connect_cut_after(std::size_t left, 
   const auto rtde = [&]() -> Result<Socket> { return std::move(ours->first); };
   const auto script = []() -> Result<Socket> { return Error{"none"}; };
   UrSettings settings;
-  settings.patience = 20.0;
-  settings.silence = 0.001;
+  settings.connect_timeout = 20.0;
+  settings.state_timeout = 0.001;
   auto arm = UniversalRobotsArm::over(rtde, script, model, settings, clock);
   connecting = false;
   relay.join();

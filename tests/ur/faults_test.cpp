@@ -373,8 +373,8 @@ TEST(UrOverTcp, AControllerThatRestartsIsFoundAgain) {
   ur.host = settings.address;
   ur.rtde_port = settings.rtde_port;
   ur.script_port = settings.script_port;
-  ur.silence = 5.0;  // of a machine that has other things to do
-  ur.patience = 20.0;
+  ur.state_timeout = 5.0;  // of a machine that has other things to do
+  ur.connect_timeout = 20.0;
   ur.start_within = 20.0;
   auto arm = UniversalRobotsArm::connect(model, ur, clock);
   ASSERT_TRUE(arm) << arm.error().message;
@@ -415,7 +415,7 @@ TEST(UrOverTcp, NobodyThereIsAnErrorThatNamesTheAddress) {
   UrSettings ur;
   ur.host = "127.0.0.1";
   ur.rtde_port = 1;
-  ur.patience = 1.0;
+  ur.connect_timeout = 1.0;
   const auto arm = UniversalRobotsArm::connect(model, ur, clock);
   ASSERT_FALSE(arm);
   EXPECT_NE(arm.error().message.find("127.0.0.1:1"), std::string::npos) << arm.error().message;

@@ -21,7 +21,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kPatience = std::chrono::seconds(2);
+constexpr Time kTimeout = std::chrono::seconds(2);
 constexpr double kFirstSpeed = 0.25;  ///< of a real arm: in its first moves, and until asked for more
 
 std::string follows(const ArmChoice& choice, double speed) {
@@ -67,13 +67,13 @@ Status confirm(const ArmChoice& choice, const std::string& what) {
 
 Status take_calibration(const ArmChoice& choice, RobotModel& model) {
   if (choice.arm != "ur" || !choice.calibration) return Done{};
-  auto socket = Socket::connect(choice.host, choice.script_port, kPatience);
+  auto socket = Socket::connect(choice.host, choice.script_port, kTimeout);
   if (!socket) {
     return Error{socket.error().message +
                  "; enable the primary interface at the pendant: Settings, Security, Services"};
   }
   UrPrimary primary(*std::move(socket));
-  const auto kinematics = read_kinematics(primary, kPatience);
+  const auto kinematics = read_kinematics(primary, kTimeout);
   if (!kinematics) {
     std::cout << "note: the controller does not tell what its factory measured of the arm; the robot file counts\n";
     return Done{};
@@ -158,7 +158,7 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
   if (choice.arm == "ros2") {
     Ros2Settings settings = session.ros2;
     settings.realtime = session.live.realtime;
-    settings.off_plan_max = session.live.control.off_plan_max;
+    settings.path_tolerance = session.live.control.path_tolerance;
     auto arm = Ros2Arm::connect(model, settings, clock);
     if (!arm) return arm.error();
     const auto stands = (*arm)->wait_for_states();

@@ -34,7 +34,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr Time kPatience = std::chrono::seconds(3);
+constexpr Time kTimeout = std::chrono::seconds(3);
 constexpr double kMachineShare = 0.1;  ///< of the time, in which only this machine's waking is measured
 constexpr int kPriority = 80;
 constexpr int kUnlockSeconds = 8;       ///< for which a protective stop is asked to be unlocked
@@ -84,7 +84,7 @@ std::uint64_t retransmitted(int descriptor) {
 /// @param stopped is the arm, protectively; asks again when the controller wants it to be later
 void print_panel(const Options& options, const ControllerVersion& version, const StopSignals& signals) {
   const char* name = version.major >= 10 ? "robot API          " : "dashboard          ";
-  auto panel = UrPanel::open(version, options.arm.host, options.arm.dashboard_port, kPatience);
+  auto panel = UrPanel::open(version, options.arm.host, options.arm.dashboard_port, kTimeout);
   if (!panel) {
     std::cout << fmt::format("{}{}; is it enabled? Settings, Security, Services\n", name, panel.error().message);
     return;
@@ -126,7 +126,7 @@ Result<Measured> measure(RtdeClient& client, double seconds, const StopSignals& 
   Measured measured;
   Time asked = clock.now();
   while (clock.now() < end) {
-    if (!client.wait(kPatience)) return Error{"no word from the controller for 3 s"};
+    if (!client.wait(kTimeout)) return Error{"no word from the controller for 3 s"};
     const Socket::Outcome outcome = client.fill();
     const Time arrival = clock.now();
     if (outcome == Socket::Outcome::kClosed) return Error{"the controller closed the connection while it was measured"};
@@ -294,7 +294,7 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
   if (r.delay > 0.0) {
     const bool ur = choice.arm == "ur";
     const std::string key = ur ? "ur.delay" : "ros2.servo_delay";
-    const std::string value = fmt::format("{:.3f}", ur ? r.delay : std::max(0.0, r.delay - settings.ros2.lead));
+    const std::string value = fmt::format("{:.3f}", ur ? r.delay : std::max(0.0, r.delay - settings.ros2.look_ahead));
     if (options.settings.file.empty()) {
       std::cout << "to change          --set " << key << "=" << value
                 << ", or give --settings FILE and it is written there\n";
@@ -333,9 +333,9 @@ Status run(const Options& options, int& exit_code) {
 #endif
   const StopSignals signals;
   if (options.stage != "read") return run_motion(options, signals, exit_code);
-  auto socket = Socket::connect(options.arm.host, options.arm.rtde_port, kPatience);
+  auto socket = Socket::connect(options.arm.host, options.arm.rtde_port, kTimeout);
   if (!socket) return socket.error();
-  auto client = RtdeClient::start(*std::move(socket), echo_recipes(), kPatience);
+  auto client = RtdeClient::start(*std::move(socket), echo_recipes(), kTimeout);
   if (!client) return client.error();
   const ControllerVersion& v = (*client)->controller();
   std::cout << fmt::format("controller         software {}.{}.{}, RTDE {}, {:.0f} Hz; nothing moves\n", v.major,

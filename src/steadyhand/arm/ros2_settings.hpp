@@ -16,10 +16,10 @@ struct Ros2Settings {
   std::string prefix;      ///< of the joints' and frames' names on the ROS side
   std::string joints;      ///< names of the joints from the base, with commas between; empty: those of the robot
   double rate_hz = 100.0;  ///< of trajectories
-  double lead = 0.05;      ///< s between a command and its execution; all that is sent comes this much ahead
-  double silence = 0.035;  ///< s without joint states after which the arm counts as stopped
+  double look_ahead = 0.05;      ///< s between a command and its execution; all that is sent comes this much ahead
+  double state_timeout = 0.035;  ///< s without joint states after which the arm counts as stopped
   /// s by which the arm lags behind its controller's set-points. By default between none and that of a UR's servos, so
-  /// that at 3 rad/s neither is off_plan_max away; `check --stage slow` measures it.
+  /// that at 3 rad/s neither is path_tolerance away; `check --stage slow` measures it.
   double servo_delay = 0.015;
   double control_rate_hz = 500.0;  ///< of control cycles, by our own clock
   double settle = 0.5;             ///< s in which the controller takes over where the arm stands, at the start
@@ -27,7 +27,7 @@ struct Ros2Settings {
   double start_tolerance = 0.02;   ///< rad, most that the joints may move in that
   bool realtime = false;           ///< ask for real-time priority for the threads that talk
   double command_timeout = 0.1;    ///< s without a command after which the arm counts as stopped
-  double off_plan_max = 0.05;      ///< rad, any joint, measured to commanded a delay ago: it stopped, or lags
+  double path_tolerance = 0.05;      ///< rad, any joint, measured to commanded a delay ago: it stopped, or lags
 };
 
 }  // namespace steadyhand

@@ -51,13 +51,13 @@ void OutputQueue::say(std::string text) {
   shared_->changed.notify_all();
 }
 
-bool OutputQueue::finish(Time patience) {
+bool OutputQueue::finish(Time timeout) {
   std::unique_lock lock(shared_->mutex);
   shared_->ending = true;
   shared_->changed.notify_all();
   for (std::size_t before = shared_->taken; !shared_->done; before = shared_->taken) {
     const auto goes_on = [&] { return shared_->done || shared_->taken != before; };
-    if (shared_->changed.wait_for(lock, patience, goes_on)) continue;
+    if (shared_->changed.wait_for(lock, timeout, goes_on)) continue;
     thread_.detach();  // it is stuck in write(), and ends with the program
     return false;
   }

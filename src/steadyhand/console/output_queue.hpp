@@ -21,9 +21,9 @@ class OutputQueue {
 
   /// Any thread. The text should end with a line's end.
   void say(std::string text);
-  /// Waits until everything is written, as long as somebody takes something within `patience`. Once, and last.
+  /// Waits until everything is written, as long as somebody takes something within `timeout`. Once, and last.
   /// @return false if something was dropped, or could not be written
-  bool finish(Time patience);
+  bool finish(Time timeout);
 
  private:
   struct Shared;

@@ -16,7 +16,7 @@ Status SessionSettings::resolve(const SettingsTable& table) {
   live.planning.retarget.rotation_frame = frame(rotation_frame);
   recording.folder = recording_folder;
   const SupervisorSettings& supervisor = live.control.supervisor;
-  live.planning.silence = supervisor.disengage_after;
+  live.planning.sample_timeout = supervisor.disengage_after;
   struct Order {
     const char *low, *high;
     double low_value, high_value;
@@ -67,7 +67,7 @@ SettingsTable describe(SessionSettings& s) {
   LiveSettings& live = s.live;
   t.add("planner.rate", "Hz", "planning steps; auto: what this machine sustains", live.planner_rate_hz, {4.0, 500.0},
         "auto");
-  t.add("planner.lead", "s", "from a step to where its plan begins; auto: by the rate", live.lead, up_to(0.25), "auto");
+  t.add("planner.look_ahead", "s", "from a step to where its plan begins; auto: by the rate", live.look_ahead, up_to(0.25), "auto");
   t.add("planner.solver", "whose; profile: the profile's own", s.solver, solvers);
   t.add("planner.rest_within", "s", "in which the arm comes to rest when it no longer follows",
         live.planning.rest_within, up_to(5.0));
@@ -81,7 +81,7 @@ SettingsTable describe(SessionSettings& s) {
   t.add("supervision.disengage_after", "s", "without a word from the device: disengage", supervisor.disengage_after,
         up_to(5.0));
   t.add("supervision.planner_late_after", "s", "without a new plan: hold", supervisor.planner_late_after, up_to(5.0));
-  t.add("control.off_plan_max", "rad", "(m) measured to commanded, any joint: stop", live.control.off_plan_max,
+  t.add("control.path_tolerance", "rad", "(m) measured to commanded, any joint: stop", live.control.path_tolerance,
         positive);
   t.add("control.stall_cycles", "", "slept through in a row: stop", live.control.stall_cycles, {1.0, 1e6});
   t.add("control.soft_stop", "s", "that a stop may take longer to spare the liquid", live.control.soft_stop,
@@ -116,8 +116,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ros2.prefix", "of the joints' and frames' names on the ROS side", ros2.prefix);
   t.add("ros2.joints", "their names there from the base, with commas; empty: the robot's", ros2.joints);
   t.add("ros2.rate", "Hz", "trajectories sent", ros2.rate_hz, {5.0, 500.0});
-  t.add("ros2.lead", "s", "from a command to its execution", ros2.lead, up_to(0.5));
-  t.add("ros2.silence", "s", "without joint states: it counts as stopped", ros2.silence, up_to(0.5));
+  t.add("ros2.look_ahead", "s", "from a command to its execution", ros2.look_ahead, up_to(0.5));
+  t.add("ros2.state_timeout", "s", "without joint states: it counts as stopped", ros2.state_timeout, up_to(0.5));
   t.add("ros2.servo_delay", "s", "by which the arm lags behind its controller", ros2.servo_delay, at_most(0.5));
   t.add("ros2.control_rate", "Hz", "control cycles, by this computer's clock", ros2.control_rate_hz, {20.0, 500.0});
   t.add("ros2.start_within", "s", "until controller and joint states are there", ros2.start_within, up_to(60.0));

@@ -17,7 +17,7 @@ struct OperatorSample {
   bool clutch = false;    ///< true while the operator holds the arm engaged
   bool tracked = true;    ///< false: the device has no valid pose now
   bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
-  Time lead{0};           ///< the device predicted the pose: it is where the hand will be at stamp.hand + lead
+  Time look_ahead{0};     ///< the device predicted the pose: it is where the hand will be at stamp.hand + look_ahead
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
@@ -25,7 +25,7 @@ struct Target {
   Stamp stamp;
   Pose X_base_tool;
   bool engaged = false;  ///< false: pose is where the arm was left; do not follow
-  Time lead{0};          ///< as the operator sample's
+  Time look_ahead{0};    ///< as the operator sample's
 };
 
 /// The predicted target over the planner's horizon: entry k-1 holds node k = 1..nodes at time start + k * dt.

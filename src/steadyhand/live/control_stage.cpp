@@ -63,7 +63,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   input.stops = links_->asked.stops;
   input.reset_of = links_->asked.reset_of;
   const bool stop_asked = input.stops != supervisor_.stops();
-  input.off_plan = off_plan(state.joints);
+  input.off_path = off_path(state.joints);
   input.stalled = missed >= settings_.stall_cycles;
   input.last_plan = last_plan_;
   input.hand = hand_;
@@ -202,14 +202,14 @@ void ControlStage::begin_stop(const Transition& transition, Time now) {
   if (!soft_) brake();
 }
 
-bool ControlStage::off_plan(const JointState& measured) const {
+bool ControlStage::off_path(const JointState& measured) const {
   const Time then = measured.stamp.made - from_seconds(settings_.arm_delay);
   for (int age = 0; age < stored_; ++age) {
     const JointCommand& command = command_before(age);
     if (command.stamp.made > then) continue;
     const JointVector expected = age > 0 ? between(command, command_before(age - 1), then)
                                          : command.q + to_seconds(then - command.stamp.made) * command.dq;
-    return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+    return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.path_tolerance;
   }
   return false;
 }

@@ -11,7 +11,7 @@ namespace steadyhand {
 
 struct ControlSettings {
   SupervisorSettings supervisor;
-  double off_plan_max = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
+  double path_tolerance = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
   /// So many cycles slept through in a row stop the arm. After fewer it goes on from where it went by itself.
   std::uint64_t stall_cycles = 50;
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
@@ -47,7 +47,7 @@ class ControlStage {
   void brake();
   void begin_stop(const Transition& transition, Time now);
   const JointCommand& command_before(int age) const;
-  bool off_plan(const JointState& measured) const;
+  bool off_path(const JointState& measured) const;
 
   ControlSettings settings_;
   Links* links_;

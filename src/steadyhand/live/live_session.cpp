@@ -17,13 +17,13 @@ constexpr Time kWriterPeriod = std::chrono::milliseconds(10);
 constexpr Time kRestWithin = std::chrono::seconds(2);
 constexpr double kLatePeriods = 4.0;  ///< of the planner without a plan, before supervision may call it late
 
-/// s, the longest lead that leaves the planner its rate (Hz) on an arm with this cycle (s).
-double longest_lead(double cycle, double rate) { return std::max(cycle, 1.0 / rate - cycle); }
+/// s, the longest look-ahead that leaves the planner its rate (Hz) on an arm with this cycle (s).
+double longest_look_ahead(double cycle, double rate) { return std::max(cycle, 1.0 / rate - cycle); }
 
-/// s, PlanningSettings::lead for this rate (Hz).
-double lead_at(const LiveSettings& settings, double cycle, double rate) {
-  if (settings.lead > 0.0) return std::min(settings.lead, longest_lead(cycle, rate));
-  return PlanningSettings::default_lead(1.0 / rate);
+/// s, PlanningSettings::look_ahead for this rate (Hz).
+double look_ahead_at(const LiveSettings& settings, double cycle, double rate) {
+  if (settings.look_ahead > 0.0) return std::min(settings.look_ahead, longest_look_ahead(cycle, rate));
+  return PlanningSettings::default_look_ahead(1.0 / rate);
 }
 
 }  // namespace
@@ -42,12 +42,12 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
     return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
   }
   const double cycle = 1.0 / fastest;
-  if (!(settings.lead >= 0.0) || settings.lead > longest_lead(cycle, rate)) {
-    return Error{fmt::format("planner's lead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
-                             settings.lead, longest_lead(cycle, rate))};
+  if (!(settings.look_ahead >= 0.0) || settings.look_ahead > longest_look_ahead(cycle, rate)) {
+    return Error{fmt::format("planner.look_ahead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
+                             settings.look_ahead, longest_look_ahead(cycle, rate))};
   }
-  resolved.planning.lead = lead_at(settings, cycle, rate);
-  resolved.planning.planner.budget.time_us = 1e6 * resolved.planning.lead;
+  resolved.planning.look_ahead = look_ahead_at(settings, cycle, rate);
+  resolved.planning.planner.budget.time_us = 1e6 * resolved.planning.look_ahead;
   resolved.planning.cycle = cycle;
   std::unique_ptr<LiveSession> session(new LiveSession(model, resolved, arm, clock));
   auto stage = PlanningStage::make(model, resolved.planning, *session->links_, clock);
@@ -156,17 +156,17 @@ void LiveSession::plan_on() {
   double rate = settings_.planner_rate_hz;
   Time period = from_seconds(1.0 / rate), next = clock_->now();
   const Time cycle = from_seconds(settings_.planning.cycle);
-  double lead = settings_.planning.lead;
+  double look_ahead = settings_.planning.look_ahead;
   while (running_.load(std::memory_order_relaxed)) {
     if (const double asked = planner_rate_hz_.load(std::memory_order_relaxed); asked != rate) {
       rate = asked;
       period = from_seconds(1.0 / rate);
       next = clock_->now();
-      lead = lead_at(settings_, settings_.planning.cycle, rate);
-      planning_->set_lead(lead);
+      look_ahead = look_ahead_at(settings_, settings_.planning.cycle, rate);
+      planning_->set_look_ahead(look_ahead);
     }
     // Just in time for a control cycle, where the plan can begin: earlier, hands would grow old waiting for it.
-    const Time too_late = (next - planning_->control_time() + from_seconds(lead) + kWakeSlack) % cycle;
+    const Time too_late = (next - planning_->control_time() + from_seconds(look_ahead) + kWakeSlack) % cycle;
     clock_->sleep_until(next - (too_late < Time(0) ? too_late + cycle : too_late));
     planning_->step(clock_->now());
     next += period;

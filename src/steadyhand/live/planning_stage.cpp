@@ -126,7 +126,7 @@ void PlanningStage::step(Time now) {
 /// Where the next plan begins: in time for a control cycle, and not much before it, since a plan waits for the cycle
 /// that comes after its start.
 Time PlanningStage::next_start(Time now) const {
-  const Time earliest = now + from_seconds(settings_.lead), cycle = from_seconds(settings_.cycle);
+  const Time earliest = now + from_seconds(settings_.look_ahead), cycle = from_seconds(settings_.cycle);
   if (cycle <= Time(0) || report_.now <= Time(0)) return earliest;
   const Time before = cycle / 8;  // the cycle may come a little early
   const auto ahead = std::max<std::int64_t>(0, (earliest - report_.now + cycle - Time(1)) / cycle);
@@ -169,7 +169,7 @@ void PlanningStage::hear(Time now, const Pose& X_base_tool) {
   }
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
   change_holder(links_->holder);  // who may not have said anything yet
-  if (to_seconds(now - gate_.report().heard) > settings_.silence) gate_.forget();
+  if (to_seconds(now - gate_.report().heard) > settings_.sample_timeout) gate_.forget();
   links_->hand.write(gate_.report());
 }
 

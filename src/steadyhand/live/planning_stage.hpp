@@ -13,11 +13,11 @@
 namespace steadyhand {
 
 struct PlanningSettings {
-  /// s of the control cycles; plans begin just before one, the first at least `lead` ahead. 0: anywhere.
+  /// s of the control cycles; plans begin just before one, the first at least `look_ahead` ahead. 0: anywhere.
   double cycle = 0.0;
-  double lead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
-  /// A lead that leaves as much as sustained_rate() asks for. @param period of planning, s
-  static double default_lead(double period) { return 0.4 * period; }
+  double look_ahead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
+  /// A look-ahead that leaves as much as sustained_rate() asks for. @param period of planning, s
+  static double default_look_ahead(double period) { return 0.4 * period; }
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
@@ -25,7 +25,7 @@ struct PlanningSettings {
   /// from rest, is followed at all of them. 1: no such time.
   double first_moves = 10.0, first_share = 1.0;
   double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
-  double silence = kLiveSilence;  ///< s without a sample after which a closed clutch means nothing
+  double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
@@ -41,11 +41,11 @@ class PlanningStage {
   static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
                                                      Links& links, const Clock& clock);
   void step(Time now);
-  /// s, PlanningSettings::lead from the next step on, and the solver's time.
-  void set_lead(double lead) {
-    settings_.lead = lead;
-    gear_.planner->set_time_budget(1e6 * lead);
-    if (next_gear_) next_gear_->planner->set_time_budget(1e6 * lead);
+  /// s, PlanningSettings::look_ahead from the next step on, and the solver's time.
+  void set_look_ahead(double look_ahead) {
+    settings_.look_ahead = look_ahead;
+    gear_.planner->set_time_budget(1e6 * look_ahead);
+    if (next_gear_) next_gear_->planner->set_time_budget(1e6 * look_ahead);
   }
 
   /// Newest control cycle that the last step knew of.

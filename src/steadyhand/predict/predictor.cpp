@@ -11,7 +11,7 @@ bool is_finite(const Pose& pose) {
 }
 
 /// When the target's pose is true: a device that predicts its poses has done a part of the predictor's work.
-Time time_of(const Target& target) { return target.stamp.hand + target.lead; }
+Time time_of(const Target& target) { return target.stamp.hand + target.look_ahead; }
 
 }  // namespace
 

@@ -109,7 +109,7 @@ void append_json(JsonBuffer& out, const OperatorSample& sample) {
   append_flag(out, "emulated", sample.emulated);
   out.push_back(',');
   append_key(out, "lead_s");
-  append_number(out, to_seconds(sample.lead));
+  append_number(out, to_seconds(sample.look_ahead));
   out.push_back('}');
 }
 

@@ -54,7 +54,7 @@ OperatorSample operator_sample(const Json& json, const McapMessage& message) {
   sample.clutch = json.at("clutch").get<bool>();
   sample.tracked = json.at("tracked").get<bool>();
   sample.emulated = json.at("emulated").get<bool>();
-  if (const auto lead = json.find("lead_s"); lead != json.end()) sample.lead = from_seconds(read_number(*lead));
+  if (const auto lead = json.find("lead_s"); lead != json.end()) sample.look_ahead = from_seconds(read_number(*lead));
   return sample;
 }
 

@@ -25,7 +25,7 @@ class PastGate {
   /// False if the sample is dropped. Opens its clutch if its pose cannot be trusted.
   bool pass(OperatorSample& sample) {
     const Time now = sample.stamp.made;
-    if (to_seconds(now - heard_) > kLiveSilence) gate_.forget();
+    if (to_seconds(now - heard_) > kSampleTimeout) gate_.forget();
     heard_ = now;
     const HandVerdict verdict = gate_.update(sample, now);
     good_ = verdict == HandVerdict::kGood;

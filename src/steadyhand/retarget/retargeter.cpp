@@ -17,7 +17,7 @@ bool Retargeter::follows(const OperatorSample& sample) const {
 Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_now) {
   Target target;
   target.stamp = sample.stamp;
-  target.lead = sample.lead;
+  target.look_ahead = sample.look_ahead;
   target.engaged = follows(sample);
   if (target.engaged != engaged_ || !latched_) {
     X_operator_hand0_ = sample.X_operator_hand;

@@ -21,7 +21,7 @@ constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its 
 constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
 constexpr Time kMargin = std::chrono::milliseconds(20);
-/// s beyond ros2.silence without a word from the controller after which it counts as not active; Humble's tells at 50
+/// s beyond ros2.state_timeout without a word from the controller after which it counts as not active; Humble's tells at 50
 /// Hz.
 constexpr double kActive = 0.2;
 /// The controller's set-point may be off by so much, and by what the joints do in so long.
@@ -32,7 +32,7 @@ constexpr double kStep = 0.004;           ///< rad, from one state to the next, 
 constexpr double kStepTime = 0.004;       ///< ... the joints may do in the time between and so long
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
-constexpr std::string_view kOffPlan =
+constexpr std::string_view kOffPath =
     "the arm is not where its commands lead: stopped protectively, held up, or slowed down at its controller";
 
 dds_sequence_double numbers(JointVector& values) {
@@ -61,14 +61,14 @@ Ros2Arm::Order& Ros2Arm::Order::operator=(const Order& other) {
 Result<std::unique_ptr<Ros2Arm>> Ros2Arm::make(const RobotModel& model, const Ros2Settings& s, Clock& clock) {
   auto names = ros2_joint_names(model, s);
   if (!names) return names.error();
-  if (!(s.silence + 1.0 / s.rate_hz < s.lead)) {
+  if (!(s.state_timeout + 1.0 / s.rate_hz < s.look_ahead)) {
     return Error{
-        fmt::format("ros2.lead is {} s; it must be more than ros2.silence and the time between two trajectories "
+        fmt::format("ros2.look_ahead is {} s; it must be more than ros2.state_timeout and the time between two trajectories "
                     "together, {:.4g} s: otherwise what was held up on its way would still be sent, too late",
-                    s.lead, s.silence + 1.0 / s.rate_hz)};
+                    s.look_ahead, s.state_timeout + 1.0 / s.rate_hz)};
   }
-  if ((s.lead + to_seconds(kMargin)) * s.control_rate_hz > Order::kCommands) {
-    return Error{fmt::format("ros2.lead is {} s; at {} Hz it can be {:.4g} s at most", s.lead, s.control_rate_hz,
+  if ((s.look_ahead + to_seconds(kMargin)) * s.control_rate_hz > Order::kCommands) {
+    return Error{fmt::format("ros2.look_ahead is {} s; at {} Hz it can be {:.4g} s at most", s.look_ahead, s.control_rate_hz,
                              Order::kCommands / s.control_rate_hz - to_seconds(kMargin))};
   }
   const Result<int> domain = ros2_domain(s.domain);
@@ -96,7 +96,7 @@ Ros2Arm::Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& c
       settings_(settings),
       clock_(&clock),
       period_(from_seconds(1.0 / settings.control_rate_hz)),
-      lead_(from_seconds(settings.lead)),
+      look_ahead_(from_seconds(settings.look_ahead)),
       cycles_per_order_(std::max(1, static_cast<int>(std::lround(settings.control_rate_hz / settings.rate_hz)))),
       phase_since_(clock.now()),
       check_(model),
@@ -111,12 +111,12 @@ Status Ros2Arm::join(int domain) {
   if (!node) return node.error();
   const std::string topic = settings_.controller + "/joint_trajectory";
   info_ = {fmt::format("{} (ROS 2 domain {}, {})", model_->name, domain, topic), model_->dof(),
-           settings_.control_rate_hz, settings_.lead + settings_.servo_delay};
+           settings_.control_rate_hz, settings_.look_ahead + settings_.servo_delay};
   no_states_ = fmt::format("no joint states that name this arm's joints come from {}", settings_.joint_states);
   no_controller_ = fmt::format("no controller listens to {}", topic);
   not_active_ = fmt::format("the controller {} is not active", settings_.controller);
   auto trajectories =
-      (*node)->publish<JointTrajectoryMessage>(topic, from_seconds(settings_.lead - 1.0 / settings_.rate_hz));
+      (*node)->publish<JointTrajectoryMessage>(topic, from_seconds(settings_.look_ahead - 1.0 / settings_.rate_hz));
   if (!trajectories) return trajectories.error();
   trajectories_ = *trajectories;
   Status listens = (*node)->listen<JointStateMessage>(
@@ -179,7 +179,7 @@ void Ros2Arm::hear(const JointStateMessage& message, Ros2PublisherId publisher) 
   news.arrival = arrival;
   if (!news.q.allFinite() || !news.dq.allFinite()) return;
 
-  const bool silent = arrival - newest_.arrival > from_seconds(settings_.silence);
+  const bool silent = arrival - newest_.arrival > from_seconds(settings_.state_timeout);
   if (publisher != state_publisher_ && state_publisher_ != 0 && !silent) {
     trouble_ = Trouble::kTwoStatePublishers;
     return;
@@ -250,7 +250,7 @@ void Ros2Arm::write_letter() {
         stamp_of<builtin_interfaces_msg_dds__Duration_>(point.stamp.made - order.begin);
   }
   JointTrajectoryMessage message{};
-  message.header.stamp = stamp_of<builtin_interfaces_msg_dds__Time_>(order.begin + lead_ - order.offset);
+  message.header.stamp = stamp_of<builtin_interfaces_msg_dds__Time_>(order.begin + look_ahead_ - order.offset);
   message.header.frame_id = letter_.frame.data();
   message.joint_names = sequence_of<decltype(message.joint_names)>(letter_.names);
   message.points = sequence_of<decltype(message.points)>(letter_.messages);
@@ -296,7 +296,7 @@ void Ros2Arm::keep_time() {
 }
 
 bool Ros2Arm::heard_lately() const {
-  return known_ && clock_->now() - heard_.arrival <= from_seconds(settings_.silence);
+  return known_ && clock_->now() - heard_.arrival <= from_seconds(settings_.state_timeout);
 }
 
 bool Ros2Arm::standing() const { return state_.joints.stamp.made - moved_ > kStands; }
@@ -322,7 +322,7 @@ std::string_view Ros2Arm::why_not() const {
   if (slowed_down_.load(std::memory_order_relaxed)) {
     return "the arm's speed scaling is not 100 %: set its speed slider to that, and start its program";
   }
-  if (to_seconds(clock_->now() - told_.arrival) > settings_.silence + kActive) return not_active_;
+  if (to_seconds(clock_->now() - told_.arrival) > settings_.state_timeout + kActive) return not_active_;
   return {};
 }
 
@@ -338,7 +338,7 @@ void Ros2Arm::proceed() {
       if ((state_.joints.q - settled_at_).cwiseAbs().maxCoeff() > settings_.start_tolerance) {
         return stop("the arm moved when its controller took over: it was not where the controller wanted it");
       }
-      if (!long_ago(settings_.settle + settings_.lead)) return;
+      if (!long_ago(settings_.settle + settings_.look_ahead)) return;
       phase_ = Phase::kFollowing;
       check_.restart();
       order_.count = sent_count_ = 0;
@@ -348,7 +348,7 @@ void Ros2Arm::proceed() {
     case Phase::kFollowing:
       lets_go_ = true;  // whatever stops it now, the controller is not to take up again what it has
       if (!why.empty()) return stop(why);
-      if (off_plan()) return stop(kOffPlan);
+      if (off_path()) return stop(kOffPath);
       if (misled()) return stop("the controller does not execute what it was sent: slowed down, or led by others");
       if (stepped()) return stop("the joints stepped: they moved further than they were told to");
       lets_go_ = false;
@@ -369,7 +369,7 @@ void Ros2Arm::carry_on() {
   if (phase_ != Phase::kFollowing || sent_count_ == 0) return;
   const Time now = state_.joints.stamp.made, last = sent_[newest_sent_].stamp.made;
   if (now - period_ - last < period_ / 2) return;
-  const bool executed = now - lead_ + kMargin > last;  // by the time that what is sent now arrives
+  const bool executed = now - look_ahead_ + kMargin > last;  // by the time that what is sent now arrives
   const Plan& plan = executed ? order_.plan : plan_;
   const int unsent = executed ? std::min(cycles_since_order_, order_.count) : 0;
   order_.count -= unsent;
@@ -393,7 +393,7 @@ void Ros2Arm::remember(const JointCommand& command) {
 /// What is executed by `now`, and arrives late at that, goes.
 void Ros2Arm::order(const JointCommand& command, Time now) {
   const auto keep = std::find_if(order_.commands.begin(), order_.commands.begin() + order_.count,
-                                 [&](const JointCommand& c) { return c.stamp.made >= now - lead_ - kMargin; });
+                                 [&](const JointCommand& c) { return c.stamp.made >= now - look_ahead_ - kMargin; });
   const auto gone = keep - order_.commands.begin();
   std::move(keep, order_.commands.begin() + order_.count, order_.commands.begin());
   order_.count = std::min(order_.count - static_cast<int>(gone), Order::kCommands - 1);
@@ -402,15 +402,15 @@ void Ros2Arm::order(const JointCommand& command, Time now) {
 
 /// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
 /// the way to us they may have been held up.
-bool Ros2Arm::off_plan() const {
+bool Ros2Arm::off_path() const {
   const JointCommand expected = commanded(heard_.theirs + heard_.offset - from_seconds(info_.delay));
-  return expected.q.size() > 0 && (heard_.q - expected.q).cwiseAbs().maxCoeff() > settings_.off_plan_max;
+  return expected.q.size() > 0 && (heard_.q - expected.q).cwiseAbs().maxCoeff() > settings_.path_tolerance;
 }
 
 /// Whether the controller's own set-point is another than that time's: it sets its trajectory time to now with each
 /// trajectory that comes; slowed down it would crawl in between, and jump.
 bool Ros2Arm::misled() const {
-  const JointCommand expected = commanded(told_.theirs + heard_.offset - lead_);
+  const JointCommand expected = commanded(told_.theirs + heard_.offset - look_ahead_);
   if (expected.q.size() == 0 || told_.q.size() == 0) return false;
   const double most = kSetPointError + kSetPointTime * expected.dq.cwiseAbs().maxCoeff();
   return !((told_.q - expected.q).cwiseAbs().maxCoeff() <= most);
@@ -420,7 +420,7 @@ bool Ros2Arm::misled() const {
 bool Ros2Arm::stepped() const {
   const double dt = to_seconds(heard_.theirs - heard_before_.theirs);
   if (dt <= 0.0 || sent_count_ == 0) return false;
-  const Time since = heard_.theirs + heard_.offset - lead_ - kSpeedCounts;
+  const Time since = heard_.theirs + heard_.offset - look_ahead_ - kSpeedCounts;
   JointVector fastest = JointVector::Zero(heard_.q.size()), fastest_back = fastest;
   for (int age = 0; age < sent_count_; ++age) {
     const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
@@ -466,7 +466,7 @@ void Ros2Arm::hold_here() {
   order_.count = 1;
   order_.commands[0] = {{then, then}, q, zero, zero};
   stand(q, then, order_.plan);
-  post(now - lead_);
+  post(now - look_ahead_);
 }
 
 void Ros2Arm::send(const JointCommand& command) {
@@ -481,7 +481,7 @@ void Ros2Arm::send(const JointCommand& command) {
   if (++cycles_since_order_ < cycles_per_order_) return;
   cycles_since_order_ = 0;
   order_.plan = plan_;
-  post(std::min(order_.commands[0].stamp.made, now - lead_));
+  post(std::min(order_.commands[0].stamp.made, now - look_ahead_));
 }
 
 /// Hands the order to the thread that speaks.

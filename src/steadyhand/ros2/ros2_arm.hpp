@@ -96,7 +96,7 @@ class Ros2Arm final : public Arm {
   void carry_on();
   void remember(const JointCommand& command);
   void order(const JointCommand& command, Time now);
-  bool off_plan() const;
+  bool off_path() const;
   bool misled() const;
   bool stepped() const;
   JointCommand commanded(Time then) const;
@@ -112,7 +112,7 @@ class Ros2Arm final : public Arm {
   Clock* clock_;
   ArmInfo info_;
   std::string no_states_, no_controller_, not_active_;  ///< reasons that name a topic
-  Time period_, lead_;
+  Time period_, look_ahead_;
   int cycles_per_order_ = 1;
 
   // ---- of the control thread

@@ -40,7 +40,7 @@ Ros2LinkReport Ros2LinkMeter::report(int controllers) const {
 Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
   Ros2LinkJudgement j;
   const auto say = [&](std::string line) { j.findings.push_back(std::move(line)); };
-  const double silence = 1e6 * s.silence;
+  const double silence = 1e6 * s.state_timeout;
   if (r.states == 0) {
     say(
         fmt::format("no joint states that name this arm's joints come from {}, {} that do not: is the driver running, "
@@ -75,7 +75,7 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
   if (r.longest_gap >= 0.5 * silence || r.late.max >= 0.5 * silence) {
     say(
         fmt::format("joint states stayed away for up to {:.1f} ms, came up to {:.1f} ms late; {:.0f} ms stop the arm "
-                    "(ros2.silence, and with it ros2.lead)",
+                    "(ros2.state_timeout, and with it ros2.look_ahead)",
                     1e-3 * r.longest_gap, 1e-3 * r.late.max, 1e-3 * silence));
   }
   if (r.wake.max > 0.25 * silence) {
@@ -85,11 +85,11 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
                     1e-3 * r.wake.max));
   }
   const double rate = r.seconds > 0.0 ? static_cast<double>(r.states) / r.seconds : 0.0;
-  if (rate < 4.0 / s.silence) {
+  if (rate < 4.0 / s.state_timeout) {
     say(
         fmt::format("joint states come at {:.0f} Hz; {:.0f} would leave room for a lost one: raise the controller "
-                    "manager's update_rate, or ros2.silence",
-                    rate, 4.0 / s.silence));
+                    "manager's update_rate, or ros2.state_timeout",
+                    rate, 4.0 / s.state_timeout));
   }
   return j;
 }

@@ -38,7 +38,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     visitor_ = ++desk_.last_visitor;
     // Not by a shared pointer: it must not live because it is listed.
     desk_.visitors[visitor_] = {address_, desk_.now(), [this] { end(); }};
-    be_patient();
+    restart_timer();
     stream_->handshake([self = shared_from_this()](error_code error, std::size_t) {
       if (!error) self->read();
     });
@@ -48,8 +48,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   using Response = http::response<http::span_body<const char>>;
 
   /// For as long as one request, or its answer, may take.
-  void be_patient() {
-    timer_.expires_after(desk_.patience);
+  void restart_timer() {
+    timer_.expires_after(desk_.timeout);
     timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
       const auto self = weak.lock();
       // It may have been set anew while this call was on its way.
@@ -150,11 +150,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   template <typename Message>
   void send(Message& message) {
-    be_patient();
+    restart_timer();
     http::async_write(*stream_, message,
                       [self = shared_from_this(), keep = message.keep_alive()](error_code error, std::size_t) {
                         if (error) return;
-                        self->be_patient();
+                        self->restart_timer();
                         if (keep) return self->read();
                         self->stream_->finish();
                       });

@@ -33,11 +33,11 @@ class Outbox {
 ///
 /// Lease: a paired client takes it when nobody has it, or from another connection with the same token. It ends when it
 /// is given back, when its connection ends, or after kLeaseSilence without a message. Others may ask for it: the holder
-/// answers, or they get it once nothing has led the arm for kAskPatience.
+/// answers, or they get it once nothing has led the arm for kAskTimeout.
 class Hub {
  public:
   static constexpr Time kLeaseSilence = std::chrono::seconds(3);
-  static constexpr Time kAskPatience = std::chrono::seconds(10);
+  static constexpr Time kAskTimeout = std::chrono::seconds(10);
   /// A sample that is older than this when it arrives is dropped, unless it lets go.
   static constexpr Time kOldest = std::chrono::milliseconds(250);
   static constexpr int kMaxStrikes = 20;  ///< malformed messages that a client may send before it is closed

@@ -26,7 +26,7 @@ void Hub::handle(std::uint64_t id, Client& client, const AnswerMessage& message,
   const auto asker = clients_.find(asker_);
   if (asker == clients_.end()) return;  // has thought better of it meanwhile
   if (message.grant) return give_lease(asker_, now);
-  asker->second.ask_after = now + kAskPatience;
+  asker->second.ask_after = now + kAskTimeout;
   refuse(asker->second, Refusal::kTaken, fmt::format("client {} keeps the arm", id));
   end_asking(now);
 }
@@ -62,7 +62,7 @@ void Hub::end_asking(Time now) {
 void Hub::watch_asking(Time now) {
   if (asker_ == 0) return;
   const bool idle = !led(now);
-  if (idle && idle_since_ && now - *idle_since_ >= kAskPatience) return give_lease(asker_, now);
+  if (idle && idle_since_ && now - *idle_since_ >= kAskTimeout) return give_lease(asker_, now);
   if (idle == idle_since_.has_value()) return;
   idle_since_ = idle ? std::optional(now) : std::nullopt;
   tell_lease(now);
@@ -84,7 +84,7 @@ void Hub::give_lease(std::uint64_t id, Time now) {
 
 LeaseView Hub::lease_of(std::uint64_t id, const Client& client, Time now) const {
   LeaseView view{holder_, holder_ == id, may_take(id, client), asker_, {}};
-  if (asker_ != 0 && idle_since_) view.left = std::max(Time(0), *idle_since_ + kAskPatience - now);
+  if (asker_ != 0 && idle_since_) view.left = std::max(Time(0), *idle_since_ + kAskTimeout - now);
   return view;
 }
 

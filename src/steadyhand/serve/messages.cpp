@@ -20,7 +20,7 @@ constexpr double kFarthest = 1000.0;   // m
 constexpr double kLongest = 1e9;       // s
 constexpr double kLargestValue = 1e6;  // of a request: weights, scale, yaw, rate
 constexpr double kNormTolerance = 1e-3;
-constexpr double kLongestLead = 0.1;  // s
+constexpr double kLongestLookAhead = 0.1;  // s
 
 /// Reads an object's members one by one; the first mistake stays, and `finish` refuses members that nobody asked for.
 class Reader {
@@ -127,7 +127,7 @@ SampleMessage read_sample(Reader& reader) {
   message.sample.clutch = reader.flag("clutch");
   message.sample.tracked = reader.flag("tracked");
   message.sample.emulated = reader.flag("emulated");
-  message.sample.lead = from_seconds(reader.number_or("lead_s", 0.0, kLongestLead, 0.0));
+  message.sample.look_ahead = from_seconds(reader.number_or("lead_s", 0.0, kLongestLookAhead, 0.0));
   return message;
 }
 

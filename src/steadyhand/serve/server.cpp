@@ -160,7 +160,7 @@ struct Server::Impl {
     desk.site = &site;
     desk.now = callbacks.now;
     desk.hosts = {"127.0.0.1", "localhost"};
-    desk.patience = settings.patience;
+    desk.timeout = settings.timeout;
     desk.accept_missing_origin = settings.accept_non_browser_clients;
     desk.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
     if (callbacks.on_fetch) offer_fetching();

@@ -23,7 +23,7 @@ struct ServerSettings {
   int max_clients = 96;                    ///< at once; one that is not paired makes room for the next
   double max_rate_hz = 250.0;              ///< messages of one client; more are discarded, many more close it
   bool accept_non_browser_clients = true;  ///< those that send no Origin header, such as scripts
-  Time patience = std::chrono::seconds(15);  ///< with a peer that says or takes nothing
+  Time timeout = std::chrono::seconds(15);  ///< with a peer that says or takes nothing
 };
 
 /// What a client is told once, when it connects.

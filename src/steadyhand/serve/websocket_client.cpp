@@ -41,7 +41,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     auto& tcp = socket_.next_layer().socket();
     tcp.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     tcp.set_option(asio::ip::tcp::no_delay(true), ignored);
-    socket_.set_option(websocket::stream_base::timeout{desk_.patience, desk_.patience, true});
+    socket_.set_option(websocket::stream_base::timeout{desk_.timeout, desk_.timeout, true});
     socket_.read_message_max(kMaxClientMessage);
     socket_.auto_fragment(false);
     socket_.text(true);
@@ -134,7 +134,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   /// Beast's timeout is about what a client says, not about what it takes.
-  bool stuck() const { return writing_ && desk_.now() - written_ > desk_.patience; }
+  bool stuck() const { return writing_ && desk_.now() - written_ > desk_.timeout; }
 
   void turn_away(unsigned version) {
     ended_ = true;

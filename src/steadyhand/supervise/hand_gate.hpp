@@ -23,7 +23,7 @@ enum class HandVerdict {
 std::string_view to_string(HandVerdict verdict);
 
 /// s of live sessions, without a sample, after which a closed clutch means nothing.
-inline constexpr double kLiveSilence = 0.25;
+inline constexpr double kSampleTimeout = 0.25;
 
 struct HandGateSettings {
   bool accept_emulated = false;  ///< take poses whose position the headset guesses

@@ -20,14 +20,14 @@ constexpr Transition kTransitions[] = {
     {State::kReady, Event::kFailed, State::kFault, ""},
     {State::kReady, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kReady, Event::kStalled, State::kStopping, "the control loop stalled"},
-    {State::kReady, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
+    {State::kReady, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
     {State::kReady, Event::kGripped, State::kEngaged, "the arm follows the hand"},
 
     {State::kEngaged, Event::kArmStopped, State::kFault, ""},
     {State::kEngaged, Event::kFailed, State::kFault, ""},
     {State::kEngaged, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
-    {State::kEngaged, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
+    {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
     {State::kEngaged, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
     {State::kEngaged, Event::kReleased, State::kReady, "released"},
     {State::kEngaged, Event::kGripped, State::kEngaged, "the arm follows a new grip"},  // the release went by unseen
@@ -38,7 +38,7 @@ constexpr Transition kTransitions[] = {
     {State::kHolding, Event::kFailed, State::kFault, ""},
     {State::kHolding, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
-    {State::kHolding, Event::kOffPlan, State::kStopping, "the arm is not where its commands lead"},
+    {State::kHolding, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
     {State::kHolding, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
     {State::kHolding, Event::kReleased, State::kReady, "released"},
     {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
@@ -70,8 +70,8 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
       return input.stops != stops_;
     case Event::kStalled:
       return input.stalled;
-    case Event::kOffPlan:
-      return input.off_plan;
+    case Event::kOffPath:
+      return input.off_path;
     case Event::kResetAsked:
       return input.reset_of == halts_ && input.stops == stops_ && input.at_rest;
     case Event::kSilence:

@@ -24,7 +24,7 @@ struct SupervisionInput {
   std::uint64_t stops = 0;     ///< how often a stop was asked for, ever
   std::uint64_t reset_of = 0;  ///< Supervisor::halts of when a reset was asked for last
   bool at_rest = false;        ///< commands and arm
-  bool off_plan = false;       ///< measured too far from what was commanded
+  bool off_path = false;       ///< measured too far from what was commanded
   bool stalled = false;        ///< the loop slept through too many cycles
   Time last_plan{0};           ///< when a new plan was taken last
   HandReport hand;
@@ -37,7 +37,7 @@ enum class SupervisionEvent {
   kArmFollows,
   kStopAsked,
   kStalled,
-  kOffPlan,
+  kOffPath,
   kResetAsked,   ///< of what halted the arm last, no stop has come since, and the arm is at rest
   kSilence,      ///< the device says nothing
   kReleased,     ///< clutch open

@@ -44,41 +44,41 @@ std::vector<std::string_view> split(std::string_view text) {
 
 }  // namespace
 
-Result<std::unique_ptr<RtdeClient>> RtdeClient::start(Socket socket, const RtdeRecipes& recipes, Time patience) {
+Result<std::unique_ptr<RtdeClient>> RtdeClient::start(Socket socket, const RtdeRecipes& recipes, Time timeout) {
   std::unique_ptr<RtdeClient> client(new RtdeClient(std::move(socket)));
   for (client->protocol_ = recipes.newest_version;; --client->protocol_) {
     if (client->protocol_ < 1) return Error{"the controller speaks neither version 2 nor version 1 of RTDE"};
     RtdeWriter request(RtdeType::kRequestVersion);
     request.put(static_cast<std::uint16_t>(client->protocol_));
-    const auto answer = client->ask(std::move(request), RtdeType::kRequestVersion, patience);
+    const auto answer = client->ask(std::move(request), RtdeType::kRequestVersion, timeout);
     if (!answer) return answer.error();
     if (RtdeReader(*answer).take<std::uint8_t>() != 0) break;
   }
-  const auto version = client->ask(RtdeWriter(RtdeType::kControllerVersion), RtdeType::kControllerVersion, patience);
+  const auto version = client->ask(RtdeWriter(RtdeType::kControllerVersion), RtdeType::kControllerVersion, timeout);
   if (!version) return version.error();
   RtdeReader reader(*version);
   ControllerVersion& controller = client->controller_;
   for (std::uint32_t* part : {&controller.major, &controller.minor, &controller.bugfix, &controller.build}) {
     *part = reader.take<std::uint32_t>();
   }
-  if (Status s = client->agree(RtdeType::kSetupOutputs, recipes.outputs, patience); !s) return s.error();
+  if (Status s = client->agree(RtdeType::kSetupOutputs, recipes.outputs, timeout); !s) return s.error();
   if (!recipes.inputs.empty()) {
-    if (Status s = client->agree(RtdeType::kSetupInputs, recipes.inputs, patience); !s) return s.error();
+    if (Status s = client->agree(RtdeType::kSetupInputs, recipes.inputs, timeout); !s) return s.error();
   }
-  const auto started = client->ask(RtdeWriter(RtdeType::kStart), RtdeType::kStart, patience);
+  const auto started = client->ask(RtdeWriter(RtdeType::kStart), RtdeType::kStart, timeout);
   if (!started) return started.error();
   if (RtdeReader(*started).take<std::uint8_t>() == 0) return Error{"the controller refuses to start the RTDE stream"};
   return client;
 }
 
 /// Sends a request and waits for the answer of the given type; what else arrives meanwhile is words or old data.
-Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType answer, Time patience) {
+Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType answer, Time timeout) {
   const auto bytes = request.packet();
   if (!request.ok()) return Error{"an RTDE request is longer than the protocol allows"};
-  if (!socket_.send_all({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, patience)) {
+  if (!socket_.send_all({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, timeout)) {
     return Error{"the controller closed the RTDE connection; does another program hold it?"};
   }
-  const auto until = std::chrono::steady_clock::now() + patience;
+  const auto until = std::chrono::steady_clock::now() + timeout;
   for (;;) {
     RtdePacket packet;
     while (framer_.next(packet)) {
@@ -97,14 +97,14 @@ Result<std::vector<std::uint8_t>> RtdeClient::ask(RtdeWriter request, RtdeType a
 }
 
 /// Sets up one recipe; names that the controller does not know give way to their stand-ins.
-Status RtdeClient::agree(RtdeType type, std::vector<RtdeField> fields, Time patience) {
+Status RtdeClient::agree(RtdeType type, std::vector<RtdeField> fields, Time timeout) {
   const bool outputs = type == RtdeType::kSetupOutputs;
   for (bool again = true; again;) {
     again = false;
     RtdeWriter request(type);
     if (outputs && protocol_ >= 2) request.put(controller_.rate_hz());
     request.text(joined(fields));
-    const auto answer = ask(std::move(request), type, patience);
+    const auto answer = ask(std::move(request), type, timeout);
     if (!answer) return answer.error();
     RtdeReader reader(*answer);
     const bool numbered = !outputs || protocol_ >= 2;

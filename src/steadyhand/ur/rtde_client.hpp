@@ -35,8 +35,8 @@ class RtdeClient {
  public:
   /// Negotiates the protocol (2, else 1), agrees on the recipes and starts the stream at the controller's full rate
   /// (125 Hz with protocol 1). Fails with what the controller refused: a variable that its software does not know, or
-  /// that another client writes already. @param patience for each answer
-  static Result<std::unique_ptr<RtdeClient>> start(Socket socket, const RtdeRecipes& recipes, Time patience);
+  /// that another client writes already. @param timeout for each answer
+  static Result<std::unique_ptr<RtdeClient>> start(Socket socket, const RtdeRecipes& recipes, Time timeout);
 
   int protocol() const { return protocol_; }
   const ControllerVersion& controller() const { return controller_; }
@@ -48,7 +48,7 @@ class RtdeClient {
   /// The next data package of what was taken in; its variables in the recipe's order. False: no more. Packages of other
   /// sizes than the recipe's are skipped.
   bool next(RtdeReader& data);
-  bool wait(Time patience) const { return socket_.wait_readable(patience); }
+  bool wait(Time timeout) const { return socket_.wait_readable(timeout); }
 
   /// An empty package for the inputs, to be filled in the recipe's order and given to send().
   RtdeWriter input() const;
@@ -59,8 +59,8 @@ class RtdeClient {
 
  private:
   explicit RtdeClient(Socket socket) : socket_(std::move(socket)) {}
-  Result<std::vector<std::uint8_t>> ask(RtdeWriter request, RtdeType answer, Time patience);
-  Status agree(RtdeType type, std::vector<RtdeField> fields, Time patience);
+  Result<std::vector<std::uint8_t>> ask(RtdeWriter request, RtdeType answer, Time timeout);
+  Status agree(RtdeType type, std::vector<RtdeField> fields, Time timeout);
 
   Socket socket_;
   RtdeFramer framer_;

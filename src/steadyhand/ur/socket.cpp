@@ -19,7 +19,7 @@ Socket::~Socket() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-Result<Socket> Socket::connect(const std::string& host, std::uint16_t port, Time patience) {
+Result<Socket> Socket::connect(const std::string& host, std::uint16_t port, Time timeout) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -36,7 +36,7 @@ Result<Socket> Socket::connect(const std::string& host, std::uint16_t port, Time
       error = errno;
       if (error == EINPROGRESS) {
         socklen_t size = sizeof(error);
-        if (!socket.wait(POLLOUT, patience)) {
+        if (!socket.wait(POLLOUT, timeout)) {
           error = ETIMEDOUT;
         } else if (getsockopt(socket.descriptor_, SOL_SOCKET, SO_ERROR, &error, &size) != 0) {
           error = errno;
@@ -91,24 +91,24 @@ Socket::Outcome Socket::send(std::span<const std::uint8_t> bytes, std::size_t& s
   }
 }
 
-bool Socket::wait(short events, Time patience) const {
+bool Socket::wait(short events, Time timeout) const {
   pollfd waiting{descriptor_, events, 0};
   timespec time{};
-  time.tv_sec = patience / std::chrono::seconds(1);
-  time.tv_nsec = (patience % std::chrono::seconds(1)).count();
+  time.tv_sec = timeout / std::chrono::seconds(1);
+  time.tv_nsec = (timeout % std::chrono::seconds(1)).count();
   const int ready = ppoll(&waiting, 1, &time, nullptr);
   return ready > 0 || (ready < 0 && errno == EINTR);
 }
 
-bool Socket::wait_readable(Time patience) const { return wait(POLLIN, std::max(Time(0), patience)); }
+bool Socket::wait_readable(Time timeout) const { return wait(POLLIN, std::max(Time(0), timeout)); }
 
-bool Socket::send_all(std::string_view text, Time patience) {
+bool Socket::send_all(std::string_view text, Time timeout) {
   auto bytes = std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   while (!bytes.empty()) {
     std::size_t sent = 0;
     const Outcome outcome = send(bytes, sent);
     if (outcome == Outcome::kClosed) return false;
-    if (outcome == Outcome::kNothing && !wait(POLLOUT, patience)) return false;
+    if (outcome == Outcome::kNothing && !wait(POLLOUT, timeout)) return false;
     bytes = bytes.subspan(sent);
   }
   return true;

@@ -24,8 +24,8 @@ class Socket {
   }
   ~Socket();
 
-  /// Over TCP, without Nagle's delay. Fails with the address and the system's reason, at the latest after `patience`.
-  static Result<Socket> connect(const std::string& host, std::uint16_t port, Time patience);
+  /// Over TCP, without Nagle's delay. Fails with the address and the system's reason, at the latest after `timeout`.
+  static Result<Socket> connect(const std::string& host, std::uint16_t port, Time timeout);
   /// Two ends of a connection inside this process.
   static Result<std::pair<Socket, Socket>> pair();
 
@@ -37,13 +37,13 @@ class Socket {
   Outcome receive(std::span<std::uint8_t> into, std::size_t& received);
   /// As many as the system takes; the rest is the caller's.
   Outcome send(std::span<const std::uint8_t> bytes, std::size_t& sent);
-  /// Until there is something to receive (or the other end has gone), at most `patience`. False: nothing came.
-  bool wait_readable(Time patience) const;
-  /// Sends all, within `patience`. For set-up only.
-  bool send_all(std::string_view text, Time patience);
+  /// Until there is something to receive (or the other end has gone), at most `timeout`. False: nothing came.
+  bool wait_readable(Time timeout) const;
+  /// Sends all, within `timeout`. For set-up only.
+  bool send_all(std::string_view text, Time timeout);
 
  private:
-  bool wait(short events, Time patience) const;
+  bool wait(short events, Time timeout) const;
   int descriptor_ = -1;
 };
 

@@ -64,10 +64,10 @@ std::string_view why_ended(UrProgramState state) {
   }
 }
 
-Result<std::unique_ptr<RtdeClient>> open(const UniversalRobotsArm::Dial& dial, double patience) {
+Result<std::unique_ptr<RtdeClient>> open(const UniversalRobotsArm::Dial& dial, double timeout) {
   auto socket = dial();
   if (!socket) return socket.error();
-  return RtdeClient::start(*std::move(socket), recipes(), from_seconds(patience));
+  return RtdeClient::start(*std::move(socket), recipes(), from_seconds(timeout));
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ Result<std::unique_ptr<RtdeClient>> open(const UniversalRobotsArm::Dial& dial, d
 Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const RobotModel& model, const UrSettings& s,
                                                                         Clock& clock) {
   const auto to = [s](std::uint16_t port) {
-    return [s, port] { return Socket::connect(s.host, port, from_seconds(s.patience)); };
+    return [s, port] { return Socket::connect(s.host, port, from_seconds(s.connect_timeout)); };
   };
   auto arm = over(to(s.rtde_port), to(s.script_port), model, s, clock);
   if (!arm) return arm;
@@ -102,7 +102,7 @@ Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const Ro
 Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::over(Dial rtde, Dial script, const RobotModel& model,
                                                                      const UrSettings& s, Clock& clock) {
   if (model.dof() != 6) return Error{fmt::format("robot '{}' has {} joints; a UR has 6", model.name, model.dof())};
-  auto client = open(rtde, s.patience);
+  auto client = open(rtde, s.connect_timeout);
   if (!client) return client.error();
   const ControllerVersion& v = (*client)->controller();
   if ((v.major == 3 && std::pair(v.minor, v.bugfix) < std::pair(14u, 3u)) || v.major < 3 || v.major == 4 ||
@@ -185,7 +185,7 @@ void UniversalRobotsArm::keep() {
 }
 
 void UniversalRobotsArm::renew_rtde() {
-  auto fresh = open(dial_rtde_, settings_.patience);
+  auto fresh = open(dial_rtde_, settings_.connect_timeout);
   if (!fresh) return;
   rtde_wanted_ = false;
   delete incoming_.exchange(fresh->release());
@@ -282,7 +282,7 @@ ArmState UniversalRobotsArm::receive() {
   bool heard = false;
   if (rtde_) {
     heard = listen();
-    if (rtde_ && !heard && rtde_->wait(silent_ ? period_ : from_seconds(settings_.silence))) heard = listen();
+    if (rtde_ && !heard && rtde_->wait(silent_ ? period_ : from_seconds(settings_.state_timeout))) heard = listen();
   }
   if (heard) {
     silent_ = false;

@@ -11,10 +11,10 @@ namespace {
 constexpr std::size_t kLongestLine = 1 << 16;
 }
 
-Result<UrDashboard> UrDashboard::connect(const std::string& host, std::uint16_t port, Time patience) {
-  auto socket = Socket::connect(host, port, patience);
+Result<UrDashboard> UrDashboard::connect(const std::string& host, std::uint16_t port, Time timeout) {
+  auto socket = Socket::connect(host, port, timeout);
   if (!socket) return socket.error();
-  UrDashboard dashboard(*std::move(socket), patience);
+  UrDashboard dashboard(*std::move(socket), timeout);
   const auto greeting = dashboard.line();
   if (!greeting) return greeting.error();
   if (greeting->find("Dashboard") == std::string::npos) {
@@ -25,7 +25,7 @@ Result<UrDashboard> UrDashboard::connect(const std::string& host, std::uint16_t 
 
 Result<std::string> UrDashboard::ask(const std::string& command) {
   if (command.find('\n') != std::string::npos) return Error{"a dashboard command is one line"};
-  if (!socket_.send_all(command + "\n", patience_)) return Error{"the dashboard closed the connection"};
+  if (!socket_.send_all(command + "\n", timeout_)) return Error{"the dashboard closed the connection"};
   return line();
 }
 
@@ -39,7 +39,7 @@ std::vector<UrPanel::Line> UrDashboard::state() {
 }
 
 Result<std::string> UrDashboard::line() {
-  const auto until = std::chrono::steady_clock::now() + patience_;
+  const auto until = std::chrono::steady_clock::now() + timeout_;
   for (;;) {
     if (const std::size_t end = received_.find('\n'); end != std::string::npos) {
       std::string line = received_.substr(0, end);

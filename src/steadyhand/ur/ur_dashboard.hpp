@@ -25,31 +25,31 @@ class UrPanel {
   static constexpr std::uint16_t kDashboardPort = 29999, kRobotApiPort = 80;
   /// @param port 0: the usual one of that software
   static Result<std::unique_ptr<UrPanel>> open(const ControllerVersion& version, const std::string& host,
-                                               std::uint16_t port, Time patience);
+                                               std::uint16_t port, Time timeout);
 };
 
 /// A line of text each way.
 class UrDashboard final : public UrPanel {
  public:
-  static Result<UrDashboard> connect(const std::string& host, std::uint16_t port, Time patience);
+  static Result<UrDashboard> connect(const std::string& host, std::uint16_t port, Time timeout);
   /// Sends a command of the dashboard's manual and returns the answer without its end of line.
   Result<std::string> ask(const std::string& command);
   std::vector<Line> state() override;
   Result<std::string> unlock_protective_stop() override { return ask("unlock protective stop"); }
 
  private:
-  UrDashboard(Socket socket, Time patience) : socket_(std::move(socket)), patience_(patience) {}
+  UrDashboard(Socket socket, Time timeout) : socket_(std::move(socket)), timeout_(timeout) {}
   Result<std::string> line();
   Socket socket_;
-  Time patience_;
+  Time timeout_;
   std::string received_;
 };
 
 /// A request of HTTP and a JSON object back, each over a connection of its own.
 class UrRobotApi final : public UrPanel {
  public:
-  UrRobotApi(std::string host, std::uint16_t port, Time patience)
-      : host_(std::move(host)), port_(port), patience_(patience) {}
+  UrRobotApi(std::string host, std::uint16_t port, Time timeout)
+      : host_(std::move(host)), port_(port), timeout_(timeout) {}
   /// @param body of a PUT; empty: a GET @return the answer's body; what the controller does not know is an error
   Result<std::string> ask(const std::string& path, const std::string& body = {});
   std::vector<Line> state() override;
@@ -58,7 +58,7 @@ class UrRobotApi final : public UrPanel {
  private:
   std::string host_;
   std::uint16_t port_;
-  Time patience_;
+  Time timeout_;
 };
 
 }  // namespace steadyhand

@@ -86,8 +86,8 @@ bool UrPrimary::next(UrMessage& message) {
   return true;
 }
 
-std::optional<UrKinematics> read_kinematics(UrPrimary& primary, Time patience) {
-  const auto until = std::chrono::steady_clock::now() + patience;
+std::optional<UrKinematics> read_kinematics(UrPrimary& primary, Time timeout) {
+  const auto until = std::chrono::steady_clock::now() + timeout;
   for (;;) {
     const Socket::Outcome outcome = primary.fill();
     for (UrMessage message; primary.next(message);) {

@@ -53,7 +53,7 @@ class UrPrimary {
   Socket::Outcome fill();
   /// The next message of what was taken in; kOther for what nobody here wants. False: no more.
   bool next(UrMessage& message);
-  bool wait(Time patience) const { return socket_.wait_readable(patience); }
+  bool wait(Time timeout) const { return socket_.wait_readable(timeout); }
 
  private:
   static constexpr std::size_t kRoom = 1 << 17, kLargest = 1 << 16;
@@ -64,6 +64,6 @@ class UrPrimary {
 };
 
 /// Listens on a fresh connection until the controller has told its arm's kinematics; none if it does not.
-std::optional<UrKinematics> read_kinematics(UrPrimary& primary, Time patience);
+std::optional<UrKinematics> read_kinematics(UrPrimary& primary, Time timeout);
 
 }  // namespace steadyhand

@@ -17,7 +17,7 @@ constexpr const char* kProgram = R"(def steadyhand():
   rate = 1.0 / step
   most = [{most}]
   bridged = {bridged}
-  patience = {timeout} / step
+  longest_wait = {timeout} / step
   brake = {braking} * step
   still = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
   q = get_target_joint_positions()
@@ -80,7 +80,7 @@ constexpr const char* kProgram = R"(def steadyhand():
       else:
         late = late + 1
       end
-      if late + bridged > patience:
+      if late + bridged > longest_wait:
         ended = -2
       elif late > 0:
         returning = True

@@ -26,15 +26,15 @@ std::string text_of(const std::string& json, const std::string& key) {
 }  // namespace
 
 Result<std::string> UrRobotApi::ask(const std::string& path, const std::string& body) {
-  auto socket = Socket::connect(host_, port_, patience_);
+  auto socket = Socket::connect(host_, port_, timeout_);
   if (!socket) return socket.error();
   const std::string request = fmt::format(
       "{} {}{} HTTP/1.1\r\nHost: {}\r\nAccept: application/json\r\nConnection: close\r\n"
       "Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{}",
       body.empty() ? "GET" : "PUT", kBase, path, host_, body.size(), body);
-  if (!socket->send_all(request, patience_)) return Error{"the Robot API closed the connection"};
+  if (!socket->send_all(request, timeout_)) return Error{"the Robot API closed the connection"};
   std::string answer;
-  const auto until = std::chrono::steady_clock::now() + patience_;
+  const auto until = std::chrono::steady_clock::now() + timeout_;
   for (;;) {
     std::array<std::uint8_t, 4096> bytes;
     std::size_t n = 0;
@@ -80,16 +80,16 @@ Result<std::string> UrRobotApi::unlock_protective_stop() {
 }
 
 Result<std::unique_ptr<UrPanel>> UrPanel::open(const ControllerVersion& version, const std::string& host,
-                                               std::uint16_t port, Time patience) {
+                                               std::uint16_t port, Time timeout) {
   if (version.major < 10) {
-    auto dashboard = UrDashboard::connect(host, port != 0 ? port : kDashboardPort, patience);
+    auto dashboard = UrDashboard::connect(host, port != 0 ? port : kDashboardPort, timeout);
     if (!dashboard) return dashboard.error();
     return std::unique_ptr<UrPanel>(new UrDashboard(*std::move(dashboard)));
   }
   if (version.major == 10 && version.minor < 11) {
     return Error{"PolyScope X has its Robot API from 10.11 on; this one answers no questions"};
   }
-  auto api = std::make_unique<UrRobotApi>(host, port != 0 ? port : kRobotApiPort, patience);
+  auto api = std::make_unique<UrRobotApi>(host, port != 0 ? port : kRobotApiPort, timeout);
   if (const auto answer = api->ask("/openapi.json"); !answer) return answer.error();
   return std::unique_ptr<UrPanel>(std::move(api));
 }
