@@ -78,13 +78,13 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
 <dl>
 <div><dt>lateral acceleration, mean</dt><dd><b>{:.2f}</b> m/s²{}</dd></div>
 <div><dt>position error, RMS</dt><dd><b>{:.0f}</b> mm{}</dd></div>
-<div><dt>solve time, mean</dt><dd><b>{:.1f}</b> ms{}</dd></div>
+<div><dt>solve time, mean</dt><dd><b>{:.0f}</b> µs{}</dd></div>
 </dl>
 </article>
 )",
         color(i), i, escape(profile.label), escape(profile.weights), m.lateral_mean,
         compared(m.lateral_mean, first.lateral_mean, input, i), 1e3 * m.position_rms,
-        compared(m.position_rms, first.position_rms, input, i), 1e-3 * m.solve_mean,
+        compared(m.position_rms, first.position_rms, input, i), m.solve_mean,
         compared(m.solve_mean, first.solve_mean, input, i));
   }
   return html;
