@@ -16,7 +16,7 @@ class OutputQueue {
 
   /// @param descriptor stays open as long as anything waits
   explicit OutputQueue(int descriptor);
-  /// As finish(), with a patience of a second.
+  /// As finish(), with a timeout of a second.
   ~OutputQueue();
 
   /// Any thread. The text should end with a line's end.
