@@ -1,6 +1,7 @@
-"""`./steadyhand format` gives every C++ file the form of .clang-format; tests/python/test_format.py holds them to it.
+"""`./steadyhand format` gives every C++ file the form of .clang-format, and documents lines of at most 120 columns.
 
-What clang-format leaves alone counts as well: comments, and the prose of documents, have lines of at most 120 columns.
+tests/python/test_format.py holds them to it. clang-format does not touch comments, so that equations stay whole: what is too long
+of one goes to the next line.
 """
 
 import os
@@ -31,24 +32,91 @@ def unformatted(files):
 
 
 def long_lines(path):
-    """Numbers of lines beyond the last column; in documents but for tables, code and what has no blank to break at."""
+    """Numbers of lines beyond the last column; in documents those that wrap() would break."""
     lines = path.read_text().split("\n")
-    numbers = [i for i, line in enumerate(lines, 1) if len(line) > COLUMNS]
-    if path.suffix != ".md":
-        return numbers
-    code, found = False, []
-    for i, line in enumerate(lines, 1):
+    if path.suffix != ".md":  # literals cannot be broken
+        return [i for i, line in enumerate(lines, 1) if len(line) > COLUMNS and "//" in line and 'R"(' not in line]
+    return [i for i, line in enumerate(lines, 1) if len(line) > COLUMNS and line not in wrap("\n".join(lines)).split("\n")]
+
+
+BEGINS = re.compile(r"\s*(?:[-*+]|\d+\.)\s+|\s*")  # an item of a list, or nothing
+OWN_LINE = re.compile(r"\s*$|\s*(#|\||>|```|!\[|<|---)|    ")  # what is no prose
+WORD = re.compile(r"(?:`[^`]*`|\[[^\]]*\]\([^)]*\)|[^\s`\[]|`|\[)+")  # code and links stay whole
+
+
+def wrap(text):
+    """A document with its prose in lines of at most COLUMNS; paragraphs without a long line stay as they are."""
+    out, paragraph, code = [], [], False
+
+    def finish():
+        if not any(len(line) > COLUMNS for line in paragraph):
+            out.extend(paragraph)
+        elif paragraph:
+            head = BEGINS.match(paragraph[0]).group(0)
+            line, rest = head, " " * len(head)
+            words = []
+            for word in WORD.findall(" ".join(paragraph)[len(head):]):
+                if words and re.match(r"[-*+#>|]|\d+\.$", word):  # would begin a list or a heading, and so does not begin a line
+                    words[-1] += " " + word
+                else:
+                    words.append(word)
+            for word in words:
+                if line not in (head, rest) and len(line) + 1 + len(word) > COLUMNS:
+                    out.append(line)
+                    line = rest
+                line += word if line in (head, rest) else " " + word
+            out.append(line)
+        paragraph.clear()
+
+    for line in text.split("\n"):
         if line.lstrip().startswith("```"):
             code = not code
-        if i in numbers and not code and not line.startswith(("|", "    ")) and re.search(r"\S\s+\S", line[:COLUMNS].lstrip("-# ")):
-            found.append(i)
-    return found
+        in_item = paragraph and BEGINS.match(paragraph[0]).group(0).strip()
+        if code or OWN_LINE.match(line) and not (in_item and re.match(r"\s+[^\s|#>`]", line)):
+            finish()
+            out.append(line)
+        else:
+            if BEGINS.match(line).group(0).strip():
+                finish()
+            paragraph.append(line)
+    finish()
+    return "\n".join(out)
+
+
+def wrap_comments(text):
+    """Sources with what is too long of a comment on the next line of that comment, or on one more."""
+    lines, out = text.split("\n"), []
+    for i, line in enumerate(lines):
+        begin = re.match(r"\s*//[/!]? ", line)
+        if not begin or len(line) <= COLUMNS:
+            out.append(line)
+            continue
+        cut = line.rfind(" ", len(begin.group(0)), COLUMNS + 1)
+        rest = line[cut + 1:]
+        out.append(line[:cut])
+        following = lines[i + 1] if i + 1 < len(lines) else ""
+        prose = re.match(re.escape(begin.group(0)) + r"[^\s@\-]", following)
+        if prose:
+            lines[i + 1] = begin.group(0) + rest + " " + following[len(begin.group(0)):]
+        else:
+            lines.insert(i + 1, begin.group(0) + rest)
+    return "\n".join(out)
+
+
+def documents():
+    return sorted(path for pattern in ("*.md", "docs/*.md", "docs/*/*.md", "*/README.md") for path in ROOT.glob(pattern)
+                  if not {".deps", "build", "node_modules"} & set(path.parts))
 
 
 def main():
     files = sources()
     subprocess.run([CLANG_FORMAT, "-i", *files], check=True)
+    for path in documents():
+        if long_lines(path):
+            path.write_text(wrap(path.read_text()))
     for path in files:
+        if long_lines(path):
+            path.write_text(wrap_comments(path.read_text()))
         for number in long_lines(path):
             print(f"{path.relative_to(ROOT)}:{number} is longer than {COLUMNS} columns", file=sys.stderr)
 

@@ -39,6 +39,7 @@ def make(folder):
 
 if __name__ == "__main__":
     found = make(ROOT / "build/docs")
-    print(*found, sep="\n", file=sys.stderr)
+    for line in found:
+        print(line, file=sys.stderr)
     print(f"steadyhand: the reference is {ROOT / 'build/docs/html/index.html'}", file=sys.stderr)
     sys.exit(1 if found else 0)

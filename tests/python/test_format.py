@@ -44,6 +44,22 @@ def test_what_is_out_of_form_is_seen(tmp_path):
     equation.write_text("//" + " x = a b;" * 15 + "\nint x;\n")
     assert form.unformatted([good, bad, equation]) == [bad]  # clang-format does not break an equation
     assert form.long_lines(equation) == [1] and form.long_lines(good) == []
-    page = tmp_path / "page.md"
-    page.write_text("\n".join(["a " * 70, "| " + "a " * 70 + "|", "```", "a " * 70, "```", "- " + "a" * 130, "    " + "a " * 70, "a " * 60]))
-    assert form.long_lines(page) == [1]
+
+
+def test_long_comments_go_on_in_the_next_line():
+    words = "a " * 58
+    assert form.wrap_comments(f"  // {words}bcd e\n  // f\n  g();\n") == f"  // {words.strip()}\n  // bcd e f\n  g();\n"
+    assert form.wrap_comments(f"/// {words}bcd\nint x;\n") == f"/// {words.strip()}\n/// bcd\nint x;\n"
+    assert form.wrap_comments(f"/// {words}bcd\n/// @param x\n") == f"/// {words.strip()}\n/// bcd\n/// @param x\n"
+    assert form.wrap_comments(f"  f(); // {words}bcd\n") == f"  f(); // {words}bcd\n"
+
+
+def test_documents_are_wrapped_but_for_tables_code_and_links():
+    long = "ab " * 45
+    assert form.wrap("short\nlines\n") == "short\nlines\n"
+    kept = [f"| {long}|", f"    {long}x", f"```\n{long}x\n```", f"# {long}x", f"[{long}](x.md)", f"`{long}`"]
+    assert [each for each in kept if form.wrap(each) != each] == []
+    wrapped = form.wrap(f"- {long}\n  cd - ef\n- gh\n\n{long}\nij\n").split("\n")
+    assert all(len(line) <= form.COLUMNS for line in wrapped) and " ".join(" ".join(wrapped).split()) == f"- {long}cd - ef - gh {long}ij"
+    assert [line for line in wrapped if not line.startswith(("- ab", "  ab", "- gh", "ab"))] == ["", ""]
+    assert form.wrap(" ".join(["ab"] * 40) + " - cd").split("\n")[1] == "ab - cd"  # not the begin of a list

@@ -249,8 +249,8 @@ const Residuals& ElasticBarrier::differentiate() {
 
 // The Newton equations of one bound, with y the multiplier, w = penalty - y that of elastic >= 0, and dg = g' dz:
 //   dg + d_elastic = d_slack,   slack dy + y d_slack = mu - slack y,   -elastic dy + w d_elastic = mu - elastic w.
-// So dy = stiffness (offset - dg) with 1 / stiffness = slack / y + elastic / w and offset = (mu / y - slack) - (mu / w -
-// elastic).
+// So dy = stiffness (offset - dg) with 1 / stiffness = slack / y + elastic / w and
+// offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
   for (int b = 0; b < evaluation_.batches(); ++b) {
