@@ -100,6 +100,23 @@ def test_a_dead_link_is_seen(tmp_path):
     assert dead_names(page) == ["core/gone.hpp"]
 
 
+def test_settings_that_documents_name_are_there():
+    keys = set(re.findall(r'"((?:\w+\.)+\w+)"', text("src/steadyhand/console/settings.cpp")))
+    assert "ros2.controller" in keys
+    sections = "|".join({key.split(".")[0] for key in keys})
+    named = {(document, key) for document in documents() if document != "CHANGELOG.md"
+             for key in re.findall(rf"`(?:--set )?((?:{sections})\.(?!hpp|cpp|pem)\w+)", text(document))}
+    assert len(named) > 20
+    assert {(document, key) for document, key in named if key not in keys} == set()
+
+
+def test_pictures_are_shown_and_small():
+    shown = {Path(link).name for document in documents() for link in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text(document))}
+    pictures = [path for path in (ROOT / "docs").rglob("*") if path.suffix in (".png", ".webp", ".svg", ".gif")]
+    assert {path.name for path in pictures} == shown
+    assert all(path.stat().st_size < 2e6 for path in pictures)
+
+
 def test_every_page_of_docs_is_linked_from_the_readme():
     linked = set(re.findall(r"\]\(([^)#]+\.md)", text("README.md")))
     assert {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")} <= linked

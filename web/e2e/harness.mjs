@@ -9,7 +9,7 @@ import { basename, join, resolve } from 'node:path';
 import playwright, { chromium } from 'playwright-core';
 
 export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
-const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
+export const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 const ARTEFACTS = join(ROOT, 'build/artefacts');
 const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 /** A stock Firefox is led by WebDriver BiDi: without a phone's touches, without another colour scheme, without a wire to listen to. */
@@ -113,7 +113,7 @@ export async function open(options = {}) {
   opened.on('request', (request) => opened.requests.push(request.url()));
   const to = options.watch ? plainAddress() : newestAddress();
   await opened.goto(options.cable?.to(to) ?? to, { waitUntil: 'commit', timeout: PATIENCE });
-  await until(() => opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7), 'the page');
+  await until(async () => (await options.alive?.(opened), opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7)), 'the page');
   // Drawn without a graphics card, a picture takes so long that the hand would fall silent.
   await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   return opened;
