@@ -31,12 +31,12 @@ function(steadyhand_cold target)
   target_precompile_headers(${target} REUSE_FROM cold_headers)
 endfunction()
 
-# steadyhand_room(NAME HOT USES rooms... LINK libraries... EXCEPT folders... TEST_LINK libraries...): src/steadyhand/NAME/*.cpp,
+# steadyhand_room(NAME HOT USES rooms... LINK libraries... EXCEPT folders... TEST_LINK libraries... ONCE files...): src/steadyhand/NAME/*.cpp,
 # and what its folders hold but those left out, become the library steadyhand_NAME; with tests tests/NAME/*.cpp the executable
 # test_NAME. HOT: what it does in a planning period or a cycle of the arm takes time that counts, so the compiler may take
-# its time, too.
+# its time, too; but for its files of ONCE, of which packages for several processors hold one version (cmake/levels.cmake).
 function(steadyhand_room name)
-  cmake_parse_arguments(room "HOT" "" "USES;LINK;EXCEPT;TEST_LINK" ${ARGN})
+  cmake_parse_arguments(room "HOT" "" "USES;LINK;EXCEPT;TEST_LINK;ONCE" ${ARGN})
   list(TRANSFORM room_USES PREPEND steadyhand_)
   set(folder "${PROJECT_SOURCE_DIR}/src/steadyhand/${name}")
   file(GLOB sources CONFIGURE_DEPENDS "${folder}/*.cpp" "${folder}/*/*.cpp")
@@ -44,13 +44,16 @@ function(steadyhand_room name)
     list(FILTER sources EXCLUDE REGEX "^${folder}/${left_out}/")
   endforeach()
   if(room_HOT AND STEADYHAND_PROCESSORS)
-    steadyhand_room_of_levels(${name} "${sources}" "${room_USES}" "${room_LINK}")
+    steadyhand_room_of_levels(${name} "${sources}" "${room_ONCE}" "${room_USES}" "${room_LINK}")
     return()
   endif()
   add_library(steadyhand_${name} STATIC ${sources})
   steadyhand_public(steadyhand_${name})
   target_link_libraries(steadyhand_${name} PUBLIC ${room_USES} ${room_LINK})
   set_property(GLOBAL PROPERTY steadyhand_${name}_link ${room_LINK})
+  if(STEADYHAND_PROCESSORS AND name MATCHES "^(input|record)$")  # which all read the header of nlohmann-json
+    set_target_properties(steadyhand_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  endif()
   if(room_HOT)
     target_precompile_headers(steadyhand_${name} REUSE_FROM hot_headers)
   else()

@@ -3,7 +3,8 @@
 namespace steadyhand {
 
 std::string_view compiled_processor() {
-#if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512CD__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+#if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512CD__) && defined(__AVX512DQ__) && \
+    defined(__AVX512VL__)
   return "x86-64-v4";
 #elif defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
   return "x86-64-v3";

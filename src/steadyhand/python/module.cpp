@@ -12,8 +12,8 @@ namespace steadyhand::python {
 
 namespace {
 
-constexpr double kRigid = 1e-3;     ///< of a rotation's entries, as of a quaternion's length
-constexpr double kLatest = 9e9;     ///< s, that a Time holds
+constexpr double kRigid = 1e-3;  ///< of a rotation's entries, as of a quaternion's length
+constexpr double kLatest = 9e9;  ///< s, that a Time holds
 
 }  // namespace
 
@@ -27,9 +27,10 @@ Pose to_pose(const double* T, const char* name) {
   const double off = (R.transpose() * R - Matrix3::Identity()).cwiseAbs().maxCoeff();
   if (!matrix.allFinite()) throw Refused(fmt::format("{} has numbers that are not finite", name));
   if (off > kRigid || R.determinant() < 0.0) {
-    throw Refused(fmt::format("{} is no pose: its first three rows and columns must be a rotation R, but R'R is off the "
-                              "identity by {:.3g} and its determinant {:.3g}",
-                              name, off, R.determinant()));
+    throw Refused(
+        fmt::format("{} is no pose: its first three rows and columns must be a rotation R, but R'R is off the "
+                    "identity by {:.3g} and its determinant {:.3g}",
+                    name, off, R.determinant()));
   }
   if ((matrix.row(3) - Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)).cwiseAbs().maxCoeff() > kRigid) {
     throw Refused(fmt::format("{} is no pose: its last row is [{}, {}, {}, {}]; it must be [0, 0, 0, 1]", name,
@@ -39,7 +40,8 @@ Pose to_pose(const double* T, const char* name) {
 }
 
 Time to_time(double seconds, const char* name) {
-  if (!(std::abs(seconds) <= kLatest)) throw Refused(fmt::format("{} is {} s; it must be finite, at most 9e9", name, seconds));
+  if (!(std::abs(seconds) <= kLatest))
+    throw Refused(fmt::format("{} is {} s; it must be finite, at most 9e9", name, seconds));
   return from_seconds(seconds);
 }
 

@@ -24,7 +24,8 @@ void take_frame(const nb::dict& options, const char* key, MotionFrame& frame) {
 void take_positive(const nb::dict& options, const char* key, double most, double& value) {
   take(options, key, value);
   if (!(value > 0.0) || value > most)
-    throw Refused(fmt::format("{} is {}; it must be above 0{}", key, value, most < 1e300 ? fmt::format(", to {}", most) : ""));
+    throw Refused(
+        fmt::format("{} is {}; it must be above 0{}", key, value, most < 1e300 ? fmt::format(", to {}", most) : ""));
 }
 
 }  // namespace

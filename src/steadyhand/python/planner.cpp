@@ -151,7 +151,8 @@ class Stages {
   Time advance(double t) {
     const Time now = to_time(t, "t");
     if (now < last_)
-      throw Refused(fmt::format("t is {} s, before {} s of the last plan; times must not go back", t, to_seconds(last_)));
+      throw Refused(
+          fmt::format("t is {} s, before {} s of the last plan; times must not go back", t, to_seconds(last_)));
     return last_ = now;
   }
 

@@ -6,7 +6,8 @@ namespace steadyhand::python {
 
 namespace {
 
-nb::tuple retarget(Retargeter& retargeter, const Matrix4& T_operator_hand, double t, bool clutch, const Matrix4& T_base_tool) {
+nb::tuple retarget(Retargeter& retargeter, const Matrix4& T_operator_hand, double t, bool clutch,
+                   const Matrix4& T_base_tool) {
   const Time now = to_time(t, "t");
   const Target target = retargeter.update({{now, now}, to_pose(T_operator_hand.data(), "T_operator_hand"), clutch},
                                           to_pose(T_base_tool.data(), "T_base_tool"));
@@ -15,7 +16,8 @@ nb::tuple retarget(Retargeter& retargeter, const Matrix4& T_operator_hand, doubl
 
 void bind_retargeter(nb::module_& module) {
   nb::class_<Retargeter>(module, "Retargeter")
-      .def("__init__", [](Retargeter* self, const nb::dict& options) { new (self) Retargeter(retarget_settings(options)); })
+      .def("__init__",
+           [](Retargeter* self, const nb::dict& options) { new (self) Retargeter(retarget_settings(options)); })
       .def("update", &retarget)
       .def("release", &Retargeter::release)
       .def("set_scale", &Retargeter::set_scale)
@@ -61,7 +63,8 @@ void bind_predictor(nb::module_& module) {
            })
       .def("predict", &predict)
       .def_prop_ro("velocity", [](const Predictor& predictor) { return from_vector(predictor.velocity()); })
-      .def_prop_ro("angular_velocity", [](const Predictor& predictor) { return from_vector(predictor.angular_velocity()); });
+      .def_prop_ro("angular_velocity",
+                   [](const Predictor& predictor) { return from_vector(predictor.angular_velocity()); });
 }
 
 nb::tuple slosh(Liquid& liquid, double dt, const Matrix4& T_base_tool, const Row& local_acceleration) {
@@ -76,14 +79,10 @@ nb::tuple slosh(Liquid& liquid, double dt, const Matrix4& T_base_tool, const Row
 
 void bind_liquid(nb::module_& module) {
   nb::class_<Liquid>(module, "Liquid")
-      .def("__init__",
-           [](Liquid* self, double radius, double height, double fill, double damping) {
-             new (self) Liquid(GlassSettings{radius, height, fill, damping});
-           })
-      .def_static("frequency",
-                  [](double radius, double height, double fill, double damping) {
-                    return slosh_frequency({radius, height, fill, damping});
-                  })
+      .def("__init__", [](Liquid* self, double radius, double height, double fill,
+                          double damping) { new (self) Liquid(GlassSettings{radius, height, fill, damping}); })
+      .def_static("frequency", [](double radius, double height, double fill,
+                                  double damping) { return slosh_frequency({radius, height, fill, damping}); })
       .def("reset", &Liquid::reset)
       .def("update", &slosh);
 }
