@@ -8,6 +8,7 @@ docs/python.md has examples.
 from . import _places  # noqa: F401  before anything looks for a robot
 from ._native import SteadyhandError, processor, solvers
 from ._native import version as __version__
+from ._objective import Node, Objective
 from ._planner import Pipeline, Plan, Planner
 from ._poses import pose, quat_xyzw
 from ._replay import Change, Commands, Hand, Replay, Session, Setting, States, Steps, read_recording, read_session, replay
@@ -18,7 +19,7 @@ from ._stages import Liquid, LiquidState, Predictor, Retargeter
 SteadyhandError.__module__ = __name__
 
 __all__ = [
-    "Change", "Commands", "Hand", "Liquid", "LiquidState", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
+    "Change", "Commands", "Hand", "Liquid", "LiquidState", "Node", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
     "Robot", "Session", "Setting", "Solution", "States", "SteadyhandError", "Steps", "__version__", "pose", "processor",
     "quat_xyzw", "read_recording", "read_session", "replay", "solve", "solvers",
 ]  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from . import _native
 from ._arrays import Array, array, number
 from ._options import Weights, options, weights_of
+from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
 
 
@@ -117,7 +119,8 @@ class _Stages:
         self._stages.reset(q, number("t", t, "seconds"))
 
 
-def _make(robot: Robot, profile: str | os.PathLike[str], given: dict[str, Any]) -> Any:
+def _make(robot: Robot, profile: str | os.PathLike[str], given: dict[str, Any], objectives: Iterable[Objective]) -> Any:
+    given["objectives"] = bound(objectives, robot)
     return opened("profile", profile, lambda name: _native.Stages.make(robot._native, name, given))
 
 
@@ -133,6 +136,7 @@ class Planner(_Stages):
     solver: its name (steadyhand.solvers). tolerance: of the KKT conditions. time_budget_us: us for a solve; 0: as long as it takes.
     velocity_scale, acceleration_scale: above 0, to 1: share of the robot's limits.
     window: s of targets from which their velocity is estimated.
+    objectives: terms of the caller's own, steadyhand.Objective; at most 16 with those that there are.
 
     Raises SteadyhandError (a ValueError) for unknown robots, profiles, terms and solvers, listing those that there are, for
     numbers out of range, and for files that are refused, with the reason; FileNotFoundError for a path where nothing is.
@@ -157,13 +161,14 @@ class Planner(_Stages):
         velocity_scale: float | None = None,
         acceleration_scale: float | None = None,
         window: float | None = None,
+        objectives: Iterable[Objective] = (),
     ) -> None:
         self.robot = as_robot(robot)
         given = options(
             weights=weights, horizon=horizon, dt=dt, solver=solver, tolerance=tolerance, time_budget_us=time_budget_us,
             velocity_scale=velocity_scale, acceleration_scale=acceleration_scale, window=window,
         )  # fmt: skip
-        self._stages = _make(self.robot, profile, given)
+        self._stages = _make(self.robot, profile, given, objectives)
 
     def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> Plan:
         """The plan from time t on.
@@ -229,6 +234,7 @@ class Pipeline(_Stages):
         velocity_scale: float | None = None,
         acceleration_scale: float | None = None,
         window: float | None = None,
+        objectives: Iterable[Objective] = (),
     ) -> None:
         self.robot = as_robot(robot)
         given = options(
@@ -236,7 +242,7 @@ class Pipeline(_Stages):
             weights=weights, horizon=horizon, dt=dt, solver=solver, tolerance=tolerance, time_budget_us=time_budget_us,
             velocity_scale=velocity_scale, acceleration_scale=acceleration_scale, window=window,
         )  # fmt: skip
-        self._stages = _make(self.robot, profile, given)
+        self._stages = _make(self.robot, profile, given, objectives)
 
     def feed(self, T_operator_hand: ArrayLike, t: float, clutch: bool = True) -> None:
         """The hand at time t. The arm engages with the clutch, and lets go with it.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from . import _native
 from ._arrays import Array, array, number
 from ._options import Weights, options
+from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
 
 
@@ -194,6 +196,7 @@ def replay(
     rotation_frame: str | None = None,
     solver: str | None = None,
     weights: Weights | None = None,
+    objectives: Iterable[Objective] = (),
 ) -> Replay:
     """Sends a recorded hand through the pipeline, in the recording's time, as the command `steadyhand replay` does.
 
@@ -201,12 +204,14 @@ def replay(
     are the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and, if need be, clutch (m,).
     profile: as Planner's; "tracking" if it is not given. rate: Hz, plans, 1 to 500; 20 if it is not given.
     track: which of an A-Frame file. start, until: s after the file's first sample. scale to rotation_frame: as Retargeter's.
+    weights, objectives: as Planner's.
 
     Python's lock is released meanwhile. Raises SteadyhandError (a ValueError) for what the command refuses, in its words;
     FileNotFoundError for a path where nothing is.
     """
     model = as_robot(robot)
     given = options(rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, solver=solver, weights=weights)
+    given["objectives"] = bound(objectives, model)
     if isinstance(recording, Hand):
         recording = (recording.t, recording.T_operator_hand, recording.clutch & recording.tracked)
     if isinstance(recording, (str, os.PathLike)):

@@ -82,6 +82,7 @@ NB_MODULE(_native, module) {
   });
   python::bind_robot(module);
   python::bind_planner(module);
+  python::bind_objective(module);
   python::bind_stages(module);
   python::bind_replay(module);
   python::bind_solve(module);

@@ -25,6 +25,7 @@ namespace nb = nanobind;
 void bind_robot(nb::module_& module);
 void bind_planner(nb::module_& module);
 void bind_stages(nb::module_& module);
+void bind_objective(nb::module_& module);
 void bind_replay(nb::module_& module);
 void bind_solve(nb::module_& module);
 void bind_program(nb::module_& module);

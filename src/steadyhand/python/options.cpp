@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "steadyhand/python/objective.hpp"
+
 namespace steadyhand::python {
 
 namespace {
@@ -53,6 +55,7 @@ PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& o
   std::map<std::string, std::vector<double>> weights;
   take(options, "weights", weights);
   for (const auto& [name, values] : weights) settings.ocp.weights[name] = values;
+  for (auto& objective : objectives_of(options)) settings.ocp.objectives.push_back(objective);
   take(options, "solver", settings.planner.solver);
   take_positive(options, "tolerance", 1e308, settings.planner.tolerance);
   take(options, "time_budget_us", settings.planner.budget.time_us);

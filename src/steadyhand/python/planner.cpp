@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "steadyhand/plan/active_constraint.hpp"
+#include "steadyhand/python/objective.hpp"
 #include "steadyhand/python/options.hpp"
 #include "steadyhand/python/robot.hpp"
 #include "steadyhand/record/step.hpp"
@@ -69,8 +70,11 @@ class Stages {
   PlanResult plan(double t) {
     const Turn turn(busy_);
     const Time now = advance(t);
-    const nb::gil_scoped_release unlocked;
-    pipeline_->plan(now);
+    {
+      const nb::gil_scoped_release unlocked;
+      pipeline_->plan(now);
+    }
+    raise_errors(objectives());
     return result();
   }
 
@@ -89,8 +93,11 @@ class Stages {
     reference.start = now;
     reference.dt = planner.ocp().dt();
     reference.nodes = nodes;
-    const nb::gil_scoped_release unlocked;
-    planner.update(reference);
+    {
+      const nb::gil_scoped_release unlocked;
+      planner.update(reference);
+    }
+    raise_errors(objectives());
     return result();
   }
 
@@ -101,6 +108,7 @@ class Stages {
       const nb::gil_scoped_release unlocked;
       return pipeline_->update(now);
     }();
+    raise_errors(objectives());
     return to_tuple(command);
   }
 
@@ -144,6 +152,7 @@ class Stages {
   void set_scale(double scale) { pipeline_->retargeter().set_scale(scale); }
   void set_yaw(double yaw) { pipeline_->retargeter().set_yaw(yaw); }
   void release() { pipeline_->retargeter().release(); }
+  const Objectives& objectives() const { return pipeline_->planner().ocp().objectives(); }
   int horizon() const { return pipeline_->planner().ocp().horizon(); }
   double dt() const { return pipeline_->planner().ocp().dt(); }
 
@@ -182,6 +191,12 @@ std::unique_ptr<Stages> make(const Robot& robot, const std::string& profile, con
   const nb::gil_scoped_release unlocked;
   return std::make_unique<Stages>(robot, settings);
 }
+
+int traverse(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  return nb::inst_ready(self) ? visit_objectives(nb::inst_ptr<Stages>(self)->objectives(), visit, arg) : 0;
+}
+PyType_Slot slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&traverse)}, {0, nullptr}};
 
 /// Rows k of `count`, each from `entry(k)`.
 template <typename Entry>
@@ -223,7 +238,7 @@ void bind_planner(nb::module_& module) {
       .def_ro("objective", &P::objective)
       .def_ro("iterations", &P::iterations)
       .def("at", [](const P& r, double t) { return to_tuple(sample(r.plan, to_time(t, "t"))); });
-  nb::class_<Stages>(module, "Stages")
+  nb::class_<Stages>(module, "Stages", nb::type_slots(slots))
       .def_static("make", &make)
       .def("aim", &Stages::aim)
       .def("feed", &Stages::feed)

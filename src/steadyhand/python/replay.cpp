@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "steadyhand/input/sample_list.hpp"
+#include "steadyhand/python/objective.hpp"
 #include "steadyhand/python/options.hpp"
 #include "steadyhand/python/robot.hpp"
 #include "steadyhand/record/session_file.hpp"
@@ -155,6 +156,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
     const nb::gil_scoped_release unlocked;
     return value_of(replay(*robot.model, hand.recording, settings, {}));
   }();
+  raise_errors(settings.pipeline.ocp.objectives);
   const RunNames names = run_names(*robot.model, settings.pipeline.ocp.objectives);
   nb::dict answer;
   answer["steps"] = columns_of(result.steps, names);
