@@ -6,6 +6,10 @@
 set(lanes_of_x86-64-v2 2)
 set(lanes_of_x86-64-v3 4)
 set(lanes_of_x86-64-v4 8)
+# Each library as one file: most of the time goes into parsing headers. So what its files keep in unnamed namespaces needs names
+# of its own.
+set(CMAKE_UNITY_BUILD ON)
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
 foreach(part FATROP UR ROS2 APP PAGE TESTS)
   if(STEADYHAND_WITH_${part})
     message(FATAL_ERROR "STEADYHAND_PROCESSORS is for the Python package alone: it needs STEADYHAND_WITH_${part}=OFF")
