@@ -43,7 +43,7 @@ class World(Node):
         self.names = [f"{prefix}{name}_joint" for name in JOINTS]
         self.q = dict(zip(self.names, HOME))
         self.trajectory = None
-        self.seen = {"trajectories": 0, "largest_step": 0.0, "moved": 0.0, "faults": []}
+        self.seen = {"trajectories": 0, "largest_speed": 0.0, "moved": 0.0, "faults": []}
         self.hand_since = None
         self.speed = None
         self.states = self.create_publisher(JointState, joint_states, qos_profile_sensor_data)
@@ -54,6 +54,7 @@ class World(Node):
         self.create_subscription(Path, "/steadyhand/path", self.look_at_path, 10)
         self.create_subscription(MarkerArray, "/steadyhand/liquid", self.look_at_liquid, 10)
         self.controller = controller
+        self.ticked = self.get_clock().now()
         self.create_timer(0.01, self.tick)
         self.create_timer(0.1, lambda: tell(**self.seen))
 
@@ -75,8 +76,10 @@ class World(Node):
 
     def tick(self):
         now = self.get_clock().now()
+        since = max(1e-9 * (now - self.ticked).nanoseconds, 0.01)  # Python may be held, and then moves the arm late
+        self.ticked = now
         for name, q in zip(self.names, self.set_point(1e-9 * now.nanoseconds)):
-            self.seen["largest_step"] = max(self.seen["largest_step"], abs(q - self.q[name]))
+            self.seen["largest_speed"] = max(self.seen["largest_speed"], abs(q - self.q[name]) / since)
             self.q[name] = q
         self.seen["moved"] = max(abs(self.q[n] - q) for n, q in zip(self.names, HOME))
         order = self.names[3:] + ["gripper"] + self.names[:3]
