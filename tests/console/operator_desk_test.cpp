@@ -10,6 +10,7 @@ namespace steadyhand {
 namespace {
 
 using Kind = OperatorRequest::Kind;
+constexpr int kLateral = 4;  ///< among the default objectives
 
 /// A desk before a session whose threads were not started.
 template <typename SessionClock>
@@ -39,12 +40,13 @@ using Desk = DeskBefore<ManualClock>;
 
 TEST_F(Desk, TellsWhatIsChosen) {
   EXPECT_EQ(desk->controls().profile, 1);
-  EXPECT_EQ(desk->controls().lateral_weight, 3.0);
+  ASSERT_EQ(session->ocp().objectives()[kLateral]->name(), "lateral");
+  EXPECT_EQ(desk->controls().weights[kLateral], 3.0);
   EXPECT_TRUE(ask(Kind::kProfile, "tracking"));
   EXPECT_EQ(desk->controls().profile, 0);
-  EXPECT_EQ(desk->controls().lateral_weight, 0.0);
+  EXPECT_EQ(desk->controls().weights[kLateral], 0.0);
   EXPECT_TRUE(ask(Kind::kWeight, "lateral", 7.0));
-  EXPECT_EQ(desk->controls().lateral_weight, 7.0);
+  EXPECT_EQ(desk->controls().weights[kLateral], 7.0);
   EXPECT_TRUE(ask(Kind::kScale, "", 0.8));
   EXPECT_TRUE(ask(Kind::kYaw, "", 1.0));
   EXPECT_EQ(desk->controls().scale, 0.8);
@@ -161,7 +163,7 @@ TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
     ASSERT_FALSE(status) << bad.text << bad.value;
     EXPECT_NE(status.error().message.find(bad.word), std::string::npos) << status.error().message;
     EXPECT_EQ(desk->controls().profile, 1);
-    EXPECT_EQ(desk->controls().lateral_weight, 3.0);
+    EXPECT_EQ(desk->controls().weights[kLateral], 3.0);
     EXPECT_EQ(desk->controls().scale, RetargetSettings{}.scale);
     EXPECT_EQ(desk->controls().playback, -1);
   }

@@ -18,8 +18,8 @@ struct Deaf : Outbox {
 
 ServerFacts facts() {
   ServerFacts facts;
-  facts.profiles = {{"waiter", "Waiter", 1.0, 1.0}};
-  facts.objectives = {"lateral"};
+  facts.profiles = {{"waiter", "Waiter", {1.0}}};
+  facts.terms = {{"lateral", "Liquid", "1"}};
   facts.recordings = {"carrying"};
   return facts;
 }
@@ -36,7 +36,7 @@ class Session {
     require(static_cast<bool>(hub_.prepare()), "random numbers");
     client_ = hub_.join(outbox_, Address{}, now_);
     if (!with_lease) return;
-    receive(R"({"type":"hello","version":1})");
+    receive(R"({"type":"hello","version":2})");
     receive(R"({"type":"pair","code":")" + hub_.code() + R"("})");
     receive(R"({"type":"take"})");
     require(hub_.holder() == client_, "a paired client takes the lease");

@@ -73,7 +73,7 @@ class Demo:
 
 
 class Client:
-    def __init__(self, port, version=1):
+    def __init__(self, port, version=2):
         self.socket = socket.create_connection(("127.0.0.1", port))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         key = base64.b64encode(os.urandom(16)).decode()

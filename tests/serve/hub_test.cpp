@@ -60,9 +60,9 @@ class HubTest : public testing::Test {
  protected:
   HubTest() {
     facts_.robot = "{}";
-    facts_.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
+    facts_.profiles = {{"tracking", "Tracking", {0.0}}};
     facts_.recordings = {"reach"};
-    facts_.objectives = {"lateral"};
+    facts_.terms = {{"lateral", "Liquid", "1"}};
     callbacks_.now = [this] { return now_; };
     callbacks_.on_sample = [this](const OperatorSample& sample) { samples_.push_back(sample); };
     callbacks_.on_request = [this](const OperatorRequest& request) { requests_.push_back(request); };
@@ -101,7 +101,7 @@ class HubTest : public testing::Test {
 
 TEST_F(HubTest, RefusesAnotherVersionAndWhoDoesNotGreet) {
   FakeOutbox future, rude;
-  say(hub_.join(future, kHere, now_), {{"type", "hello"}, {"version", 2}, {"new", "thing"}});
+  say(hub_.join(future, kHere, now_), {{"type", "hello"}, {"version", kProtocolVersion + 1}, {"new", "thing"}});
   EXPECT_EQ(future.last_error(), "version");
   EXPECT_TRUE(future.closed);
   say(hub_.join(rude, kHere, now_), {{"type", "take"}});

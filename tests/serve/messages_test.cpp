@@ -49,7 +49,7 @@ SessionSnapshot fixture_snapshot() {
   s.samples = 90;
   s.planner_rate_hz = 50;
   s.recording = true;
-  s.controls = {1, 3.0, 0.3, 0.5, -1.5, -1};
+  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, -1};
   return s;
 }
 
@@ -112,7 +112,9 @@ TEST(Messages, WritesTheServersFixtures) {
   facts.version = "0.1.0";
   facts.robot = R"({"name":"ur5e"})";
   facts.glass = {0.03125, 0.125, 0.0625};
-  facts.profiles = {{"tracking", "Tracking (P1)", 0.0, 0.0}, {"waiter", "Waiter (P3)", 3.0, 0.3}};
+  facts.terms = {{"near", "Near the hand", "1/(m^2 s)", 3, 1.0, 1e4, true, false},
+                 {"calm", "Liquid, sideways", "s^3/m^2", 1, 0.0, 20.0, false, true}};
+  facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
   facts.recordings = {"reach"};
   EXPECT_EQ(Json::parse(welcome_message(facts, 3)), expected["welcome"]);
   EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);

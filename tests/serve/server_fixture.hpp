@@ -8,9 +8,9 @@
 #include <thread>
 #include <vector>
 
+#include "socket_client.hpp"
 #include "steadyhand/serve/messages.hpp"
 #include "steadyhand/serve/server.hpp"
-#include "socket_client.hpp"
 
 namespace steadyhand {
 
@@ -28,7 +28,7 @@ class ServerTest : public testing::Test {
     settings.lan_port = 0;
     ServerFacts facts;
     facts.robot = R"({"name":"arm"})";
-    facts.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
+    facts.profiles = {{"tracking", "Tracking", {0.0}}};
     ServerCallbacks callbacks;
     callbacks.now = [this] {
       if (timeless_) throw std::bad_alloc();
@@ -112,7 +112,7 @@ class ServerTest : public testing::Test {
   std::condition_variable told_;
   std::vector<OperatorSample> samples_;
   std::vector<OperatorRequest> requests_;
-  std::atomic<bool> throws_{false};  ///< where it is asked for something
+  std::atomic<bool> throws_{false};    ///< where it is asked for something
   std::atomic<bool> timeless_{false};  ///< it throws where it is asked for the time
   std::vector<std::string> failures_;
   int ticks_ = 0;

@@ -46,7 +46,7 @@ class SocketClient {
   bool part();
   /// What came with the newest pong, as far as was read.
   const std::string& pong() const;
-  void greet() { say({{"type", "hello"}, {"version", 1}}); }
+  void greet() { say({{"type", "hello"}, {"version", 2}}); }
 
  private:
   struct Impl;

@@ -24,8 +24,8 @@ struct Deaf : Outbox {
 class Campaign {
  public:
   explicit Campaign(std::uint32_t seed) : fuzz_(seed) {
-    facts_.objectives = {"lateral"};
-    facts_.profiles = {{"tracking", "Tracking", 0.0, 0.0}};
+    facts_.terms = {{"lateral", "Liquid", "1"}};
+    facts_.profiles = {{"tracking", "Tracking", {0.0}}};
     callbacks_.now = [this] { return now_; };
     callbacks_.on_sample = [this](const OperatorSample& sample) {
       const Vector3& p = sample.X_operator_hand.p;
@@ -71,7 +71,7 @@ class Campaign {
     leader_ = 0;
     hub_.leave(client_, now_);
     client_ = hub_.join(outbox_, {"loopback", true}, now_);
-    say(R"({"type":"hello","version":1})");
+    say(R"({"type":"hello","version":2})");
     if (!leads) return;
     leader_ = client_;
     say(R"({"type":"pair","code":")" + hub_.code() + "\"}");

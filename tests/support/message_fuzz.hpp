@@ -15,7 +15,7 @@ class MessageFuzz {
 
   std::string next() {
     static const std::array<std::string, 12> kSeeds = {
-        R"({"type":"hello","version":1})",
+        R"({"type":"hello","version":2})",
         R"({"type":"take"})",
         R"({"type":"release"})",
         R"({"type":"pair","code":"hdkmxcrtbnpq"})",

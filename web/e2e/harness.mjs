@@ -131,6 +131,11 @@ export const withoutPixels = (context) => context.addInitScript(() => {
   drawing.clear = () => {}; // an emulated headset wipes its canvas for every picture, and the whole window would be drawn anew
 });
 export const state = (of) => of.evaluate(() => globalThis.steadyhand.session.state);
+/** The weight of a term by its name. */
+export const weight = (of, name) => of.evaluate((wanted) => {
+  const { welcome, state } = globalThis.steadyhand.session;
+  return state.controls.weights[welcome.terms.findIndex((term) => term.name === wanted)];
+}, name);
 export const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
 export const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
 export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
@@ -174,11 +179,12 @@ export async function watch() {
   client.setDefaultTimeout(PATIENCE);
   await client.goto(new URL('/nothing', address).href); // of the same origin, and empty
   await client.evaluate(() => {
-    const session = { state: null, yours: false, paired: false, holder: 0, errors: [] };
+    const session = { welcome: null, state: null, yours: false, paired: false, holder: 0, errors: [] };
     const socket = new WebSocket(`ws://${location.host}/live`);
-    socket.onopen = () => socket.send('{"type":"hello","version":1}');
+    socket.onopen = () => socket.send('{"type":"hello","version":2}');
     socket.onmessage = (event) => {
       const message = JSON.parse(event.data);
+      if (message.type === 'welcome') session.welcome = message;
       if (message.type === 'state') session.state = message;
       if (message.type === 'lease') Object.assign(session, { holder: message.holder, yours: message.yours });
       if (message.type === 'error') session.errors.push(message.code);

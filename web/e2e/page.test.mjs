@@ -8,7 +8,7 @@ import { after, afterEach, before, beforeEach, test } from 'node:test';
 import { allocations, buildReadable } from './allocations.mjs';
 import {
   address, browser, cable, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, plainAddress,
-  pressTarget, ready, rest, say, shot, start, startProgram, state, targetOnScreen, until, watch, withoutPixels,
+  pressTarget, ready, rest, say, shot, start, startProgram, state, targetOnScreen, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
 let page;
@@ -122,14 +122,15 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await page.evaluate(() => document.activeElement?.blur());
   await lead(page, key('KeyE'), () => isEngaged(page), 'a key to lead the arm');
   await page.click('input[name=profile][value=tracking]');
-  await until(async () => (await state(page)).controls.lateral_weight === 0, 'the profile');
+  await until(async () => (await weight(page, 'lateral')) === 0, 'the profile');
   await page.selectOption('#rate', '100');
   const slower = await until(async () => { const now = await state(page); return now.planner_rate_hz === 100 && now; }, "the planner's rate");
   await until(async () => (await state(page)).cycles > slower.cycles + 200, 'control cycles');
   const later = await state(page);
   assert.ok((later.plans - slower.plans) / (later.cycles - slower.cycles) < 0.3, 'five control cycles for each plan');
-  await page.fill('#lateral', '10');
-  await until(async () => (await state(page)).controls.lateral_weight === 10, 'the weight');
+  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Liquid, sideways', 'Liquid, up and down']);
+  await page.fill('#weight-lateral', '100'); // half-way of 200 steps
+  await until(async () => (await weight(page, 'lateral')) === 10, 'the weight');
   await page.evaluate(() => document.activeElement?.blur());
   await lead(page, key('KeyE'), async () => (await isEngaged(page)) && (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');
   await page.keyboard.press('Space');
@@ -281,7 +282,7 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
   const phone = await open({ watch: true, context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true } });
   await phone.waitForTimeout(500);
   await shot(phone, 'phone');
-  assert.ok(await phone.isDisabled('#lateral'));
+  assert.ok(await phone.isDisabled('#weight-lateral'));
   assert.ok(await phone.isVisible('#pairing'));
   assert.equal(await phone.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0);
   const unlabelled = await phone.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import {
   browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, newestAddress, open as openDrawn, pressTarget, ready, rest, say, start,
-  startProgram, state, until, watch, withoutPixels,
+  startProgram, state, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
 /** Keys are a browser's own matter; the rest is ours in each, and once is enough. */
@@ -89,7 +89,7 @@ test('what Space does elsewhere Enter does: toggles, chooses and presses what ha
   assert.equal(await page.isChecked('#spheres'), false);
   await page.focus('input[value=tracking]');
   await page.keyboard.press('Enter');
-  await until(async () => (await state(watcher)).controls.lateral_weight === 0, 'the profile');
+  await until(async () => (await weight(watcher, 'lateral')) === 0, 'the profile');
   await page.focus('#mode');
   await page.keyboard.press('Enter');
   assert.equal(await page.getAttribute('#mode', 'aria-pressed'), 'true');

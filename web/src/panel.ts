@@ -1,8 +1,9 @@
 import type { Connection } from './connection';
 import { PROFILE_COLORS } from './plots';
-import type { Measure, RequestKind, WelcomeMessage } from './protocol';
+import type { Measure, RequestKind, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
+import { STEPS, positionOf, weightAt, weightText } from './weights';
 
 /** The element of index.html with this id. */
 export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
@@ -41,17 +42,28 @@ function show(list: HTMLSelectElement, options: HTMLOptionElement[]): void {
   list.size = Math.max(2, options.length);
 }
 
+interface Slider {
+  node: HTMLInputElement;
+  output: HTMLElement;
+  read(): number | undefined;
+  label(value: number): string;
+  /** The slider's own value for this one. */
+  place(value: number): number;
+  shown: number;
+}
+
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
 
 /** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
 export class Panel {
   readonly #chosenAt = new Map<EventTarget, number>();
-  readonly #sliders: { node: HTMLInputElement; output: HTMLElement; read(): number | undefined; label(value: number): string; shown: number }[] = [];
+  readonly #sliders: Slider[] = [];
   readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, 'ms');
   readonly #error = new Reading(element('error-now', HTMLElement), 1e3, 'mm');
   readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, 'mm');
   #profiles: HTMLInputElement[] = [];
+  #weights: Slider[] = [];
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('stop').onclick = () => this.stop();
@@ -73,8 +85,6 @@ export class Panel {
     input('record').onchange = () => this.ask('record', { value: input('record').checked ? 1 : 0 });
     element('rate', HTMLSelectElement).onchange = (event) => this.ask('rate', { value: Number((event.target as HTMLSelectElement).value) });
     const controls = () => this.session.state?.controls;
-    this.#slider('lateral', () => controls()?.lateral_weight, (v) => v.toFixed(1), (value) => this.ask('weight', { text: 'lateral', value }));
-    this.#slider('vertical', () => controls()?.vertical_weight, (v) => v.toFixed(1), (value) => this.ask('weight', { text: 'vertical', value }));
     this.#slider('scale', () => controls()?.scale, (v) => `${v.toFixed(2)} ×`, (value) => this.ask('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => `${v.toFixed(0)}°`,
       (value) => this.ask('yaw', { value: (value * Math.PI) / 180 }));
@@ -111,7 +121,20 @@ export class Panel {
   #slider(id: string, read: () => number | undefined, label: (value: number) => string, send: (value: number) => void): void {
     const node = input(id);
     node.oninput = () => send(Number(node.value));
-    this.#sliders.push({ node, output: element(`${id}-value`, HTMLOutputElement), read, label, shown: NaN });
+    this.#sliders.push({ node, output: element(`${id}-value`, HTMLOutputElement), read, label, place: (value) => value, shown: NaN });
+  }
+
+  /** A slider for the weight of the term of this index. */
+  #weight(term: Term, index: number): Slider {
+    const { range, name } = term, id = `weight-${name}`;
+    const label = Object.assign(document.createElement('label'), { htmlFor: id, title: `${name}, ${term.unit}` });
+    const output = Object.assign(document.createElement('output'), { id: `${id}-value`, textContent: '–' });
+    const node = Object.assign(document.createElement('input'), { id, type: 'range', min: '0', max: String(STEPS), step: '1' });
+    node.oninput = () => this.ask('weight', { text: name, value: weightAt(range, Number(node.value)) });
+    output.htmlFor.add(id);
+    label.append(`${term.label} `, output, node);
+    element('weights', HTMLDivElement).append(label);
+    return { node, output, read: () => this.session.state?.controls.weights[index], label: (value) => weightText(range, value), place: (value) => positionOf(range, value), shown: NaN };
   }
 
   /** What the server offers. */
@@ -128,6 +151,8 @@ export class Panel {
       box.append(label);
       return choice;
     });
+    element('weights', HTMLDivElement).replaceChildren();
+    this.#weights = welcome.terms.flatMap((term, index) => (term.offered ? [this.#weight(term, index)] : []));
     const list = element('playback', HTMLSelectElement);
     show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name))]);
   }
@@ -180,13 +205,13 @@ export class Panel {
     element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
     input('record').disabled = !yours;
     for (const choice of this.#profiles) choice.disabled = !yours;
-    for (const slider of this.#sliders) {
+    for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
       node.disabled = !yours;
       if (value === undefined) continue;
       if (value !== slider.shown) slider.output.textContent = slider.label(value);
       slider.shown = value;
-      if (this.#isAnswered(node, now)) node.value = String(value);
+      if (this.#isAnswered(node, now)) node.value = String(slider.place(value));
     }
     if (!state) return;
     const profile = this.#profiles[state.controls.profile];

@@ -1,6 +1,6 @@
 /** The words of docs/protocol.md. Units: SI, radians; quaternions x, y, z, w; poses in robot axes (z up). */
 
-export const PROTOCOL_VERSION = 1;
+export const PROTOCOL_VERSION = 2;
 
 export type Vec3 = readonly [number, number, number];
 export type Quat = readonly [number, number, number, number];
@@ -31,8 +31,8 @@ export interface Timing { p50: Measure; p99: Measure; p999: Measure; max: Measur
 export interface Controls {
   profile: number;
   playback: number;
-  lateral_weight: number;
-  vertical_weight: number;
+  /** Of each of `welcome.terms`; where a term has several, the first. */
+  weights: number[];
   scale: number;
   yaw: number;
 }
@@ -67,7 +67,22 @@ export interface StateMessage {
   controls: Controls;
 }
 
-export interface Profile { index: number; name: string; label: string; lateral_weight: number; vertical_weight: number }
+/** An objective that the arm's motion is weighed by. */
+export interface Term {
+  name: string;
+  label: string;
+  /** Of a weight. */
+  unit: string;
+  /** How many weights it has. */
+  count: number;
+  /** Weights to choose among: evenly, or by factors and 0 at the lower end. */
+  range: { min: number; max: number; logarithmic: boolean };
+  /** Whether its weight is for the operator to choose. */
+  offered: boolean;
+}
+
+/** `weights`: as in Controls. */
+export interface Profile { index: number; name: string; label: string; weights: number[] }
 
 /** What `steadyhand describe` prints. */
 export interface Robot {
@@ -87,6 +102,7 @@ export interface WelcomeMessage {
   version: number;
   client: number;
   program: string;
+  terms: Term[];
   profiles: Profile[];
   recordings: string[];
   glass: GlassSize;

@@ -53,7 +53,7 @@ describe('connection', () => {
   });
 
   it('greets, then pairs with its code, once', () => {
-    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 1 });
+    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 2 });
     around.socket.says(server.welcome!);
     expect(around.socket.sent.at(-1)).toEqual({ type: 'pair', code: 'h7dk2m9x4c' });
     around.socket.says(server.paired!);
@@ -61,7 +61,7 @@ describe('connection', () => {
     around.pass(0.3);
     around.socket.onopen?.();
     around.socket.says(server.welcome!);
-    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 1, token: (server.paired as { token: string }).token });
+    expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 2, token: (server.paired as { token: string }).token });
     expect(around.socket.sent.some((message) => message.type === 'pair')).toBe(false);
   });
 

@@ -12,21 +12,21 @@
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/ros2_side.hpp"
 #include "steadyhand/app/settings_options.hpp"
+#include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/core/configuration.hpp"
-#include "steadyhand/record/robot_json.hpp"
-#include "steadyhand/serve/server.hpp"
-#include "steadyhand/serve/terminal_qr.hpp"
-#include "steadyhand/live/live_session.hpp"
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/console/operator_desk.hpp"
 #include "steadyhand/console/output_queue.hpp"
-#include "steadyhand/live/realtime.hpp"
-#include "steadyhand/replay/replay.hpp"
 #include "steadyhand/console/session_library.hpp"
-#include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/console/stop_signals.hpp"
+#include "steadyhand/core/configuration.hpp"
+#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/live/realtime.hpp"
+#include "steadyhand/record/robot_json.hpp"
+#include "steadyhand/replay/replay.hpp"
+#include "steadyhand/serve/server.hpp"
+#include "steadyhand/serve/terminal_qr.hpp"
 
 namespace steadyhand {
 
@@ -151,14 +151,19 @@ ServerFacts describe_session(const RobotModel& model, const GlassSettings& glass
   facts.version = STEADYHAND_VERSION;
   facts.robot = robot_json(model);
   facts.glass = {glass.radius, glass.height, glass.fill};
-  const auto weight = [](const Profile& profile, const char* term) {
-    const auto found = profile.ocp.weights.find(term);
-    return found == profile.ocp.weights.end() || found->second.empty() ? 0.0 : found->second.front();
-  };
-  for (const Profile& profile : profiles) {
-    facts.profiles.push_back({profile.name, profile.label, weight(profile, "lateral"), weight(profile, "vertical")});
+  for (const auto& objective : ocp.objectives()) {
+    const auto& [name, label, unit, range, offered, at_rest_min, at_rest_max] = objective->info();
+    facts.terms.push_back(
+        {name, label, unit, objective->weight_count(ocp.dof()), range.min, range.max, range.logarithmic, offered});
   }
-  for (const auto& objective : ocp.objectives()) facts.objectives.emplace_back(objective->name());
+  for (const Profile& profile : profiles) {
+    ServerFacts::Profile& told = facts.profiles.emplace_back();
+    told.name = profile.name;
+    told.label = profile.label;
+    if (const auto weights = ocp.weights(profile.ocp.weights)) {
+      for (const JointVector& weight : *weights) told.weights.push_back(weight[0]);
+    }
+  }
   for (const NamedRecording& recording : recordings) facts.recordings.push_back(recording.name);
   return facts;
 }

@@ -93,7 +93,7 @@ Status OperatorDesk::set_profile(const std::string& name) {
 Status OperatorDesk::set_weight(const std::string& name, double value) {
   const auto& objectives = session_->ocp().objectives();
   const Result<int> index =
-      find_name(objectives, name, "term", [](const auto& objective) { return std::string(objective->name()); });
+      find_name(objectives, name, "term", [](const auto& objective) { return objective->name(); });
   if (!index) return index.error();
   if (!(value >= 0.0) || value > 1e6) {
     return Error{fmt::format("weight '{}' is {}; it must be from 0 to 1e6", name, value)};
@@ -127,11 +127,8 @@ void OperatorDesk::send() {
   settings.scale = controls_.scale;
   settings.yaw = controls_.yaw;
   session_->set(settings);
-  const auto& objectives = session_->ocp().objectives();
-  for (std::size_t i = 0; i < objectives.size(); ++i) {
-    if (objectives[i]->name() == "lateral") controls_.lateral_weight = weights_[i][0];
-    if (objectives[i]->name() == "vertical") controls_.vertical_weight = weights_[i][0];
-  }
+  controls_.objectives = settings.objectives;
+  for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i][0];
 }
 
 void OperatorDesk::hand(const OperatorSample& sample) {

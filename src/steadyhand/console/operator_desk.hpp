@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/live/live_session.hpp"
 #include "steadyhand/console/playback.hpp"
+#include "steadyhand/live/live_session.hpp"
 
 namespace steadyhand {
 

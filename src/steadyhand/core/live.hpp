@@ -75,11 +75,12 @@ struct OperatorRequest {
 
 /// What the operator has chosen.
 struct SessionControls {
-  int profile = 0;                                     ///< index into the profiles that the server was started with
-  double lateral_weight = 0.0, vertical_weight = 0.0;  ///< of the liquid, (m/s^2)^-2
-  double scale = 0.5;                                  ///< metres of the tool for each metre of the hand
-  double yaw = 0.0;                                    ///< turn of the operator's axes about base z, rad
-  int playback = -1;  ///< index of the built-in recording that plays the hand; -1: none
+  int profile = 0;                               ///< index into the profiles that the server was started with
+  std::array<double, kMaxObjectives> weights{};  ///< of each objective the first
+  int objectives = 0;                            ///< entries of weights in use
+  double scale = 0.5;                            ///< metres of the tool for each metre of the hand
+  double yaw = 0.0;                              ///< turn of the operator's axes about base z, rad
+  int playback = -1;                             ///< index of the built-in recording that plays the hand; -1: none
 };
 
 /// One look at a live session; the web thread sends it to every client.

@@ -220,17 +220,15 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
     return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
   }
   const auto& [kind, text, value] = message.request;
-  const auto holds = [&text = text](const std::vector<std::string>& names) {
-    return std::find(names.begin(), names.end(), text) != names.end();
-  };
-  const auto named = [&text = text](const ServerFacts::Profile& profile) { return profile.name == text; };
+  const auto named = [&text = text](const auto& entry) { return entry.name == text; };
   if (kind == OperatorRequest::Kind::kProfile && std::none_of(facts_.profiles.begin(), facts_.profiles.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no profile has this name");
   }
-  if (kind == OperatorRequest::Kind::kPlayback && !text.empty() && !holds(facts_.recordings)) {
+  if (kind == OperatorRequest::Kind::kPlayback && !text.empty() &&
+      std::find(facts_.recordings.begin(), facts_.recordings.end(), text) == facts_.recordings.end()) {
     return refuse(client, Refusal::kUnknown, "no built-in recording has this name");
   }
-  if (kind == OperatorRequest::Kind::kWeight && !holds(facts_.objectives)) {
+  if (kind == OperatorRequest::Kind::kWeight && std::none_of(facts_.terms.begin(), facts_.terms.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no term of the objective has this name");
   }
   if ((kind == OperatorRequest::Kind::kScale || kind == OperatorRequest::Kind::kRate) && value <= 0.0) {

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 namespace steadyhand {
 namespace {
@@ -318,15 +319,30 @@ std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
   append_count(out, "version", kProtocolVersion);
   append_count(out, "client", client);
   append_text(out, "program", facts.version);
-  append(out, ",\"profiles\":[");
+  append(out, ",\"terms\":[");
+  for (std::size_t i = 0; i < facts.terms.size(); ++i) {
+    const auto& term = facts.terms[i];
+    append(out, i > 0 ? ",{\"count\":" : "{\"count\":");
+    fmt::format_to(std::back_inserter(out), "{}", term.count);
+    append_text(out, "name", term.name);
+    append_text(out, "label", term.label);
+    append_text(out, "unit", term.unit);
+    append(out, ",\"range\":{\"min\":");
+    append_number(out, term.min);
+    append_number(out, "max", term.max);
+    append_flag(out, "logarithmic", term.logarithmic);
+    out.push_back('}');
+    append_flag(out, "offered", term.offered);
+    out.push_back('}');
+  }
+  append(out, "],\"profiles\":[");
   for (std::size_t i = 0; i < facts.profiles.size(); ++i) {
     const auto& profile = facts.profiles[i];
     append(out, i > 0 ? ",{\"index\":" : "{\"index\":");
     fmt::format_to(std::back_inserter(out), "{}", i);
     append_text(out, "name", profile.name);
     append_text(out, "label", profile.label);
-    append_number(out, "lateral_weight", profile.lateral_weight);
-    append_number(out, "vertical_weight", profile.vertical_weight);
+    append_vector(out, "weights", profile.weights);
     out.push_back('}');
   }
   append(out, "],\"recordings\":");
@@ -404,8 +420,7 @@ std::string state_message(const SessionSnapshot& s) {
   append_flag(out, "recording", s.recording);
   fmt::format_to(std::back_inserter(out), ",\"controls\":{{\"profile\":{},\"playback\":{}", s.controls.profile,
                  s.controls.playback);
-  append_number(out, "lateral_weight", s.controls.lateral_weight);
-  append_number(out, "vertical_weight", s.controls.vertical_weight);
+  append_vector(out, "weights", std::span(s.controls.weights).first(std::size_t(s.controls.objectives)));
   append_number(out, "scale", s.controls.scale);
   append_number(out, "yaw", s.controls.yaw);
   out.push_back('}');

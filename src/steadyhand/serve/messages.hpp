@@ -14,7 +14,7 @@
 namespace steadyhand {
 
 /// Of docs/protocol.md. A client of another version is refused.
-constexpr int kProtocolVersion = 1;
+constexpr int kProtocolVersion = 2;
 /// Bytes of the longest message that a client may send.
 constexpr std::size_t kMaxClientMessage = 2048;
 

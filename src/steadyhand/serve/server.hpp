@@ -28,9 +28,17 @@ struct ServerSettings {
 
 /// What a client is told once, when it connects.
 struct ServerFacts {
+  /// An objective, whose weight OperatorRequest::Kind::kWeight may set.
+  struct Term {
+    std::string name, label, unit;  ///< unit: of a weight
+    int count = 1;                  ///< of its weights
+    double min = 0.0, max = 1.0;    ///< among which a page lets its operator choose
+    bool logarithmic = false;       ///< by factors from min on, and 0 below
+    bool offered = true;            ///< to the operator
+  };
   struct Profile {
     std::string name, label;
-    double lateral_weight = 0.0, vertical_weight = 0.0;  ///< (m/s^2)^-2
+    std::vector<double> weights;  ///< of each term the first
   };
   /// As the arm simulates it, m; radius and height are inside.
   struct Glass {
@@ -39,8 +47,8 @@ struct ServerFacts {
   std::string version;  ///< of the program
   std::string robot;    ///< JSON as `steadyhand describe` prints it
   Glass glass;
+  std::vector<Term> terms;
   std::vector<Profile> profiles;
-  std::vector<std::string> objectives;  ///< terms whose weight OperatorRequest::Kind::kWeight may set
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
 };
 

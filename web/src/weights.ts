@@ -1,0 +1,25 @@
+import type { Term } from './protocol';
+
+/** Positions of a slider, 0 to this. */
+export const STEPS = 200;
+
+type Range = Term['range'];
+
+/** The weight at a slider's position. */
+export function weightAt({ min, max, logarithmic }: Range, position: number): number {
+  if (!logarithmic) return Number((min + ((max - min) * position) / STEPS).toPrecision(6));
+  return position <= 0 ? 0 : Number((min * (max / min) ** ((position - 1) / (STEPS - 1))).toPrecision(2));
+}
+
+/** The slider's position that is nearest to a weight. */
+export function positionOf({ min, max, logarithmic }: Range, weight: number): number {
+  const share = logarithmic
+    ? weight <= 0 ? -1 : 1 + (STEPS - 1) * (Math.log(weight / min) / Math.log(max / min))
+    : (STEPS * (weight - min)) / (max - min);
+  return Math.min(STEPS, Math.max(logarithmic && weight > 0 ? 1 : 0, Math.round(share)));
+}
+
+/** For people. */
+export function weightText({ logarithmic }: Range, weight: number): string {
+  return logarithmic ? String(Number(weight.toPrecision(2))) : weight.toFixed(1);
+}

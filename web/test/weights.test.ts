@@ -1,0 +1,34 @@
+import { describe, expect, it } from 'vitest';
+import { STEPS, positionOf, weightAt, weightText } from '../src/weights';
+
+const even = { min: 0, max: 20, logarithmic: false }, factors = { min: 0.01, max: 1000, logarithmic: true };
+
+describe('weights', () => {
+  it('are even between the ends', () => {
+    expect(weightAt(even, 0)).toBe(0);
+    expect(weightAt(even, 3)).toBe(0.3);
+    expect(weightAt(even, STEPS)).toBe(20);
+  });
+
+  it('go by factors, from 0', () => {
+    expect(weightAt(factors, 0)).toBe(0);
+    expect(weightAt(factors, 1)).toBe(0.01);
+    expect(weightAt(factors, STEPS)).toBe(1000);
+    expect(weightAt(factors, 2) / weightAt(factors, 1)).toBeLessThan(1.2);
+  });
+
+  it('come back from where the slider stands', () => {
+    for (const range of [even, factors]) {
+      for (let position = 0; position <= STEPS; ++position) expect(Math.abs(positionOf(range, weightAt(range, position)) - position)).toBeLessThanOrEqual(1);
+      for (const end of [0, STEPS]) expect(positionOf(range, weightAt(range, end))).toBe(end);
+    }
+  });
+
+  it('beyond the ends stand at the ends, and are told as they are', () => {
+    expect(positionOf(even, 500)).toBe(STEPS);
+    expect(positionOf(factors, 1e-9)).toBe(1);
+    expect(weightText(even, 500)).toBe('500.0');
+    expect(weightText(factors, 0.012345)).toBe('0.012');
+    expect(weightText(factors, 0)).toBe('0');
+  });
+});
