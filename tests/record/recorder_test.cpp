@@ -122,13 +122,6 @@ TEST(JsonMessages, NumbersThatAreNotFiniteBecomeNull) {
   EXPECT_TRUE(message["q"][1].is_null());
 }
 
-TEST(JsonMessages, TextIsEscaped) {
-  const std::string text = "a \"quoted\"\\ line\n\ttab \x01 end";
-  JsonBuffer buffer;
-  append_text(buffer, text);
-  EXPECT_EQ(Json::parse(buffer.begin(), buffer.end()).get<std::string>(), text);
-}
-
 /// A controller's own words, say, cut in the middle of a letter: the file could not be read any more.
 TEST(JsonMessages, TextThatIsNoUtf8IsStillRead) {
   SupervisionChange change;

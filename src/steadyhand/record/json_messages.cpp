@@ -1,293 +1,199 @@
 #include "steadyhand/record/json_messages.hpp"
 
-#include <cmath>
 #include <cstdint>
-#include <iterator>
-#include <nlohmann/json.hpp>
-#include <utility>
-
-#include "steadyhand/core/live.hpp"
 
 namespace steadyhand {
 namespace {
 
-void append(JsonBuffer& out, std::string_view text) { out.append(text.data(), text.data() + text.size()); }
-
-void append_key(JsonBuffer& out, std::string_view key) {
-  out.push_back('"');
-  append(out, key);
-  append(out, "\":");
-}
-
 /// Foxglove's time: whole seconds (floored) and the nanoseconds on top.
-void append_time(JsonBuffer& out, std::string_view key, Time t) {
+void write_time(JsonWriter& json, std::string_view key, Time t) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   const std::int64_t nanoseconds = (t.count() % kSecond + kSecond) % kSecond;
-  append_key(out, key);
-  fmt::format_to(std::back_inserter(out), "{{\"sec\":{},\"nsec\":{}}}", (t.count() - nanoseconds) / kSecond,
-                 nanoseconds);
-}
-
-void append_vector(JsonBuffer& out, const Vector3& v) {
-  append(out, "{\"x\":");
-  append_number(out, v.x());
-  append(out, ",\"y\":");
-  append_number(out, v.y());
-  append(out, ",\"z\":");
-  append_number(out, v.z());
-  out.push_back('}');
-}
-
-void append_pose(JsonBuffer& out, const Vector3& p, const Quaternion& q) {
-  append(out, "{\"position\":");
-  append_vector(out, p);
-  append(out, ",\"orientation\":{\"x\":");
-  append_number(out, q.x());
-  append(out, ",\"y\":");
-  append_number(out, q.y());
-  append(out, ",\"z\":");
-  append_number(out, q.z());
-  append(out, ",\"w\":");
-  append_number(out, q.w());
-  append(out, "}}");
-}
-
-/// "[" item(0) "," ... "]".
-template <typename Item>
-void append_array(JsonBuffer& out, int count, Item&& item) {
-  out.push_back('[');
-  for (int i = 0; i < count; ++i) {
-    if (i > 0) out.push_back(',');
-    item(i);
-  }
-  out.push_back(']');
+  json.key(key);
+  json.begin_object();
+  json.member("sec", (t.count() - nanoseconds) / kSecond);
+  json.member("nsec", nanoseconds);
+  json.end_object();
 }
 
 template <typename Vector>
-void append_numbers(JsonBuffer& out, std::string_view key, const Vector& values) {
-  append_key(out, key);
-  append_array(out, static_cast<int>(values.size()), [&](int i) { append_number(out, values[i]); });
+void write_members(JsonWriter& json, const Vector& v) {
+  json.member("x", v.x());
+  json.member("y", v.y());
+  json.member("z", v.z());
 }
 
-void append_flag(JsonBuffer& out, std::string_view key, bool value) {
-  append_key(out, key);
-  append(out, value ? "true" : "false");
+void write_pose(JsonWriter& json, const Vector3& p, const Quaternion& q) {
+  json.begin_object();
+  json.key("position");
+  json.begin_object();
+  write_members(json, p);
+  json.end_object();
+  json.key("orientation");
+  json.begin_object();
+  write_members(json, q);
+  json.member("w", q.w());
+  json.end_object();
+  json.end_object();
 }
 
-void append_header(JsonBuffer& out, Time t, std::string_view frame) {
-  out.push_back('{');
-  append_time(out, "timestamp", t);
-  append(out, ",\"frame_id\":\"");
-  append(out, frame);
-  append(out, "\",");
+void write_pose(JsonWriter& json, std::string_view key, const Pose& X) {
+  json.key(key);
+  write_pose(json, X.p, X.q);
 }
+
+/// One message.
+class Message {
+ public:
+  explicit Message(JsonBuffer& out) : json_(out) { json_.begin_object(); }
+  Message(JsonBuffer& out, Time t) : Message(out) { write_time(json_, "timestamp", t); }
+  Message(JsonBuffer& out, Time t, std::string_view frame) : Message(out, t) { json_.member("frame_id", frame); }
+  ~Message() { json_.end_object(); }
+  Message(const Message&) = delete;
+  Message& operator=(const Message&) = delete;
+  JsonWriter* operator->() { return &json_; }
+  JsonWriter& operator*() { return json_; }
+
+ private:
+  JsonWriter json_;
+};
 
 }  // namespace
 
-void append_number(JsonBuffer& out, double value) {
-  if (std::isfinite(value)) {
-    fmt::format_to(std::back_inserter(out), "{}", value);
-  } else {
-    append(out, "null");
-  }
-}
-
-void append_text(JsonBuffer& out, std::string_view text) {
-  // dump() quotes, escapes, and replaces bytes that are not UTF-8.
-  append(out, nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-}
-
 void append_json(JsonBuffer& out, const OperatorSample& sample) {
-  append_header(out, sample.stamp.hand, "operator");
-  append_key(out, "pose");
-  append_pose(out, sample.X_operator_hand.p, sample.X_operator_hand.q);
-  out.push_back(',');
-  append_flag(out, "clutch", sample.clutch);
-  out.push_back(',');
-  append_flag(out, "tracked", sample.tracked);
-  out.push_back(',');
-  append_flag(out, "emulated", sample.emulated);
-  out.push_back(',');
-  append_key(out, "lead_s");
-  append_number(out, to_seconds(sample.look_ahead));
-  out.push_back('}');
+  Message json(out, sample.stamp.hand, "operator");
+  write_pose(*json, "pose", sample.X_operator_hand);
+  json->member("clutch", sample.clutch);
+  json->member("tracked", sample.tracked);
+  json->member("emulated", sample.emulated);
+  json->member("lead_s", to_seconds(sample.look_ahead));
 }
 
 void append_json(JsonBuffer& out, const Target& target) {
-  append_header(out, target.stamp.hand, "base");
-  append_key(out, "pose");
-  append_pose(out, target.X_base_tool.p, target.X_base_tool.q);
-  out.push_back(',');
-  append_flag(out, "engaged", target.engaged);
-  out.push_back('}');
+  Message json(out, target.stamp.hand, "base");
+  write_pose(*json, "pose", target.X_base_tool);
+  json->member("engaged", target.engaged);
 }
 
 void append_json(JsonBuffer& out, const Reference& reference) {
-  append_header(out, reference.start, "base");
-  append_key(out, "poses");
-  append_array(out, reference.nodes, [&](int k) { append_pose(out, reference.p[k], Quaternion(reference.R[k])); });
-  append(out, ",\"dt_s\":");
-  append_number(out, reference.dt);
-  out.push_back('}');
+  Message json(out, reference.start, "base");
+  json->key("poses");
+  json->begin_array();
+  for (int k = 0; k < reference.nodes; ++k) write_pose(*json, reference.p[k], Quaternion(reference.R[k]));
+  json->end_array();
+  json->member("dt_s", reference.dt);
 }
 
 void append_json(JsonBuffer& out, const Plan& plan, std::span<const Pose> path) {
   const int n = plan.joints;
-  append_header(out, plan.start, "base");
-  append_key(out, "poses");
-  append_array(out, static_cast<int>(path.size()), [&](int k) { append_pose(out, path[k].p, path[k].q); });
-  append(out, ",\"dt_s\":");
-  append_number(out, plan.dt);
-  append(out, ",\"origin\":\"");
-  append(out, to_string(plan.origin));
-  append(out, "\",\"nodes\":");
-  append_array(out, plan.intervals + 1, [&](int k) {
-    out.push_back('{');
-    append_numbers(out, "q", plan.x[k].head(n));
-    out.push_back(',');
-    append_numbers(out, "dq", plan.x[k].tail(n));
-    if (k < plan.intervals) {
-      out.push_back(',');
-      append_numbers(out, "ddq", plan.u[k]);
-    }
-    out.push_back('}');
-  });
-  out.push_back('}');
+  Message json(out, plan.start, "base");
+  json->key("poses");
+  json->begin_array();
+  for (const Pose& X : path) write_pose(*json, X.p, X.q);
+  json->end_array();
+  json->member("dt_s", plan.dt);
+  json->member("origin", to_string(plan.origin));
+  json->key("nodes");
+  json->begin_array();
+  for (int k = 0; k <= plan.intervals; ++k) {
+    json->begin_object();
+    json->member("q", plan.x[k].head(n));
+    json->member("dq", plan.x[k].tail(n));
+    if (k < plan.intervals) json->member("ddq", plan.u[k]);
+    json->end_object();
+  }
+  json->end_array();
 }
 
 void append_json(JsonBuffer& out, const JointCommand& command) {
-  out.push_back('{');
-  append_time(out, "timestamp", command.stamp.made);
-  out.push_back(',');
-  append_numbers(out, "q", command.q);
-  out.push_back(',');
-  append_numbers(out, "dq", command.dq);
-  out.push_back(',');
-  append_numbers(out, "ddq", command.ddq);
-  out.push_back('}');
+  Message json(out, command.stamp.made);
+  json->member("q", command.q);
+  json->member("dq", command.dq);
+  json->member("ddq", command.ddq);
 }
 
 void append_json(JsonBuffer& out, const JointState& state) {
-  out.push_back('{');
-  append_time(out, "timestamp", state.stamp.made);
-  out.push_back(',');
-  append_numbers(out, "q", state.q);
-  out.push_back(',');
-  append_numbers(out, "dq", state.dq);
-  out.push_back('}');
+  Message json(out, state.stamp.made);
+  json->member("q", state.q);
+  json->member("dq", state.dq);
 }
 
 void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names) {
-  out.push_back('{');
-  append_time(out, "timestamp", from_seconds(step.t_s));
-  append(out, ",\"target\":");
-  append_pose(out, step.X_base_target.p, step.X_base_target.q);
-  append(out, ",\"planned\":");
-  append_pose(out, step.X_base_planned.p, step.X_base_planned.q);
-  out.push_back(',');
-  append_numbers(out, "q", step.q);
-  out.push_back(',');
-  append_numbers(out, "dq", step.dq);
-  out.push_back(',');
-  append_numbers(out, "ddq", step.ddq);
-  append(out, ",\"local_acceleration\":");
-  append_vector(out, step.local_acceleration);
-  append(out, ",\"objective\":");
-  append_number(out, step.objective);
-  append(out, ",\"shares\":{");
-  for (std::size_t i = 0; i < names.terms.size(); ++i) {
-    if (i > 0) out.push_back(',');
-    append_text(out, names.terms[i]);
-    out.push_back(':');
-    append_number(out, step.shares[i]);
-  }
-  fmt::format_to(std::back_inserter(out), "}},\"iterations\":{},\"status\":\"{}\",\"solve_time_us\":", step.iterations,
-                 to_string(step.status));
-  append_number(out, step.solve_time_us);
-  append(out, ",\"smallest_sphere_distance_m\":");
-  append_number(out, step.smallest_sphere_distance_m);
-  out.push_back(',');
-  append_flag(out, "engaged", step.engaged);
-  out.push_back('}');
+  Message json(out, from_seconds(step.t_s));
+  write_pose(*json, "target", step.X_base_target);
+  write_pose(*json, "planned", step.X_base_planned);
+  json->member("q", step.q);
+  json->member("dq", step.dq);
+  json->member("ddq", step.ddq);
+  json->key("local_acceleration");
+  json->begin_object();
+  write_members(*json, step.local_acceleration);
+  json->end_object();
+  json->member("objective", step.objective);
+  json->key("shares");
+  json->begin_object();
+  for (std::size_t i = 0; i < names.terms.size(); ++i) json->member(names.terms[i], step.shares[i]);
+  json->end_object();
+  json->member("iterations", step.iterations);
+  json->member("status", to_string(step.status));
+  json->member("solve_time_us", step.solve_time_us);
+  json->member("smallest_sphere_distance_m", step.smallest_sphere_distance_m);
+  json->member("engaged", step.engaged);
 }
 
 void append_json(JsonBuffer& out, const SupervisionChange& change) {
-  out.push_back('{');
-  append_time(out, "timestamp", change.at);
-  append(out, ",\"from\":");
-  append_text(out, to_string(change.from));
-  append(out, ",\"to\":");
-  append_text(out, to_string(change.to));
-  append(out, ",\"reason\":");
-  append_text(out, change.reason);
-  out.push_back(',');
-  append_flag(out, "is_failure", change.is_failure);
-  out.push_back('}');
+  Message json(out, change.at);
+  json->member("from", to_string(change.from));
+  json->member("to", to_string(change.to));
+  json->member("reason", change.reason);
+  json->member("is_failure", change.is_failure);
 }
 
 void append_json(JsonBuffer& out, const SettingsChange& change) {
-  out.push_back('{');
-  append_time(out, "timestamp", change.at);
-  append(out, ",\"weights\":");
-  char before = '{';
-  for (const auto& [name, values] : change.weights) {
-    out.push_back(std::exchange(before, ','));
-    append_numbers(out, name, Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values)));
-  }
-  append(out, change.weights.empty() ? "{},\"scale\":" : "},\"scale\":");
-  append_number(out, change.scale);
-  append(out, ",\"yaw\":");
-  append_number(out, change.yaw);
-  out.push_back('}');
+  Message json(out, change.at);
+  json->key("weights");
+  json->begin_object();
+  for (const auto& [name, values] : change.weights) json->member(name, values);
+  json->end_object();
+  json->member("scale", change.scale);
+  json->member("yaw", change.yaw);
 }
 
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {
-  out.push_back('{');
-  append_time(out, "timestamp", at);
-  append(out, ",\"tilt_x\":");
-  append_number(out, liquid.tilt_x);
-  append(out, ",\"tilt_y\":");
-  append_number(out, liquid.tilt_y);
-  append(out, ",\"freeboard\":");
-  append_number(out, liquid.freeboard);
-  out.push_back(',');
-  append_flag(out, "spilled", liquid.spilled);
-  out.push_back('}');
+  Message json(out, at);
+  json->member("tilt_x", liquid.tilt_x);
+  json->member("tilt_y", liquid.tilt_y);
+  json->member("freeboard", liquid.freeboard);
+  json->member("spilled", liquid.spilled);
 }
 
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {
-  out.push_back('{');
-  append_time(out, "timestamp", at);
-  append(out, ",\"kind\":");
-  append_text(out, to_string(constraint.kind));
-  fmt::format_to(std::back_inserter(out), ",\"first\":{},\"second\":{}}}", constraint.first, constraint.second);
+  Message json(out, at);
+  json->member("kind", to_string(constraint.kind));
+  json->member("first", constraint.first);
+  json->member("second", constraint.second);
 }
 
-void append_json(JsonBuffer& out, const SessionSnapshot& snapshot) {
+void append_json(JsonBuffer& out, const SessionSnapshot& s) {
+  Message json(out, s.now);
   const auto timing = [&](std::string_view key, const TimingSummary& us) {
-    append_key(out, key);
-    append(out, "{\"p50\":");
-    append_number(out, us.p50);
-    append(out, ",\"p99\":");
-    append_number(out, us.p99);
-    append(out, ",\"p999\":");
-    append_number(out, us.p999);
-    append(out, ",\"max\":");
-    append_number(out, us.max);
-    append(out, "},");
+    json->key(key);
+    json->begin_object();
+    json->member("p50", us.p50);
+    json->member("p99", us.p99);
+    json->member("p999", us.p999);
+    json->member("max", us.max);
+    json->end_object();
   };
-  out.push_back('{');
-  append_time(out, "timestamp", snapshot.now);
-  out.push_back(',');
-  timing("latency", snapshot.latency_us);
-  timing("solve", snapshot.solve_us);
-  timing("wake", snapshot.wake_us);
-  fmt::format_to(std::back_inserter(out),
-                 "\"samples\":{},\"plans\":{},\"rejected_plans\":{},\"cycles\":{},\"missed_deadlines\":{},"
-                 "\"planner_rate_hz\":",
-                 snapshot.samples, snapshot.plans, snapshot.rejected_plans, snapshot.cycles, snapshot.missed_deadlines);
-  append_number(out, snapshot.planner_rate_hz);
-  out.push_back('}');
+  timing("latency", s.latency_us);
+  timing("solve", s.solve_us);
+  timing("wake", s.wake_us);
+  json->member("samples", s.samples);
+  json->member("plans", s.plans);
+  json->member("rejected_plans", s.rejected_plans);
+  json->member("cycles", s.cycles);
+  json->member("missed_deadlines", s.missed_deadlines);
+  json->member("planner_rate_hz", s.planner_rate_hz);
 }
 
 }  // namespace steadyhand

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <span>
-#include <string_view>
 
 #include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/json_writer.hpp"
 #include "steadyhand/core/live.hpp"
 #include "steadyhand/record/settings_change.hpp"
 #include "steadyhand/record/step.hpp"
@@ -13,8 +11,6 @@
 /// The arrow structs as JSON, one object each, in SI units; schemas.hpp describes them. Numbers are the shortest that
 /// read back the same; those that are not finite become null, since JSON has no word for them.
 namespace steadyhand {
-
-using JsonBuffer = fmt::memory_buffer;
 
 void append_json(JsonBuffer& out, const OperatorSample& sample);
 void append_json(JsonBuffer& out, const Target& target);
@@ -29,10 +25,5 @@ void append_json(JsonBuffer& out, const SettingsChange& change);
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
 void append_json(JsonBuffer& out, const SessionSnapshot& snapshot);  ///< its statistics
-
-/// The number as JSON writes it.
-void append_number(JsonBuffer& out, double value);
-/// The text in quotation marks, escaped; bytes that are not UTF-8 are replaced.
-void append_text(JsonBuffer& out, std::string_view text);
 
 }  // namespace steadyhand

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
-#include "steadyhand/record/json_messages.hpp"
+#include "steadyhand/core/json_writer.hpp"
 
 namespace steadyhand {
 namespace {
@@ -15,57 +14,19 @@ constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 1000, kMaxTailPoints = 
 /// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
 enum class Keep { kFirst, kSmallest, kLargest };
 
-/// A JSON object that is written member by member.
-class JsonObject {
- public:
-  explicit JsonObject(JsonBuffer& out) : out_(out) { out_.push_back('{'); }
-  ~JsonObject() { out_.push_back('}'); }
-  JsonObject(const JsonObject&) = delete;
-  JsonObject& operator=(const JsonObject&) = delete;
-
-  JsonBuffer& key(std::string_view name) {
-    if (!std::exchange(first_, false)) out_.push_back(',');
-    append_text(out_, name);
-    out_.push_back(':');
-    return out_;
-  }
-
- private:
-  JsonBuffer& out_;
-  bool first_ = true;
-};
-
-template <typename Item>
-void write_array(JsonBuffer& out, std::size_t count, Item&& item) {
-  out.push_back('[');
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i > 0) out.push_back(',');
-    item(i);
-  }
-  out.push_back(']');
-}
-
-/// Six figures: a millisecond in a quarter of an hour, and more than a curve shows.
-void write_rounded(JsonBuffer& out, double value) {
-  if (!std::isfinite(value)) return append_number(out, value);
-  fmt::format_to(std::back_inserter(out), "{:.6g}", value);
-}
-
-void write_texts(JsonBuffer& out, const std::vector<std::string>& texts) {
-  write_array(out, texts.size(), [&](std::size_t i) { append_text(out, texts[i]); });
-}
-
 /// value(i) for i = 0..count-1, `per_point` of them to a number.
 template <typename Value>
-void write_curve(JsonBuffer& out, std::size_t count, std::size_t per_point, Keep keep, Value&& value) {
-  write_array(out, (count + per_point - 1) / per_point, [&](std::size_t point) {
+void write_curve(JsonWriter& json, std::size_t count, std::size_t per_point, Keep keep, Value&& value) {
+  json.begin_array();
+  for (std::size_t point = 0; point < (count + per_point - 1) / per_point; ++point) {
     double kept = value(point * per_point);
     for (std::size_t i = point * per_point + 1; keep != Keep::kFirst && i < std::min(count, (point + 1) * per_point);
          ++i) {
       kept = keep == Keep::kSmallest ? std::min<double>(kept, value(i)) : std::max<double>(kept, value(i));
     }
-    write_rounded(out, kept);
-  });
+    json.value(kept);
+  }
+  json.end_array();
 }
 
 /// Roll in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that range.
@@ -91,24 +52,27 @@ bool same_targets(const ProfileResult& a, const ProfileResult& b) {
                     });
 }
 
-void write_target(JsonBuffer& out, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
+void write_target(JsonWriter& json, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
   const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_target);
-  JsonObject target(out);
-  append_text(target.key("label"), label);
   const auto curve = [&](std::string_view name, auto&& value) {
-    write_curve(target.key(name), steps.size(), per_point, Keep::kFirst, value);
+    json.key(name);
+    write_curve(json, steps.size(), per_point, Keep::kFirst, value);
   };
+  json.begin_object();
+  json.member("label", label);
   curve("t", [&](std::size_t i) { return steps[i].t_s; });
   curve("y", [&](std::size_t i) { return steps[i].X_base_target.p.y(); });
   curve("roll", [&](std::size_t i) { return roll[i]; });
+  json.end_object();
 }
 
-void write_steps(JsonObject& profile_object, const ProfileResult& profile, std::size_t per_point) {
+void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
   const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_planned);
   const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
-    write_curve(profile_object.key(name), steps.size(), per_point, keep, value);
+    json.key(name);
+    write_curve(json, steps.size(), per_point, keep, value);
   };
   curve("t", Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
   curve("y", Keep::kFirst, [&](std::size_t i) { return steps[i].X_base_planned.p.y(); });
@@ -125,35 +89,40 @@ void write_steps(JsonObject& profile_object, const ProfileResult& profile, std::
   for (const PlanStep& step : steps) {
     if (step.status != PlanOrigin::kSolved) failures.push_back(step.t_s);
   }
-  write_curve(profile_object.key("failures"), failures.size(), 1, Keep::kFirst,
-              [&](std::size_t i) { return failures[i]; });
+  json.member("failures", failures);
 
-  write_texts(profile_object.key("terms"), profile.names.terms);
-  JsonBuffer& shares = profile_object.key("shares");
-  write_array(shares, profile.names.terms.size(), [&](std::size_t term) {
-    write_curve(shares, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return steps[i].shares[term]; });
-  });
+  json.member("terms", profile.names.terms);
+  json.key("shares");
+  json.begin_array();
+  for (std::size_t term = 0; term < profile.names.terms.size(); ++term) {
+    write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return steps[i].shares[term]; });
+  }
+  json.end_array();
 }
 
 /// Solve times in rising order with the share of steps, in percent, that took at least as long. The slowest are all
 /// there.
-void write_tail(JsonObject& profile_object, const std::vector<PlanStep>& steps) {
+void write_tail(JsonWriter& json, const std::vector<PlanStep>& steps) {
   std::vector<double> times;
   for (const PlanStep& step : steps) times.push_back(1e-3 * step.solve_time_us);
   std::sort(times.begin(), times.end());
   const std::size_t stride = times.size() / kMaxTailPoints + 1;
   std::vector<std::size_t> shown;
-  for (std::size_t i = 0; i<times.size(); i += times.size() - i> 100 + stride ? stride : 1) shown.push_back(i);
+  for (std::size_t i = 0; i < times.size(); i += times.size() - i > 100 + stride ? stride : 1) shown.push_back(i);
 
-  JsonObject tail(profile_object.key("tail"));
-  write_curve(tail.key("ms"), shown.size(), 1, Keep::kFirst, [&](std::size_t i) { return times[shown[i]]; });
-  write_curve(tail.key("percent"), shown.size(), 1, Keep::kFirst, [&](std::size_t i) {
+  json.key("tail");
+  json.begin_object();
+  json.key("ms");
+  write_curve(json, shown.size(), 1, Keep::kFirst, [&](std::size_t i) { return times[shown[i]]; });
+  json.key("percent");
+  write_curve(json, shown.size(), 1, Keep::kFirst, [&](std::size_t i) {
     return 100.0 * static_cast<double>(times.size() - shown[i]) / static_cast<double>(times.size());
   });
+  json.end_object();
 }
 
 /// Every joint's speed in percent of its limit; from the steps if there are no commands.
-void write_speeds(JsonObject& profile_object, const ProfileResult& profile, const Thinning& thinning) {
+void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning& thinning) {
   const bool from_commands = !profile.commands.empty();
   const std::size_t count = from_commands ? profile.commands.size() : profile.steps.size();
   const std::size_t per_point = from_commands ? thinning.commands_per_point : thinning.steps_per_point;
@@ -161,18 +130,21 @@ void write_speeds(JsonObject& profile_object, const ProfileResult& profile, cons
     return from_commands ? profile.commands[i].dq[joint] : profile.steps[i].dq[joint];
   };
 
-  write_texts(profile_object.key("joints"), profile.names.joints);
-  JsonObject speeds(profile_object.key("speeds"));
-  write_curve(speeds.key("t"), count, per_point, Keep::kFirst, [&](std::size_t i) {
+  json.member("joints", profile.names.joints);
+  json.key("speeds");
+  json.begin_object();
+  json.key("t");
+  write_curve(json, count, per_point, Keep::kFirst, [&](std::size_t i) {
     return from_commands ? to_seconds(profile.commands[i].stamp.made) : profile.steps[i].t_s;
   });
-  JsonBuffer& percent = speeds.key("percent");
-  const Eigen::Index joints = profile.limits.velocity_max.size();
-  write_array(percent, static_cast<std::size_t>(joints), [&](std::size_t joint) {
-    const double limit = profile.limits.velocity_max[static_cast<Eigen::Index>(joint)];
-    write_curve(percent, count, per_point, Keep::kLargest,
-                [&](std::size_t i) { return 100 * std::abs(speed(i, static_cast<Eigen::Index>(joint))) / limit; });
-  });
+  json.key("percent");
+  json.begin_array();
+  for (Eigen::Index joint = 0; joint < profile.limits.velocity_max.size(); ++joint) {
+    write_curve(json, count, per_point, Keep::kLargest,
+                [&](std::size_t i) { return 100 * std::abs(speed(i, joint)) / profile.limits.velocity_max[joint]; });
+  }
+  json.end_array();
+  json.end_object();
 }
 
 }  // namespace
@@ -188,40 +160,40 @@ Thinning choose_thinning(const ReportInput& input) {
 
 std::string page_data(const ReportInput& input, const Thinning& thinning) {
   JsonBuffer out;
-  {
-    JsonObject root(out);
-    append_number(root.key("period_ms"), 1e3 / input.rate_hz);
-
-    JsonBuffer& targets = root.key("targets");
-    targets.push_back('[');
-    write_target(targets, input.profiles.front(), "target", thinning.steps_per_point);
-    // A hand that re-engages is anchored at the arm, so from then on each profile may have a target of its own.
-    for (std::size_t i = 1; i < input.profiles.size(); ++i) {
-      if (same_targets(input.profiles.front(), input.profiles[i])) continue;
-      targets.push_back(',');
-      write_target(targets, input.profiles[i], "target of " + input.profiles[i].label, thinning.steps_per_point);
-    }
-    targets.push_back(']');
-
-    JsonBuffer& profiles = root.key("profiles");
-    write_array(profiles, input.profiles.size(), [&](std::size_t i) {
-      const ProfileResult& profile = input.profiles[i];
-      JsonObject object(profiles);
-      append_text(object.key("label"), profile.label);
-      write_steps(object, profile, thinning.steps_per_point);
-      write_tail(object, profile.steps);
-      write_speeds(object, profile, thinning);
-    });
+  /// Six figures: a millisecond in a quarter of an hour, and more than a curve shows.
+  JsonWriter json(out, JsonWriter::Digits::kSix);
+  json.begin_object();
+  json.member("period_ms", 1e3 / input.rate_hz);
+  json.key("targets");
+  json.begin_array();
+  write_target(json, input.profiles.front(), "target", thinning.steps_per_point);
+  // A hand that re-engages is anchored at the arm, so from then on each profile may have a target of its own.
+  for (std::size_t i = 1; i < input.profiles.size(); ++i) {
+    if (same_targets(input.profiles.front(), input.profiles[i])) continue;
+    write_target(json, input.profiles[i], "target of " + input.profiles[i].label, thinning.steps_per_point);
   }
-  std::string json;
+  json.end_array();
+  json.key("profiles");
+  json.begin_array();
+  for (const ProfileResult& profile : input.profiles) {
+    json.begin_object();
+    json.member("label", profile.label);
+    write_steps(json, profile, thinning.steps_per_point);
+    write_tail(json, profile.steps);
+    write_speeds(json, profile, thinning);
+    json.end_object();
+  }
+  json.end_array();
+  json.end_object();
+  std::string embedded;  // in a <script>
   for (const char c : fmt::to_string(out)) {
     if (c == '<') {
-      json += "\\u003c";
+      embedded += "\\u003c";
     } else {
-      json += c;
+      embedded += c;
     }
   }
-  return json;
+  return embedded;
 }
 
 }  // namespace steadyhand

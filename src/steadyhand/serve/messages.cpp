@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 #include <initializer_list>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
+
+#include "steadyhand/core/json_writer.hpp"
 
 namespace steadyhand {
 namespace {
@@ -159,7 +160,9 @@ RequestMessage read_request(Reader& reader) {
     }
     return message;
   }
-  reader.fail("'kind' must be one of stop, reset, profile, weight, scale, yaw, rate, playback, record");
+  reader.fail(
+      "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
+      "rate, playback, record");
   return message;
 }
 
@@ -171,84 +174,44 @@ Result<ClientMessage> finished(Reader& reader, Message message) {
 
 // ---- what the server says
 
-using Buffer = fmt::memory_buffer;
-
-void append(Buffer& out, std::string_view text) { out.append(text.data(), text.data() + text.size()); }
-
-void append_number(Buffer& out, double value) {
-  if (std::isfinite(value)) {
-    fmt::format_to(std::back_inserter(out), "{:.6g}", value);
-  } else {
-    append(out, "null");
+/// One message.
+class Message {
+ public:
+  explicit Message(std::string_view type) : json_(out_, JsonWriter::Digits::kSix) {
+    json_.begin_object();
+    json_.member("type", type);
   }
-}
-
-template <typename Vector>
-void append_vector(Buffer& out, const Vector& v) {
-  out.push_back('[');
-  for (int i = 0; i < static_cast<int>(v.size()); ++i) {
-    if (i > 0) out.push_back(',');
-    append_number(out, v[i]);
+  JsonWriter* operator->() { return &json_; }
+  void pose(std::string_view key, const Pose& X) {
+    json_.key(key);
+    json_.begin_object();
+    json_.member("p", X.p);
+    json_.member("q", X.q.coeffs());  // x, y, z, w
+    json_.end_object();
   }
-  out.push_back(']');
-}
+  void timing(std::string_view key, const TimingSummary& t) {
+    json_.key(key);
+    json_.begin_object();
+    json_.member("p50", t.p50);
+    json_.member("p99", t.p99);
+    json_.member("p999", t.p999);
+    json_.member("max", t.max);
+    json_.end_object();
+  }
+  /// s, in so many digits behind the point: times grow.
+  void seconds(std::string_view key, double s, int digits = 6) {
+    json_.key(key);
+    json_.raw(fmt::format("{:.{}f}", s, digits));
+  }
+  std::string end() {
+    json_.end_object();
+    return fmt::to_string(out_);
+  }
 
-void append_key(Buffer& out, std::string_view key) {
-  append(out, ",\"");
-  append(out, key);
-  append(out, "\":");
-}
-
-template <typename Vector>
-void append_vector(Buffer& out, std::string_view key, const Vector& v) {
-  append_key(out, key);
-  append_vector(out, v);
-}
-
-void append_number(Buffer& out, std::string_view key, double value) {
-  append_key(out, key);
-  append_number(out, value);
-}
-
-void append_count(Buffer& out, std::string_view key, std::uint64_t value) {
-  append_key(out, key);
-  fmt::format_to(std::back_inserter(out), "{}", value);
-}
-
-void append_flag(Buffer& out, std::string_view key, bool value) {
-  append_key(out, key);
-  append(out, value ? "true" : "false");
-}
-
-void append_text(Buffer& out, std::string_view key, std::string_view text) {
-  append_key(out, key);
-  // dump() quotes, escapes, and replaces bytes that are not UTF-8.
-  append(out, Json(text).dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-void append_pose(Buffer& out, std::string_view key, const Pose& X) {
-  append_key(out, key);
-  append(out, "{\"p\":");
-  append_vector(out, X.p);
-  append(out, ",\"q\":");
-  append_vector(out, X.q.coeffs());  // x, y, z, w
-  out.push_back('}');
-}
-
-void append_timing(Buffer& out, std::string_view key, const TimingSummary& t) {
-  append_key(out, key);
-  append(out, "{\"p50\":");
-  append_number(out, t.p50);
-  append_number(out, "p99", t.p99);
-  append_number(out, "p999", t.p999);
-  append_number(out, "max", t.max);
-  out.push_back('}');
-}
-
-void append_time(Buffer& out, std::string_view key, Time t) {
-  append_key(out, key);
-  fmt::format_to(std::back_inserter(out), "{:.6f}", to_seconds(t));
-}
+ private:
+  JsonBuffer out_;
+  JsonWriter json_;
+};
 
 std::string_view name_of(Refusal refusal) {
   switch (refusal) {
@@ -274,11 +237,6 @@ std::string_view name_of(Refusal refusal) {
       return "unknown";
   }
   return "malformed";
-}
-
-std::string finish(Buffer& out) {
-  out.push_back('}');
-  return {out.data(), out.size()};
 }
 
 }  // namespace
@@ -310,121 +268,144 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
     const double echo = reader.number_or("echo_s", -kLongest, kLongest, -1.0);
     return finished(reader, PingMessage{t, echo, reader.number_or("held_s", 0.0, kLongest, 0.0)});
   }
-  return Error{"'type' must be one of hello, pair, take, release, ask, answer, sample, request, ping"};
+  return Error{
+      "'type' must be one of hello, pair, take, release, ask, answer, "
+      "sample, request, ping"};
 }
 
 std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
-  Buffer out;
-  append(out, "{\"type\":\"welcome\"");
-  append_count(out, "version", kProtocolVersion);
-  append_count(out, "client", client);
-  append_text(out, "program", facts.version);
-  append(out, ",\"terms\":[");
-  for (std::size_t i = 0; i < facts.terms.size(); ++i) {
-    const auto& term = facts.terms[i];
-    append(out, i > 0 ? ",{\"count\":" : "{\"count\":");
-    fmt::format_to(std::back_inserter(out), "{}", term.count);
-    append_text(out, "name", term.name);
-    append_text(out, "label", term.label);
-    append_text(out, "unit", term.unit);
-    append(out, ",\"range\":{\"min\":");
-    append_number(out, term.min);
-    append_number(out, "max", term.max);
-    append_flag(out, "logarithmic", term.logarithmic);
-    out.push_back('}');
-    append_flag(out, "offered", term.offered);
-    out.push_back('}');
+  Message json("welcome");
+  json->member("version", kProtocolVersion);
+  json->member("client", client);
+  json->member("program", facts.version);
+  json->key("terms");
+  json->begin_array();
+  for (const ServerFacts::Term& term : facts.terms) {
+    json->begin_object();
+    json->member("name", term.name);
+    json->member("label", term.label);
+    json->member("unit", term.unit);
+    json->member("count", term.count);
+    json->key("range");
+    json->begin_object();
+    json->member("min", term.min);
+    json->member("max", term.max);
+    json->member("logarithmic", term.logarithmic);
+    json->end_object();
+    json->member("offered", term.offered);
+    json->end_object();
   }
-  append(out, "],\"profiles\":[");
+  json->end_array();
+  json->key("profiles");
+  json->begin_array();
   for (std::size_t i = 0; i < facts.profiles.size(); ++i) {
-    const auto& profile = facts.profiles[i];
-    append(out, i > 0 ? ",{\"index\":" : "{\"index\":");
-    fmt::format_to(std::back_inserter(out), "{}", i);
-    append_text(out, "name", profile.name);
-    append_text(out, "label", profile.label);
-    append_vector(out, "weights", profile.weights);
-    out.push_back('}');
+    json->begin_object();
+    json->member("index", i);
+    json->member("name", facts.profiles[i].name);
+    json->member("label", facts.profiles[i].label);
+    json->member("weights", facts.profiles[i].weights);
+    json->end_object();
   }
-  append(out, "],\"recordings\":");
-  append(out, Json(facts.recordings).dump(-1, ' ', false, Json::error_handler_t::replace));
-  append(out, ",\"glass\":");
-  append(out, Json{{"radius", facts.glass.radius}, {"height", facts.glass.height}, {"fill", facts.glass.fill}}.dump());
-  append(out, ",\"robot\":");
-  append(out, facts.robot.empty() ? "null" : facts.robot);
-  return finish(out);
+  json->end_array();
+  json->member("recordings", facts.recordings);
+  json->key("glass");
+  json->begin_object();
+  json->member("radius", facts.glass.radius);
+  json->member("height", facts.glass.height);
+  json->member("fill", facts.glass.fill);
+  json->end_object();
+  json->key("robot");
+  json->raw(facts.robot.empty() ? "null" : facts.robot);
+  return json.end();
 }
 
 std::string paired_message(std::string_view token) {
-  return fmt::format("{{\"type\":\"paired\",\"token\":\"{}\"}}", token);
+  Message json("paired");
+  json->member("token", token);
+  return json.end();
 }
 
 std::string lease_message(const LeaseView& lease) {
-  const std::string left = lease.left ? fmt::format("{:.2f}", to_seconds(*lease.left)) : "null";
-  return fmt::format("{{\"type\":\"lease\",\"holder\":{},\"yours\":{},\"takeable\":{},\"asker\":{},\"grant_s\":{}}}",
-                     lease.holder, lease.yours, lease.takeable, lease.asker, left);
+  Message json("lease");
+  json->member("holder", lease.holder);
+  json->member("yours", lease.yours);
+  json->member("takeable", lease.takeable);
+  json->member("asker", lease.asker);
+  if (lease.left) {
+    json.seconds("grant_s", to_seconds(*lease.left), 2);
+  } else {
+    json->key("grant_s");
+    json->raw("null");
+  }
+  return json.end();
 }
 
 std::string pong_message(double t, Time now) {
-  return fmt::format("{{\"type\":\"pong\",\"t_s\":{:.9g},\"now_s\":{:.6f}}}", t, to_seconds(now));
+  Message json("pong");
+  json->key("t_s");
+  json->raw(fmt::format("{:.9g}", t));
+  json.seconds("now_s", to_seconds(now));
+  return json.end();
 }
 
 std::string error_message(Refusal refusal, std::string_view message) {
-  Buffer out;
-  append(out, "{\"type\":\"error\"");
-  append_text(out, "code", name_of(refusal));
-  append_text(out, "message", message);
-  return finish(out);
+  Message json("error");
+  json->member("code", name_of(refusal));
+  json->member("message", message);
+  return json.end();
 }
 
 std::string state_message(const SessionSnapshot& s) {
-  Buffer out;
-  append(out, "{\"type\":\"state\"");
-  append_time(out, "now_s", s.now);
-  append_text(out, "state", to_string(s.state));
-  append_text(out, "reason", s.reason);
-  append(out, ",\"constraint\":{\"kind\":\"");
-  append(out, to_string(s.constraint.kind));
-  fmt::format_to(std::back_inserter(out), "\",\"first\":{},\"second\":{}}}", s.constraint.first, s.constraint.second);
-  append_vector(out, "q", s.measured.q);
-  append_vector(out, "dq", s.measured.dq);
-  append_vector(out, "command", s.command.q);
-  append_pose(out, "tool", s.X_base_tool);
-  append_pose(out, "target", s.target.X_base_tool);
-  append_flag(out, "engaged", s.target.engaged);
-  append_vector(out, "local_acceleration", s.local_acceleration);
-  append_number(out, "tracking_error", s.tracking_error);
-  append_number(out, "clearance", s.clearance);
-  append_vector(out, "nearest", s.nearest);
-  append_key(out, "path");
-  out.push_back('[');
+  Message json("state");
+  json.seconds("now_s", to_seconds(s.now));
+  json->member("state", to_string(s.state));
+  json->member("reason", s.reason);
+  json->key("constraint");
+  json->begin_object();
+  json->member("kind", to_string(s.constraint.kind));
+  json->member("first", s.constraint.first);
+  json->member("second", s.constraint.second);
+  json->end_object();
+  json->member("q", s.measured.q);
+  json->member("dq", s.measured.dq);
+  json->member("command", s.command.q);
+  json.pose("tool", s.X_base_tool);
+  json.pose("target", s.target.X_base_tool);
+  json->member("engaged", s.target.engaged);
+  json->member("local_acceleration", s.local_acceleration);
+  json->member("tracking_error", s.tracking_error);
+  json->member("clearance", s.clearance);
+  json->member("nearest", s.nearest);
+  json->key("path");
+  json->begin_array();
   for (int k = 0; k < s.path_nodes && k < static_cast<int>(s.path.size()); ++k) {
-    if (k > 0) out.push_back(',');
-    append_vector(out, s.path[static_cast<std::size_t>(k)].p);
+    json->value(s.path[static_cast<std::size_t>(k)].p);
   }
-  append(out, "],\"liquid\":{\"tilt\":[");
-  append_number(out, s.liquid.tilt_x);
-  out.push_back(',');
-  append_number(out, s.liquid.tilt_y);
-  out.push_back(']');
-  append_number(out, "freeboard", s.liquid.freeboard);
-  append_flag(out, "spilled", s.liquid.spilled);
-  out.push_back('}');
-  append_timing(out, "solve_us", s.solve_us);
-  append_timing(out, "latency_us", s.latency_us);
-  append_count(out, "plans", s.plans);
-  append_count(out, "cycles", s.cycles);
-  append_count(out, "missed_deadlines", s.missed_deadlines);
-  append_count(out, "rejected_plans", s.rejected_plans);
-  append_count(out, "samples", s.samples);
-  append_number(out, "planner_rate_hz", s.planner_rate_hz);
-  append_flag(out, "recording", s.recording);
-  fmt::format_to(std::back_inserter(out), ",\"controls\":{{\"profile\":{},\"playback\":{}", s.controls.profile,
-                 s.controls.playback);
-  append_vector(out, "weights", std::span(s.controls.weights).first(std::size_t(s.controls.objectives)));
-  append_number(out, "scale", s.controls.scale);
-  append_number(out, "yaw", s.controls.yaw);
-  out.push_back('}');
-  return finish(out);
+  json->end_array();
+  json->key("liquid");
+  json->begin_object();
+  json->member("tilt", std::array{s.liquid.tilt_x, s.liquid.tilt_y});
+  json->member("freeboard", s.liquid.freeboard);
+  json->member("spilled", s.liquid.spilled);
+  json->end_object();
+  json.timing("solve_us", s.solve_us);
+  json.timing("latency_us", s.latency_us);
+  json->member("plans", s.plans);
+  json->member("cycles", s.cycles);
+  json->member("missed_deadlines", s.missed_deadlines);
+  json->member("rejected_plans", s.rejected_plans);
+  json->member("samples", s.samples);
+  json->member("planner_rate_hz", s.planner_rate_hz);
+  json->member("recording", s.recording);
+  json->key("controls");
+  json->begin_object();
+  json->member("profile", s.controls.profile);
+  json->member("playback", s.controls.playback);
+  json->member("weights", std::span(s.controls.weights).first(static_cast<std::size_t>(s.controls.objectives)));
+  json->member("scale", s.controls.scale);
+  json->member("yaw", s.controls.yaw);
+  json->end_object();
+  return json.end();
 }
 
 }  // namespace steadyhand
