@@ -98,7 +98,7 @@ TEST_F(CrowdTest, AFlooderThatDoesNotReadIsCutOff) {
   ASSERT_EQ(flooder.connect(), 101u);
   flooder.greet();
   ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
-  SessionSnapshot snapshot;
+  OperatorView snapshot;
   snapshot.measured.q.setZero(6);
   // States until one cannot be written: the next ones replace each other.
   ASSERT_TRUE(wait_until([&] {
@@ -137,7 +137,7 @@ TEST_F(PatienceTest, WhoTakesNothingIsLetGo) {
   ASSERT_EQ(full.connect(), 101u);
   full.greet();
   ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
-  SessionSnapshot snapshot;
+  OperatorView snapshot;
   snapshot.measured.q.setZero(6);
   EXPECT_TRUE(wait_until([&] {
     server_->publish(snapshot);

@@ -327,7 +327,7 @@ TEST_F(AskingTest, AHandThatLeadsTheArmIsNotTakenAway) {
 }
 
 TEST_F(AskingTest, NeitherIsARecordingThatLeadsIt) {
-  SessionSnapshot snapshot;
+  OperatorView snapshot;
   snapshot.state = SupervisionState::kEngaged;
   hub_.broadcast_state(snapshot);
   say(asker_, {{"type", "ask"}});

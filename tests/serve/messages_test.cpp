@@ -17,8 +17,8 @@ Json fixtures(const std::string& name) {
 }
 
 /// The snapshot that fixtures/server.json describes.
-SessionSnapshot fixture_snapshot() {
-  SessionSnapshot s;
+OperatorView fixture_view() {
+  OperatorView s;
   s.now = from_seconds(81.5);
   s.state = SupervisionState::kHolding;
   s.reason = "hand not tracked";
@@ -121,7 +121,7 @@ TEST(Messages, WritesTheServersFixtures) {
   EXPECT_EQ(Json::parse(lease_message({3, true, false, 5, from_seconds(7.5)})), expected["lease"]);
   EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);
   EXPECT_EQ(Json::parse(error_message(Refusal::kTaken, "client 3 commands the arm now")), expected["error"]);
-  EXPECT_EQ(Json::parse(state_message(fixture_snapshot())), expected["state"]);
+  EXPECT_EQ(Json::parse(state_message(fixture_view())), expected["state"]);
 }
 
 }  // namespace

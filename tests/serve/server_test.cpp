@@ -200,7 +200,7 @@ TEST_F(ServerTest, StatesReach64ClientsAndTheLeaseHoldersSamplesArrive) {
   }
   SocketClient driver(server_->port());
   join(driver, true);
-  SessionSnapshot snapshot;
+  OperatorView snapshot;
   for (int i = 1; i <= 30; ++i) {
     snapshot.now = from_seconds(i);
     snapshot.samples = static_cast<std::uint64_t>(i);
@@ -241,7 +241,7 @@ TEST_F(ServerTest, ASlowClientGetsTheNewestStateNotAQueue) {
   ASSERT_EQ(other.connect(), 101u);
   other.greet();
   other.hear("lease");
-  SessionSnapshot snapshot;
+  OperatorView snapshot;
   snapshot.measured.q.setZero(6);
   constexpr std::uint64_t kStates = 3000;
   for (std::uint64_t i = 1; i <= kStates; ++i) {

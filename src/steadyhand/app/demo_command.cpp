@@ -346,10 +346,7 @@ Status run(Options options, int& exit_code) {
     }
     if (server == nullptr || now - published < kPublishPeriod) continue;
     published = now;
-    SessionSnapshot snapshot = session.snapshot();
-    snapshot.controls = desk.controls();
-    snapshot.recording = recorder->recording();
-    server->publish(snapshot);
+    server->publish({session.snapshot(), desk.controls(), recorder->recording()});
   }
   stop(session, signals, clock);
   server.reset();

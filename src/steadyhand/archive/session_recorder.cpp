@@ -240,9 +240,8 @@ void SessionRecorder::look(const SessionSnapshot& now) {
   }
   if (at >= next_statistics_) {
     next_statistics_ = at + kStatisticsPeriod;
-    SessionSnapshot statistics = now;
-    statistics.now = at;
-    write(statistics);
+    write(SessionStatistics{at, now.latency_us, now.solve_us, now.wake_us, now.samples, now.plans, now.rejected_plans,
+                            now.cycles, now.missed_deadlines, now.planner_rate_hz});
     if (const std::string why = file_ ? no_room() : ""; !why.empty()) {
       wanted_ = false;
       end_file();

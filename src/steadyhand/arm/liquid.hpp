@@ -1,6 +1,6 @@
 #pragma once
 
-#include "steadyhand/core/live.hpp"
+#include "steadyhand/core/math.hpp"
 
 namespace steadyhand {
 
@@ -10,6 +10,13 @@ struct GlassSettings {
   double height = 0.11;   ///< m, inside, > fill
   double fill = 0.08;     ///< m of liquid, > 0
   double damping = 0.03;  ///< share of critical damping, 0 to 1
+};
+
+/// The liquid in the glass: its surface as a plane that swings.
+struct LiquidState {
+  double tilt_x = 0.0, tilt_y = 0.0;  ///< rad, of the surface's normal about the glass's x and y axes
+  double freeboard = 0.0;             ///< m, from the surface's highest point to the rim; negative: over the rim
+  bool spilled = false;               ///< has gone over the rim since the last reset
 };
 
 /// Natural frequency of the first lateral sloshing mode of a cylinder, rad/s:

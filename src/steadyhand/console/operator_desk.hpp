@@ -9,6 +9,7 @@
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/console/playback.hpp"
 #include "steadyhand/live/live_session.hpp"
+#include "steadyhand/serve/operator.hpp"
 
 namespace steadyhand {
 

@@ -4,9 +4,12 @@
 #include <atomic>
 #include <cstdint>
 
-#include "steadyhand/core/live.hpp"
-
 namespace steadyhand {
+
+/// Percentiles of what was counted in the last few seconds.
+struct TimingSummary {
+  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< us
+};
 
 /// Counts durations in bins of 3 % width from 1 us to over an hour. One thread adds; any thread may read meanwhile.
 /// Allocates nothing.

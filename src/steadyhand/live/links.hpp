@@ -5,8 +5,8 @@
 #include "steadyhand/arm/arm.hpp"
 #include "steadyhand/core/histogram.hpp"
 #include "steadyhand/core/latest_value.hpp"
-#include "steadyhand/core/live.hpp"
 #include "steadyhand/core/spsc_ring.hpp"
+#include "steadyhand/plan/active_constraint.hpp"
 #include "steadyhand/supervise/supervisor.hpp"
 
 namespace steadyhand {

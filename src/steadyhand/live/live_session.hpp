@@ -14,6 +14,7 @@
 #include "steadyhand/live/monitor.hpp"
 #include "steadyhand/live/planning_stage.hpp"
 #include "steadyhand/live/realtime.hpp"
+#include "steadyhand/live/snapshot.hpp"
 
 namespace steadyhand {
 

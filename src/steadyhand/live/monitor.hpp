@@ -4,6 +4,7 @@
 #include <string>
 
 #include "steadyhand/arm/liquid.hpp"
+#include "steadyhand/core/arrows.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand {

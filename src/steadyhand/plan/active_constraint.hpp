@@ -1,10 +1,24 @@
 #pragma once
 
-#include "steadyhand/core/live.hpp"
+#include <cstdint>
+#include <string_view>
+
+#include "steadyhand/core/arrows.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 #include "steadyhand/robot/reach.hpp"
 
 namespace steadyhand {
+
+/// Which limit of the optimal control problem holds the arm back.
+enum class ConstraintKind : std::uint8_t { kNone, kPosition, kVelocity, kAcceleration, kSelfCollision, kReach };
+/// As recordings and the protocol call it, e.g. "self_collision".
+std::string_view to_string(ConstraintKind kind);
+
+struct ActiveConstraint {
+  ConstraintKind kind = ConstraintKind::kNone;
+  int first = -1;   ///< joint, or first sphere of the pair
+  int second = -1;  ///< second sphere of the pair
+};
 
 /// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, in the order reach (the
 /// reference was clipped to it), self-collision, position, velocity, acceleration limit. Allocates nothing.

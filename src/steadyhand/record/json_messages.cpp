@@ -174,7 +174,7 @@ void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {
   json->member("second", constraint.second);
 }
 
-void append_json(JsonBuffer& out, const SessionSnapshot& s) {
+void append_json(JsonBuffer& out, const SessionStatistics& s) {
   Message json(out, s.now);
   const auto timing = [&](std::string_view key, const TimingSummary& us) {
     json->key(key);

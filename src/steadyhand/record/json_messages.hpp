@@ -2,11 +2,14 @@
 
 #include <span>
 
+#include "steadyhand/arm/liquid.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/json_writer.hpp"
-#include "steadyhand/core/live.hpp"
+#include "steadyhand/plan/active_constraint.hpp"
 #include "steadyhand/record/settings_change.hpp"
+#include "steadyhand/record/statistics.hpp"
 #include "steadyhand/record/step.hpp"
+#include "steadyhand/supervise/state.hpp"
 
 /// The arrow structs as JSON, one object each, in SI units; schemas.hpp describes them. Numbers are the shortest that
 /// read back the same; those that are not finite become null, since JSON has no word for them.
@@ -24,6 +27,6 @@ void append_json(JsonBuffer& out, const SupervisionChange& change);
 void append_json(JsonBuffer& out, const SettingsChange& change);
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
-void append_json(JsonBuffer& out, const SessionSnapshot& snapshot);  ///< its statistics
+void append_json(JsonBuffer& out, const SessionStatistics& statistics);
 
 }  // namespace steadyhand

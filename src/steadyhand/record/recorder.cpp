@@ -104,9 +104,9 @@ Status Recorder::write(Time at, const ActiveConstraint& constraint) {
   return send(active_constraint_, {at, at});
 }
 
-Status Recorder::write(const SessionSnapshot& snapshot) {
-  append_json(message_, snapshot);
-  return send(statistics_, {snapshot.now, snapshot.now});
+Status Recorder::write(const SessionStatistics& statistics) {
+  append_json(message_, statistics);
+  return send(statistics_, {statistics.now, statistics.now});
 }
 
 }  // namespace steadyhand

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/core/live.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/record/json_messages.hpp"
 #include "steadyhand/record/mcap_writer.hpp"
@@ -39,7 +38,7 @@ class Recorder {
   Status write(const SettingsChange& change);                 ///< /operator_settings
   Status write(Time at, const LiquidState& liquid);           ///< /liquid
   Status write(Time at, const ActiveConstraint& constraint);  ///< /active_constraint
-  Status write(const SessionSnapshot& snapshot);              ///< /statistics
+  Status write(const SessionStatistics& statistics);          ///< /statistics
   /// A named table of text.
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
     return writer_.add_metadata(name, entries);

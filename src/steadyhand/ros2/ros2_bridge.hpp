@@ -10,7 +10,7 @@
 #include "steadyhand/arm/offset_filter.hpp"
 #include "steadyhand/arm/ros2_settings.hpp"
 #include "steadyhand/core/clock.hpp"
-#include "steadyhand/core/live.hpp"
+#include "steadyhand/live/snapshot.hpp"
 #include "steadyhand/robot/model.hpp"
 #include "steadyhand/ros2/node.hpp"
 

@@ -117,12 +117,12 @@ void Hub::tick(Time now) {
   watch_asking(now);
 }
 
-void Hub::broadcast_state(const SessionSnapshot& snapshot) {
-  arm_led_ = snapshot.state == SupervisionState::kEngaged || snapshot.state == SupervisionState::kHolding;
+void Hub::broadcast_state(const OperatorView& view) {
+  arm_led_ = view.state == SupervisionState::kEngaged || view.state == SupervisionState::kHolding;
   std::shared_ptr<const std::string> message;
   for (auto& [id, client] : clients_) {
     if (!client.greeted || client.closed) continue;
-    if (!message) message = std::make_shared<const std::string>(state_message(snapshot));
+    if (!message) message = std::make_shared<const std::string>(state_message(view));
     if (client.outbox->send_state(message)) ++states_skipped;
   }
 }

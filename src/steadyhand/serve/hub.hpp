@@ -59,7 +59,7 @@ class Hub {
   void receive_frame(std::uint64_t client, Time now);
   /// What time brings: the lease of a client that fell silent ends, who asked gets it. Several times a second.
   void tick(Time now);
-  void broadcast_state(const SessionSnapshot& snapshot);
+  void broadcast_state(const OperatorView& view);
   /// Forgets every client without a word or a callback.
   void shut_down();
 

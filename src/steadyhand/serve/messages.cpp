@@ -355,7 +355,7 @@ std::string error_message(Refusal refusal, std::string_view message) {
   return json.end();
 }
 
-std::string state_message(const SessionSnapshot& s) {
+std::string state_message(const OperatorView& s) {
   Message json("state");
   json.seconds("now_s", to_seconds(s.now));
   json->member("state", to_string(s.state));

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <variant>
 
-#include "steadyhand/core/live.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/serve/server.hpp"
 
@@ -73,6 +72,6 @@ std::string lease_message(const LeaseView& lease);
 std::string pong_message(double t, Time now);
 std::string error_message(Refusal refusal, std::string_view message);
 /// Numbers that are not finite become null. Allocates only the result.
-std::string state_message(const SessionSnapshot& snapshot);
+std::string state_message(const OperatorView& view);
 
 }  // namespace steadyhand

@@ -103,7 +103,7 @@ struct Server::Impl {
 
   void send_newest() {
     waiting.store(false, std::memory_order_release);
-    if (newest.read(snapshot)) hub.broadcast_state(snapshot);
+    if (newest.read(view)) hub.broadcast_state(view);
     count();
   }
 
@@ -206,8 +206,8 @@ struct Server::Impl {
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   std::string fingerprint;
   std::uint16_t port = 0, lan_port = 0;
-  LatestValue<SessionSnapshot> newest;
-  SessionSnapshot snapshot;  // the server thread's
+  LatestValue<OperatorView> newest;
+  OperatorView view;  // the server thread's
   std::atomic<bool> waiting{false};
   mutable std::mutex mutex;  // guards what is below, between the server's thread and the session's
   std::vector<std::string> urls;
@@ -230,8 +230,8 @@ Result<std::unique_ptr<Server>> Server::start(const ServerSettings& settings, Se
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
 
-void Server::publish(const SessionSnapshot& snapshot) {
-  impl_->newest.write(snapshot);
+void Server::publish(const OperatorView& view) {
+  impl_->newest.write(view);
   if (!impl_->waiting.exchange(true, std::memory_order_acq_rel)) {
     asio::post(impl_->io, [p = impl_.get()] { p->send_newest(); });
   }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/core/live.hpp"
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/serve/operator.hpp"
 
 /// The operator's way in: a page over HTTP, and one WebSocket per client that carries docs/protocol.md.
 namespace steadyhand {
@@ -107,7 +107,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// Sends it to every client that has taken the one before. From one thread at a time; does not block.
-  void publish(const SessionSnapshot& snapshot);
+  void publish(const OperatorView& view);
 
   /// Addresses that pair with the code that is valid now: loopback first, then the LAN's. Any thread.
   std::vector<std::string> urls() const;

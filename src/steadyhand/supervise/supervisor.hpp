@@ -3,8 +3,8 @@
 #include <span>
 #include <string_view>
 
-#include "steadyhand/core/live.hpp"
 #include "steadyhand/supervise/hand_gate.hpp"
+#include "steadyhand/supervise/state.hpp"
 
 namespace steadyhand {
 

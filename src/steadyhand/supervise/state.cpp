@@ -1,4 +1,4 @@
-#include "steadyhand/core/live.hpp"
+#include "steadyhand/supervise/state.hpp"
 
 namespace steadyhand {
 
@@ -16,24 +16,6 @@ std::string_view to_string(SupervisionState state) {
       return "stopping";
     case SupervisionState::kFault:
       return "fault";
-  }
-  return "unknown";
-}
-
-std::string_view to_string(ConstraintKind kind) {
-  switch (kind) {
-    case ConstraintKind::kNone:
-      return "none";
-    case ConstraintKind::kPosition:
-      return "position";
-    case ConstraintKind::kVelocity:
-      return "velocity";
-    case ConstraintKind::kAcceleration:
-      return "acceleration";
-    case ConstraintKind::kSelfCollision:
-      return "self_collision";
-    case ConstraintKind::kReach:
-      return "reach";
   }
   return "unknown";
 }

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "steadyhand/live/snapshot.hpp"
+
+/// What an operator's page and the program tell each other, see docs/protocol.md.
+namespace steadyhand {
+
+/// What an operator asks for beside moving the hand. Any client may stop; the rest needs the lease.
+struct OperatorRequest {
+  enum class Kind : std::uint8_t {
+    kStop,      ///< bring the arm to rest now
+    kReset,     ///< after a stop or a fault: ready again, where the arm stands
+    kProfile,   ///< `text`: its name
+    kWeight,    ///< `text`: name of an objective, `value`: its weight, >= 0
+    kScale,     ///< `value`: metres of the tool for each metre of the hand, > 0
+    kYaw,       ///< `value`: turn of the operator's frame, rad
+    kRate,      ///< `value`: planning steps a second, Hz
+    kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
+    kRecord,    ///< `value` 0 or 1: whether the session is recorded
+  };
+  Kind kind = Kind::kStop;
+  std::string text;
+  double value = 0.0;
+};
+
+/// What the operator has chosen.
+struct SessionControls {
+  int profile = 0;                               ///< index into the profiles that the server was started with
+  std::array<double, kMaxObjectives> weights{};  ///< of each objective the first
+  int objectives = 0;                            ///< entries of weights in use
+  double scale = 0.5;                            ///< metres of the tool for each metre of the hand
+  double yaw = 0.0;                              ///< turn of the operator's axes about base z, rad
+  int playback = -1;                             ///< index of the built-in recording that plays the hand; -1: none
+};
+
+/// A session as its operator sees it; the server sends it to every client.
+struct OperatorView : SessionSnapshot {
+  SessionControls controls;
+  bool recording = false;
+};
+
+}  // namespace steadyhand
