@@ -4,13 +4,13 @@
 #include <functional>
 #include <memory>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/arm/simulated_arm.hpp"
-#include "support/ur/lockstep.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/track/sample.hpp"
-#include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
+#include "support/ur/lockstep.hpp"
 #ifdef STEADYHAND_ROS2
 #include "support/ros2/lockstep.hpp"
 #endif
@@ -229,6 +229,10 @@ TEST_P(ArmContract, RefusesSpeedAndAccelerationBeyondTheModels) {
   EXPECT_EQ(swing(0.9, 4.2, 2.0).status, ArmStatus::kStopped);  // 3.8 rad/s
   arm->restart();
   EXPECT_EQ(swing(0.01, 50.0, 2.0).status, ArmStatus::kStopped);  // 25 rad/s^2
+}
+
+TEST_P(ArmContract, ItSaysWhetherItIsHardware) {
+  EXPECT_EQ(arm->info().hardware, dynamic_cast<SimulatedArm*>(arm.get()) == nullptr);
 }
 
 INSTANTIATE_TEST_SUITE_P(, ArmContract, testing::ValuesIn(makers()),

@@ -52,8 +52,8 @@ Status confirm(const ArmChoice& choice, const std::string& what) {
                    "The arm {} will MOVE: {}.\n"
                    "It knows the limits of its joints and its own body, not the table, the walls, or you.\n"
                    "Nobody within its reach; a hand on the emergency stop. See docs/{}.\n",
-                   choice.arm == "ur" ? "at " + choice.host : "behind the ROS 2 controller", what,
-                   choice.arm == "ur" ? "universal-robots.md" : "ros2.md")
+                   choice.kind()->has_host ? "at " + choice.host : "behind the ROS 2 controller", what,
+                   choice.kind()->guide)
             << std::flush;
   if (choice.yes) return Done{};
   if (isatty(STDIN_FILENO) == 0)
@@ -66,7 +66,7 @@ Status confirm(const ArmChoice& choice, const std::string& what) {
 }
 
 Status take_calibration(const ArmChoice& choice, RobotModel& model) {
-  if (choice.arm != "ur" || !choice.calibration) return Done{};
+  if (choice.kind() != &kUniversalRobots || !choice.calibration) return Done{};
   auto socket = Socket::connect(choice.host, choice.script_port, kTimeout);
   if (!socket) {
     return Error{socket.error().message +
@@ -95,9 +95,9 @@ Status has_ros2() {
 #endif
 }
 
-double ArmChoice::share() const { return speed.value_or(real() ? kFirstSpeed : 1.0); }
+double ArmChoice::share() const { return speed.value_or(kind()->hardware ? kFirstSpeed : 1.0); }
 
-double ArmChoice::first_share() const { return real() ? std::min(1.0, kFirstSpeed / share()) : 1.0; }
+double ArmChoice::first_share() const { return kind()->hardware ? std::min(1.0, kFirstSpeed / share()) : 1.0; }
 
 void add_host_options(CommandLine& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
@@ -124,38 +124,38 @@ void add_arm_options(CommandLine& command, ArmChoice& choice) {
 
 void ArmChoice::complete(const SessionSettings& settings) {
   if (arm.empty()) arm = settings.arm_kind;
-  if (arm == "ur" && host.empty()) host = settings.arm_host;
+  if (kind() != nullptr && kind()->has_host && host.empty()) host = settings.arm_host;
   first_moves = settings.live.planning.first_moves;
   calibration = settings.ur.calibration;
 }
 
 Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
-  const std::vector<std::string> known = {"sim", "ros2", "ur"};
-  if (std::find(known.begin(), known.end(), choice.arm) == known.end()) {
-    return Error{fmt::format("--arm is '{}'; {}", choice.arm, suggestion(choice.arm, known))};
-  }
-  if (choice.arm == "ros2") {
+  const ArmKind* kind = choice.kind();
+  if (kind == nullptr) return Error{fmt::format("--arm is '{}'; {}", choice.arm, suggestion(choice.arm, arm_names()))};
+  if (kind == &kRos2Controller) {
     if (Status s = has_ros2(); !s) return s;
   }
-  if (choice.arm == "ur" && choice.host.empty())
-    return Error{"--arm ur needs --host, the controller's name or address"};
-  if (choice.arm != "ur" && !choice.host.empty()) return Error{"--host belongs to --arm ur"};
+  if (kind->has_host && choice.host.empty()) {
+    return Error{fmt::format("--arm {} needs --host, the controller's name or address", kind->name)};
+  }
+  if (!kind->has_host && !choice.host.empty()) return Error{"--host belongs to --arm ur"};
   if (choice.speed && !(*choice.speed > 0.0 && *choice.speed <= 1.0)) {
     return Error{fmt::format("--speed is {}; it must be above 0, to 1", *choice.speed)};
   }
   const double speed = choice.share();
   model.velocity_max *= speed;
   model.acceleration_max *= speed;
-  if (!choice.real()) return Done{};
+  if (!kind->hardware) return Done{};
   if (Status s = confirm(choice, follows(choice, speed)); !s) return s;
   return take_calibration(choice, model);
 }
 
 Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
                                       Clock& clock) {
-  if (!choice.real()) return std::unique_ptr<Arm>(new SimulatedArm(model, model.home, session.arm, clock));
+  if (choice.kind() == &kSimulated)
+    return std::unique_ptr<Arm>(new SimulatedArm(model, model.home, session.arm, clock));
 #ifdef STEADYHAND_ROS2
-  if (choice.arm == "ros2") {
+  if (choice.kind() == &kRos2Controller) {
     Ros2Settings settings = session.ros2;
     settings.realtime = session.live.realtime;
     settings.path_tolerance = session.live.control.path_tolerance;

@@ -6,10 +6,11 @@
 #include <string>
 
 #include "steadyhand/app/command_line.hpp"
+#include "steadyhand/arm/arm_kinds.hpp"
+#include "steadyhand/console/settings.hpp"
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
-#include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {
 
@@ -21,7 +22,8 @@ struct ArmChoice {
   double first_moves = 0.0;     ///< s, of the settings
   bool yes = false;             ///< was asked elsewhere whether hardware may move
   bool calibration = true;      ///< take a UR's kinematics from the arm, of the settings
-  bool real() const { return arm != "sim"; }
+  /// Null: there is none of this name.
+  const ArmKind* kind() const { return find_arm_kind(arm); }
   /// Takes what was not said from the settings.
   void complete(const SessionSettings& settings);
   /// `speed`, or what stands for none.
@@ -38,7 +40,7 @@ void add_host_options(CommandLine& command, ArmChoice& choice);
 Status confirm(const ArmChoice& choice, const std::string& what);
 /// Takes the kinematics that a UR's factory measured from the arm, if it tells; says what it did.
 Status take_calibration(const ArmChoice& choice, RobotModel& model);
-/// Checks the choice, asks once before anything that can move hardware, and lowers the model's limits to the share.
+/// Checks the choice, of whose kind there is one from then on, asks once before anything that can move hardware, and lowers the model's limits to the share.
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);
 /// Fails with what to install, if this program was built without ROS 2.
 Status has_ros2();

@@ -16,16 +16,16 @@
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/commissioning.hpp"
 #include "steadyhand/app/settings_options.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/console/stop_signals.hpp"
+#include "steadyhand/live/realtime.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 #include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/ur/ur_arm.hpp"
 #include "steadyhand/ur/ur_dashboard.hpp"
 #include "steadyhand/ur/ur_link_check.hpp"
 #include "steadyhand/ur/ur_modes.hpp"
 #include "steadyhand/ur/ur_program.hpp"
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/robot/kinematics.hpp"
-#include "steadyhand/live/realtime.hpp"
-#include "steadyhand/console/stop_signals.hpp"
 #ifdef STEADYHAND_ROS2
 #include "steadyhand/ros2/ros2_link_check.hpp"
 #endif
@@ -292,7 +292,7 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
     return Done{};
   }
   if (r.delay > 0.0) {
-    const bool ur = choice.arm == "ur";
+    const bool ur = choice.kind() == &kUniversalRobots;
     const std::string key = ur ? "ur.delay" : "ros2.servo_delay";
     const std::string value = fmt::format("{:.3f}", ur ? r.delay : std::max(0.0, r.delay - settings.ros2.look_ahead));
     if (options.settings.file.empty()) {
@@ -308,14 +308,15 @@ Status run_motion(const Options& options, const StopSignals& signals, int& exit_
 }
 
 Status run(const Options& options, int& exit_code) {
-  if (options.arm.arm != "ur" && options.arm.arm != "ros2") {
+  const ArmKind* kind = options.arm.kind();
+  if (kind == nullptr || !kind->hardware) {
     return Error{fmt::format("--arm is '{}'; only ros2 and ur have a link to check", options.arm.arm)};
   }
-  if (options.arm.arm == "ros2") {
+  if (kind == &kRos2Controller) {
     if (Status s = has_ros2(); !s) return s;
   }
-  if (options.arm.arm == "ros2" && !options.arm.host.empty()) return Error{"--host belongs to --arm ur"};
-  if (options.arm.arm == "ur" && options.arm.host.empty()) {
+  if (!kind->has_host && !options.arm.host.empty()) return Error{"--host belongs to --arm ur"};
+  if (kind->has_host && options.arm.host.empty()) {
     return Error{"check needs --host, the name or address of the arm's controller"};
   }
   if (!(options.seconds >= 1.0) || options.seconds > 86400.0) {
@@ -329,7 +330,7 @@ Status run(const Options& options, int& exit_code) {
                              kLongestStage)};
   }
 #ifdef STEADYHAND_ROS2
-  if (options.arm.arm == "ros2" && options.stage == "read") return run_ros2(options, exit_code);
+  if (kind == &kRos2Controller && options.stage == "read") return run_ros2(options, exit_code);
 #endif
   const StopSignals signals;
   if (options.stage != "read") return run_motion(options, signals, exit_code);
@@ -372,7 +373,7 @@ Status run(const Options& options, int& exit_code) {
 
 void add_check_command(CommandLine& app, Command& chosen, int& exit_code) {
   const auto options = std::make_shared<Options>();
-  options->arm.arm = "ur";
+  options->arm.arm = kUniversalRobots.name;
   CommandLine* command = app.add_subcommand(
       "check",
       "Is this machine and network fit to lead that arm, and the arm to be led? Nothing moves but in a --stage");
@@ -386,10 +387,7 @@ void add_check_command(CommandLine& app, Command& chosen, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--yes", options->arm.yes, "Do not ask before hardware moves");
   command->add_option_function(
-      "--robot",
-      [options](const std::string& name) {
-        options->settings.given.push_back({"robot", name, "--robot"});
-      },
+      "--robot", [options](const std::string& name) { options->settings.given.push_back({"robot", name, "--robot"}); },
       "Name, robot file or URDF");
   command->add_option("--set", options->settings.assignments, "KEY=VALUE of any setting, also several")
       ->expected(1, -1);

@@ -25,7 +25,7 @@ constexpr Time kShowPeriod = std::chrono::milliseconds(40);
 
 Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const SessionSettings& settings,
                       const Clock& clock, LiveSession& session, OperatorDesk& desk) {
-  if (choice.arm != "ros2" && !settings.ros2.show) return Done{};
+  if (choice.kind() != &kRos2Controller && !settings.ros2.show) return Done{};
   auto bridge = Ros2Bridge::open(
       model, settings.live.glass, settings.ros2, clock,
       [this, &desk](const OperatorSample& sample) {
@@ -47,8 +47,8 @@ void Ros2Side::poll(Time now, const LiveSession& session) {
 
 #else
 
-Status Ros2Side::open(const ArmChoice&, const RobotModel&, const SessionSettings& settings, const Clock&,
-                      LiveSession&, OperatorDesk&) {
+Status Ros2Side::open(const ArmChoice&, const RobotModel&, const SessionSettings& settings, const Clock&, LiveSession&,
+                      OperatorDesk&) {
   return settings.ros2.show ? has_ros2() : Status(Done{});
 }
 

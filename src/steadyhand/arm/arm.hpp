@@ -32,6 +32,7 @@ struct ArmInfo {
   int joints = 0;          ///< n
   double rate_hz = 500.0;  ///< of control cycles
   double delay = 0.0;      ///< s, between a command and what is measured of it, about
+  bool hardware = true;    ///< moves what can hurt somebody: no recorded hand leads it unasked, and it begins slowly
 };
 
 /// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.

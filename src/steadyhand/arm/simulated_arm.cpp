@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/arm/arm_kinds.hpp"
+
 namespace steadyhand {
 
 SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings,
@@ -10,7 +12,8 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
     : model_(&model),
       settings_(settings),
       clock_(&clock),
-      info_{model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag},
+      info_{model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
+            kSimulated.hardware},
       period_(from_seconds(1.0 / settings.rate_hz)),
       now_(clock.now()),
       check_(model),

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "steadyhand/arm/arm_kinds.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
@@ -89,7 +90,7 @@ SettingsTable describe(SessionSettings& s) {
   t.add("control.realtime", "ask for real-time priority, locked memory and processors that do not sleep",
         live.realtime);
 
-  t.add("arm.kind", "which arm follows: in this program, or hardware", s.arm_kind, {"sim", "ros2", "ur"});
+  t.add("arm.kind", "which arm follows: in this program, or hardware", s.arm_kind, arm_names());
   t.add("arm.host", "name or address of the controller of ur", s.arm_host);
   t.add("arm.first_moves", "s", "of following that hardware moves at a quarter of its speed, whatever --speed says",
         live.planning.first_moves, at_most(3600.0));

@@ -2,13 +2,14 @@
 
 #include <string>
 
+#include "steadyhand/archive/session_recorder.hpp"
+#include "steadyhand/arm/arm_kinds.hpp"
 #include "steadyhand/arm/ros2_settings.hpp"
 #include "steadyhand/arm/simulated_arm.hpp"
 #include "steadyhand/arm/ur_settings.hpp"
 #include "steadyhand/config/settings_table.hpp"
-#include "steadyhand/serve/server.hpp"
 #include "steadyhand/live/live_session.hpp"
-#include "steadyhand/archive/session_recorder.hpp"
+#include "steadyhand/serve/server.hpp"
 
 namespace steadyhand {
 
@@ -16,9 +17,9 @@ namespace steadyhand {
 /// describes it.
 struct SessionSettings {
   std::string robot = "ur5e", profile = "waiter";
-  std::string solver = "profile";  ///< a solver's name, or the profile's own
-  std::string arm_kind = "sim";    ///< sim, ros2 or ur
-  std::string arm_host;            ///< of ur
+  std::string solver = "profile";         ///< a solver's name, or the profile's own
+  std::string arm_kind{kSimulated.name};  ///< of kArmKinds
+  std::string arm_host;                   ///< of those that have one
   std::string translation_frame = "base", rotation_frame = "base";
   std::string recording_folder = default_session_folder().string();
   LiveSettings live;
