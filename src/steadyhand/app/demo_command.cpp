@@ -1,10 +1,7 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 
@@ -12,21 +9,12 @@
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/ros2_side.hpp"
 #include "steadyhand/app/settings_options.hpp"
-#include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/console/modest_process.hpp"
-#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/live_console.hpp"
 #include "steadyhand/console/output_queue.hpp"
-#include "steadyhand/console/session_library.hpp"
 #include "steadyhand/console/stop_signals.hpp"
-#include "steadyhand/core/configuration.hpp"
-#include "steadyhand/live/live_session.hpp"
 #include "steadyhand/live/realtime.hpp"
-#include "steadyhand/record/robot_json.hpp"
-#include "steadyhand/replay/replay.hpp"
-#include "steadyhand/serve/server.hpp"
-#include "steadyhand/serve/terminal_qr.hpp"
 
 namespace steadyhand {
 
@@ -41,8 +29,6 @@ constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse
                                             "physics/demo-laser.json"};
 constexpr Time kRestWithin = std::chrono::milliseconds(2500);
 constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, with who reads what is printed
-constexpr Time kPollPeriod = std::chrono::milliseconds(1);
-constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 
 constexpr int kHalted = 1;  ///< exit code
 
@@ -96,7 +82,7 @@ Status check(const Options& options, const SessionSettings& settings) {
 
 /// A recorded hand does not see what a real arm does, and nobody holds its clutch.
 Status check_hand(const Options& options, const SessionSettings& settings) {
-  if (options.arm.arm != "ur" && options.arm.arm != "ros2") return Done{};
+  if (options.arm.kind() == nullptr || !options.arm.kind()->hardware) return Done{};
   if (options.keep_going)
     return Error{"--keep-going is for a simulated arm; a real one that stopped waits for a person"};
   if (options.headless && !options.hand_on_hardware && settings.ros2.hand.empty()) {
@@ -145,111 +131,10 @@ Result<std::vector<Profile>> load_profiles(const std::string& wanted, const Plac
   return profiles;
 }
 
-ServerFacts describe_session(const RobotModel& model, const GlassSettings& glass, const std::vector<Profile>& profiles,
-                             const std::vector<NamedRecording>& recordings, const Ocp& ocp) {
-  ServerFacts facts;
-  facts.version = STEADYHAND_VERSION;
-  facts.robot = robot_json(model);
-  facts.glass = {glass.radius, glass.height, glass.fill};
-  for (const auto& objective : ocp.objectives()) {
-    const auto& [name, label, unit, range, offered, at_rest_min, at_rest_max] = objective->info();
-    facts.terms.push_back(
-        {name, label, unit, objective->weight_count(ocp.dof()), range.min, range.max, range.logarithmic, offered});
-  }
-  for (const Profile& profile : profiles) {
-    ServerFacts::Profile& told = facts.profiles.emplace_back();
-    told.name = profile.name;
-    told.label = profile.label;
-    if (const auto weights = ocp.weights(profile.ocp.weights)) {
-      for (const JointVector& weight : *weights) told.weights.push_back(weight[0]);
-    }
-  }
-  for (const NamedRecording& recording : recordings) facts.recordings.push_back(recording.name);
-  return facts;
-}
-
-void print_addresses(OutputQueue& out, const std::vector<std::string>& urls) {
-  for (const std::string& url : urls) out.say("open  " + url + "\n");
-}
-
-/// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
-/// address among the arguments of the programs that open it.
-void open_browser(const std::string& url) {
-  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  launch({"xdg-open", {url}});
-}
-
-Result<std::unique_ptr<Server>> start_server(const Options& options, const ServerSettings& settings, ServerFacts facts,
-                                             LiveSession& session, OperatorDesk& desk, Ros2Side& ros2,
-                                             SessionLibrary& library, const Clock& clock, OutputQueue& out,
-                                             bool realtime) {
-  ServerCallbacks callbacks;
-  callbacks.now = [&clock] { return clock.now(); };
-  callbacks.on_thread = [realtime] {
-    name_thread("server");
-    if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
-  };
-  callbacks.on_tick = [&desk, &clock] { desk.hear_server(clock.now()); };
-  callbacks.on_failure = [&session](const std::string& what) {
-    session.fail("the page's server failed: restart the program", what.c_str());
-  };
-  callbacks.on_sample = [&desk](const OperatorSample& sample) { desk.hand(sample); };
-  callbacks.on_request = [&desk, &clock, &out](const OperatorRequest& request) {
-    if (Status s = desk.apply(request, clock.now()); !s) out.say("refused: " + s.error().message + "\n");
-  };
-  callbacks.on_lease = [&desk, &ros2](std::uint64_t client) {
-    ros2.lead_at_page(client != 0);
-    desk.change_hands();
-  };
-  callbacks.on_pairing = [&out, lan = settings.lan](const std::vector<std::string>& urls) {
-    print_addresses(out, urls);
-    if (lan) out.say(terminal_qr(urls.back()));
-  };
-  callbacks.on_fetch = [&library](const std::string& path, SessionLibrary::Answer answer) {
-    library.fetch(path, std::move(answer));
-  };
-  auto server = Server::start(settings, std::move(facts), std::move(callbacks));
-  if (!server) return server.error();
-  print_addresses(out, (*server)->urls());
-  if (settings.lan) {
-    const std::string url = (*server)->urls().back();
-    out.say("certificate's SHA-256 fingerprint: " + (*server)->fingerprint() + "\n" + terminal_qr(url));
-  }
-  if (!options.no_browser) open_browser((*server)->local_url());
-  return server;
-}
-
-void print_notices(SessionRecorder& recorder, OutputQueue& out) {
-  for (const std::string& line : recorder.take_notices()) out.say(line + "\n");
-}
-
-/// What the recording tells of its session.
-SessionRecorder::Metadata describe_run(const RobotModel& model, const Profile& profile, const SessionSettings& settings,
-                                       const SettingsTable& table, const ArmChoice& arm, double rate_hz) {
-  const RetargetSettings& hand = settings.live.planning.retarget;
-  return {{"robot", {{"json", robot_json(model)}}},
-          {"settings", table.values()},
-          {"run",
-           {{"robot", model.name},
-            {"profile", profile.name},
-            {"label", profile.label},
-            {"weights", describe_weights(profile.ocp)},
-            {"solver", settings.live.planning.planner.solver},
-            {"rate_hz", fmt::format("{}", rate_hz)},
-            {"scale", fmt::format("{}", hand.scale)},
-            {"arm", arm.arm},
-            {"speed", fmt::format("{}", arm.share())},
-            {"accept_emulated", settings.live.planning.gate.accept_emulated ? "true" : "false"},
-            {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
-            {"version", STEADYHAND_VERSION}}}};
-}
-
-/// Ends the session's threads before what they use goes, however this is left.
-struct EndOfSession {
-  LiveSession& session;
-  ~EndOfSession() {
-    if (session.is_running()) (void)session.finish();
-  }
+/// No pose comes from a topic any more when the session goes, however this is left.
+struct EndOfRos2 {
+  Ros2Side& ros2;
+  ~EndOfRos2() { ros2.close(); }
 };
 
 /// Brings the arm to rest; asked again meanwhile, as fast as its limits allow.
@@ -276,67 +161,62 @@ Status run(Options options, int& exit_code) {
   int chosen = 0;
   const Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();
-  const Profile& profile = (*profiles)[chosen];
 
   options.arm.complete(settings);
   if (Status s = check_hand(options, settings); !s) return s;
   if (Status s = prepare_arm(options.arm, *model); !s) return s;
-  PlanningSettings& planning = settings.live.planning;
-  planning.ocp = profile.ocp;
-  planning.first_share = options.arm.first_share();
-  planning.planner.solver = settings.solver == "profile" ? profile.solver : settings.solver;
-  planning.planner.tolerance = profile.tolerance;
 
   const StopSignals signals;
   OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
   MonotonicClock clock;
   const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
   if (!arm) return arm.error();
-  auto made = LiveSession::make(*model, settings.live, **arm, clock);
+
+  const std::string hand = recordings->front().name;
+  ConsoleSettings console_settings{
+      .live = settings.live,
+      .server = settings.server,
+      .recording = settings.recording,
+      .profiles = *profiles,
+      .profile = chosen,
+      .solver = settings.solver == "profile" ? "" : settings.solver,
+      .recordings = *std::move(recordings),
+      .metadata = {{"settings", table.values()},
+                   {"run", {{"arm", options.arm.arm}, {"speed", fmt::format("{}", options.arm.share())}}}},
+      .page = !options.headless,
+      .browser = !options.no_browser,
+      .report_program = "/proc/self/exe"};
+  console_settings.live.planning.first_share = options.arm.first_share();
+  Ros2Side ros2;
+  ConsoleCallbacks callbacks;
+  callbacks.say = [&out](std::string text) { out.say(std::move(text)); };
+  callbacks.on_lease = [&ros2](std::uint64_t client) { ros2.lead_at_page(client != 0); };
+  auto made = LiveConsole::make(*model, std::move(console_settings), **arm, clock, std::move(callbacks));
   if (!made) return made.error();
-  LiveSession& session = **made;
-  ServerFacts facts = describe_session(*model, settings.live.glass, *profiles, *recordings, session.ocp());
-  const std::string hand = facts.recordings.front();
-  OperatorDesk desk(session, *profiles, chosen, planning.retarget, *std::move(recordings));
+  LiveConsole& console = **made;
+  LiveSession& session = console.session();
+  OperatorDesk& desk = console.desk();
+  const EndOfRos2 end_of_ros2{ros2};
   for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
-  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, profile.label, session.planner_rate_hz(),
+  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, console.profile().label, session.planner_rate_hz(),
                       !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
                       : options.headless          ? ", hand: " + hand + ", again and again"
                                                   : ""));
 
-  std::optional<SessionRecorder> recorder;
-  const EndOfSession end_of_session{session};
-  std::optional<SessionLibrary> library;
-  Ros2Side ros2;
-  std::unique_ptr<Server> server;
   if (Status s = ros2.open(options.arm, *model, settings, clock, session, desk); !s) return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
-  const bool plays = (options.headless || !options.arm.real()) && settings.ros2.hand.empty();
+  const bool plays = (options.headless || !(*arm)->info().hardware) && settings.ros2.hand.empty();
   if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
-  if (!options.headless) {
-    library.emplace(settings.recording.folder.empty() ? default_session_folder() : settings.recording.folder,
-                    "/proc/self/exe");
-    auto started = start_server(options, settings.server, std::move(facts), session, desk, ros2, *library, clock, out,
-                                settings.live.realtime);
-    if (!started) return started.error();
-    server = std::move(*started);
-  }
-  // What may fail has not: no recording is left of a session that never was.
+  if (Status s = console.start(); !s) return s;
   const Time begin = clock.now();
-  recorder.emplace(session.ocp(), settings.recording,
-                   describe_run(*model, profile, settings, table, options.arm, session.planner_rate_hz()), begin);
-  desk.on_record([&recorder](bool record) { recorder->ask(record); });
-  session.start(recorder->taps());
   if (options.headless && settings.live.realtime) {
     (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
   }
   const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
-  Time pause = kPollPeriod;
-  for (Time published = begin; clock.now() < end && !signals.arrived_within(pause);) {
+  for (Time pause = LiveConsole::kPollPeriod; clock.now() < end && !signals.arrived_within(pause);) {
     const Time now = clock.now();
-    pause = std::min(kPollPeriod, desk.poll(now) - now);
+    pause = console.poll(now) - now;
     ros2.poll(now, session);
-    print_notices(*recorder, out);
     if (options.headless && session.is_halted()) {
       exit_code = options.keep_going ? 0 : kHalted;
       if (!options.keep_going) break;
@@ -344,18 +224,14 @@ Status run(Options options, int& exit_code) {
     } else if (options.keep_going && desk.controls().playback < 0) {
       (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
     }
-    if (server == nullptr || now - published < kPublishPeriod) continue;
-    published = now;
-    server->publish({session.snapshot(), desk.controls(), recorder->recording()});
   }
   stop(session, signals, clock);
-  server.reset();
+  console.close_page();
   ros2.close();
-  const LiveSummary summary = session.finish();
-  recorder->finish(summary);
+  const LiveSummary summary = console.finish();
   for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
   out.say(format_summary(*model, summary));
-  print_notices(*recorder, out);
+  console.say_notices();
   if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
   return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};
 }

@@ -1,0 +1,184 @@
+#include "steadyhand/console/live_console.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "steadyhand/console/modest_process.hpp"
+#include "steadyhand/core/configuration.hpp"
+#include "steadyhand/live/realtime.hpp"
+#include "steadyhand/record/robot_json.hpp"
+#include "steadyhand/serve/terminal_qr.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
+
+/// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
+/// address among the arguments of the programs that open it.
+void open_browser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  launch({"xdg-open", {url}});
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LiveConsole>> LiveConsole::make(const RobotModel& model, ConsoleSettings settings, Arm& arm,
+                                                       Clock& clock, ConsoleCallbacks callbacks) {
+  if (settings.profile < 0 || settings.profile >= std::ssize(settings.profiles)) {
+    return Error{fmt::format("profile {} of {}: there is none", settings.profile, settings.profiles.size())};
+  }
+  const Profile& profile = settings.profiles[static_cast<std::size_t>(settings.profile)];
+  PlanningSettings& planning = settings.live.planning;
+  planning.ocp = profile.ocp;
+  planning.planner.solver = settings.solver.empty() ? profile.solver : settings.solver;
+  planning.planner.tolerance = profile.tolerance;
+  auto session = LiveSession::make(model, settings.live, arm, clock);
+  if (!session) return session.error();
+  return std::unique_ptr<LiveConsole>(
+      new LiveConsole(model, std::move(settings), clock, std::move(callbacks), *std::move(session)));
+}
+
+LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Clock& clock, ConsoleCallbacks callbacks,
+                         std::unique_ptr<LiveSession> session)
+    : model_(&model),
+      settings_(std::move(settings)),
+      clock_(&clock),
+      callbacks_(std::move(callbacks)),
+      session_(std::move(session)) {
+  for (const NamedRecording& recording : settings_.recordings) recordings_.push_back(recording.name);
+  desk_ = std::make_unique<OperatorDesk>(*session_, settings_.profiles, settings_.profile,
+                                         settings_.live.planning.retarget, std::exchange(settings_.recordings, {}));
+}
+
+LiveConsole::~LiveConsole() {
+  close_page();
+  // Its threads end before what they use goes.
+  if (session_->is_running()) (void)session_->finish();
+}
+
+ServerFacts LiveConsole::describe_session() const {
+  const Ocp& ocp = session_->ocp();
+  const GlassSettings& glass = settings_.live.glass;
+  ServerFacts facts;
+  facts.version = STEADYHAND_VERSION;
+  facts.robot = robot_json(*model_);
+  facts.glass = {glass.radius, glass.height, glass.fill};
+  for (const auto& objective : ocp.objectives()) {
+    const ObjectiveInfo& info = objective->info();
+    facts.terms.push_back({info.name, info.label, info.unit, objective->weight_count(ocp.dof()), info.range.min,
+                           info.range.max, info.range.logarithmic, info.offered});
+  }
+  for (const Profile& profile : settings_.profiles) {
+    ServerFacts::Profile& told = facts.profiles.emplace_back();
+    told.name = profile.name;
+    told.label = profile.label;
+    if (const auto weights = ocp.weights(profile.ocp.weights)) {
+      for (const JointVector& weight : *weights) told.weights.push_back(weight[0]);
+    }
+  }
+  facts.recordings = recordings_;
+  return facts;
+}
+
+/// What the recording tells of its session.
+SessionRecorder::Metadata LiveConsole::describe_run() const {
+  const PlanningSettings& planning = settings_.live.planning;
+  const RetargetSettings& hand = planning.retarget;
+  SessionRecorder::Metadata all = settings_.metadata;
+  all["robot"] = {{"json", robot_json(*model_)}};
+  all["run"].merge(
+      std::map<std::string, std::string>{{"robot", model_->name},
+                                         {"profile", profile().name},
+                                         {"label", profile().label},
+                                         {"weights", describe_weights(profile().ocp)},
+                                         {"solver", planning.planner.solver},
+                                         {"rate_hz", fmt::format("{}", session_->planner_rate_hz())},
+                                         {"scale", fmt::format("{}", hand.scale)},
+                                         {"accept_emulated", planning.gate.accept_emulated ? "true" : "false"},
+                                         {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
+                                         {"version", STEADYHAND_VERSION}});
+  return all;
+}
+
+void LiveConsole::say_addresses(const std::vector<std::string>& urls) const {
+  for (const std::string& url : urls) say("open  " + url + "\n");
+}
+
+void LiveConsole::say_notices() {
+  for (const std::string& line : recorder_->take_notices()) say(line + "\n");
+}
+
+Status LiveConsole::open_page() {
+  const std::filesystem::path& folder = settings_.recording.folder;
+  library_.emplace(folder.empty() ? default_session_folder() : folder, settings_.report_program);
+  ServerCallbacks callbacks;
+  callbacks.now = [this] { return clock_->now(); };
+  callbacks.on_thread = [realtime = settings_.live.realtime] {
+    name_thread("server");
+    if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
+  };
+  callbacks.on_tick = [this] { desk_->hear_server(clock_->now()); };
+  callbacks.on_failure = [this](const std::string& what) {
+    session_->fail("the page's server failed: restart the program", what.c_str());
+  };
+  callbacks.on_sample = [this](const OperatorSample& sample) { desk_->hand(sample); };
+  callbacks.on_request = [this](const OperatorRequest& request) {
+    if (Status s = desk_->apply(request, clock_->now()); !s) say("refused: " + s.error().message + "\n");
+  };
+  callbacks.on_lease = [this](std::uint64_t client) {
+    if (callbacks_.on_lease) callbacks_.on_lease(client);
+    desk_->change_hands();
+  };
+  callbacks.on_pairing = [this](const std::vector<std::string>& urls) {
+    say_addresses(urls);
+    if (settings_.server.lan) say(terminal_qr(urls.back()));
+  };
+  callbacks.on_fetch = [this](const std::string& path, SessionLibrary::Answer answer) {
+    library_->fetch(path, std::move(answer));
+  };
+  auto server = Server::start(settings_.server, describe_session(), std::move(callbacks));
+  if (!server) return server.error();
+  server_ = *std::move(server);
+  say_addresses(server_->urls());
+  if (settings_.server.lan) {
+    const std::string url = server_->urls().back();
+    say("certificate's SHA-256 fingerprint: " + server_->fingerprint() + "\n" + terminal_qr(url));
+  }
+  if (settings_.browser) open_browser(server_->local_url());
+  return Done{};
+}
+
+Status LiveConsole::start() {
+  if (settings_.page) {
+    if (Status s = open_page(); !s) return s;
+  }
+  // What may fail has not: no recording is left of a session that never was.
+  recorder_.emplace(session_->ocp(), settings_.recording, describe_run(), clock_->now());
+  desk_->on_record([this](bool record) { recorder_->ask(record); });
+  session_->start(recorder_->taps());
+  return Done{};
+}
+
+Time LiveConsole::poll(Time now) {
+  const Time due = std::min(now + kPollPeriod, desk_->poll(now));
+  say_notices();
+  if (server_ && now - shown_ >= kPublishPeriod) {
+    shown_ = now;
+    server_->publish({session_->snapshot(), desk_->controls(), recorder_->recording()});
+  }
+  return due;
+}
+
+LiveSummary LiveConsole::finish() {
+  close_page();
+  const LiveSummary summary = session_->finish();
+  recorder_->finish(summary);
+  return summary;
+}
+
+}  // namespace steadyhand

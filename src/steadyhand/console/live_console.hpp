@@ -1,0 +1,99 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/archive/session_recorder.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/session_library.hpp"
+#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/serve/server.hpp"
+
+namespace steadyhand {
+
+struct ConsoleSettings {
+  LiveSettings live;  ///< its problem, solver and tolerance become those of the profile
+  ServerSettings server;
+  RecordingSettings recording;
+  std::vector<Profile> profiles;           ///< to choose among, at least one
+  int profile = 0;                         ///< index of the first
+  std::string solver;                      ///< empty: the profile's
+  std::vector<NamedRecording> recordings;  ///< hands that may play
+  SessionRecorder::Metadata metadata;      ///< for the recording, beside `robot` and `run`, whose entries it may add to
+  bool page = true;                        ///< serve the operator's page
+  bool browser = false;                    ///< open it
+  std::filesystem::path report_program;    ///< answers what the page asks of recordings, see SessionLibrary
+};
+
+/// What a console tells whoever made it. Any may be empty.
+struct ConsoleCallbacks {
+  /// Lines for people, from any thread; must not block.
+  std::function<void(std::string text)> say;
+  /// Another client of the page leads the arm, or (0) nobody. On the server's thread; must not block.
+  std::function<void(std::uint64_t client)> on_lease;
+};
+
+/// A live session with everything that stands between it and its operator, wired: the desk that carries out requests,
+/// recorded hands, the page with its server, past sessions, the recording. One thread makes it, calls poll() every
+/// millisecond, and finishes it.
+///
+///     auto console = LiveConsole::make(model, settings, arm, clock);
+///     (*console)->start();
+///     while (!done) sleep_until((*console)->poll(clock.now()));
+///     LiveSummary summary = (*console)->finish();
+class LiveConsole {
+ public:
+  static constexpr Time kPollPeriod = std::chrono::milliseconds(1);
+
+  /// Model, arm and clock must outlive it. Fails as LiveSession::make, and on weights that are none of the problem's.
+  static Result<std::unique_ptr<LiveConsole>> make(const RobotModel& model, ConsoleSettings settings, Arm& arm,
+                                                   Clock& clock, ConsoleCallbacks callbacks = {});
+  /// Ends what finish() has not.
+  ~LiveConsole();
+
+  /// Serves the page, begins the recording, starts the threads. Once. Fails as Server::start; then nothing was begun.
+  Status start();
+  /// Plays recorded hands, shows the session at the page, says what people should know.
+  /// @return when to call again: in a millisecond at most
+  Time poll(Time now);
+  /// No page from here on, and no callback of its server. finish() does it too.
+  void close_page() { server_.reset(); }
+  /// Brings the arm to rest, ends threads and recording.
+  LiveSummary finish();
+  /// What people should know of the recording, as far as it was not said; poll() does it too.
+  void say_notices();
+
+  LiveSession& session() { return *session_; }
+  OperatorDesk& desk() { return *desk_; }
+  const Server* server() const { return server_.get(); }  ///< null without a page
+  const Profile& profile() const { return settings_.profiles[settings_.profile]; }
+
+ private:
+  LiveConsole(const RobotModel& model, ConsoleSettings settings, Clock& clock, ConsoleCallbacks callbacks,
+              std::unique_ptr<LiveSession> session);
+  ServerFacts describe_session() const;
+  SessionRecorder::Metadata describe_run() const;
+  Status open_page();
+  void say(const std::string& text) const {
+    if (callbacks_.say) callbacks_.say(text);
+  }
+  void say_addresses(const std::vector<std::string>& urls) const;
+
+  const RobotModel* model_;
+  ConsoleSettings settings_;  ///< but for the recordings, which are the desk's
+  Clock* clock_;
+  ConsoleCallbacks callbacks_;
+  std::unique_ptr<LiveSession> session_;
+  std::vector<std::string> recordings_;  ///< their names
+  std::unique_ptr<OperatorDesk> desk_;
+  std::optional<SessionLibrary> library_;
+  std::optional<SessionRecorder> recorder_;
+  std::unique_ptr<Server> server_;
+  Time shown_{0};
+};
+
+}  // namespace steadyhand
