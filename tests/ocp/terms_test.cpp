@@ -251,6 +251,10 @@ TEST(OwnTerms, ListsThatAreNoProblemAreRefused) {
     settings.objectives.back() = std::make_shared<test::Extra>(name);
     expect_refused(settings, "is no name");
   }
+  for (const int weights : {0, kMaxJoints + 1}) {
+    settings.objectives.back() = std::make_shared<test::Extra>("odd", weights);
+    expect_refused(settings, "'odd' has " + std::to_string(weights) + " weights for 1 joints");
+  }
   settings = {};
   settings.constraints.push_back(nullptr);
   expect_refused(settings, "constraints: one is null");

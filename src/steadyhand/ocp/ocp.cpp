@@ -55,6 +55,12 @@ Status Ocp::check(const OcpSettings& settings) {
       return Error{fmt::format("objectives: two are called '{}'", name)};
     }
     names.push_back(name);
+    for (const int joints : {1, kMaxJoints}) {
+      const int count = objective->weight_count(joints);
+      if (count >= 1 && count <= kMaxJoints) continue;
+      return Error{fmt::format("objectives: '{}' has {} weights for {} joints; it must be from 1 to {}", name, count,
+                               joints, kMaxJoints)};
+    }
   }
   for (const ConstraintMaker& make : settings.constraints) {
     if (!make) return Error{"constraints: one is null"};
