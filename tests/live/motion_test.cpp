@@ -53,7 +53,7 @@ Steps grip_a_hundred_times(bool anywhere, std::vector<JointVector>& commands) {
 
 TEST(Motion, FirstMovesAreSlowUntilAGripAfterThem) {
   VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
-  options.first_share = 0.25;
+  options.first_speed_scaling = 0.25;
   options.first_moves = 1.0;
   VirtualSession session(options);
   session.hand = sweeping({0.3, 0.3, 0.2}, 4.0);

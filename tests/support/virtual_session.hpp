@@ -32,7 +32,7 @@ class VirtualSession {
     double planner_rate_hz = 50.0;
     double solve_time = 0.003;  ///< s that a plan takes to reach control
     double scale = 1.0;
-    double first_moves = 0.0, first_share = 1.0;
+    double first_moves = 0.0, first_speed_scaling = 1.0;
     SolveBudget budget;
     SimulatedArmSettings arm;
     /// Makes another arm than that.
@@ -56,7 +56,7 @@ class VirtualSession {
     planning.retarget.scale = options.scale;
     planning.retarget.yaw = 0.0;
     planning.first_moves = options.first_moves;
-    planning.first_share = options.first_share;
+    planning.first_speed_scaling = options.first_speed_scaling;
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / arm_->info().rate_hz;
     planning.planner.budget = options.budget;

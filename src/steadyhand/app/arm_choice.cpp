@@ -25,9 +25,9 @@ constexpr Time kTimeout = std::chrono::seconds(2);
 constexpr double kFirstSpeed = 0.25;  ///< of a real arm: in its first moves, and until asked for more
 
 std::string follows(const ArmChoice& choice, double speed) {
-  const bool slow_first = choice.first_share() < 1.0 && choice.first_moves > 0.0;
+  const bool slow_first = choice.first_speed_scaling() < 1.0 && choice.first_moves > 0.0;
   const std::string first = slow_first ? fmt::format(", at {:.0f} % until the first grip after {:g} s of following",
-                                                     100.0 * choice.first_share() * speed, choice.first_moves)
+                                                     100.0 * choice.first_speed_scaling() * speed, choice.first_moves)
                                        : "";
   return fmt::format("it follows the hand at {:.0f} % of its speed and acceleration{}", 100.0 * speed, first);
 }
@@ -95,9 +95,9 @@ Status has_ros2() {
 #endif
 }
 
-double ArmChoice::share() const { return speed.value_or(kind()->hardware ? kFirstSpeed : 1.0); }
+double ArmChoice::speed_scaling() const { return speed.value_or(kind()->hardware ? kFirstSpeed : 1.0); }
 
-double ArmChoice::first_share() const { return kind()->hardware ? std::min(1.0, kFirstSpeed / share()) : 1.0; }
+double ArmChoice::first_speed_scaling() const { return kind()->hardware ? std::min(1.0, kFirstSpeed / speed_scaling()) : 1.0; }
 
 void add_host_options(CommandLine& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");
@@ -142,7 +142,7 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (choice.speed && !(*choice.speed > 0.0 && *choice.speed <= 1.0)) {
     return Error{fmt::format("--speed is {}; it must be above 0, to 1", *choice.speed)};
   }
-  const double speed = choice.share();
+  const double speed = choice.speed_scaling();
   model.velocity_max *= speed;
   model.acceleration_max *= speed;
   if (!kind->hardware) return Done{};

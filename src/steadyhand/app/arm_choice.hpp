@@ -27,9 +27,9 @@ struct ArmChoice {
   /// Takes what was not said from the settings.
   void complete(const SessionSettings& settings);
   /// `speed`, or what stands for none.
-  double share() const;
-  /// What the first moves keep to of that, see PlanningSettings::first_share.
-  double first_share() const;
+  double speed_scaling() const;
+  /// What the first moves keep to of that, see PlanningSettings::first_speed_scaling.
+  double first_speed_scaling() const;
 };
 
 void add_arm_options(CommandLine& command, ArmChoice& choice);

@@ -245,7 +245,7 @@ std::string describe_stage(Stage stage, double seconds) {
   const StageMotion m = motion_of(stage);
   if (stage == Stage::kHold) return fmt::format("a program of ours holds it where it stands, for {:g} s", seconds);
   return fmt::format("each joint goes {:.1f} rad to and fro at up to {:.0f} % of its speed, for about {:g} s, {}",
-                     m.way, 100.0 * m.share, seconds,
+                     m.way, 100.0 * m.speed_scaling, seconds,
                      stage == Stage::kGlass ? "with a glass of liquid" : "with an empty gripper or an empty glass");
 }
 

@@ -34,8 +34,8 @@ struct Swing {
     if (m.way == 0.0) return;
     const JointVector middle = 0.5 * (model.position_min + model.position_max);
     for (int i = 0; i < way.size(); ++i) way[i] = from[i] > middle[i] ? -m.way : m.way;
-    w = std::min(2.0 * m.share * model.velocity_max.minCoeff() / m.way,
-                 std::sqrt(2.0 * m.share * model.acceleration_max.minCoeff() / m.way));
+    w = std::min(2.0 * m.speed_scaling * model.velocity_max.minCoeff() / m.way,
+                 std::sqrt(2.0 * m.speed_scaling * model.acceleration_max.minCoeff() / m.way));
     const double period = 2.0 * M_PI / w;
     end = period * std::max(1.0, std::round(seconds / period));
   }
@@ -104,7 +104,7 @@ StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double sec
   }
   const Swing swing(stage, model, state.joints.q, seconds);
   const double duration = std::max(seconds, swing.end) + kRest;
-  const double share = std::max(motion_of(stage).share, 1e-3);
+  const double speed_scaling = std::max(motion_of(stage).speed_scaling, 1e-3);
   const Time begin = state.joints.stamp.made;
   std::vector<Sample> samples;
   samples.reserve(static_cast<std::size_t>(2.0 * duration / period));
@@ -119,7 +119,7 @@ StageReport run_stage(Stage stage, Arm& arm, const RobotModel& model, double sec
     if (!interrupted && signals.arrived_within(Time(0))) {
       interrupted = true;
       report.stopped = fmt::format("interrupted after {:.1f} s", t);
-      make_straight_stop(model, command, stop_time(model, command.dq) / share, plan);
+      make_straight_stop(model, command, stop_time(model, command.dq) / speed_scaling, plan);
       arm.follow(plan);
     }
     if (interrupted ? now > plan.start + from_seconds(plan.intervals * plan.dt + kRest) : t > duration) break;

@@ -22,7 +22,7 @@ enum class Stage {
 
 struct StageMotion {
   double way = 0.0;    ///< rad, of each joint, to and fro
-  double share = 0.0;  ///< of the model's speeds and accelerations, at most
+  double speed_scaling = 0.0;  ///< of the model's speeds and accelerations, at most
 };
 StageMotion motion_of(Stage stage);
 

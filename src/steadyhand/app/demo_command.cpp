@@ -182,11 +182,11 @@ Status run(Options options, int& exit_code) {
       .solver = settings.solver == "profile" ? "" : settings.solver,
       .recordings = *std::move(recordings),
       .metadata = {{"settings", table.values()},
-                   {"run", {{"arm", options.arm.arm}, {"speed", fmt::format("{}", options.arm.share())}}}},
+                   {"run", {{"arm", options.arm.arm}, {"speed", fmt::format("{}", options.arm.speed_scaling())}}}},
       .page = !options.headless,
       .browser = !options.no_browser,
       .report_program = "/proc/self/exe"};
-  console_settings.live.planning.first_share = options.arm.first_share();
+  console_settings.live.planning.first_speed_scaling = options.arm.first_speed_scaling();
   Ros2Side ros2;
   ConsoleCallbacks callbacks;
   callbacks.say = [&out](std::string text) { out.say(std::move(text)); };

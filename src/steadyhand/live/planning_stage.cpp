@@ -29,10 +29,10 @@ double inflation(const RobotModel& model, double overlap) {
 }
 
 /// The model with a share of its limits, less the margins, and pairs of spheres larger by `inflated`.
-RobotModel within(const RobotModel& model, double share, double inflated) {
+RobotModel within(const RobotModel& model, double speed_scaling, double inflated) {
   RobotModel limited = model;
-  limited.velocity_max *= share * (1.0 - kMargin);
-  limited.acceleration_max *= share * (1.0 - kMargin);
+  limited.velocity_max *= speed_scaling * (1.0 - kMargin);
+  limited.acceleration_max *= speed_scaling * (1.0 - kMargin);
   const JointVector range = model.position_max - model.position_min;
   const JointVector margin = (0.01 * range).cwiseMin(kPositionMargin);
   limited.position_min += margin;
@@ -43,13 +43,13 @@ RobotModel within(const RobotModel& model, double share, double inflated) {
 
 }  // namespace
 
-Result<PlanningStage::Gear> PlanningStage::make_gear(const RobotModel& model, double share, double inflated,
+Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel& model, double speed_scaling, double inflated,
                                                      const PlanningSettings& settings) {
-  auto limited = std::make_unique<RobotModel>(within(model, share, inflated));
+  auto limited = std::make_unique<RobotModel>(within(model, speed_scaling, inflated));
   auto planner = Planner::make(*limited, settings.ocp, settings.planner);
   if (!planner) return planner.error();
   Kinematics arm(*limited);
-  return Gear{std::move(limited), share < 1.0, std::move(*planner), std::move(arm)};
+  return ScaledPlanner{std::move(limited), speed_scaling < 1.0, std::move(*planner), std::move(arm)};
 }
 
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
@@ -58,12 +58,12 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
   double& overlap = resolved.planner.check.overlap_between_nodes;
   const double inflated = inflation(model, overlap);
   overlap = std::min(overlap, inflated);
-  const bool slow_first = settings.first_share < 1.0 && settings.first_moves > 0.0;
-  auto gear = make_gear(model, slow_first ? settings.first_share : 1.0, inflated, resolved);
-  if (!gear) return gear.error();
-  std::optional<Gear> next;
+  const bool slow_first = settings.first_speed_scaling < 1.0 && settings.first_moves > 0.0;
+  auto scaled = make_scaled(model, slow_first ? settings.first_speed_scaling : 1.0, inflated, resolved);
+  if (!scaled) return scaled.error();
+  std::optional<ScaledPlanner> next;
   if (slow_first) {
-    auto made = make_gear(model, 1.0, inflated, resolved);
+    auto made = make_scaled(model, 1.0, inflated, resolved);
     if (!made) return made.error();
     next = std::move(*made);
   }
@@ -72,11 +72,11 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
   // The gate has judged every sample before it comes to the retargeter.
   resolved.retarget.accept_emulated = true;
   return std::unique_ptr<PlanningStage>(
-      new PlanningStage(resolved, links, clock, std::move(*gear), std::move(next), reach));
+      new PlanningStage(resolved, links, clock, std::move(*scaled), std::move(next), reach));
 }
 
-PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
-                             std::optional<Gear> next_gear, const Reach& reach)
+PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, ScaledPlanner scaled,
+                             std::optional<ScaledPlanner> after_first_moves, const Reach& reach)
     : settings_(settings),
       links_(&links),
       clock_(&clock),
@@ -84,11 +84,11 @@ PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, con
       gate_(settings.gate),
       retargeter_(settings.retarget),
       predictor_(settings.predictor),
-      gear_(std::move(gear)),
-      next_gear_(std::move(next_gear)),
-      ocp_(&(next_gear_ ? *next_gear_ : gear_).planner->ocp()) {
-  followed_ = gear_.planner->plan();
-  set_weights(gear_.planner->instance().weights);
+      scaled_(std::move(scaled)),
+      after_first_moves_(std::move(after_first_moves)),
+      ocp_(&(after_first_moves_ ? *after_first_moves_ : scaled_).planner->ocp()) {
+  followed_ = scaled_.planner->plan();
+  set_weights(scaled_.planner->instance().weights);
 }
 
 void PlanningStage::step(Time now) {
@@ -98,10 +98,10 @@ void PlanningStage::step(Time now) {
 
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
   (void)links_->followed.read(followed_);
-  gear_.planner->continue_from(followed_);
+  scaled_.planner->continue_from(followed_);
   const JointCommand at_start = sample(followed_, start);
-  gear_.arm.set_position(at_start.q);
-  const Pose X_base_tool{gear_.arm.p(), Quaternion(gear_.arm.R())};
+  scaled_.arm.set_position(at_start.q);
+  const Pose X_base_tool{scaled_.arm.p(), Quaternion(scaled_.arm.R())};
   hear(now, X_base_tool);
   follow_state(now, at_start, X_base_tool);
   if (following_) followed_for_ += to_seconds(now - last_step_);
@@ -149,7 +149,7 @@ void PlanningStage::set_weights(std::span<const JointVector> weights) {
   weights_.assign(weights.begin(), weights.end());
   rest_weights_.assign(weights.begin(), weights.end());
   for (std::size_t i = 0; i < rest_weights_.size(); ++i) {
-    const ObjectiveInfo& term = gear_.planner->ocp().objectives()[i]->info();
+    const ObjectiveInfo& term = scaled_.planner->ocp().objectives()[i]->info();
     rest_weights_[i] = rest_weights_[i].cwiseMax(term.at_rest_min).cwiseMin(term.at_rest_max);
   }
 }
@@ -188,8 +188,8 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     const bool new_grip = report_.grip != grip_;
     grip_ = report_.grip;
     if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) {
-      if (new_grip) change_gear();
-      gear_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
+      if (new_grip) leave_first_moves();
+      scaled_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
     }
     OperatorSample grip = trusted_;
     grip.clutch = true;
@@ -197,17 +197,17 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     send_target(retargeter_.update(grip, X_base_tool));
   } else if (!follow && following_) {
     // The glass as the hand held it last, where it is when it stops.
-    gear_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
-    send_target({{now, now}, {gear_.arm.p(), predictor_.newest().X_base_tool.q}, false});
+    scaled_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
+    send_target({{now, now}, {scaled_.arm.p(), predictor_.newest().X_base_tool.q}, false});
     resting_since_ = now;
   }
   following_ = follow;
 }
 
 /// At rest, where there is no motion that the other limits would not allow.
-void PlanningStage::change_gear() {
-  if (!gear_.is_slow || followed_for_ < settings_.first_moves) return;
-  std::swap(gear_, *next_gear_);
+void PlanningStage::leave_first_moves() {
+  if (!scaled_.is_slow || followed_for_ < settings_.first_moves) return;
+  std::swap(scaled_, *after_first_moves_);
 }
 
 void PlanningStage::send_target(const Target& target) {
@@ -217,9 +217,9 @@ void PlanningStage::send_target(const Target& target) {
 
 void PlanningStage::plan_following(Time start) {
   if (!solve(start, weights_)) return;
-  send(gear_.planner->plan());
+  send(scaled_.planner->plan());
   view_.constraint =
-      active_constraint(gear_.planner->plan(), ocp().horizon(), gear_.planner->instance().reference, reach_, gear_.arm);
+      active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance().reference, reach_, scaled_.arm);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.
@@ -228,15 +228,15 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
   if (stop_.joints > 0 && followed_.start == stop_.start) return;  // the last part is under way
   const bool slow = at_start.dq.cwiseAbs().maxCoeff() < kSlow;
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
-  if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(gear_.planner->plan());
-  make_straight_stop(gear_.arm.model(), at_start, kLastPart, stop_);
-  if (check_plan(stop_, stop_.x[0], settings_.planner.check, gear_.arm) == PlanFault::kNone) send(stop_);
+  if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
+  make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
+  if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm) == PlanFault::kNone) send(stop_);
 }
 
 /// At rest while holding: shows that the planner can plan, and stays.
 void PlanningStage::plan_standing(const JointCommand& at_start) {
   if (!solve(at_start.stamp.made, weights_)) return;
-  make_straight_stop(gear_.arm.model(), at_start, 0.0, stop_);
+  make_straight_stop(scaled_.arm.model(), at_start, 0.0, stop_);
   send(stop_);
 }
 
@@ -244,12 +244,12 @@ void PlanningStage::plan_standing(const JointCommand& at_start) {
 bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   const Reference reference = predictor_.predict(start);
   if (reference.nodes == 0) return false;
-  gear_.planner->set_weights(weights);
+  scaled_.planner->set_weights(weights);
   const Time before = clock_->now();
-  (void)gear_.planner->update(reference);
+  (void)scaled_.planner->update(reference);
   ++view_.solves;
   links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
-  const bool solved = gear_.planner->fault() == PlanFault::kNone;
+  const bool solved = scaled_.planner->fault() == PlanFault::kNone;
   view_.failed += !solved;
   tap(reference, weights);
   return solved;
@@ -257,17 +257,17 @@ bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
 
 /// Tells of the step that was just taken, if it is time for that or the step failed.
 void PlanningStage::tap(const Reference& reference, std::span<const JointVector> weights) {
-  const bool failed = gear_.planner->fault() != PlanFault::kNone;
+  const bool failed = scaled_.planner->fault() != PlanFault::kNone;
   if (!failed && reference.start < next_tap_) return;
   next_tap_ = reference.start + from_seconds(settings_.tap_period);
   record_.at = reference.start;
-  record_.plan = gear_.planner->plan();
+  record_.plan = scaled_.planner->plan();
   record_.X_base_target = predictor_.at(reference.start);
   record_.reference = reference;
   std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
-  record_.objective = gear_.planner->solution().objective;
-  record_.solve_us = gear_.planner->solution().time_us;
-  record_.iterations = gear_.planner->solution().iterations;
+  record_.objective = scaled_.planner->solution().objective;
+  record_.solve_us = scaled_.planner->solution().time_us;
+  record_.iterations = scaled_.planner->solution().iterations;
   record_.engaged = following_;
   links_->taps.steps.push(record_);
 }

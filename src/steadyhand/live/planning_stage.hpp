@@ -21,9 +21,9 @@ struct PlanningSettings {
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
-  /// s of following that plans keep to `first_share` of the model's speeds and accelerations; the first grip after it,
+  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip after it,
   /// from rest, is followed at all of them. 1: no such time.
-  double first_moves = 10.0, first_share = 1.0;
+  double first_moves = 10.0, first_speed_scaling = 1.0;
   double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
   double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
@@ -44,8 +44,8 @@ class PlanningStage {
   /// s, PlanningSettings::look_ahead from the next step on, and the solver's time.
   void set_look_ahead(double look_ahead) {
     settings_.look_ahead = look_ahead;
-    gear_.planner->set_time_budget(1e6 * look_ahead);
-    if (next_gear_) next_gear_->planner->set_time_budget(1e6 * look_ahead);
+    scaled_.planner->set_time_budget(1e6 * look_ahead);
+    if (after_first_moves_) after_first_moves_->planner->set_time_budget(1e6 * look_ahead);
   }
 
   /// Newest control cycle that the last step knew of.
@@ -56,23 +56,23 @@ class PlanningStage {
 
  private:
   /// What plans within certain limits.
-  struct Gear {
+  struct ScaledPlanner {
     std::unique_ptr<const RobotModel> model;  ///< its limits less margins
     bool is_slow = false;                     ///< with a share of the limits
     std::unique_ptr<Planner> planner;
     Kinematics arm;
   };
-  static Result<Gear> make_gear(const RobotModel& model, double share, double inflated, const PlanningSettings& settings);
+  static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling, double inflated, const PlanningSettings& settings);
 
-  PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, Gear gear,
-                std::optional<Gear> next_gear, const Reach& reach);
+  PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, ScaledPlanner scaled,
+                std::optional<ScaledPlanner> after_first_moves, const Reach& reach);
   Time next_start(Time now) const;
   void apply_settings(Time now);
   void set_weights(std::span<const JointVector> weights);
   void hear(Time now, const Pose& X_base_tool);
   void change_holder(std::uint64_t holder);
   void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
-  void change_gear();
+  void leave_first_moves();
   void send_target(const Target& target);
   void plan_following(Time start);
   void plan_rest(const JointCommand& at_start);
@@ -88,8 +88,8 @@ class PlanningStage {
   HandGate gate_;
   Retargeter retargeter_;
   Predictor predictor_;
-  Gear gear_;
-  std::optional<Gear> next_gear_;  ///< for after the first moves; then: theirs, out of use
+  ScaledPlanner scaled_;
+  std::optional<ScaledPlanner> after_first_moves_;  ///< for after the first moves; then: theirs, out of use
   const Ocp* ocp_;
   double followed_for_ = 0.0;  ///< s
   Time last_step_{0};
