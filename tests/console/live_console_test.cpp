@@ -59,13 +59,13 @@ TEST_F(Console, LeadsTheArmServesThePageAndRecords) {
   ASSERT_TRUE(made) << made.error().message;
   LiveConsole& console = **made;
   EXPECT_EQ(console.profile().name, "waiter");
-  ASSERT_TRUE(console.desk().apply({OperatorRequest::Kind::kPlayback, "up", 0.0}, clock.now()));
+  ASSERT_TRUE(console.operator_interface().apply({OperatorRequest::Kind::kPlayback, "up", 0.0}, clock.now()));
   const Status started = console.start();
   ASSERT_TRUE(started) << started.error().message;
   ASSERT_NE(console.server(), nullptr);
   EXPECT_NE(lines().find("open  " + console.server()->urls().at(0)), std::string::npos) << lines();
   run(console, 1.0);
-  EXPECT_EQ(console.desk().controls().playback, 0);
+  EXPECT_EQ(console.operator_interface().controls().playback, 0);
   console.close_page();
   EXPECT_EQ(console.server(), nullptr);
   const LiveSummary summary = console.finish();

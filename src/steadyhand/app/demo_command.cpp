@@ -195,7 +195,7 @@ Status run(Options options, int& exit_code) {
   if (!made) return made.error();
   LiveConsole& console = **made;
   LiveSession& session = console.session();
-  OperatorDesk& desk = console.desk();
+  OperatorInterface& operator_interface = console.operator_interface();
   const EndOfRos2 end_of_ros2{ros2};
   for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
   out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, console.profile().label, session.planner_rate_hz(),
@@ -203,10 +203,10 @@ Status run(Options options, int& exit_code) {
                       : options.headless          ? ", hand: " + hand + ", again and again"
                                                   : ""));
 
-  if (Status s = ros2.open(options.arm, *model, settings, clock, session, desk); !s) return s;
+  if (Status s = ros2.open(options.arm, *model, settings, clock, session, operator_interface); !s) return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
   const bool plays = (options.headless || !(*arm)->info().hardware) && settings.ros2.hand.empty();
-  if (plays) (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
+  if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
   if (Status s = console.start(); !s) return s;
   const Time begin = clock.now();
   if (options.headless && settings.live.realtime) {
@@ -221,8 +221,8 @@ Status run(Options options, int& exit_code) {
       exit_code = options.keep_going ? 0 : kHalted;
       if (!options.keep_going) break;
       if (session.stopped_at_rest()) session.ask_reset();
-    } else if (options.keep_going && desk.controls().playback < 0) {
-      (void)desk.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
+    } else if (options.keep_going && operator_interface.controls().playback < 0) {
+      (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
     }
   }
   stop(session, signals, clock);

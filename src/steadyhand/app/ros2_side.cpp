@@ -24,12 +24,12 @@ constexpr Time kShowPeriod = std::chrono::milliseconds(40);
 }  // namespace
 
 Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const SessionSettings& settings,
-                      const Clock& clock, LiveSession& session, OperatorDesk& desk) {
+                      const Clock& clock, LiveSession& session, OperatorInterface& operator_interface) {
   if (choice.kind() != &kRos2Controller && !settings.ros2.show) return Done{};
   auto bridge = Ros2Bridge::open(
       model, settings.live.glass, settings.ros2, clock,
-      [this, &desk](const OperatorSample& sample) {
-        if (!at_page_) desk.hand(sample);
+      [this, &operator_interface](const OperatorSample& sample) {
+        if (!at_page_) operator_interface.hand(sample);
       },
       [&session](const char* what) { session.fail("listening to ROS 2 failed: restart the program", what); });
   if (!bridge) return bridge.error();
@@ -48,7 +48,7 @@ void Ros2Side::poll(Time now, const LiveSession& session) {
 #else
 
 Status Ros2Side::open(const ArmChoice&, const RobotModel&, const SessionSettings& settings, const Clock&, LiveSession&,
-                      OperatorDesk&) {
+                      OperatorInterface&) {
   return settings.ros2.show ? has_ros2() : Status(Done{});
 }
 

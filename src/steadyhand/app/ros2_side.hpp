@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "steadyhand/app/arm_choice.hpp"
-#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/operator_interface.hpp"
 
 namespace steadyhand {
 
@@ -19,7 +19,7 @@ class Ros2Side {
 
   /// Joins the domain if the arm or the settings ask for it, else does nothing. Everything must outlive it.
   Status open(const ArmChoice& choice, const RobotModel& model, const SessionSettings& settings, const Clock& clock,
-              LiveSession& session, OperatorDesk& desk);
+              LiveSession& session, OperatorInterface& operator_interface);
   /// Leaves: no callback comes after it.
   void close();
   /// Somebody at the page leads the arm, or nobody. Any thread.

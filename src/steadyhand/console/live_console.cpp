@@ -51,7 +51,7 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
       callbacks_(std::move(callbacks)),
       session_(std::move(session)) {
   for (const NamedRecording& recording : settings_.recordings) recordings_.push_back(recording.name);
-  desk_ = std::make_unique<OperatorDesk>(*session_, settings_.profiles, settings_.profile,
+  operator_interface_ = std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
                                          settings_.live.planning.retarget, std::exchange(settings_.recordings, {}));
 }
 
@@ -122,17 +122,17 @@ Status LiveConsole::open_page() {
     name_thread("server");
     if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
   };
-  callbacks.on_tick = [this] { desk_->hear_server(clock_->now()); };
+  callbacks.on_tick = [this] { operator_interface_->hear_server(clock_->now()); };
   callbacks.on_failure = [this](const std::string& what) {
     session_->fail("the page's server failed: restart the program", what.c_str());
   };
-  callbacks.on_sample = [this](const OperatorSample& sample) { desk_->hand(sample); };
+  callbacks.on_sample = [this](const OperatorSample& sample) { operator_interface_->hand(sample); };
   callbacks.on_request = [this](const OperatorRequest& request) {
-    if (Status s = desk_->apply(request, clock_->now()); !s) say("refused: " + s.error().message + "\n");
+    if (Status s = operator_interface_->apply(request, clock_->now()); !s) say("refused: " + s.error().message + "\n");
   };
   callbacks.on_lease = [this](std::uint64_t client) {
     if (callbacks_.on_lease) callbacks_.on_lease(client);
-    desk_->change_hands();
+    operator_interface_->change_hands();
   };
   callbacks.on_pairing = [this](const std::vector<std::string>& urls) {
     say_addresses(urls);
@@ -159,17 +159,17 @@ Status LiveConsole::start() {
   }
   // What may fail has not: no recording is left of a session that never was.
   recorder_.emplace(session_->ocp(), settings_.recording, describe_run(), clock_->now());
-  desk_->on_record([this](bool record) { recorder_->ask(record); });
+  operator_interface_->on_record([this](bool record) { recorder_->ask(record); });
   session_->start(recorder_->taps());
   return Done{};
 }
 
 Time LiveConsole::poll(Time now) {
-  const Time due = std::min(now + kPollPeriod, desk_->poll(now));
+  const Time due = std::min(now + kPollPeriod, operator_interface_->poll(now));
   say_notices();
   if (server_ && now - shown_ >= kPublishPeriod) {
     shown_ = now;
-    server_->publish({session_->snapshot(), desk_->controls(), recorder_->recording()});
+    server_->publish({session_->snapshot(), operator_interface_->controls(), recorder_->recording()});
   }
   return due;
 }

@@ -8,7 +8,7 @@
 
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/operator_interface.hpp"
 #include "steadyhand/console/session_library.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
@@ -68,7 +68,7 @@ class LiveConsole {
   void say_notices();
 
   LiveSession& session() { return *session_; }
-  OperatorDesk& desk() { return *desk_; }
+  OperatorInterface& operator_interface() { return *operator_interface_; }
   const Server* server() const { return server_.get(); }  ///< null without a page
   const Profile& profile() const { return settings_.profiles[settings_.profile]; }
 
@@ -84,12 +84,12 @@ class LiveConsole {
   void say_addresses(const std::vector<std::string>& urls) const;
 
   const RobotModel* model_;
-  ConsoleSettings settings_;  ///< but for the recordings, which are the desk's
+  ConsoleSettings settings_;  ///< but for the recordings, which are the operator_interface's
   Clock* clock_;
   ConsoleCallbacks callbacks_;
   std::unique_ptr<LiveSession> session_;
   std::vector<std::string> recordings_;  ///< their names
-  std::unique_ptr<OperatorDesk> desk_;
+  std::unique_ptr<OperatorInterface> operator_interface_;
   std::optional<SessionLibrary> library_;
   std::optional<SessionRecorder> recorder_;
   std::unique_ptr<Server> server_;

@@ -25,10 +25,10 @@ struct NamedRecording {
 /// A recorded hand has no fingers that let go, so somebody must stand for it: it ends when the hands change (the lease
 /// of who began it ends, or, begun at the terminal, somebody takes the first lease), when the arm is halted, and when
 /// the server falls silent, through which a stop would come. Only a request begins it again.
-class OperatorDesk {
+class OperatorInterface {
  public:
   /// The session must outlive it. @param profile index of the profile that the session began with
-  OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
+  OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
                std::vector<NamedRecording> recordings);
 
   /// Who begins and ends recordings when the operator asks for it; until then that is refused.

@@ -1,4 +1,4 @@
-#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/operator_interface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,37 +24,37 @@ struct DeskBefore : testing::Test {
     Recording still;
     still.samples.resize(2);
     still.samples[1].stamp.hand = std::chrono::seconds(1);
-    desk = std::make_unique<OperatorDesk>(*session, profiles, 1, RetargetSettings{},
+    operator_interface = std::make_unique<OperatorInterface>(*session, profiles, 1, RetargetSettings{},
                                           std::vector<NamedRecording>{{"still", still}});
   }
   Status ask(Kind kind, const std::string& text = "", double value = 0.0) {
-    return desk->apply({kind, text, value}, clock.now());
+    return operator_interface->apply({kind, text, value}, clock.now());
   }
 
   SessionClock clock;
   SimulatedArm arm;
   std::unique_ptr<LiveSession> session;
-  std::unique_ptr<OperatorDesk> desk;
+  std::unique_ptr<OperatorInterface> operator_interface;
 };
 using Desk = DeskBefore<ManualClock>;
 
 TEST_F(Desk, TellsWhatIsChosen) {
-  EXPECT_EQ(desk->controls().profile, 1);
+  EXPECT_EQ(operator_interface->controls().profile, 1);
   ASSERT_EQ(session->ocp().objectives()[kLateral]->name(), "lateral");
-  EXPECT_EQ(desk->controls().weights[kLateral], 3.0);
+  EXPECT_EQ(operator_interface->controls().weights[kLateral], 3.0);
   EXPECT_TRUE(ask(Kind::kProfile, "tracking"));
-  EXPECT_EQ(desk->controls().profile, 0);
-  EXPECT_EQ(desk->controls().weights[kLateral], 0.0);
+  EXPECT_EQ(operator_interface->controls().profile, 0);
+  EXPECT_EQ(operator_interface->controls().weights[kLateral], 0.0);
   EXPECT_TRUE(ask(Kind::kWeight, "lateral", 7.0));
-  EXPECT_EQ(desk->controls().weights[kLateral], 7.0);
+  EXPECT_EQ(operator_interface->controls().weights[kLateral], 7.0);
   EXPECT_TRUE(ask(Kind::kScale, "", 0.8));
   EXPECT_TRUE(ask(Kind::kYaw, "", 1.0));
-  EXPECT_EQ(desk->controls().scale, 0.8);
-  EXPECT_EQ(desk->controls().yaw, 1.0);
+  EXPECT_EQ(operator_interface->controls().scale, 0.8);
+  EXPECT_EQ(operator_interface->controls().yaw, 1.0);
   EXPECT_TRUE(ask(Kind::kPlayback, "still"));
-  EXPECT_EQ(desk->controls().playback, 0);
+  EXPECT_EQ(operator_interface->controls().playback, 0);
   EXPECT_TRUE(ask(Kind::kPlayback, ""));
-  EXPECT_EQ(desk->controls().playback, -1);
+  EXPECT_EQ(operator_interface->controls().playback, -1);
   EXPECT_TRUE(ask(Kind::kRate, "", 100.0));
   EXPECT_EQ(session->planner_rate_hz(), 100.0);
   EXPECT_TRUE(ask(Kind::kStop));
@@ -64,33 +64,33 @@ TEST_F(Desk, TellsWhatIsChosen) {
 TEST_F(Desk, AGripEndsARecordingThatPlays) {
   ASSERT_TRUE(ask(Kind::kPlayback, "still"));
   OperatorSample sample;
-  desk->hand(sample);
-  EXPECT_EQ(desk->controls().playback, 0);
+  operator_interface->hand(sample);
+  EXPECT_EQ(operator_interface->controls().playback, 0);
   sample.clutch = true;
-  desk->hand(sample);
-  EXPECT_EQ(desk->controls().playback, -1);
+  operator_interface->hand(sample);
+  EXPECT_EQ(operator_interface->controls().playback, -1);
 }
 
 TEST_F(Desk, ARecordingEndsWithTheLeaseOrAStop) {
   ASSERT_TRUE(ask(Kind::kPlayback, "still"));
-  desk->change_hands();
-  EXPECT_EQ(desk->controls().playback, -1);
+  operator_interface->change_hands();
+  EXPECT_EQ(operator_interface->controls().playback, -1);
   ASSERT_TRUE(ask(Kind::kPlayback, "still"));
   ASSERT_TRUE(ask(Kind::kStop));
-  EXPECT_EQ(desk->controls().playback, -1);
+  EXPECT_EQ(operator_interface->controls().playback, -1);
 }
 
 TEST_F(Desk, ARecordingEndsWhenTheServerFallsSilent) {
   ASSERT_TRUE(ask(Kind::kPlayback, "still"));
-  desk->hear_server(clock.now());
+  operator_interface->hear_server(clock.now());
   clock.advance(0.99);
-  EXPECT_NE(desk->poll(clock.now()), Time::max());
-  desk->hear_server(clock.now());
+  EXPECT_NE(operator_interface->poll(clock.now()), Time::max());
+  operator_interface->hear_server(clock.now());
   clock.advance(0.99);
-  EXPECT_NE(desk->poll(clock.now()), Time::max());
+  EXPECT_NE(operator_interface->poll(clock.now()), Time::max());
   clock.advance(0.02);
-  EXPECT_EQ(desk->poll(clock.now()), Time::max());
-  EXPECT_EQ(desk->controls().playback, -1);
+  EXPECT_EQ(operator_interface->poll(clock.now()), Time::max());
+  EXPECT_EQ(operator_interface->controls().playback, -1);
 }
 
 /// A desk before a session that runs.
@@ -104,14 +104,14 @@ struct RunningDesk : DeskBefore<MonotonicClock> {
   ~RunningDesk() override { (void)session->finish(); }
 
   bool is(SupervisionState state) const { return session->snapshot().state == state; }
-  bool plays() const { return desk->controls().playback >= 0; }
+  bool plays() const { return operator_interface->controls().playback >= 0; }
   void play(double seconds) {
     (void)plays_until([until = clock.now() + from_seconds(seconds), this] { return clock.now() > until; });
   }
   /// Lets the recording play until the condition holds; false if that takes 20 s.
   bool plays_until(const std::function<bool()>& condition) {
     for (int i = 0; i < 4000 && !condition(); ++i) {
-      (void)desk->poll(clock.now());
+      (void)operator_interface->poll(clock.now());
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     return condition();
@@ -119,7 +119,7 @@ struct RunningDesk : DeskBefore<MonotonicClock> {
 };
 
 TEST_F(RunningDesk, ARecordingEndsWhoeverStopsTheArmAndAResetDoesNotBringItBack) {
-  session->ask_stop();  // not through the desk
+  session->ask_stop();  // not through the operator_interface
   EXPECT_TRUE(plays_until([&] { return !plays(); }));
   EXPECT_TRUE(plays_until([&] { return session->stopped_at_rest(); }));
   EXPECT_FALSE(ask(Kind::kPlayback, "still")) << "while the arm is stopped";
@@ -139,7 +139,7 @@ TEST_F(RunningDesk, ARecordingEndsWithAFault) {
 }
 
 TEST_F(RunningDesk, ARecordingEndsWithTheLease) {
-  desk->change_hands();
+  operator_interface->change_hands();
   EXPECT_TRUE(plays_until([&] { return is(SupervisionState::kReady); }));
   play(1.5);
   EXPECT_TRUE(is(SupervisionState::kReady));
@@ -162,10 +162,10 @@ TEST_F(Desk, RefusesWithAReasonAndChangesNothing) {
     const Status status = ask(bad.kind, bad.text, bad.value);
     ASSERT_FALSE(status) << bad.text << bad.value;
     EXPECT_NE(status.error().message.find(bad.word), std::string::npos) << status.error().message;
-    EXPECT_EQ(desk->controls().profile, 1);
-    EXPECT_EQ(desk->controls().weights[kLateral], 3.0);
-    EXPECT_EQ(desk->controls().scale, RetargetSettings{}.scale);
-    EXPECT_EQ(desk->controls().playback, -1);
+    EXPECT_EQ(operator_interface->controls().profile, 1);
+    EXPECT_EQ(operator_interface->controls().weights[kLateral], 3.0);
+    EXPECT_EQ(operator_interface->controls().scale, RetargetSettings{}.scale);
+    EXPECT_EQ(operator_interface->controls().playback, -1);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "steadyhand/console/operator_desk.hpp"
+#include "steadyhand/console/operator_interface.hpp"
 
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 
 }  // namespace
 
-OperatorDesk::OperatorDesk(LiveSession& session, std::vector<Profile> profiles, int profile,
+OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile,
                            const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
     : session_(&session), profiles_(std::move(profiles)), recordings_(std::move(recordings)) {
   controls_.scale = retarget.scale;
@@ -33,12 +33,12 @@ OperatorDesk::OperatorDesk(LiveSession& session, std::vector<Profile> profiles, 
   (void)set_profile(profiles_[profile].name);
 }
 
-void OperatorDesk::on_record(std::function<void(bool)> call) {
+void OperatorInterface::on_record(std::function<void(bool)> call) {
   const std::lock_guard lock(mutex_);
   on_record_ = std::move(call);
 }
 
-Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
+Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
   using Kind = OperatorRequest::Kind;
   const std::lock_guard lock(mutex_);
   const auto bad_value = [&](const char* what, const char* right) {
@@ -79,7 +79,7 @@ Status OperatorDesk::apply(const OperatorRequest& request, Time now) {
   return Error{"unknown request"};
 }
 
-Status OperatorDesk::set_profile(const std::string& name) {
+Status OperatorInterface::set_profile(const std::string& name) {
   const Result<int> index = find_name(profiles_, name, "profile", [](const Profile& p) { return p.name; });
   if (!index) return index.error();
   Result<std::vector<JointVector>> weights = session_->ocp().weights(profiles_[*index].ocp.weights);
@@ -90,7 +90,7 @@ Status OperatorDesk::set_profile(const std::string& name) {
   return Done{};
 }
 
-Status OperatorDesk::set_weight(const std::string& name, double value) {
+Status OperatorInterface::set_weight(const std::string& name, double value) {
   const auto& objectives = session_->ocp().objectives();
   const Result<int> index =
       find_name(objectives, name, "term", [](const auto& objective) { return objective->name(); });
@@ -103,7 +103,7 @@ Status OperatorDesk::set_weight(const std::string& name, double value) {
   return Done{};
 }
 
-Status OperatorDesk::play(const std::string& name, Time now) {
+Status OperatorInterface::play(const std::string& name, Time now) {
   if (name.empty()) {
     if (playback_) end_playback();
     return Done{};
@@ -120,7 +120,7 @@ Status OperatorDesk::play(const std::string& name, Time now) {
 }
 
 /// Hands what the operator chose to the planner.
-void OperatorDesk::send() {
+void OperatorInterface::send() {
   OperatorSettings settings;
   settings.objectives = static_cast<int>(weights_.size());
   std::copy(weights_.begin(), weights_.end(), settings.weights.begin());
@@ -131,31 +131,31 @@ void OperatorDesk::send() {
   for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i][0];
 }
 
-void OperatorDesk::hand(const OperatorSample& sample) {
+void OperatorInterface::hand(const OperatorSample& sample) {
   const std::lock_guard lock(mutex_);
   if (playback_ && !sample.clutch) return;
   if (playback_) end_playback();
   session_->feed(sample);
 }
 
-void OperatorDesk::end_playback() {
+void OperatorInterface::end_playback() {
   playback_.reset();
   controls_.playback = -1;
   session_->release_hand();
 }
 
-void OperatorDesk::change_hands() {
+void OperatorInterface::change_hands() {
   const std::lock_guard lock(mutex_);
   if (playback_) return end_playback();
   session_->release_hand();
 }
 
-void OperatorDesk::hear_server(Time now) {
+void OperatorInterface::hear_server(Time now) {
   const std::lock_guard lock(mutex_);
   heard_server_ = now;
 }
 
-Time OperatorDesk::poll(Time now) {
+Time OperatorInterface::poll(Time now) {
   const std::lock_guard lock(mutex_);
   const bool alone = heard_server_ && now - *heard_server_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
@@ -164,7 +164,7 @@ Time OperatorDesk::poll(Time now) {
   return playback_ ? playback_->due() : Time::max();
 }
 
-SessionControls OperatorDesk::controls() const {
+SessionControls OperatorInterface::controls() const {
   const std::lock_guard lock(mutex_);
   return controls_;
 }
