@@ -30,14 +30,14 @@ struct Kind {
 /// Requests one after another on one connection.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Stream stream, Desk& desk, Address address)
-      : stream_(std::move(stream)), timer_(stream_->get_executor()), desk_(desk), address_(std::move(address)) {}
-  ~HttpConnection() { desk_.visitors.erase(visitor_); }
+  HttpConnection(Stream stream, ConnectionsShared& shared, Address address)
+      : stream_(std::move(stream)), timer_(stream_->get_executor()), shared_(shared), address_(std::move(address)) {}
+  ~HttpConnection() { shared_.visitors.erase(visitor_); }
 
   void start() {
-    visitor_ = ++desk_.last_visitor;
+    visitor_ = ++shared_.last_visitor;
     // Not by a shared pointer: it must not live because it is listed.
-    desk_.visitors[visitor_] = {address_, desk_.now(), [this] { end(); }};
+    shared_.visitors[visitor_] = {address_, shared_.now(), [this] { end(); }};
     restart_timer();
     stream_->handshake([self = shared_from_this()](error_code error, std::size_t) {
       if (!error) self->read();
@@ -49,7 +49,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   /// For as long as one request, or its answer, may take.
   void restart_timer() {
-    timer_.expires_after(desk_.timeout);
+    timer_.expires_after(shared_.timeout);
     timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
       const auto self = weak.lock();
       // It may have been set anew while this call was on its way.
@@ -75,7 +75,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void answer() {
     const auto& request = parser_->get();
     const std::string_view host = view(request[http::field::host]);
-    if (!host_allowed(host, desk_.hosts)) {
+    if (!host_allowed(host, shared_.hosts)) {
       return respond(http::status::misdirected_request, "This server does not go by that name.\n");
     }
     if (beast::websocket::is_upgrade(request)) return upgrade(host);
@@ -83,35 +83,35 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return respond(http::status::method_not_allowed, "Only GET and HEAD are answered.\n");
     }
     const std::string_view path = view(request.target()).substr(0, view(request.target()).find_first_of("?#"));
-    if (desk_.fetch && (path == "/sessions" || path.substr(0, 10) == "/sessions/")) return fetch(std::string(path));
-    const SiteFile* file = desk_.site->find(path);
+    if (shared_.fetch && (path == "/sessions" || path.substr(0, 10) == "/sessions/")) return fetch(std::string(path));
+    const SiteFile* file = shared_.site->find(path);
     if (!file) return respond(http::status::not_found, "There is no such page.\n");
     respond(http::status::ok, file->body, {file->type, file->gzipped, false});
   }
 
   void fetch(const std::string& path) {
-    if (desk_.waiting.size() >= ServerCallbacks::kMaxFetches) {
+    if (shared_.waiting.size() >= ServerCallbacks::kMaxFetches) {
       return respond(http::status::service_unavailable, "Busy with other requests; try again.\n");
     }
     timer_.cancel();
-    const std::uint64_t number = ++desk_.last_fetch;
-    desk_.waiting[number] = [self = shared_from_this()](Result<FreshPage> page) {
+    const std::uint64_t number = ++shared_.last_fetch;
+    shared_.waiting[number] = [self = shared_from_this()](Result<FreshPage> page) {
       self->fresh_ = page ? std::move(page->body) : page.error().message + "\n";
       if (!page) return self->respond(http::status::not_found, self->fresh_);
       self->respond(http::status::ok, self->fresh_, {page->type, false, page->document});
     };
-    desk_.fetch(path, number);
+    shared_.fetch(path, number);
   }
 
   void upgrade(std::string_view host) {
     const auto& request = parser_->get();
     const auto origin = request.find(http::field::origin);
-    const bool welcome = origin == request.end() ? desk_.accept_missing_origin
+    const bool welcome = origin == request.end() ? shared_.accept_missing_origin
                                                  : origin_allowed(view(origin->value()), host, stream_->encrypted());
     if (!welcome) return respond(http::status::forbidden, "Only pages of this server may connect.\n");
     if (request.target() != "/live") return respond(http::status::not_found, "The WebSocket is at /live.\n");
     timer_.cancel();
-    serve_websocket(*std::exchange(stream_, std::nullopt), desk_, address_, parser_->release());
+    serve_websocket(*std::exchange(stream_, std::nullopt), shared_, address_, parser_->release());
   }
 
   /// body must outlive the answer: a literal, a file of the site, or fresh_.
@@ -162,7 +162,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   std::optional<Stream> stream_;  // until a WebSocket goes on with it
   asio::steady_timer timer_;
-  Desk& desk_;
+  ConnectionsShared& shared_;
   Address address_;
   std::uint64_t visitor_ = 0;
   beast::flat_buffer buffer_{kMaxHeader + 1024};
@@ -174,20 +174,20 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
 }  // namespace
 
-void serve_connection(asio::ip::tcp::socket socket, Desk& desk, asio::ssl::context* tls) {
+void serve_connection(asio::ip::tcp::socket socket, ConnectionsShared& shared, asio::ssl::context* tls) {
   error_code gone;
   const auto peer = socket.remote_endpoint(gone).address();
   if (gone) return;
   const Address address{peer.is_loopback() ? "loopback" : peer.to_string(), peer.is_loopback()};
-  if (desk.visitors.size() >= desk.max_visitors) {
+  if (shared.visitors.size() >= shared.max_visitors) {
     std::vector<Guest> guests;
-    for (const auto& [id, visitor] : desk.visitors) guests.push_back({id, visitor.address, visitor.since});
-    const auto found = desk.visitors.find(*who_leaves(guests, address));
+    for (const auto& [id, visitor] : shared.visitors) guests.push_back({id, visitor.address, visitor.since});
+    const auto found = shared.visitors.find(*who_leaves(guests, address));
     const auto cut = std::move(found->second.cut);
-    desk.visitors.erase(found);
+    shared.visitors.erase(found);
     cut();
   }
-  std::make_shared<HttpConnection>(Stream(std::move(socket), tls), desk, address)->start();
+  std::make_shared<HttpConnection>(Stream(std::move(socket), tls), shared, address)->start();
 }
 
 }  // namespace steadyhand

@@ -18,7 +18,7 @@ class context;
 namespace steadyhand {
 
 /// What all connections share; belongs to the server's thread.
-struct Desk {
+struct ConnectionsShared {
   Hub* hub = nullptr;
   const Site* site = nullptr;
   std::function<Time()> now;
@@ -47,6 +47,6 @@ struct Desk {
 
 /// A connection that serves the page's files and, at /live, becomes a WebSocket. Keeps itself alive until it ends; ends
 /// itself when the peer falls silent. tls: nullptr for plain HTTP.
-void serve_connection(boost::asio::ip::tcp::socket socket, Desk& desk, boost::asio::ssl::context* tls);
+void serve_connection(boost::asio::ip::tcp::socket socket, ConnectionsShared& shared, boost::asio::ssl::context* tls);
 
 }  // namespace steadyhand

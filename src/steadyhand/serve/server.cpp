@@ -56,7 +56,7 @@ struct Server::Impl {
   Status prepare_tls() {
     auto folder = settings.state_folder.empty() ? state_folder() : Result<std::filesystem::path>(settings.state_folder);
     if (!folder) return folder.error();
-    auto certificate = load_or_make_certificate(*folder, desk.hosts);
+    auto certificate = load_or_make_certificate(*folder, shared.hosts);
     if (!certificate) return certificate.error();
     fingerprint = certificate->fingerprint;
     tls.emplace(ssl::context::tls_server);
@@ -73,7 +73,7 @@ struct Server::Impl {
       if (error == asio::error::operation_aborted) return;
       if (!error) {
         accept(acceptor, context);  // first, so that others can come whatever the rest throws
-        return serve_connection(std::move(socket), desk, context);
+        return serve_connection(std::move(socket), shared, context);
       }
       // Out of file descriptors, most likely: trying again at once would spin.
       auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds(100));
@@ -132,15 +132,15 @@ struct Server::Impl {
 
   void offer_fetching() {
     mailbox->io = &io;
-    desk.fetch = [this](const std::string& path, std::uint64_t number) {
+    shared.fetch = [this](const std::string& path, std::uint64_t number) {
       callbacks.on_fetch(path, [this, mailbox = mailbox, number](Result<FreshPage> page) {
         const std::lock_guard lock(mailbox->mutex);
         if (!mailbox->io) return;
         asio::post(*mailbox->io, [this, number, page = std::move(page)]() mutable {
-          const auto found = desk.waiting.find(number);
-          if (found == desk.waiting.end()) return;
-          const Desk::Answer answer = std::move(found->second);
-          desk.waiting.erase(found);
+          const auto found = shared.waiting.find(number);
+          if (found == shared.waiting.end()) return;
+          const ConnectionsShared::Answer answer = std::move(found->second);
+          shared.waiting.erase(found);
           answer(std::move(page));
         });
       });
@@ -156,19 +156,19 @@ struct Server::Impl {
       site = Site::embedded();
     }
     if (Status s = hub.prepare(); !s) return s;
-    desk.hub = &hub;
-    desk.site = &site;
-    desk.now = callbacks.now;
-    desk.hosts = {"127.0.0.1", "localhost"};
-    desk.timeout = settings.timeout;
-    desk.accept_missing_origin = settings.accept_non_browser_clients;
-    desk.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
+    shared.hub = &hub;
+    shared.site = &site;
+    shared.now = callbacks.now;
+    shared.hosts = {"127.0.0.1", "localhost"};
+    shared.timeout = settings.timeout;
+    shared.accept_missing_origin = settings.accept_non_browser_clients;
+    shared.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
     if (callbacks.on_fetch) offer_fetching();
     if (Status s = listen(local, {asio::ip::address_v4::loopback(), settings.port}); !s) return s;
     port = local.local_endpoint().port();
     if (settings.lan) {
-      for (const std::string& name : lan_addresses()) desk.hosts.push_back(name);
-      for (const std::string& name : host_names()) desk.hosts.push_back(name);
+      for (const std::string& name : lan_addresses()) shared.hosts.push_back(name);
+      for (const std::string& name : host_names()) shared.hosts.push_back(name);
       if (Status s = prepare_tls(); !s) return s;
       if (Status s = listen(lan, {asio::ip::address_v4::any(), settings.lan_port}); !s) return s;
       lan_port = lan.local_endpoint().port();
@@ -191,7 +191,7 @@ struct Server::Impl {
       const std::lock_guard lock(mailbox->mutex);
       mailbox->io = nullptr;
     }
-    desk.waiting.clear();
+    shared.waiting.clear();
     hub.shut_down();
   }
 
@@ -201,7 +201,7 @@ struct Server::Impl {
   std::function<void(const std::vector<std::string>&)> on_pairing;
   Site site;
   Hub hub;
-  Desk desk;
+  ConnectionsShared shared;
   std::optional<ssl::context> tls;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   std::string fingerprint;

@@ -30,25 +30,25 @@ constexpr std::size_t kMaxHollow = 4 * kMaxClientMessage;
 /// state.
 class WebSocketClient final : public Outbox, public std::enable_shared_from_this<WebSocketClient> {
  public:
-  WebSocketClient(Stream stream, Desk& desk)
-      : socket_(std::move(stream)), farewell_(socket_.get_executor()), desk_(desk) {}
+  WebSocketClient(Stream stream, ConnectionsShared& shared)
+      : socket_(std::move(stream)), farewell_(socket_.get_executor()), shared_(shared) {}
   ~WebSocketClient() override { leave(); }
 
   void start(const Address& address, HttpRequest request) {
-    id_ = desk_.hub->join(*this, address, desk_.now());
+    id_ = shared_.hub->join(*this, address, shared_.now());
     if (id_ == 0) return turn_away(request.version());
     error_code ignored;
     auto& tcp = socket_.next_layer().socket();
     tcp.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
     tcp.set_option(asio::ip::tcp::no_delay(true), ignored);
-    socket_.set_option(websocket::stream_base::timeout{desk_.timeout, desk_.timeout, true});
+    socket_.set_option(websocket::stream_base::timeout{shared_.timeout, shared_.timeout, true});
     socket_.read_message_max(kMaxClientMessage);
     socket_.auto_fragment(false);
     socket_.text(true);
     // Not by shared pointers: the socket is a member, and they would keep it for good.
     socket_.control_callback([this](websocket::frame_type, beast::string_view) {
       hollow_ = 0;
-      desk_.hub->receive_frame(id_, desk_.now());
+      shared_.hub->receive_frame(id_, shared_.now());
     });
     socket_.next_layer().on_read([this](std::size_t bytes) {
       hollow_ += bytes;
@@ -56,7 +56,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     });
     request_ = std::move(request);
     writing_ = true;
-    written_ = desk_.now();
+    written_ = shared_.now();
     socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
       self->writing_ = false;
       if (error) return self->end();
@@ -104,7 +104,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
       if (error) return self->end();
       self->hollow_ = 0;
       const auto data = self->input_.cdata();
-      self->desk_.hub->receive(self->id_, {static_cast<const char*>(data.data()), data.size()}, self->desk_.now());
+      self->shared_.hub->receive(self->id_, {static_cast<const char*>(data.data()), data.size()}, self->shared_.now());
       self->input_.consume(self->input_.size());
       self->read();
     });
@@ -125,7 +125,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
       return;
     }
     writing_ = true;
-    written_ = desk_.now();
+    written_ = shared_.now();
     socket_.async_write(asio::buffer(*output_), [self = shared_from_this()](error_code error, std::size_t) {
       self->writing_ = false;
       if (error) return self->end();
@@ -134,7 +134,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   /// Beast's timeout is about what a client says, not about what it takes.
-  bool stuck() const { return writing_ && desk_.now() - written_ > desk_.timeout; }
+  bool stuck() const { return writing_ && shared_.now() - written_ > shared_.timeout; }
 
   void turn_away(unsigned version) {
     ended_ = true;
@@ -162,12 +162,12 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   void leave() {
-    if (id_ != 0) desk_.hub->leave(std::exchange(id_, 0), desk_.now());
+    if (id_ != 0) shared_.hub->leave(std::exchange(id_, 0), shared_.now());
   }
 
   websocket::stream<Stream, false> socket_;  // without compression: messages are small and often
   asio::steady_timer farewell_;
-  Desk& desk_;
+  ConnectionsShared& shared_;
   std::uint64_t id_ = 0;  // of the hub; 0: not joined
   HttpRequest request_;
   http::response<http::empty_body> full_;
@@ -182,8 +182,8 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
 
 }  // namespace
 
-void serve_websocket(Stream stream, Desk& desk, const Address& address, HttpRequest request) {
-  std::make_shared<WebSocketClient>(std::move(stream), desk)->start(address, std::move(request));
+void serve_websocket(Stream stream, ConnectionsShared& shared, const Address& address, HttpRequest request) {
+  std::make_shared<WebSocketClient>(std::move(stream), shared)->start(address, std::move(request));
 }
 
 }  // namespace steadyhand

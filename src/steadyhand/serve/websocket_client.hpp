@@ -11,6 +11,6 @@ namespace steadyhand {
 using HttpRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
 /// Goes on as a client of the hub; answered with 503 where every place is kept.
-void serve_websocket(Stream stream, Desk& desk, const Address& address, HttpRequest request);
+void serve_websocket(Stream stream, ConnectionsShared& shared, const Address& address, HttpRequest request);
 
 }  // namespace steadyhand
