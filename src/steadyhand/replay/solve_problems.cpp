@@ -11,7 +11,7 @@ namespace steadyhand {
 namespace {
 
 /// What consecutive problems share: robot, problem sizes and solver are made once for a run of equal ones.
-struct Workshop {
+struct PreparedSolver {
   std::string robot;
   double tolerance = 0.0;
   RobotModel model;
@@ -20,35 +20,35 @@ struct Workshop {
   Solution solution;
 };
 
-Status prepare(Workshop& shop, const ProblemRecord& problem, const std::string& solver) {
-  if (!shop.ocp || shop.robot != problem.robot) {
+Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std::string& solver) {
+  if (!prepared.ocp || prepared.robot != problem.robot) {
     Result<RobotModel> model = open_robot(problem.robot);
     if (!model) return model.error();
-    shop.ocp.reset();
-    shop.solver.reset();
-    shop.model = *std::move(model);
-    shop.robot = problem.robot;
+    prepared.ocp.reset();
+    prepared.solver.reset();
+    prepared.model = *std::move(model);
+    prepared.robot = problem.robot;
   }
-  if (!shop.ocp || shop.ocp->horizon() != problem.horizon || shop.ocp->dt() != problem.dt ||
-      shop.tolerance != problem.tolerance) {
+  if (!prepared.ocp || prepared.ocp->horizon() != problem.horizon || prepared.ocp->dt() != problem.dt ||
+      prepared.tolerance != problem.tolerance) {
     OcpSettings settings;
     settings.horizon = problem.horizon;
     settings.dt = problem.dt;
     if (Status s = Ocp::check(settings); !s) return s;
-    shop.solver.reset();
-    shop.ocp = std::make_unique<Ocp>(shop.model, settings);
-    Result<std::unique_ptr<Solver>> made = make_solver(solver, *shop.ocp, problem.tolerance);
+    prepared.solver.reset();
+    prepared.ocp = std::make_unique<Ocp>(prepared.model, settings);
+    Result<std::unique_ptr<Solver>> made = make_solver(solver, *prepared.ocp, problem.tolerance);
     if (!made) return made.error();
-    shop.solver = *std::move(made);
-    shop.tolerance = problem.tolerance;
-    shop.solution = Solution();
-    shop.solution.prepare(*shop.ocp);
+    prepared.solver = *std::move(made);
+    prepared.tolerance = problem.tolerance;
+    prepared.solution = Solution();
+    prepared.solution.prepare(*prepared.ocp);
   }
   return Done{};
 }
 
-Status solve(Workshop& shop, const ProblemRecord& problem) {
-  const Ocp& ocp = *shop.ocp;
+Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
+  const Ocp& ocp = *prepared.ocp;
   OcpInstance instance;
   instance.x0 = problem.x0;
   instance.reference = problem.reference;
@@ -63,21 +63,21 @@ Status solve(Workshop& shop, const ProblemRecord& problem) {
     guess.x[0] = problem.x0;  // constant velocity
     for (int k = 0; k < ocp.horizon(); ++k) guess.x[k + 1] = ocp.next(guess.x[k], guess.u[k]);
   }
-  shop.solver->solve(instance, guess, nullptr, {}, shop.solution);
+  prepared.solver->solve(instance, guess, nullptr, {}, prepared.solution);
   return Done{};
 }
 
 }  // namespace
 
 Result<std::string> solve_problems(const ProblemFile& file, const std::string& name, const std::string& solver) {
-  Workshop shop;
+  PreparedSolver prepared;
   std::string answer;
   for (std::size_t i = 0; i < file.problems.size(); ++i) {
     const std::string where =
         (name.empty() ? "" : name + ": ") + (file.is_array ? fmt::format("problem[{}]: ", i) : "problem: ");
-    if (Status s = prepare(shop, file.problems[i], solver); !s) return Error{where + s.error().message};
-    if (Status s = solve(shop, file.problems[i]); !s) return Error{where + s.error().message};
-    answer += (i == 0 ? "" : ",\n") + to_json(shop.solution);
+    if (Status s = prepare(prepared, file.problems[i], solver); !s) return Error{where + s.error().message};
+    if (Status s = solve(prepared, file.problems[i]); !s) return Error{where + s.error().message};
+    answer += (i == 0 ? "" : ",\n") + to_json(prepared.solution);
   }
   return file.is_array ? "[" + answer + "]" : answer;
 }

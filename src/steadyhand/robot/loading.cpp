@@ -15,16 +15,16 @@ namespace steadyhand {
 namespace {
 
 /// Joins one robot's settings and chain, step by step; each step fills part of `model` or says why it cannot.
-class Joining {
+class ModelBuilder {
  public:
-  Joining(const RobotSettings& settings, const UrdfChain& chain) : settings_(settings), chain_(chain) {}
+  ModelBuilder(const RobotSettings& settings, const UrdfChain& chain) : settings_(settings), chain_(chain) {}
 
   Status run() {
     model.name = settings_.name.empty() ? chain_.robot_name : settings_.name;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
-    for (const auto step : {&Joining::add_tool, &Joining::add_limits, &Joining::add_home, &Joining::add_spheres,
-                            &Joining::add_pairs, &Joining::check_home}) {
+    for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home, &ModelBuilder::add_spheres,
+                            &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
     }
     return Done{};
@@ -186,9 +186,9 @@ class Joining {
 Result<RobotModel> load_robot(const RobotSettings& settings) {
   const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link);
   if (!chain) return chain.error();
-  Joining joining(settings, *chain);
-  if (Status status = joining.run(); !status) return status.error();
-  return std::move(joining.model);
+  ModelBuilder builder(settings, *chain);
+  if (Status status = builder.run(); !status) return status.error();
+  return std::move(builder.model);
 }
 
 std::vector<std::string> doubts_about(const RobotModel& model) {
