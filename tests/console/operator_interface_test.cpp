@@ -82,10 +82,10 @@ TEST_F(Desk, ARecordingEndsWithTheLeaseOrAStop) {
 
 TEST_F(Desk, ARecordingEndsWhenTheServerFallsSilent) {
   ASSERT_TRUE(ask(Kind::kPlayback, "still"));
-  operator_interface->hear_server(clock.now());
+  operator_interface->note_server_alive(clock.now());
   clock.advance(0.99);
   EXPECT_NE(operator_interface->poll(clock.now()), Time::max());
-  operator_interface->hear_server(clock.now());
+  operator_interface->note_server_alive(clock.now());
   clock.advance(0.99);
   EXPECT_NE(operator_interface->poll(clock.now()), Time::max());
   clock.advance(0.02);

@@ -17,7 +17,7 @@ constexpr State kStates[] = {State::kIdle,    State::kReady,    State::kEngaged,
 /// A cycle in which all is well and the hand is open.
 SupervisionInput calm(Time now) {
   SupervisionInput input;
-  input.now = input.last_plan = input.hand.heard = input.hand.good = now;
+  input.now = input.last_plan = input.hand.received = input.hand.good = now;
   input.arm_follows = input.at_rest = input.hand.trusted = true;
   return input;
 }
@@ -69,7 +69,7 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
     if (row.from == State::kIdle) input.arm_follows = false;
     ASSERT_EQ(d.step(input), row.from) << "nothing happened";
     input.now = d.tick();
-    input.hand.heard = input.hand.good = input.last_plan = input.now;
+    input.hand.received = input.hand.good = input.last_plan = input.now;
     switch (row.event) {
       case Event::kArmStopped:
         input.arm_stopped = true;
@@ -94,7 +94,7 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
         input.reset_of = d.supervisor.halts();
         break;
       case Event::kSilence:
-        input.hand.heard -= std::chrono::milliseconds(251);
+        input.hand.received -= std::chrono::milliseconds(251);
         break;
       case Event::kReleased:
         input.hand.clutch = false;
@@ -112,7 +112,7 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
         break;
       case Event::kPlannerLate:
         input.now += std::chrono::milliseconds(300);
-        input.hand.heard = input.hand.good = input.now;
+        input.hand.received = input.hand.good = input.now;
         break;
     }
     EXPECT_EQ(d.step(input), row.to) << to_string(row.from) << " by event " << static_cast<int>(row.event);
@@ -143,13 +143,13 @@ TEST(Supervisor, EveryStateCanStopAndCanBeLeftAndNoRowIsThereTwice) {
 TEST(Supervisor, OnlyAFreshGripEngages) {
   Driven d(State::kEngaged);
   SupervisionInput silent = d.gripped();
-  silent.hand.heard -= std::chrono::milliseconds(300);
+  silent.hand.received -= std::chrono::milliseconds(300);
   EXPECT_EQ(d.step(silent), State::kReady);
   EXPECT_EQ(d.step(d.gripped()), State::kReady) << "the old grip again";
   SupervisionInput fresh = d.gripped();
   fresh.hand.grips = 2;
   SupervisionInput old = fresh;  // fresh it was, before the device fell silent
-  old.hand.heard -= std::chrono::milliseconds(300);
+  old.hand.received -= std::chrono::milliseconds(300);
   EXPECT_EQ(d.step(old), State::kReady);
   EXPECT_EQ(d.step(fresh), State::kEngaged);
   EXPECT_EQ(d.supervisor.engagements(), 2u);
@@ -188,8 +188,8 @@ TEST(Supervisor, RandomInputs) {
   int halted_in = -1, reset_in = -1;  // cycles: of what halted the arm last, of the newest reset
   for (int i = 0; i < 1000000; ++i) {
     input.now += std::chrono::milliseconds(2);
-    if (!seldom(random)) input.hand.heard = input.now - std::chrono::milliseconds(seldom(random) ? 400 : 0);
-    input.hand.good = input.hand.heard;
+    if (!seldom(random)) input.hand.received = input.now - std::chrono::milliseconds(seldom(random) ? 400 : 0);
+    input.hand.good = input.hand.received;
     input.last_plan = often(random) ? input.now : input.last_plan;
     if (seldom(random)) {
       input.hand.clutch = !input.hand.clutch;

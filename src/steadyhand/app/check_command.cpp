@@ -130,8 +130,8 @@ Result<Measured> measure(RtdeClient& client, double seconds, const StopSignals& 
     const Socket::Outcome outcome = client.fill();
     const Time arrival = clock.now();
     if (outcome == Socket::Outcome::kClosed) return Error{"the controller closed the connection while it was measured"};
-    bool heard = false;
-    for (RtdeReader data({}); client.next(data); heard = true) {
+    bool received = false;
+    for (RtdeReader data({}); client.next(data); received = true) {
       const double stamp = data.take<double>();
       measured.mode = static_cast<UrRobotMode>(data.take<std::int32_t>());
       measured.safety = static_cast<UrSafety>(data.take<std::int32_t>());
@@ -142,7 +142,7 @@ Result<Measured> measure(RtdeClient& client, double seconds, const StopSignals& 
       measured.payload = data.take<double>();
       for (double& value : measured.tcp) value = data.take<double>();
     }
-    if (!heard) continue;
+    if (!received) continue;
     RtdeWriter input = client.input();
     input.put(meter.send(arrival));
     (void)client.send(input);

@@ -122,7 +122,7 @@ Status LiveConsole::open_page() {
     name_thread("server");
     if (realtime) (void)make_realtime(kServerPriority);  // if it is not permitted the session has said so
   };
-  callbacks.on_tick = [this] { operator_interface_->hear_server(clock_->now()); };
+  callbacks.on_tick = [this] { operator_interface_->note_server_alive(clock_->now()); };
   callbacks.on_failure = [this](const std::string& what) {
     session_->fail("the page's server failed: restart the program", what.c_str());
   };

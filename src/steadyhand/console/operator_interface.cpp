@@ -150,14 +150,14 @@ void OperatorInterface::change_hands() {
   session_->release_hand();
 }
 
-void OperatorInterface::hear_server(Time now) {
+void OperatorInterface::note_server_alive(Time now) {
   const std::lock_guard lock(mutex_);
-  heard_server_ = now;
+  server_alive_ = now;
 }
 
 Time OperatorInterface::poll(Time now) {
   const std::lock_guard lock(mutex_);
-  const bool alone = heard_server_ && now - *heard_server_ > kServerSilence;
+  const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
   OperatorSample sample;
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);

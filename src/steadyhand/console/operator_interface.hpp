@@ -40,7 +40,7 @@ class OperatorInterface {
   /// Another hand from here on: the arm disengages, and a recording that plays ends.
   void change_hands();
   /// The server's thread lives. Several times a second, from the first call on.
-  void hear_server(Time now);
+  void note_server_alive(Time now);
   /// Feeds what the recording that plays has for this time. Call every few milliseconds, and when the next sample is
   /// due.
   /// @return when that is; Time::max() if nothing plays
@@ -63,7 +63,7 @@ class OperatorInterface {
   SessionControls controls_;
   std::optional<Playback> playback_;
   std::uint64_t halts_ = 0;  ///< LiveSession::halts when it began
-  std::optional<Time> heard_server_;
+  std::optional<Time> server_alive_;
   std::function<void(bool)> on_record_;
 };
 

@@ -102,7 +102,7 @@ void PlanningStage::step(Time now) {
   const JointCommand at_start = sample(followed_, start);
   scaled_.arm.set_position(at_start.q);
   const Pose X_base_tool{scaled_.arm.p(), Quaternion(scaled_.arm.R())};
-  hear(now, X_base_tool);
+  take_hand(now, X_base_tool);
   follow_state(now, at_start, X_base_tool);
   if (following_) followed_for_ += to_seconds(now - last_step_);
   last_step_ = now;
@@ -155,7 +155,7 @@ void PlanningStage::set_weights(std::span<const JointVector> weights) {
 }
 
 /// Takes in what the hand did since the last step.
-void PlanningStage::hear(Time now, const Pose& X_base_tool) {
+void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
   HeldSample held;
   while (links_->samples.pop(held)) {
     const OperatorSample& sample = held.sample;
@@ -169,7 +169,7 @@ void PlanningStage::hear(Time now, const Pose& X_base_tool) {
   }
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
   change_holder(links_->holder);  // who may not have said anything yet
-  if (to_seconds(now - gate_.report().heard) > settings_.sample_timeout) gate_.forget();
+  if (to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
   links_->hand.write(gate_.report());
 }
 

@@ -69,7 +69,7 @@ class PlanningStage {
   Time next_start(Time now) const;
   void apply_settings(Time now);
   void set_weights(std::span<const JointVector> weights);
-  void hear(Time now, const Pose& X_base_tool);
+  void take_hand(Time now, const Pose& X_base_tool);
   void change_holder(std::uint64_t holder);
   void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
   void leave_first_moves();

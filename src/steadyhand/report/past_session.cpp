@@ -25,8 +25,8 @@ class PastGate {
   /// False if the sample is dropped. Opens its clutch if its pose cannot be trusted.
   bool pass(OperatorSample& sample) {
     const Time now = sample.stamp.made;
-    if (to_seconds(now - heard_) > kSampleTimeout) gate_.forget();
-    heard_ = now;
+    if (to_seconds(now - received_) > kSampleTimeout) gate_.forget();
+    received_ = now;
     const HandVerdict verdict = gate_.update(sample, now);
     good_ = verdict == HandVerdict::kGood;
     sample.clutch = sample.clutch && good_;
@@ -39,7 +39,7 @@ class PastGate {
 
  private:
   HandGate gate_;
-  Time heard_{0};
+  Time received_{0};
   bool good_ = false;
 };
 

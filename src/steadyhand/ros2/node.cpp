@@ -106,7 +106,7 @@ class Domains {
 
 /// Called by DDS, whose code is C: nothing may be thrown through it.
 void Ros2Node::take(dds_entity_t reader, void* listener) {
-  const auto& [heard, failed] = *static_cast<const Listener*>(listener);
+  const auto& [on_message, failed] = *static_cast<const Listener*>(listener);
   std::array<void*, kAtOnce> messages{};
   std::array<dds_sample_info_t, kAtOnce> infos;
   for (;;) {
@@ -116,7 +116,7 @@ void Ros2Node::take(dds_entity_t reader, void* listener) {
     for (int i = 0; i < count; ++i) {
       if (!infos[i].valid_data) continue;
       try {
-        heard(messages[i], infos[i].publication_handle);
+        on_message(messages[i], infos[i].publication_handle);
       } catch (const std::exception& error) {
         if (failed) failed(error.what());
       } catch (...) {
@@ -224,12 +224,12 @@ Result<dds_entity_t> Ros2Node::make_writer(const Ros2Type& type, const std::stri
   return writer;
 }
 
-Status Ros2Node::make_reader(const Ros2Type& type, const std::string& topic, Heard heard) {
+Status Ros2Node::make_reader(const Ros2Type& type, const std::string& topic, OnMessage on_message) {
   const Result<dds_entity_t> entity = make_topic(type, topic);
   if (!entity) return entity.error();
   const Qos qos = make_qos(false, type);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
-  listeners_.push_back(std::make_unique<Listener>(Listener{std::move(heard), failed_}));
+  listeners_.push_back(std::make_unique<Listener>(Listener{std::move(on_message), failed_}));
   const DdsListener listener(dds_create_listener(listeners_.back().get()), dds_delete_listener);
   dds_lset_data_available(listener.get(), take);
   const dds_entity_t reader = dds_create_reader(participant_, *entity, qos.get(), listener.get());

@@ -14,7 +14,7 @@
 
 namespace steadyhand {
 
-/// Who sent a message: another number for each publisher that this process has heard.
+/// Who sent a message: another number for each publisher that this process received from.
 using Ros2PublisherId = std::uint64_t;
 
 /// A ROS 2 domain: `wanted`, or, if that is -1, the one that ROS_DOMAIN_ID names, or 0. Fails on what is no domain.
@@ -73,20 +73,20 @@ class Ros2Node {
     return Ros2Publisher<Message>(*writer);
   }
 
-  /// Calls `heard` for each message of others, on a thread of DDS, one after the other; it must be quick. Matches with
+  /// Calls `on_message` for each message of others, on a thread of DDS, one after the other; it must be quick. Matches with
   /// every publisher of the type, reliable or not.
   template <typename Message>
-  Status listen(const std::string& topic, std::function<void(const Message&, Ros2PublisherId)> heard) {
+  Status listen(const std::string& topic, std::function<void(const Message&, Ros2PublisherId)> on_message) {
     return make_reader(type_of(static_cast<Message*>(nullptr)), topic,
-                       [heard = std::move(heard)](const void* message, Ros2PublisherId publisher) {
-                         heard(*static_cast<const Message*>(message), publisher);
+                       [on_message = std::move(on_message)](const void* message, Ros2PublisherId publisher) {
+                         on_message(*static_cast<const Message*>(message), publisher);
                        });
   }
 
  private:
-  using Heard = std::function<void(const void*, Ros2PublisherId)>;
+  using OnMessage = std::function<void(const void*, Ros2PublisherId)>;
   struct Listener {
-    Heard heard;
+    OnMessage on_message;
     OnFailure failed;
   };
   Ros2Node(int domain, dds_entity_t participant, OnFailure failed)
@@ -94,7 +94,7 @@ class Ros2Node {
   static void take(dds_entity_t reader, void* listener);
   Result<dds_entity_t> make_topic(const Ros2Type& type, const std::string& topic);
   Result<dds_entity_t> make_writer(const Ros2Type& type, const std::string& topic, Time lifespan);
-  Status make_reader(const Ros2Type& type, const std::string& topic, Heard heard);
+  Status make_reader(const Ros2Type& type, const std::string& topic, OnMessage on_message);
 
   int domain_;
   dds_entity_t participant_;

@@ -121,14 +121,14 @@ Status Ros2Arm::join(int domain) {
   trajectories_ = *trajectories;
   Status listens = (*node)->listen<JointStateMessage>(
       settings_.joint_states,
-      [this](const JointStateMessage& message, Ros2PublisherId publisher) { hear(message, publisher); });
+      [this](const JointStateMessage& message, Ros2PublisherId publisher) { receive(message, publisher); });
   if (!listens) return listens.error();
   listens = (*node)->listen<JointTrajectoryMessage>(
       topic, [this](const JointTrajectoryMessage&, Ros2PublisherId) { trouble_ = Trouble::kTwoCommanders; });
   if (!listens) return listens.error();
   listens = (*node)->listen<ControllerStateMessage>(
       settings_.controller + "/controller_state",
-      [this](const ControllerStateMessage& message, Ros2PublisherId) { hear(message); });
+      [this](const ControllerStateMessage& message, Ros2PublisherId) { receive(message); });
   if (!listens) return listens.error();
   if (!settings_.speed_scaling.empty()) {
     listens = (*node)->listen<Float64Message>(
@@ -149,25 +149,25 @@ Ros2Arm::~Ros2Arm() {
 
 Result<JointVector> Ros2Arm::wait_for_states() {
   const Time until = clock_->now() + from_seconds(settings_.start_within);
-  while (!heard_news_.read(heard_)) {
+  while (!received_news_.read(received_)) {
     if (clock_->now() > until) return Error{no_states_ + " (domain, topic and names are settings: ros2.*)"};
     clock_->sleep_until(clock_->now() + period_);
   }
   known_ = true;
-  return heard_.q;
+  return received_.q;
 }
 
 // ---------------------------------------------------------------------------------------------- the thread that
 // listens
 
 /// Ignores what does not name all joints, once each value, is not finite, or carries no time: it is not for us.
-void Ros2Arm::hear(const JointStateMessage& message, Ros2PublisherId publisher) {
+void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publisher) {
   const Time arrival = clock_->now();
   const std::uint32_t count = message.name._length;
   if (!joints_.find({message.name._buffer, count}) || message.position._length != count) return;
   if (message.velocity._length != count && message.velocity._length != 0) return;
   if (!is_time(message.header.stamp)) return;
-  Heard news = newest_;
+  Received news = newest_;
   const int n = model_->dof();
   news.q.resize(n);
   news.dq.setZero(n);
@@ -198,10 +198,10 @@ void Ros2Arm::hear(const JointStateMessage& message, Ros2PublisherId publisher) 
   news.offset = offset_.update(news.theirs, arrival, !follows) - news.theirs;
   news.controllers = trajectories_.subscribers();
   newest_ = news;
-  heard_news_.write(news);
+  received_news_.write(news);
 }
 
-void Ros2Arm::hear(const ControllerStateMessage& message) {
+void Ros2Arm::receive(const ControllerStateMessage& message) {
   Told& told = newest_told_;
   told.arrival = clock_->now();
   told.theirs = time_of(message.header.stamp);
@@ -261,13 +261,13 @@ void Ros2Arm::write_letter() {
 
 ArmState Ros2Arm::receive() {
   keep_time();
-  heard_before_ = heard_;
-  if (heard_news_.read(heard_)) known_ = true;
+  received_before_ = received_;
+  if (received_news_.read(received_)) known_ = true;
   (void)told_news_.read(told_);
   if (known_) {
-    state_.joints.q = heard_.q;
-    state_.joints.dq = heard_.dq;
-    if (!heard_lately()) state_.joints.dq.setZero();
+    state_.joints.q = received_.q;
+    state_.joints.dq = received_.dq;
+    if (!states_are_recent()) state_.joints.dq.setZero();
     if (!(state_.joints.dq.cwiseAbs().maxCoeff() < kStanding)) moved_ = state_.joints.stamp.made;
   }
   if (phase_ != Phase::kStopped) proceed();
@@ -295,8 +295,8 @@ void Ros2Arm::keep_time() {
   if (state_.cycle == 1) phase_since_ = now;
 }
 
-bool Ros2Arm::heard_lately() const {
-  return known_ && clock_->now() - heard_.arrival <= from_seconds(settings_.state_timeout);
+bool Ros2Arm::states_are_recent() const {
+  return known_ && clock_->now() - received_.arrival <= from_seconds(settings_.state_timeout);
 }
 
 bool Ros2Arm::standing() const { return state_.joints.stamp.made - moved_ > kStands; }
@@ -317,8 +317,8 @@ std::string_view Ros2Arm::why_not() const {
     case Trouble::kNone:
       break;
   }
-  if (!heard_lately()) return no_states_;
-  if (heard_.controllers == 0) return no_controller_;
+  if (!states_are_recent()) return no_states_;
+  if (received_.controllers == 0) return no_controller_;
   if (slowed_down_.load(std::memory_order_relaxed)) {
     return "the arm's speed scaling is not 100 %: set its speed slider to that, and start its program";
   }
@@ -403,14 +403,14 @@ void Ros2Arm::order(const JointCommand& command, Time now) {
 /// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
 /// the way to us they may have been held up.
 bool Ros2Arm::off_path() const {
-  const JointCommand expected = commanded(heard_.theirs + heard_.offset - from_seconds(info_.delay));
-  return expected.q.size() > 0 && (heard_.q - expected.q).cwiseAbs().maxCoeff() > settings_.path_tolerance;
+  const JointCommand expected = commanded(received_.theirs + received_.offset - from_seconds(info_.delay));
+  return expected.q.size() > 0 && (received_.q - expected.q).cwiseAbs().maxCoeff() > settings_.path_tolerance;
 }
 
 /// Whether the controller's own set-point is another than that time's: it sets its trajectory time to now with each
 /// trajectory that comes; slowed down it would crawl in between, and jump.
 bool Ros2Arm::misled() const {
-  const JointCommand expected = commanded(told_.theirs + heard_.offset - look_ahead_);
+  const JointCommand expected = commanded(told_.theirs + received_.offset - look_ahead_);
   if (expected.q.size() == 0 || told_.q.size() == 0) return false;
   const double most = kSetPointError + kSetPointTime * expected.dq.cwiseAbs().maxCoeff();
   return !((told_.q - expected.q).cwiseAbs().maxCoeff() <= most);
@@ -418,17 +418,17 @@ bool Ros2Arm::misled() const {
 
 /// Whether a joint moved further, from one state to the next, than the speeds explain at which it was commanded lately.
 bool Ros2Arm::stepped() const {
-  const double dt = to_seconds(heard_.theirs - heard_before_.theirs);
+  const double dt = to_seconds(received_.theirs - received_before_.theirs);
   if (dt <= 0.0 || sent_count_ == 0) return false;
-  const Time since = heard_.theirs + heard_.offset - look_ahead_ - kSpeedCounts;
-  JointVector fastest = JointVector::Zero(heard_.q.size()), fastest_back = fastest;
+  const Time since = received_.theirs + received_.offset - look_ahead_ - kSpeedCounts;
+  JointVector fastest = JointVector::Zero(received_.q.size()), fastest_back = fastest;
   for (int age = 0; age < sent_count_; ++age) {
     const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
     if (command.stamp.made < since) break;
     fastest = fastest.cwiseMax(command.dq);
     fastest_back = fastest_back.cwiseMin(command.dq);
   }
-  const JointVector moved = heard_.q - heard_before_.q;
+  const JointVector moved = received_.q - received_before_.q;
   return (moved - (dt + kStepTime) * fastest).maxCoeff() > kStep ||
          ((dt + kStepTime) * fastest_back - moved).maxCoeff() > kStep;
 }
@@ -487,7 +487,7 @@ void Ros2Arm::send(const JointCommand& command) {
 /// Hands the order to the thread that speaks.
 void Ros2Arm::post(Time begin) {
   order_.begin = begin;
-  order_.offset = heard_.offset;
+  order_.offset = received_.offset;
   orders_.write(order_);
   ++posted_;
   posted_.notify_one();

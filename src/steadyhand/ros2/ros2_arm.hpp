@@ -50,7 +50,7 @@ class Ros2Arm final : public Arm {
   /// What the threads that listen and speak noticed.
   enum class Trouble : int { kNone, kTwoStatePublishers, kTwoCommanders, kClockJumped, kThrew };
   /// The newest joint states.
-  struct Heard {
+  struct Received {
     JointVector q, dq;
     Time theirs{0}, arrival{0};  ///< stamp on the controller's clock; when it came, on ours
     Time offset{0};              ///< ours less theirs
@@ -85,8 +85,8 @@ class Ros2Arm final : public Arm {
   Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& clock, std::vector<std::string> names);
   static Result<std::unique_ptr<Ros2Arm>> make(const RobotModel& model, const Ros2Settings& settings, Clock& clock);
   Status join(int domain);
-  void hear(const JointStateMessage& message, Ros2PublisherId publisher);
-  void hear(const ControllerStateMessage& message);
+  void receive(const JointStateMessage& message, Ros2PublisherId publisher);
+  void receive(const ControllerStateMessage& message);
   void speak();
   void write_letter();
   void keep_time();
@@ -100,7 +100,7 @@ class Ros2Arm final : public Arm {
   bool misled() const;
   bool stepped() const;
   JointCommand commanded(Time then) const;
-  bool heard_lately() const;
+  bool states_are_recent() const;
   bool standing() const;
   bool long_ago(double seconds) const;
   void post(Time begin);
@@ -119,7 +119,7 @@ class Ros2Arm final : public Arm {
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
   Time phase_since_{0}, last_command_{0};
-  Heard heard_, heard_before_;
+  Received received_, received_before_;
   Told told_;
   bool known_ = false;
   CommandCheck check_;
@@ -137,11 +137,11 @@ class Ros2Arm final : public Arm {
 
   // ---- of the thread that listens
   JointOrder joints_, told_joints_;
-  Heard newest_;
+  Received newest_;
   Told newest_told_;
   Ros2PublisherId state_publisher_ = 0;
   OffsetFilter offset_;
-  LatestValue<Heard> heard_news_;  ///< to the control thread
+  LatestValue<Received> received_news_;  ///< to the control thread
   LatestValue<Told> told_news_;
   std::atomic<bool> slowed_down_{false};  ///< the hardware is, by what it tells
   std::atomic<Trouble> trouble_{Trouble::kNone};

@@ -55,14 +55,14 @@ Status Ros2Bridge::join(const Ros2Settings& settings, Ros2Node::OnFailure failed
   liquid_ = *liquid;
   if (!settings.hand.empty()) {
     Status listens = (*node)->listen<PoseStampedMessage>(
-        settings.hand, [this](const PoseStampedMessage& message, Ros2PublisherId) { hear(message); });
+        settings.hand, [this](const PoseStampedMessage& message, Ros2PublisherId) { take_pose(message); });
     if (!listens) return listens.error();
   }
   node_ = std::move(*node);
   return Done{};
 }
 
-void Ros2Bridge::hear(const PoseStampedMessage& message) {
+void Ros2Bridge::take_pose(const PoseStampedMessage& message) {
   const auto& [position, orientation] = message.pose;
   OperatorSample sample;
   sample.X_operator_hand.p = {position.x, position.y, position.z};
@@ -78,13 +78,13 @@ void Ros2Bridge::hear(const PoseStampedMessage& message) {
   if (theirs < theirs_) offset_.reset();  // their clock was set back, or another sends: the filter would wait for it
   theirs_ = theirs;
   sample.stamp = {theirs > Time(0) ? std::min(offset_.update(theirs, now, true), now) : now, now};
-  heard_ = now;
+  received_ = now;
   sample.clutch = closed_.exchange(true);  // the first one finds it open: only a fresh grip counts
   on_hand_(sample);
 }
 
 void Ros2Bridge::poll(Time now) {
-  if (!closed_ || now - heard_.load() < kSilence || !closed_.exchange(false)) return;
+  if (!closed_ || now - received_.load() < kSilence || !closed_.exchange(false)) return;
   OperatorSample open;
   open.stamp = {now, now};
   open.tracked = false;

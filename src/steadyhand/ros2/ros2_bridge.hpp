@@ -40,7 +40,7 @@ class Ros2Bridge {
   Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings, const Clock& clock,
              OnHand on_hand);
   Status join(const Ros2Settings& settings, Ros2Node::OnFailure failed);
-  void hear(const PoseStampedMessage& message);
+  void take_pose(const PoseStampedMessage& message);
   void show_target(const SessionSnapshot& snapshot);
   void show_path(const SessionSnapshot& snapshot);
   void show_liquid(const SessionSnapshot& snapshot);
@@ -56,7 +56,7 @@ class Ros2Bridge {
   Ros2Publisher<MarkerArrayMessage> liquid_;
   OffsetFilter offset_;  ///< of the thread that listens, as the next
   Time theirs_{0};       ///< stamp of the newest pose
-  std::atomic<Time> heard_{Time::min()};
+  std::atomic<Time> received_{Time::min()};
   std::atomic<bool> closed_{false};
   std::atomic<std::uint64_t> ignored_{0};
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first

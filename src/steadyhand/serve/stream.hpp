@@ -39,7 +39,7 @@ class Stream {
   /// At once: what is under way ends.
   void cut();
   /// Called with the size of all that is read from here on.
-  void on_read(std::function<void(std::size_t bytes)> heard) { heard_ = std::move(heard); }
+  void on_read(std::function<void(std::size_t bytes)> call) { on_read_ = std::move(call); }
 
   template <typename Buffers, typename Handler>
   auto async_read_some(const Buffers& buffers, Handler&& handler) {
@@ -47,7 +47,7 @@ class Stream {
         [this](auto done, const auto& to) {
           auto kept = keep(std::move(done));
           transport_->read(gather<boost::asio::mutable_buffer>(to), [this, kept](error_code error, std::size_t bytes) {
-            if (heard_) heard_(bytes);
+            if (on_read_) on_read_(bytes);
             (*kept)(error, bytes);
           });
         },
@@ -95,7 +95,7 @@ class Stream {
   }
 
   std::unique_ptr<Transport> transport_;
-  std::function<void(std::size_t)> heard_;
+  std::function<void(std::size_t)> on_read_;
 };
 
 /// How Beast ends a connection in good order, and at once.

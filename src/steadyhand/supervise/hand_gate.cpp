@@ -45,7 +45,7 @@ void HandGate::forget() {
 }
 
 HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
-  report_.heard = now;
+  report_.received = now;
   if (!sample.clutch) gripped_ = report_.clutch = false;  // letting go counts, however late and in whatever order
   if (any_) {
     const double newer = to_seconds(sample.stamp.hand - last_.stamp.hand);

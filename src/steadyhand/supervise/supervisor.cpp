@@ -57,7 +57,7 @@ std::span<const Transition> transitions() { return kTransitions; }
 bool Supervisor::happened(Event event, const SupervisionInput& input) const {
   const HandReport& hand = input.hand;
   const auto passed = [&](double seconds, Time since) { return to_seconds(input.now - since) > seconds; };
-  const bool heard = !passed(settings_.disengage_after, hand.heard);
+  const bool received = !passed(settings_.disengage_after, hand.received);
   const bool trusted = hand.trusted && !passed(settings_.hold_after, hand.good);
   switch (event) {
     case Event::kArmStopped:
@@ -75,15 +75,15 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
     case Event::kResetAsked:
       return input.reset_of == halts_ && input.stops == stops_ && input.at_rest;
     case Event::kSilence:
-      return !heard;
+      return !received;
     case Event::kReleased:
       return !hand.clutch;
     case Event::kGripped:
-      return heard && trusted && hand.clutch && hand.grips != grips_used_;
+      return received && trusted && hand.clutch && hand.grips != grips_used_;
     case Event::kHandLost:
       return !trusted;
     case Event::kHandBack:
-      return heard && trusted && hand.clutch && input.last_plan > since_;
+      return received && trusted && hand.clutch && input.last_plan > since_;
     case Event::kPlannerLate:
       return passed(settings_.planner_late_after, std::max(input.last_plan, since_));
   }

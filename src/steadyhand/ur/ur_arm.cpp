@@ -217,13 +217,13 @@ void UniversalRobotsArm::lose_connection() {
 
 /// Takes in all that has come. @return whether there was a report
 bool UniversalRobotsArm::listen() {
-  bool heard = false;
+  bool received = false;
   for (;;) {
     const Socket::Outcome outcome = rtde_->fill();
-    for (RtdeReader data({}); rtde_->next(data); heard = true) read(data);
+    for (RtdeReader data({}); rtde_->next(data); received = true) read(data);
     if (outcome == Socket::Outcome::kDone) continue;
     if (outcome == Socket::Outcome::kClosed) lose_connection();
-    return heard;
+    return received;
   }
 }
 
@@ -250,7 +250,7 @@ void UniversalRobotsArm::read(RtdeReader& data) {
 }
 
 /// What the controller says of the program that was sent: why it did not start, or ended. The rest is for nobody here.
-void UniversalRobotsArm::hear_script() {
+void UniversalRobotsArm::read_script() {
   while (primary_) {
     const Socket::Outcome outcome = primary_->fill();
     for (UrMessage message; primary_->next(message);) {
@@ -279,12 +279,12 @@ void UniversalRobotsArm::hear_script() {
 
 ArmState UniversalRobotsArm::receive() {
   take_connections();
-  bool heard = false;
+  bool received = false;
   if (rtde_) {
-    heard = listen();
-    if (rtde_ && !heard && rtde_->wait(silent_ ? period_ : from_seconds(settings_.state_timeout))) heard = listen();
+    received = listen();
+    if (rtde_ && !received && rtde_->wait(silent_ ? period_ : from_seconds(settings_.state_timeout))) received = listen();
   }
-  if (heard) {
+  if (received) {
     silent_ = false;
     keep_time();
   } else {
@@ -297,8 +297,8 @@ ArmState UniversalRobotsArm::receive() {
     }
     keep_time_alone();
   }
-  hear_script();
-  if (rtde_ && heard) proceed();
+  read_script();
+  if (rtde_ && received) proceed();
   state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
                                               : ArmStatus::kStarting;

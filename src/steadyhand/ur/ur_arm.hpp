@@ -87,7 +87,7 @@ class UniversalRobotsArm final : public Arm {
   void lose_connection();
   bool listen();
   void read(RtdeReader& data);
-  void hear_script();
+  void read_script();
   void keep_time();
   void keep_time_alone();
   void proceed();
@@ -132,7 +132,7 @@ class UniversalRobotsArm final : public Arm {
 
   std::uint64_t counted_from_ = 0;  ///< cycle, see counts_cycles()
   int quiet_ = 0;                   ///< states in which the program's cycle did not change
-  std::int32_t begun_at_ = 0;       ///< the program's cycle then, or when it was first heard of
+  std::int32_t begun_at_ = 0;       ///< the program's cycle then, or when its first cycle was read
   bool asked_to_stop_ = false;      ///< is the paused program
 
   /// Why the arm stopped, where that is no static text. Kept for long, since others read it later.

@@ -25,7 +25,7 @@ constexpr const char* kProgram = R"(def steadyhand():
   place = q
   speed = still
   cycle = 0
-  heard = 0
+  answered = 0
   late = 0
   youngest = 1000000
   following = False
@@ -52,7 +52,7 @@ constexpr const char* kProgram = R"(def steadyhand():
     end
     if read_input_integer_register({input_session}) == {session}:
       answers = read_input_integer_register({answers})
-      if answers > heard:
+      if answers > answered:
         if answers <= cycle:
           if not following:
             following = True
@@ -61,9 +61,9 @@ constexpr const char* kProgram = R"(def steadyhand():
               ended = -4
             end
           end
-          heard = answers
-          if cycle - heard < youngest:
-            youngest = cycle - heard
+          answered = answers
+          if cycle - answered < youngest:
+            youngest = cycle - answered
           end
         end
       end
@@ -74,7 +74,7 @@ constexpr const char* kProgram = R"(def steadyhand():
       end
     end
     if following and ended == 0:
-      lost = cycle - heard - youngest
+      lost = cycle - answered - youngest
       if lost <= bridged:
         late = 0
       else:
