@@ -113,7 +113,7 @@ TEST(Messages, WritesTheServersFixtures) {
   facts.robot = R"({"name":"ur5e"})";
   facts.glass = {0.03125, 0.125, 0.0625};
   facts.terms = {{"near", "Near the hand", "1/(m^2 s)", 3, 1.0, 1e4, true, false},
-                 {"calm", "Liquid, sideways", "s^3/m^2", 1, 0.0, 20.0, false, true}};
+                 {"calm", "Lateral specific force", "s^3/m^2", 1, 0.0, 20.0, false, true}};
   facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
   facts.recordings = {"reach"};
   EXPECT_EQ(Json::parse(welcome_message(facts, 3)), expected["welcome"]);

@@ -128,7 +128,7 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await until(async () => (await state(page)).cycles > slower.cycles + 200, 'control cycles');
   const later = await state(page);
   assert.ok((later.plans - slower.plans) / (later.cycles - slower.cycles) < 0.3, 'five control cycles for each plan');
-  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Liquid, sideways', 'Liquid, up and down']);
+  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Lateral specific force', 'Vertical specific force']);
   await page.fill('#weight-lateral', '100'); // half-way of 200 steps
   await until(async () => (await weight(page, 'lateral')) === 10, 'the weight');
   await page.evaluate(() => document.activeElement?.blur());

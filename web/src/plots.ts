@@ -78,7 +78,7 @@ export class Plots {
     root.replaceChildren();
     const perProfile = profiles.map((p, i) => ({ label: p.name, color: PROFILE_COLORS[i % PROFILE_COLORS.length]! }));
     const spread = [{ label: 'p50', color: '#2f7fd0' }, { label: 'p99', color: '#d1561c' }];
-    this.#make('lateral', 'Sideways at the liquid, m/s²', perProfile, 2);
+    this.#make('lateral', 'Lateral specific force, m/s²', perProfile, 2);
     this.#make('error', 'Target to glass, mm', perProfile, 50);
     this.#make('solve', 'Solve time, ms', spread, 0.2);
     this.#make('latency', 'Hand to command, ms', spread, 10);

@@ -125,7 +125,7 @@ export class Session {
       case 'ready':
         if (plays) return takeOver;
         if (this.yours && heldFor > HEARD_AFTER) return `You have the arm now. ${means.again}`;
-        return this.yours ? means.lead : `Nobody drives. ${means.lead}`;
+        return this.yours ? means.lead : `No operator. ${means.lead}`;
       case 'engaged':
         if (plays) return takeOver;
         return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';

@@ -244,7 +244,7 @@ describe('session', () => {
     expect(advice('engaged', 0, another)).toContain('Client 7');
     expect(advice('engaged', -1, me)).toContain('Let go');
     expect(advice('engaged', -1, nobody)).not.toContain('Let go');
-    expect(advice('ready', -1, nobody)).toContain('Nobody drives');
+    expect(advice('ready', -1, nobody)).toContain('No operator');
     expect(advice('stopping', -1, nobody)).toContain('Reset');
   });
 

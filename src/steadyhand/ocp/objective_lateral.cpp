@@ -9,7 +9,7 @@ class Lateral final : public LiquidObjective<0, 1> {
  public:
   Lateral()
       : LiquidObjective({.name = "lateral",
-                         .label = "Liquid, sideways",
+                         .label = "Lateral specific force",
                          .unit = "s^3/m^2",
                          .range = {0.0, 20.0},
                          .at_rest_min = kAtRest}) {}

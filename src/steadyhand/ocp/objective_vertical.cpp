@@ -8,7 +8,7 @@ namespace {
 class Vertical final : public LiquidObjective<2> {
  public:
   Vertical()
-      : LiquidObjective({.name = "vertical", .label = "Liquid, up and down", .unit = "s^3/m^2", .range = {0.0, 20.0}}) {
+      : LiquidObjective({.name = "vertical", .label = "Vertical specific force", .unit = "s^3/m^2", .range = {0.0, 20.0}}) {
   }
 };
 

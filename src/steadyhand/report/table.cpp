@@ -18,7 +18,7 @@ using Best = MetricRow::Best;
 
 constexpr MetricRow kRows[] = {
     {kGlass, "Lateral acceleration, mean", "m/s²", [](const Metrics& m) { return m.lateral_mean; }, 3, Best::kLowest,
-     "What pushes the liquid sideways: √(a_x² + a_y²) in the frame of the glass, mean over all steps."},
+     "Lateral specific force at the glass: √(a_x² + a_y²) in the frame of the glass, mean over all steps."},
     {kGlass, "Lateral acceleration, p99", "m/s²", [](const Metrics& m) { return m.lateral_p99; }, 3, Best::kLowest,
      "99 % of the steps stay at or below it (nearest rank, as all percentiles here)."},
     {kGlass, "Vertical acceleration, smallest", "m/s²", [](const Metrics& m) { return m.vertical_min; }, 2,
