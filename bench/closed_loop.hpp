@@ -2,10 +2,10 @@
 
 #include <random>
 
+#include "sequences.hpp"
 #include "steadyhand/plan/warm_start.hpp"
 #include "steadyhand/predict/predictor.hpp"
 #include "steadyhand/robot/reach.hpp"
-#include "sequences.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand::bench {

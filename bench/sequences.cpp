@@ -48,8 +48,7 @@ struct Swing {
 Result<std::pair<TargetPath, double>> recorded(const RobotModel& model) {
   RecordingOptions range;
   range.until = 11.0;
-  const auto recording = load_recording(
-      Places::standard().data / "recordings/physics/demo-recording.json", range);
+  const auto recording = load_recording(Places::standard().data / "recordings/physics/demo-recording.json", range);
   if (!recording) return recording.error();
   Retargeter retargeter;
   const Pose home = home_pose(model);

@@ -7,8 +7,8 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "steadyhand/app/command_line.hpp"
 #include "closed_loop.hpp"
+#include "steadyhand/app/command_line.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/record/problem_json.hpp"

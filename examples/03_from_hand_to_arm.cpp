@@ -1,5 +1,5 @@
-// The whole way as it runs live: poses of the hand come at 90 Hz, commands go to the arm at 500 Hz, and a Pipeline plans in
-// between. Here the hand goes round in a circle, and the clock is a counter.
+// The whole way as it runs live: poses of the hand come at 90 Hz, commands go to the arm at 500 Hz, and a Pipeline
+// plans in between. Here the hand goes round in a circle, and the clock is a counter.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,8 @@ int main() {
     const double angle = 2.0 * M_PI * to_seconds(t) / 4.0;
     return Pose{0.2 * Vector3(0.0, std::sin(angle), 1.0 - std::cos(angle)), Quaternion::Identity()};
   };
-  const Time command_period = from_seconds(1.0 / 500.0), hand_period = from_seconds(1.0 / 90.0), end = from_seconds(8.0);
+  const Time command_period = from_seconds(1.0 / 500.0), hand_period = from_seconds(1.0 / 90.0),
+             end = from_seconds(8.0);
   Kinematics kinematics(ur5e);
   Time next_hand{0};
   double worst_error = 0.0, worst_speed = 0.0, smallest_gap = 1.0;

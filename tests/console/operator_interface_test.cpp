@@ -25,7 +25,7 @@ struct DeskBefore : testing::Test {
     still.samples.resize(2);
     still.samples[1].stamp.hand = std::chrono::seconds(1);
     operator_interface = std::make_unique<OperatorInterface>(*session, profiles, 1, RetargetSettings{},
-                                          std::vector<NamedRecording>{{"still", still}});
+                                                             std::vector<NamedRecording>{{"still", still}});
   }
   Status ask(Kind kind, const std::string& text = "", double value = 0.0) {
     return operator_interface->apply({kind, text, value}, clock.now());

@@ -7,8 +7,8 @@
 #include "steadyhand/record/session_file.hpp"
 #include "steadyhand/replay/replay.hpp"
 #include "steadyhand/report/past_session.hpp"
-#include "support/virtual_session.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/virtual_session.hpp"
 
 namespace steadyhand {
 namespace {

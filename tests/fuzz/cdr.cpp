@@ -1,6 +1,7 @@
-// Messages of ROS 2 as bytes from the wire: through Cyclone DDS, which decodes them, to all that listen to them here. Each
-// is a byte that says on which topic, one with the cycles of control after it, in which the machine may tell what it ought
-// to (bit 7), two with its length, and its bytes. The first byte of all says whether the arm follows commands by then.
+// Messages of ROS 2 as bytes from the wire: through Cyclone DDS, which decodes them, to all that listen to them here.
+// Each is a byte that says on which topic, one with the cycles of control after it, in which the machine may tell what
+// it ought to (bit 7), two with its length, and its bytes. The first byte of all says whether the arm follows commands
+// by then.
 #include <dds/ddsi/ddsi_serdata.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -102,7 +103,8 @@ struct Machine {
     model = random_arm(6, random, false);
     for (Joint& joint : model.joints) names.push_back(joint.name.data());
     q.assign(6, 0.0);
-    const dds_entity_t participant = dds_create_participant(static_cast<dds_domainid_t>(settings.domain), nullptr, nullptr);
+    const dds_entity_t participant =
+        dds_create_participant(static_cast<dds_domainid_t>(settings.domain), nullptr, nullptr);
     char nothing[] = "";
     JointStateMessage state{};
     JointTrajectoryMessage trajectory{};

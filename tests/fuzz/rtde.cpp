@@ -1,8 +1,8 @@
 // What a controller sends over RTDE: the first byte says in what pieces it comes.
 #include <sys/socket.h>
 
-#include "steadyhand/ur/rtde_client.hpp"
 #include "fuzz/fuzz.hpp"
+#include "steadyhand/ur/rtde_client.hpp"
 
 namespace steadyhand {
 

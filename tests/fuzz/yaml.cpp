@@ -1,7 +1,7 @@
 // YAML: a robot file, a profile and settings, all of them from the same text.
+#include "fuzz/fuzz.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
-#include "fuzz/fuzz.hpp"
 #include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {

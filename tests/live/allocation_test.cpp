@@ -1,7 +1,7 @@
 #include <optional>
 
-#include "support/virtual_session.hpp"
 #include "support/allocation_guard.hpp"
+#include "support/virtual_session.hpp"
 
 namespace steadyhand {
 namespace {

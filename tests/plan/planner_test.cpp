@@ -7,11 +7,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/ocp/evaluation.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
-#include "robot/random_arm.hpp"
-#include "support/allocation_guard.hpp"
 #include "steadyhand/track/tracker.hpp"
+#include "support/allocation_guard.hpp"
 
 namespace steadyhand {
 namespace {

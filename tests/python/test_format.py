@@ -12,9 +12,6 @@ spec = importlib.util.spec_from_file_location("format", ROOT / "tests/format.py"
 form = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(form)
 
-# Files and folders/ that are still to be put into form, a line each; none may be added.
-EXCUSED = ROOT / "tests/unformatted.txt"
-excused = tuple(EXCUSED.read_text().split()) if EXCUSED.exists() else ()
 needs_clang_format = pytest.mark.skipif(not form.CLANG_FORMAT.exists(), reason="clang-format is not installed: ./steadyhand test does that")
 
 
@@ -26,13 +23,12 @@ def names(paths):
 def test_sources_are_as_clang_format_leaves_them():
     files = form.sources()
     assert len(files) > 300
-    wrong = [name for name in names(form.unformatted(files)) if not name.startswith(excused)]
-    assert wrong == [], "run ./steadyhand format"
+    assert names(form.unformatted(files)) == [], "run ./steadyhand format"
 
 
 def test_no_line_of_a_source_is_too_long():
     found = [f"{path.relative_to(ROOT)}:{number}" for path in form.sources() for number in form.long_lines(path)]
-    assert [place for place in found if not place.startswith(excused)] == []
+    assert found == []
 
 
 @needs_clang_format

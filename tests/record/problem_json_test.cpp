@@ -88,16 +88,11 @@ TEST(ProblemJson, BadInputIsNamed) {
       {spoilt([](Json& j) { j["horizon"] = 2.5; }), "problem.horizon: is 2.5"},
       {spoilt([](Json& j) { j["horizon"] = 4000; }), "problem.horizon: is 4000"},
       {spoilt([](Json& j) { j["horizon"] = 3; }), "problem.reference: has 2 entries; it must have 3"},
-      {spoilt([](Json& j) {
-         j["x0"] = {1, 2, 3};
-       }),
-       "problem.x0: has 3 entries"},
+      {spoilt([](Json& j) { j["x0"] = {1, 2, 3}; }), "problem.x0: has 3 entries"},
       {spoilt([](Json& j) { j["x0"][1] = nullptr; }), "problem.x0[1]: is null"},
       {spoilt([](Json& j) { j["reference"][1]["R"][0][0] = 2; }), "problem.reference[1].R: is no rotation matrix"},
       {spoilt([](Json& j) { j["reference"][0].erase("p"); }), "problem.reference[0].p: is missing"},
-      {spoilt([](Json& j) {
-         j["guess"] = {{"x", Json::array()}, {"u", Json::array()}};
-       }),
+      {spoilt([](Json& j) { j["guess"] = {{"x", Json::array()}, {"u", Json::array()}}; }),
        "problem.guess.x: has 0 entries"},
       {spoilt([](Json& j) { j["tolerance"] = -1; }), "problem.tolerance: is -1"},
       {R"([{"robot": 5}])", "problem[0].robot: must be a string"},

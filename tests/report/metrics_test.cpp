@@ -7,9 +7,9 @@
 #include <random>
 #include <sstream>
 
+#include "sample_run.hpp"
 #include "steadyhand/report/report.hpp"
 #include "steadyhand/report/table.hpp"
-#include "sample_run.hpp"
 
 namespace steadyhand {
 namespace {

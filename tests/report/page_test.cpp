@@ -6,8 +6,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "steadyhand/report/page_data.hpp"
 #include "sample_run.hpp"
+#include "steadyhand/report/page_data.hpp"
 #include "support/temporary_folder.hpp"
 
 /// What the page is made of; tests/python/test_report.py opens it in a browser.

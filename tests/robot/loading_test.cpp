@@ -6,9 +6,9 @@
 #include <cmath>
 #include <functional>
 
+#include "robot/urdf_text.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 #include "steadyhand/robot/urdf_chain.hpp"
-#include "robot/urdf_text.hpp"
 #include "support/temporary_folder.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
@@ -244,45 +244,27 @@ INSTANTIATE_TEST_SUITE_P(
     Settings, LoadRobotRefuses,
     testing::Values(
         Refusal{"home_size", urdf_robot(urdf_serial_arm(2)), "home has 3 numbers; the arm has 2 joints",
-                [](auto& s) {
-                  s.home = {{0, 0, 0}};
-                }},
+                [](auto& s) { s.home = {{0, 0, 0}}; }},
         Refusal{"home_outside", urdf_robot(urdf_serial_arm(2)), "home[1] = 3.5 rad is outside the limits -3 to 3",
-                [](auto& s) {
-                  s.home = {{0, 3.5}};
-                }},
+                [](auto& s) { s.home = {{0, 3.5}}; }},
         Refusal{"home_nan", urdf_robot(urdf_serial_arm(2)), "home[0] of joint 'j1' is nan",
-                [](auto& s) {
-                  s.home = {{NAN, 0}};
-                }},
+                [](auto& s) { s.home = {{NAN, 0}}; }},
         Refusal{"acceleration_negative", urdf_robot(urdf_serial_arm(2)), "acceleration_max[1] of joint 'j2' is -1",
-                [](auto& s) {
-                  s.acceleration_max = {{1, -1}};
-                }},
+                [](auto& s) { s.acceleration_max = {{1, -1}}; }},
         Refusal{"velocity_infinite", urdf_robot(urdf_serial_arm(2)), "velocity_max[0] of joint 'j1' is inf",
-                [](auto& s) {
-                  s.velocity_max = {{INFINITY, 1}};
-                }},
+                [](auto& s) { s.velocity_max = {{INFINITY, 1}}; }},
         Refusal{"tool_nan", urdf_robot(urdf_serial_arm(2)), "the tool's origin",
                 [](auto& s) { s.tool_origin.translation().x() = NAN; }},
         Refusal{"tool_skewed", urdf_robot(urdf_serial_arm(2)), "not a rotation",
                 [](auto& s) { s.tool_origin.linear()(0, 0) = 2.0; }},
         Refusal{"sphere_link", urdf_robot(urdf_serial_arm(2)), "sphere 'a' is on link 'nowhere'",
-                [](auto& s) {
-                  s.spheres = {{"a", "nowhere", Vector3::Zero(), 0.1}};
-                }},
+                [](auto& s) { s.spheres = {{"a", "nowhere", Vector3::Zero(), 0.1}}; }},
         Refusal{"sphere_radius", urdf_robot(urdf_serial_arm(2)), "sphere 'a' has radius 0 m",
-                [](auto& s) {
-                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.0}};
-                }},
+                [](auto& s) { s.spheres = {{"a", "l0", Vector3::Zero(), 0.0}}; }},
         Refusal{"sphere_center", urdf_robot(urdf_serial_arm(2)), "the centre of sphere 'a'",
-                [](auto& s) {
-                  s.spheres = {{"a", "l0", Vector3(NAN, 0, 0), 0.1}};
-                }},
+                [](auto& s) { s.spheres = {{"a", "l0", Vector3(NAN, 0, 0), 0.1}}; }},
         Refusal{"sphere_twice", urdf_robot(urdf_serial_arm(2)), "two spheres are called 'a'",
-                [](auto& s) {
-                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}, {"a", "l2", Vector3::Zero(), 0.1}};
-                }},
+                [](auto& s) { s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}, {"a", "l2", Vector3::Zero(), 0.1}}; }},
         Refusal{"pair_unknown", urdf_robot(urdf_serial_arm(2)), "pair [a, b]: there is no sphere 'b'",
                 [](auto& s) {
                   s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}};

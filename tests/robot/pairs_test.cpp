@@ -4,8 +4,8 @@
 
 #include <set>
 
-#include "steadyhand/robot/kinematics.hpp"
 #include "robot/random_arm.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 #include "steadyhand/robot/loading.hpp"
 #include "steadyhand/robot/pairs.hpp"
-#include "robot/random_arm.hpp"
 #include "steadyhand/robot/reach.hpp"
 #include "support/ur5e_urdf.hpp"
 

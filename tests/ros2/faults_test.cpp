@@ -5,9 +5,9 @@
 #include <cmath>
 #include <fstream>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/track/sample.hpp"
-#include "robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"
 #include "support/swing.hpp"

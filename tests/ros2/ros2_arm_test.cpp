@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "steadyhand/plan/straight_stop.hpp"
 #include "robot/random_arm.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"

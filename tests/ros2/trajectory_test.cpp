@@ -1,11 +1,11 @@
 // What is sent to a joint trajectory controller, and that one as documented executes it as it was planned.
 #include "steadyhand/ros2/trajectory.hpp"
-#include "steadyhand/track/sample.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "steadyhand/track/sample.hpp"
 #include "support/ros2/joint_trajectory_controller.hpp"
 
 namespace steadyhand {

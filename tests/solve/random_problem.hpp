@@ -1,7 +1,7 @@
 #pragma once
 
-#include "steadyhand/ocp/evaluation.hpp"
 #include "robot/random_arm.hpp"
+#include "steadyhand/ocp/evaluation.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {

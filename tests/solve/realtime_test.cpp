@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "steadyhand/solve/kkt.hpp"
 #include "solve/random_problem.hpp"
+#include "steadyhand/solve/kkt.hpp"
 #include "steadyhand/solve/realtime/newton_system.hpp"
 
 #ifndef __SANITIZE_ADDRESS__

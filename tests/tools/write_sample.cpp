@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "steadyhand/record/recorder.hpp"
 #include "report/sample_run.hpp"
+#include "steadyhand/record/recorder.hpp"
 
 namespace steadyhand {
 namespace {

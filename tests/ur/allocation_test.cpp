@@ -2,10 +2,10 @@
 #include <optional>
 #include <utility>
 
-#include "support/ur/lockstep.hpp"
 #include "robot/random_arm.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"
+#include "support/ur/lockstep.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,14 +1,13 @@
 // Kinematics as the factory measured it, and where it comes from: the primary interface's packages.
-#include "steadyhand/ur/ur_calibration.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/robot/kinematics.hpp"
-#include "robot/random_arm.hpp"
+#include "steadyhand/ur/ur_calibration.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 #include "support/ur/ur5e_kinematics.hpp"
 

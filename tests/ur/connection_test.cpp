@@ -9,10 +9,10 @@
 #include <thread>
 #include <vector>
 
-#include "steadyhand/ur/ur_dashboard.hpp"
-#include "support/ur/lockstep.hpp"
 #include "robot/random_arm.hpp"
+#include "steadyhand/ur/ur_dashboard.hpp"
 #include "support/manual_clock.hpp"
+#include "support/ur/lockstep.hpp"
 
 namespace steadyhand {
 namespace {

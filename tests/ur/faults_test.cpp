@@ -5,11 +5,11 @@
 #include <cmath>
 #include <thread>
 
-#include "steadyhand/ur/ur_dashboard.hpp"
-#include "support/ur/lockstep.hpp"
 #include "robot/random_arm.hpp"
+#include "steadyhand/ur/ur_dashboard.hpp"
 #include "support/manual_clock.hpp"
 #include "support/swing.hpp"
+#include "support/ur/lockstep.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,10 +1,10 @@
 // Whether a link is fit, from arrivals that are made up; and the clock that such arrivals give.
-#include "steadyhand/ur/ur_link_check.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "steadyhand/ur/ur_link_check.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,12 +1,11 @@
 // The program that runs on the controller, away from any network: a host of registers and a clock of cycles.
-#include "steadyhand/ur/ur_program.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "steadyhand/ur/ur_program.hpp"
 #include "support/ur/urscript.hpp"
 
 namespace steadyhand {

@@ -5,9 +5,9 @@
 #include <random>
 #include <thread>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/ur/ur_modes.hpp"
-#include "robot/random_arm.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 
 namespace steadyhand {

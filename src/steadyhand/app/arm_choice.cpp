@@ -97,7 +97,9 @@ Status has_ros2() {
 
 double ArmChoice::speed_scaling() const { return speed.value_or(kind()->hardware ? kFirstSpeed : 1.0); }
 
-double ArmChoice::first_speed_scaling() const { return kind()->hardware ? std::min(1.0, kFirstSpeed / speed_scaling()) : 1.0; }
+double ArmChoice::first_speed_scaling() const {
+  return kind()->hardware ? std::min(1.0, kFirstSpeed / speed_scaling()) : 1.0;
+}
 
 void add_host_options(CommandLine& command, ArmChoice& choice) {
   command.add_option("--host", choice.host, "Name or address of the arm's controller");

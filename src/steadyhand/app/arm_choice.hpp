@@ -40,7 +40,8 @@ void add_host_options(CommandLine& command, ArmChoice& choice);
 Status confirm(const ArmChoice& choice, const std::string& what);
 /// Takes the kinematics that a UR's factory measured from the arm, if it tells; says what it did.
 Status take_calibration(const ArmChoice& choice, RobotModel& model);
-/// Checks the choice, of whose kind there is one from then on, asks once before anything that can move hardware, and lowers the model's limits to the share.
+/// Checks the choice, of whose kind there is one from then on, asks once before anything that can move hardware, and
+/// lowers the model's limits to the share.
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);
 /// Fails with what to install, if this program was built without ROS 2.
 Status has_ros2();

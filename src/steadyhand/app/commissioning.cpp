@@ -8,9 +8,9 @@
 #include <sstream>
 #include <vector>
 
+#include "steadyhand/console/settings.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/robot/kinematics.hpp"
-#include "steadyhand/console/settings.hpp"
 
 namespace steadyhand {
 
@@ -211,7 +211,7 @@ Status write_setting(const fs::path& file, const std::string& key, const std::st
     out << with_setting(in, section, name, value) << std::flush;
     if (!out) failed = std::make_error_code(std::errc::io_error);
   }
-  std::string why = failed                          ? "it cannot be written"
+  std::string why = failed                         ? "it cannot be written"
                     : reads_back(next, key, value) ? ""
                                                    : "its form is beyond this program";
   if (why.empty()) {
@@ -221,8 +221,8 @@ Status write_setting(const fs::path& file, const std::string& key, const std::st
     why = failed.message();
   }
   fs::remove(next, failed);
-  return Error{fmt::format("{} is left as it was: {}; put {}: {} under {} yourself", file.string(), why, name, value,
-                           section)};
+  return Error{
+      fmt::format("{} is left as it was: {}; put {}: {} under {} yourself", file.string(), why, name, value, section)};
 }
 
 }  // namespace steadyhand

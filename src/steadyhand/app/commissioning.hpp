@@ -4,10 +4,10 @@
 #include <string>
 
 #include "steadyhand/arm/arm.hpp"
+#include "steadyhand/console/stop_signals.hpp"
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
-#include "steadyhand/console/stop_signals.hpp"
 
 namespace steadyhand {
 
@@ -21,7 +21,7 @@ enum class Stage {
 };
 
 struct StageMotion {
-  double way = 0.0;    ///< rad, of each joint, to and fro
+  double way = 0.0;            ///< rad, of each joint, to and fro
   double speed_scaling = 0.0;  ///< of the model's speeds and accelerations, at most
 };
 StageMotion motion_of(Stage stage);

@@ -30,20 +30,11 @@ void add_settings_options(CommandLine& command, SettingsOptions& options) {
   command.add_option("--set", options.assignments, "KEY=VALUE of any setting, also several")->expected(1, -1);
   const auto value = [&](const std::string& name, const std::string& key, const std::string& what) {
     command.add_option_function(
-        name,
-        [&options, key, name](const std::string& text) {
-          options.given.push_back({key, text, name});
-        },
-        what);
+        name, [&options, key, name](const std::string& text) { options.given.push_back({key, text, name}); }, what);
   };
   const auto flag = [&](const std::string& name, const std::string& key, const std::string& text,
                         const std::string& what) {
-    command.add_flag_callback(
-        name,
-        [&options, key, text, name] {
-          options.given.push_back({key, text, name});
-        },
-        what);
+    command.add_flag_callback(name, [&options, key, text, name] { options.given.push_back({key, text, name}); }, what);
   };
   value("--robot", "robot", "Name, robot file or URDF");
   value("--profile", "profile", "Name or file of a profile");

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/record/recorder.hpp"
 #include "steadyhand/live/live_session.hpp"
+#include "steadyhand/record/recorder.hpp"
 #include "steadyhand/record/step_describer.hpp"
 
 namespace steadyhand {

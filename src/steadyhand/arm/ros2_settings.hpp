@@ -11,11 +11,11 @@ struct Ros2Settings {
   std::string joint_states = "/joint_states";
   /// Tells in % how fast the hardware executes what it is sent; below 100 nothing moves. Empty: nobody tells.
   std::string speed_scaling = "/speed_scaling_state_broadcaster/speed_scaling";
-  std::string hand;        ///< topic of poses that lead the arm as the operator's hand does; empty: none
-  bool show = false;       ///< publish for RViz, and listen to `hand`, also with other arms
-  std::string prefix;      ///< of the joints' and frames' names on the ROS side
-  std::string joints;      ///< names of the joints from the base, with commas between; empty: those of the robot
-  double rate_hz = 100.0;  ///< of trajectories
+  std::string hand;              ///< topic of poses that lead the arm as the operator's hand does; empty: none
+  bool show = false;             ///< publish for RViz, and listen to `hand`, also with other arms
+  std::string prefix;            ///< of the joints' and frames' names on the ROS side
+  std::string joints;            ///< names of the joints from the base, with commas between; empty: those of the robot
+  double rate_hz = 100.0;        ///< of trajectories
   double look_ahead = 0.05;      ///< s between a command and its execution; all that is sent comes this much ahead
   double state_timeout = 0.035;  ///< s without joint states after which the arm counts as stopped
   /// s by which the arm lags behind its controller's set-points. By default between none and that of a UR's servos, so
@@ -27,7 +27,7 @@ struct Ros2Settings {
   double start_tolerance = 0.02;   ///< rad, most that the joints may move in that
   bool realtime = false;           ///< ask for real-time priority for the threads that talk
   double command_timeout = 0.1;    ///< s without a command after which the arm counts as stopped
-  double path_tolerance = 0.05;      ///< rad, any joint, measured to commanded a delay ago: it stopped, or lags
+  double path_tolerance = 0.05;    ///< rad, any joint, measured to commanded a delay ago: it stopped, or lags
 };
 
 }  // namespace steadyhand

@@ -62,7 +62,8 @@ Places Places::standard() {
 void Places::add_packages(const fs::path& folder) {
   AddedPackages& added = added_packages();
   const std::lock_guard lock(added.mutex);
-  if (std::find(added.folders.begin(), added.folders.end(), folder) == added.folders.end()) added.folders.push_back(folder);
+  if (std::find(added.folders.begin(), added.folders.end(), folder) == added.folders.end())
+    added.folders.push_back(folder);
 }
 
 std::vector<std::string> names_in(const Places& places, const std::string& folder) {
@@ -86,11 +87,12 @@ Result<fs::path> find_named_file(const Places& places, const std::string& folder
   if (fs::is_regular_file(path, error)) return path;
   const std::vector<std::string> names = names_in(places, folder);
   if (names.empty()) {
-    return Error{fmt::format("'{}' is no file, and there are no {} in {}: set STEADYHAND_DATA to the folder that has them",
-                             name, folder, places.data.string())};
+    return Error{
+        fmt::format("'{}' is no file, and there are no {} in {}: set STEADYHAND_DATA to the folder that has them", name,
+                    folder, places.data.string())};
   }
-  return Error{fmt::format("'{}' is neither a file nor one of the names in {}/: {}", name, folder,
-                           fmt::join(names, ", "))};
+  return Error{
+      fmt::format("'{}' is neither a file nor one of the names in {}/: {}", name, folder, fmt::join(names, ", "))};
 }
 
 Result<fs::path> find_in_package(const Places& places, const std::string& package, const std::string& path) {

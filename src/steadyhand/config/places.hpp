@@ -10,12 +10,13 @@ namespace steadyhand {
 
 /// Where the files are that a short name stands for.
 struct Places {
-  std::filesystem::path data;                   ///< robots/, profiles/, recordings/
-  std::vector<std::filesystem::path> packages;  ///< where Python packages are installed; the first that has a file counts
+  std::filesystem::path data;  ///< robots/, profiles/, recordings/
+  /// Where Python packages are installed; the first that has a file counts.
+  std::vector<std::filesystem::path> packages;
 
-  /// `data` is share/steadyhand in the folder of this library or program, or one or two folders above it, as it was built
-  /// or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name in there,
-  /// and behind it what add_packages() was told.
+  /// `data` is share/steadyhand in the folder of this library or program, or one or two folders above it, as it was
+  /// built or installed; the environment variable STEADYHAND_DATA names another. `packages` is the folder of that name
+  /// in there, and behind it what add_packages() was told.
   static Places standard();
   /// Python packages are installed in this folder, too. Any thread.
   static void add_packages(const std::filesystem::path& folder);

@@ -19,9 +19,9 @@ struct Profile {
   double tolerance = 1e-6;  ///< of the KKT conditions
 };
 
-/// A profile by name ("tracking") or path, that may weigh these objectives. Keys: name, label, weights, horizon, dt, solver, tolerance, limits. Refuses
-/// with file and line: keys and terms that do not exist (and lists those that do), negative weights, values out of
-/// range.
+/// A profile by name ("tracking") or path, that may weigh these objectives. Keys: name, label, weights, horizon, dt,
+/// solver, tolerance, limits. Refuses with file and line: keys and terms that do not exist (and lists those that do),
+/// negative weights, values out of range.
 Result<Profile> load_profile(const std::string& name, const Places& places = Places::standard(),
                              const Objectives& objectives = default_objectives());
 

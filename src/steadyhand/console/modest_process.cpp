@@ -24,9 +24,9 @@ constexpr rlim_t kMostMemory = RLIM_INFINITY;  // sanitizers reserve terabytes, 
 #else
 constexpr rlim_t kMostMemory = rlim_t(2) << 30;  // bytes of address space
 #endif
-constexpr std::size_t kMostOutput = 256 << 20;   // bytes that are taken into this process
-constexpr std::size_t kMostError = 4096;         // bytes
-constexpr int kLookAround = 20;                  // ms between two looks at whether to end
+constexpr std::size_t kMostOutput = 256 << 20;  // bytes that are taken into this process
+constexpr std::size_t kMostError = 4096;        // bytes
+constexpr int kLookAround = 20;                 // ms between two looks at whether to end
 
 /// Both ends closed at the end of their scope and in every other program.
 struct Pipe {
@@ -92,8 +92,7 @@ bool take(int descriptor, std::string& text, std::size_t most) {
 Result<std::string> output_of(const ModestProcess& process, const std::atomic<bool>& end) {
   Pipe out, err;
   pid_t child = -1;
-  const int failed =
-      out.failed || err.failed ? errno : spawn(process, {out.ends[1], err.ends[1]}, 0, child);
+  const int failed = out.failed || err.failed ? errno : spawn(process, {out.ends[1], err.ends[1]}, 0, child);
   if (failed != 0) return Error{fmt::format("{} cannot be run: {}", process.program, std::strerror(failed))};
   out.close_end(1);
   err.close_end(1);

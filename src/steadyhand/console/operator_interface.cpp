@@ -26,7 +26,7 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 }  // namespace
 
 OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile,
-                           const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
+                                     const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
     : session_(&session), profiles_(std::move(profiles)), recordings_(std::move(recordings)) {
   controls_.scale = retarget.scale;
   controls_.yaw = retarget.yaw;

@@ -68,7 +68,8 @@ SettingsTable describe(SessionSettings& s) {
   LiveSettings& live = s.live;
   t.add("planner.rate", "Hz", "planning steps; auto: what this machine sustains", live.planner_rate_hz, {4.0, 500.0},
         "auto");
-  t.add("planner.look_ahead", "s", "from a step to where its plan begins; auto: by the rate", live.look_ahead, up_to(0.25), "auto");
+  t.add("planner.look_ahead", "s", "from a step to where its plan begins; auto: by the rate", live.look_ahead,
+        up_to(0.25), "auto");
   t.add("planner.solver", "whose; profile: the profile's own", s.solver, solvers);
   t.add("planner.rest_within", "s", "in which the arm comes to rest when it no longer follows",
         live.planning.rest_within, up_to(5.0));

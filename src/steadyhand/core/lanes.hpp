@@ -13,7 +13,8 @@ namespace steadyhand {
 inline constexpr int kLanes = STEADYHAND_LANES;
 
 /// kLanes doubles that go through the same arithmetic at once: a Scalar for Eigen and for the terms, one node of the
-/// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor; aligned alike for each.
+/// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor; aligned alike for
+/// each.
 class alignas(kLanes * sizeof(double)) Lanes {
  public:
   using Vector [[gnu::vector_size(kLanes * sizeof(double))]] = double;

@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "steadyhand/live/links.hpp"
 #include "steadyhand/plan/plan_check.hpp"
 #include "steadyhand/robot/kinematics.hpp"
-#include "steadyhand/live/links.hpp"
 #include "steadyhand/track/tracker.hpp"
 
 namespace steadyhand {

@@ -43,8 +43,9 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
   }
   const double cycle = 1.0 / fastest;
   if (!(settings.look_ahead >= 0.0) || settings.look_ahead > longest_look_ahead(cycle, rate)) {
-    return Error{fmt::format("planner.look_ahead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
-                             settings.look_ahead, longest_look_ahead(cycle, rate))};
+    return Error{
+        fmt::format("planner.look_ahead is {} s; it must be from 0 to {} s, its period less a cycle of the arm",
+                    settings.look_ahead, longest_look_ahead(cycle, rate))};
   }
   resolved.planning.look_ahead = look_ahead_at(settings, cycle, rate);
   resolved.planning.planner.budget.time_us = 1e6 * resolved.planning.look_ahead;

@@ -21,8 +21,8 @@ namespace steadyhand {
 struct LiveSettings {
   /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
   double planner_rate_hz = 0.0;
-  /// s, see PlanningSettings::look_ahead, which this sets; 0: PlanningSettings::default_look_ahead. It is also the solver's budget:
-  /// a plan that takes longer would begin in the past.
+  /// s, see PlanningSettings::look_ahead, which this sets; 0: PlanningSettings::default_look_ahead. It is also the
+  /// solver's budget: a plan that takes longer would begin in the past.
   double look_ahead = 0.0;
   bool realtime = true;  ///< ask for real-time priority, locked memory and processors that do not sleep
   PlanningSettings planning;

@@ -20,8 +20,8 @@ constexpr double kMargin = 1e-4;          // share of speed and acceleration
 /// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
 constexpr double kServoMargin = 1e-3;
 
-/// How much larger than the model's the pairs of spheres that are planned with are, m: by what these may overlap between
-/// nodes and the servos' margin, and less if they are nearer than that at home.
+/// How much larger than the model's the pairs of spheres that are planned with are, m: by what these may overlap
+/// between nodes and the servos' margin, and less if they are nearer than that at home.
 double inflation(const RobotModel& model, double overlap) {
   Kinematics arm(model);
   arm.set_position(model.home);
@@ -43,8 +43,8 @@ RobotModel within(const RobotModel& model, double speed_scaling, double inflated
 
 }  // namespace
 
-Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel& model, double speed_scaling, double inflated,
-                                                     const PlanningSettings& settings) {
+Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel& model, double speed_scaling,
+                                                                double inflated, const PlanningSettings& settings) {
   auto limited = std::make_unique<RobotModel>(within(model, speed_scaling, inflated));
   auto planner = Planner::make(*limited, settings.ocp, settings.planner);
   if (!planner) return planner.error();
@@ -142,9 +142,9 @@ void PlanningStage::apply_settings(Time now) {
   links_->taps.settings.push({now, settings});
 }
 
-/// With those at rest nothing draws the arm anywhere, it loses its speed and rights the glass as fast as the liquid bears.
-/// The terms' own bounds were found by stopping moving arms at random instants: they spill least of what comes to rest
-/// within 0.6 s.
+/// With those at rest nothing draws the arm anywhere, it loses its speed and rights the glass as fast as the liquid
+/// bears. The terms' own bounds were found by stopping moving arms at random instants: they spill least of what comes
+/// to rest within 0.6 s.
 void PlanningStage::set_weights(std::span<const JointVector> weights) {
   weights_.assign(weights.begin(), weights.end());
   rest_weights_.assign(weights.begin(), weights.end());
@@ -218,8 +218,8 @@ void PlanningStage::send_target(const Target& target) {
 void PlanningStage::plan_following(Time start) {
   if (!solve(start, weights_)) return;
   send(scaled_.planner->plan());
-  view_.constraint =
-      active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance().reference, reach_, scaled_.arm);
+  view_.constraint = active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance().reference,
+                                       reach_, scaled_.arm);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.

@@ -4,11 +4,11 @@
 #include <optional>
 
 #include "steadyhand/core/clock.hpp"
+#include "steadyhand/live/links.hpp"
 #include "steadyhand/plan/planner.hpp"
 #include "steadyhand/predict/predictor.hpp"
 #include "steadyhand/retarget/retargeter.hpp"
 #include "steadyhand/robot/reach.hpp"
-#include "steadyhand/live/links.hpp"
 
 namespace steadyhand {
 
@@ -21,10 +21,10 @@ struct PlanningSettings {
   /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
-  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip after it,
-  /// from rest, is followed at all of them. 1: no such time.
+  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip
+  /// after it, from rest, is followed at all of them. 1: no such time.
   double first_moves = 10.0, first_speed_scaling = 1.0;
-  double tap_period = 0.02;   ///< s between steps that taps are told of; those that failed always are
+  double tap_period = 0.02;                ///< s between steps that taps are told of; those that failed always are
   double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
   HandGateSettings gate;
   RetargetSettings retarget;
@@ -62,7 +62,8 @@ class PlanningStage {
     std::unique_ptr<Planner> planner;
     Kinematics arm;
   };
-  static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling, double inflated, const PlanningSettings& settings);
+  static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling, double inflated,
+                                           const PlanningSettings& settings);
 
   PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, ScaledPlanner scaled,
                 std::optional<ScaledPlanner> after_first_moves, const Reach& reach);

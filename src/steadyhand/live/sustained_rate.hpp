@@ -2,8 +2,8 @@
 
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/result.hpp"
-#include "steadyhand/robot/model.hpp"
 #include "steadyhand/live/planning_stage.hpp"
+#include "steadyhand/robot/model.hpp"
 
 namespace steadyhand {
 

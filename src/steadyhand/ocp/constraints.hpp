@@ -7,8 +7,8 @@
 
 namespace steadyhand {
 
-// Each has a file of its own, constraint_NAME.cpp. The model must outlive the constraint. default_constraints() (ocp.cpp)
-// lists them.
+// Each has a file of its own, constraint_NAME.cpp. The model must outlive the constraint. default_constraints()
+// (ocp.cpp) lists them.
 std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_acceleration_limits(const RobotModel& model, const OcpSettings& settings);

@@ -6,7 +6,8 @@
 
 namespace steadyhand {
 
-/// w |r|^2 with r = a_local - g along some axes of the glass: how far the specific force on the liquid is from that at rest.
+/// w |r|^2 with r = a_local - g along some axes of the glass: how far the specific force on the liquid is from that at
+/// rest.
 template <int... axes>
 class LiquidObjective : public ObjectiveFor<LiquidObjective<axes...>> {
  public:

@@ -8,8 +8,8 @@ namespace {
 class Vertical final : public LiquidObjective<2> {
  public:
   Vertical()
-      : LiquidObjective({.name = "vertical", .label = "Vertical specific force", .unit = "s^3/m^2", .range = {0.0, 20.0}}) {
-  }
+      : LiquidObjective(
+            {.name = "vertical", .label = "Vertical specific force", .unit = "s^3/m^2", .range = {0.0, 20.0}}) {}
 };
 
 }  // namespace

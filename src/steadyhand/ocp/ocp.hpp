@@ -31,8 +31,8 @@ class Ocp {
  public:
   /// With the settings' objectives and constraints. @pre check(settings)
   Ocp(const RobotModel& model, const OcpSettings& settings);
-  /// Why there is no such problem (horizon, dt, more than kMaxObjectives objectives, one that is null, a name that is no
-  /// word or is used twice, a number of weights that is none), or Done. Weights are checked by weights().
+  /// Why there is no such problem (horizon, dt, more than kMaxObjectives objectives, one that is null, a name that is
+  /// no word or is used twice, a number of weights that is none), or Done. Weights are checked by weights().
   static Status check(const OcpSettings& settings);
 
   const RobotModel& model() const { return *model_; }

@@ -39,9 +39,10 @@ Result<std::unique_ptr<Pipeline>> Pipeline::make(const std::string& robot, const
 Result<std::unique_ptr<Pipeline>> Pipeline::make(RobotModel model, const PipelineSettings& settings) {
   if (!(settings.rate_hz > 0.0) || settings.rate_hz > 1e4)
     return Error{fmt::format("rate is {} Hz; it must be above 0, to 1e4", settings.rate_hz)};
-  if (!(settings.retarget.scale > 0.0) || !std::isfinite(settings.retarget.scale) || !std::isfinite(settings.retarget.yaw))
-    return Error{fmt::format("scale is {} and yaw {} rad; both must be finite, the scale above 0", settings.retarget.scale,
-                             settings.retarget.yaw)};
+  if (!(settings.retarget.scale > 0.0) || !std::isfinite(settings.retarget.scale) ||
+      !std::isfinite(settings.retarget.yaw))
+    return Error{fmt::format("scale is {} and yaw {} rad; both must be finite, the scale above 0",
+                             settings.retarget.scale, settings.retarget.yaw)};
   auto owned = std::make_unique<const RobotModel>(std::move(model));
   auto planner = Planner::make(*owned, settings.ocp, settings.planner);
   if (!planner) return planner.error();
@@ -60,10 +61,12 @@ Pipeline::Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettin
 
 Status Pipeline::feed(const OperatorSample& sample) {
   const Pose& hand = sample.X_operator_hand;
-  if (sample.tracked && (!hand.p.allFinite() || !hand.q.coeffs().allFinite() || std::abs(hand.q.norm() - 1.0) > kUnitTolerance)) {
-    return Error{fmt::format("the hand is at [{}, {}, {}] m, turned by the quaternion [{}, {}, {}, {}]; numbers must be "
-                             "finite and the quaternion of length 1",
-                             hand.p.x(), hand.p.y(), hand.p.z(), hand.q.x(), hand.q.y(), hand.q.z(), hand.q.w())};
+  if (sample.tracked &&
+      (!hand.p.allFinite() || !hand.q.coeffs().allFinite() || std::abs(hand.q.norm() - 1.0) > kUnitTolerance)) {
+    return Error{
+        fmt::format("the hand is at [{}, {}, {}] m, turned by the quaternion [{}, {}, {}, {}]; numbers must be "
+                    "finite and the quaternion of length 1",
+                    hand.p.x(), hand.p.y(), hand.p.z(), hand.q.x(), hand.q.y(), hand.q.z(), hand.q.w())};
   }
   fed_ = true;
   arm_.set_position(tracker_.update(sample.stamp.hand).q);

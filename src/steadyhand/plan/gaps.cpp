@@ -13,7 +13,8 @@ LinkPairs levers(const RobotModel& model) {
   const int n = model.dof();
   LinkPairs result = LinkPairs::Zero();
   for (const Sphere& sphere : model.spheres) {
-    for (int i = 0; i < sphere.link; ++i) result(i, sphere.link) = std::max(result(i, sphere.link), sphere.center.norm());
+    for (int i = 0; i < sphere.link; ++i)
+      result(i, sphere.link) = std::max(result(i, sphere.link), sphere.center.norm());
   }
   for (int j = 1; j <= n; ++j) {
     double length = 0.0;
@@ -27,8 +28,8 @@ LinkPairs levers(const RobotModel& model) {
   return result;
 }
 
-/// While the joints are no faster than `speed`, a sphere on link j accelerates by no more than this as seen from link i,
-/// m/s^2. In that frame its acceleration is the sum over joints k and l between them of ddq_k z_k x r_k and of
+/// While the joints are no faster than `speed`, a sphere on link j accelerates by no more than this as seen from link
+/// i, m/s^2. In that frame its acceleration is the sum over joints k and l between them of ddq_k z_k x r_k and of
 /// dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)), r_k from joint k to the sphere.
 LinkPairs acceleration_bounds(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration) {
   const int n = static_cast<int>(speed.size());

@@ -99,8 +99,8 @@ Result<ReplayResult> replay(const RobotModel& model, const Recording& recording,
                             const ReplayTaps& taps) {
   const double rate_hz = settings.pipeline.rate_hz;
   if (!(rate_hz >= 1.0) || rate_hz > settings.command_rate_hz) {
-    return Error{fmt::format("rate is {} Hz; it must be from 1 to {} Hz, the arm's rate", rate_hz,
-                             settings.command_rate_hz)};
+    return Error{
+        fmt::format("rate is {} Hz; it must be from 1 to {} Hz, the arm's rate", rate_hz, settings.command_rate_hz)};
   }
   auto pipeline = Pipeline::make(model, settings.pipeline);
   if (!pipeline) return pipeline.error();

@@ -47,7 +47,8 @@ void KinematicsOf<Scalar>::set_position(const Joints& q) {
   Vector p = Vector::Zero();
   auto sphere = link_spheres_.begin();
   const auto place_spheres = [&](int link) {
-    for (; sphere != link_spheres_.end() && sphere->link == link; ++sphere) spheres_[sphere->sphere] = p + R * sphere->center;
+    for (; sphere != link_spheres_.end() && sphere->link == link; ++sphere)
+      spheres_[sphere->sphere] = p + R * sphere->center;
   };
   place_spheres(0);
   for (int k = 0; k < dof_; ++k) {

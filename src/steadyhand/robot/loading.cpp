@@ -23,8 +23,8 @@ class ModelBuilder {
     model.name = settings_.name.empty() ? chain_.robot_name : settings_.name;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
-    for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home, &ModelBuilder::add_spheres,
-                            &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
+    for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
+                            &ModelBuilder::add_spheres, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
     }
     return Done{};

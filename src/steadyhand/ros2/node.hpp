@@ -73,8 +73,8 @@ class Ros2Node {
     return Ros2Publisher<Message>(*writer);
   }
 
-  /// Calls `on_message` for each message of others, on a thread of DDS, one after the other; it must be quick. Matches with
-  /// every publisher of the type, reliable or not.
+  /// Calls `on_message` for each message of others, on a thread of DDS, one after the other; it must be quick. Matches
+  /// with every publisher of the type, reliable or not.
   template <typename Message>
   Status listen(const std::string& topic, std::function<void(const Message&, Ros2PublisherId)> on_message) {
     return make_reader(type_of(static_cast<Message*>(nullptr)), topic,

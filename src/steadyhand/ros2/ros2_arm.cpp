@@ -21,8 +21,8 @@ constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its 
 constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
 constexpr Time kMargin = std::chrono::milliseconds(20);
-/// s beyond ros2.state_timeout without a word from the controller after which it counts as not active; Humble's tells at 50
-/// Hz.
+/// s beyond ros2.state_timeout without a word from the controller after which it counts as not active; Humble's tells
+/// at 50 Hz.
 constexpr double kActive = 0.2;
 /// The controller's set-point may be off by so much, and by what the joints do in so long.
 constexpr double kSetPointError = 0.001;  // rad
@@ -62,14 +62,14 @@ Result<std::unique_ptr<Ros2Arm>> Ros2Arm::make(const RobotModel& model, const Ro
   auto names = ros2_joint_names(model, s);
   if (!names) return names.error();
   if (!(s.state_timeout + 1.0 / s.rate_hz < s.look_ahead)) {
-    return Error{
-        fmt::format("ros2.look_ahead is {} s; it must be more than ros2.state_timeout and the time between two trajectories "
-                    "together, {:.4g} s: otherwise what was held up on its way would still be sent, too late",
-                    s.look_ahead, s.state_timeout + 1.0 / s.rate_hz)};
+    return Error{fmt::format(
+        "ros2.look_ahead is {} s; it must be more than ros2.state_timeout and the time between two trajectories "
+        "together, {:.4g} s: otherwise what was held up on its way would still be sent, too late",
+        s.look_ahead, s.state_timeout + 1.0 / s.rate_hz)};
   }
   if ((s.look_ahead + to_seconds(kMargin)) * s.control_rate_hz > Order::kCommands) {
-    return Error{fmt::format("ros2.look_ahead is {} s; at {} Hz it can be {:.4g} s at most", s.look_ahead, s.control_rate_hz,
-                             Order::kCommands / s.control_rate_hz - to_seconds(kMargin))};
+    return Error{fmt::format("ros2.look_ahead is {} s; at {} Hz it can be {:.4g} s at most", s.look_ahead,
+                             s.control_rate_hz, Order::kCommands / s.control_rate_hz - to_seconds(kMargin))};
   }
   const Result<int> domain = ros2_domain(s.domain);
   if (!domain) return domain.error();

@@ -57,8 +57,9 @@ class Stream {
   auto async_write_some(const Buffers& buffers, Handler&& handler) {
     return boost::asio::async_initiate<Handler, void(error_code, std::size_t)>(
         [this](auto done, const auto& from) {
-          transport_->write(gather<boost::asio::const_buffer>(from),
-                            [kept = keep(std::move(done))](error_code error, std::size_t bytes) { (*kept)(error, bytes); });
+          transport_->write(
+              gather<boost::asio::const_buffer>(from),
+              [kept = keep(std::move(done))](error_code error, std::size_t bytes) { (*kept)(error, bytes); });
         },
         handler, buffers);
   }

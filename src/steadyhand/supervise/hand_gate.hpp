@@ -41,7 +41,7 @@ struct HandGateSettings {
 
 /// What the gate knows of the hand after a sample.
 struct HandReport {
-  Time received{0};                             ///< when the last sample of any kind arrived
+  Time received{0};                          ///< when the last sample of any kind arrived
   Time good{0};                              ///< when the last good one arrived
   bool clutch = false;                       ///< closed by the last sample in order, in a grip that counts
   bool trusted = false;                      ///< its pose may be followed

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "steadyhand/core/result.hpp"
 #include "steadyhand/ur/rtde_packet.hpp"
 #include "steadyhand/ur/socket.hpp"
-#include "steadyhand/core/result.hpp"
 
 namespace steadyhand {
 

@@ -282,7 +282,8 @@ ArmState UniversalRobotsArm::receive() {
   bool received = false;
   if (rtde_) {
     received = listen();
-    if (rtde_ && !received && rtde_->wait(silent_ ? period_ : from_seconds(settings_.state_timeout))) received = listen();
+    if (rtde_ && !received && rtde_->wait(silent_ ? period_ : from_seconds(settings_.state_timeout)))
+      received = listen();
   }
   if (received) {
     silent_ = false;

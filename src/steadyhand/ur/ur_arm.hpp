@@ -14,12 +14,12 @@
 #include "steadyhand/arm/carry_on.hpp"
 #include "steadyhand/arm/command_check.hpp"
 #include "steadyhand/arm/offset_filter.hpp"
+#include "steadyhand/arm/ur_settings.hpp"
+#include "steadyhand/core/clock.hpp"
 #include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/ur/ur_modes.hpp"
 #include "steadyhand/ur/ur_primary.hpp"
-#include "steadyhand/arm/ur_settings.hpp"
 #include "steadyhand/ur/ur_program.hpp"
-#include "steadyhand/core/clock.hpp"
 
 namespace steadyhand {
 

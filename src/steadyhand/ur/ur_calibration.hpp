@@ -1,8 +1,8 @@
 #pragma once
 
-#include "steadyhand/ur/ur_primary.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
+#include "steadyhand/ur/ur_primary.hpp"
 
 namespace steadyhand {
 

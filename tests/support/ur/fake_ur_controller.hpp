@@ -11,11 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/ur/ur_modes.hpp"
 #include "steadyhand/ur/ur_primary.hpp"
-#include "steadyhand/robot/kinematics.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/urscript.hpp"
 

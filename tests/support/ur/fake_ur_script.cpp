@@ -74,8 +74,7 @@ void FakeUrController::make_builtins() {
                                     "floor", +[](double x) { return std::floor(x); }),
                                 std::pair(
                                     "ceil", +[](double x) { return std::ceil(x); }),
-                                std::pair(
-                                    "sqrt", +[](double x) { return std::sqrt(x); })}) {
+                                std::pair("sqrt", +[](double x) { return std::sqrt(x); })}) {
     builtins_[name] = [f = f](const Arguments& a, Waiting&) { return Value(f(number(a.get(0, "f", 0.0)))); };
   }
   builtins_["sync"] = [](const Arguments&, Waiting& thread) {

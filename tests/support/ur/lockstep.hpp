@@ -19,7 +19,7 @@ class UrLockstep final : public Arm {
  public:
   UrLockstep(const RobotModel& model, const FakeUrController::Settings& settings, Clock& clock, UrSettings ur = {})
       : clock_(&clock), controller(model, settings), now_(clock.now()), model_(&model), ur_(ur) {
-    ur_.state_timeout = 0.001;  // real time: what is to come is there
+    ur_.state_timeout = 0.001;   // real time: what is to come is there
     ur_.connect_timeout = 60.0;  // on a machine that has other things to do
     begin_process();
   }

@@ -138,10 +138,10 @@ class ElasticBarrier {
   double curvature_scale_ = 1.0;
   double mu_ = 1.0;
 
-  NodeTable z_;                           ///< the point
-  NodeTable values_;                      ///< of all rows, where they were computed last
+  NodeTable z_;                                ///< the point
+  NodeTable values_;                           ///< of all rows, where they were computed last
   std::vector<std::vector<RowBlock>> blocks_;  ///< by batch
-  std::vector<Lanes> gradients_;          ///< of the blocks
+  std::vector<Lanes> gradients_;               ///< of the blocks
   std::vector<double> largest_multiplier_;
   double objective_ = 0.0, violation_ = 0.0;
   std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch

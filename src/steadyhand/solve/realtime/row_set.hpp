@@ -11,8 +11,8 @@ struct Row {
   ConstraintRow id;
   Nodes nodes;
   Bounds bounds;
-  int entry;            ///< see Constraint::entry
-  EntryRange support;   ///< see Constraint::support
+  int entry;                 ///< see Constraint::entry
+  EntryRange support;        ///< see Constraint::support
   double activation_margin;  ///< see Constraint::activation_margin
 };
 
