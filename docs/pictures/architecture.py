@@ -13,12 +13,12 @@ LIBRARIES = {
     "planning": ((20, 196, 410, 460), "below", 99, 84, {
         "core": (1.5, 0), "robot": (0, 1), "track": (1, 1), "retarget": (2, 1), "predict": (3, 1), "ocp": (0, 2), "solve": (0, 3),
         "plan": (0.5, 4), "config": (1.5, 5), "pipeline": (1.5, 6)}),
-    "live": ((446, 258, 386, 504), "below", 97, 84, {
-        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 2), "ur": (0, 3), "ros2": (1, 3), "record": (2, 4), "live": (0.8, 7),
+    "live": ((446, 258, 386, 528), "below", 97, 84, {
+        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 2), "ur": (0, 3), "ros2": (0.2, 8), "record": (2, 5), "live": (0.8, 7),
         "replay": (2, 7), "archive": (1.4, 8)}),
     "the program": ((848, 258, 138, 648), "below", 66, 60, {
-        "serve": (1, 1), "report": (0, 5), "console": (0.5, 9), "app": (0.5, 10)}),
-    "the Python package": ((446, 800, 170, 90), "above", 97, 84, {"python": (0.4, 10)}),
+        "report": (0, 6), "serve": (0.75, 8), "console": (0.5, 9), "app": (0.5, 10)}),
+    "the Python package": ((446, 804, 170, 90), "above", 97, 84, {"python": (0.4, 10)}),
 }
 FIRST_ROW, ROW = 232, 62
 FLOW = [("input, serve", "a hand"), ("retarget", ""), ("predict", ""), ("plan", "ocp, solve"), ("track", ""), ("arm, ur, ros2", "an arm")]

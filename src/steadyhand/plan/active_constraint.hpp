@@ -14,10 +14,11 @@ enum class ConstraintKind : std::uint8_t { kNone, kPosition, kVelocity, kAcceler
 /// As recordings and the protocol call it, e.g. "self_collision".
 std::string_view to_string(ConstraintKind kind);
 
+/// The constraint, and whose it is.
 struct ActiveConstraint {
-  ConstraintKind kind = ConstraintKind::kNone;
-  int first = -1;   ///< joint, or first sphere of the pair
-  int second = -1;  ///< second sphere of the pair
+  ConstraintKind kind = ConstraintKind::kNone;  ///< which limit
+  int first = -1;                               ///< joint, or first sphere of the pair
+  int second = -1;                              ///< second sphere of the pair
 };
 
 /// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, in the order reach (the
