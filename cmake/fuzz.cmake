@@ -26,7 +26,7 @@ add_executable(test_fuzz EXCLUDE_FROM_ALL tests/fuzz/corpus_test.cpp tests/fuzz/
 target_include_directories(test_fuzz PRIVATE tests)
 target_link_libraries(test_fuzz PRIVATE steadyhand_console steadyhand_ur ${fuzzed_ros2} GTest::gtest_main)
 target_compile_options(test_fuzz PRIVATE ${STEADYHAND_COLD_OPTIONS})
-target_precompile_headers(test_fuzz REUSE_FROM test_headers)
+target_precompile_headers(test_fuzz REUSE_FROM cold_test_headers)
 target_compile_definitions(test_fuzz PRIVATE STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}")
 add_test(NAME fuzz COMMAND test_fuzz WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
 set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_fuzz)

@@ -1,5 +1,6 @@
 # The hot rooms and their tests for other processors than the preset's, each level with a vector width of its own (core/lanes.hpp).
-# Whatever the host has, they are compiled; they run where it can, and elsewhere ctest says that they were skipped.
+# Whatever the host has, they are compiled; they run where it can, and elsewhere ctest says that they were skipped. Under
+# ASan they are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
 file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
 file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/solve/*.cpp src/steadyhand/solve/*/*.cpp src/steadyhand/track/*.cpp src/steadyhand/plan/*.cpp)
@@ -16,7 +17,7 @@ endif()
 function(steadyhand_processor level lanes flag)
   add_executable(test_${level} EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers} ${hot_tests})
   set_target_properties(test_${level} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  target_compile_options(test_${level} PRIVATE -march=${level} ${STEADYHAND_COLD_OPTIONS})
+  target_compile_options(test_${level} PRIVATE -march=${level} ${STEADYHAND_WARM_OPTIONS})
   target_compile_definitions(test_${level} PRIVATE STEADYHAND_LANES=${lanes} STEADYHAND_FATROP
                              STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}" STEADYHAND_DEPS="${STEADYHAND_DEPS}")
   steadyhand_public(test_${level})
@@ -27,10 +28,15 @@ function(steadyhand_processor level lanes flag)
   else()
     steadyhand_untested(${level} "this processor is not of the level ${level}")
   endif()
-  set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${level})
+  if(STEADYHAND_SANITIZE)
+    set_tests_properties(${level} PROPERTIES LABELS long)
+    set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_${level})
+  else()
+    set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${level})
+  endif()
 endfunction()
 
-if(STEADYHAND_SANITIZE MATCHES address)  # for plain x86-64 that preset is anyway, and release is for the host
+if(NOT STEADYHAND_SANITIZE MATCHES thread)  # the sanitizers' presets are for plain x86-64
   steadyhand_processor(x86-64-v3 4 avx2)
   steadyhand_processor(x86-64-v4 8 avx512vl)
 endif()

@@ -102,7 +102,20 @@ endif()
 list(TRANSFORM threaded PREPEND test_)
 add_custom_target(threaded DEPENDS steadyhand ${threaded})
 
-# Everything that `ctest` runs.
+# Campaigns of seconds take minutes under ASan; there they are among the long tests.
+set_tests_properties(live PROPERTIES COST 100)  # the longest begins first
+if(STEADYHAND_SANITIZE)
+  set(campaigns "AskedStop.BesideAReset*:AskedStop.SparesTheLiquid*:Gaps.*:HandToCommand.*:Motion.Singularities*"
+                ":Motion.WhereTheHandIs*:Pushed.*At250Hz")
+  string(CONCAT campaigns ${campaigns})
+  set_tests_properties(live PROPERTIES ENVIRONMENT "GTEST_FILTER=-${campaigns}")
+  add_test(NAME live_campaigns COMMAND test_live --gtest_filter=${campaigns} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
+  set_tests_properties(live_campaigns PROPERTIES LABELS long ENVIRONMENT GTEST_OUTPUT=)
+endif()
+
+# Everything that `ctest` runs, but for what only `./steadyhand test --long` builds.
+get_property(long_test_targets GLOBAL PROPERTY steadyhand_long_tests)
+add_custom_target(long_tests DEPENDS ${long_test_targets})
 get_property(test_targets GLOBAL PROPERTY steadyhand_tests)
 add_custom_target(tests DEPENDS ${test_targets} examples write_sample kinematics_dump fake_ur_controller)
 if(STEADYHAND_WITH_PYTHON)
