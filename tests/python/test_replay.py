@@ -54,7 +54,7 @@ def bundled(tmp_path_factory):
 
 def test_prints_table_and_leaves_report_and_data(bundled):
     folder, printed = bundled
-    assert "Lateral acceleration, mean" in printed and str(folder / "report.html") in printed
+    assert "Lateral specific force, mean" in printed and str(folder / "report.html") in printed
     assert (folder / "report.html").stat().st_size > 100_000
     for profile in PROFILES:
         assert len(rows(folder, profile)) == 220  # 11 s at 20 Hz

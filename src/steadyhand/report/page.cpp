@@ -76,7 +76,7 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
 <h3><label><input type="checkbox" data-profile="{}" checked> {}</label></h3>
 <p class="weights">{}</p>
 <dl>
-<div><dt>lateral acceleration, mean</dt><dd><b>{:.2f}</b> m/s²{}</dd></div>
+<div><dt>lateral specific force, mean</dt><dd><b>{:.2f}</b> m/s²{}</dd></div>
 <div><dt>position error, RMS</dt><dd><b>{:.0f}</b> mm{}</dd></div>
 <div><dt>solve time, mean</dt><dd><b>{:.0f}</b> µs{}</dd></div>
 </dl>

@@ -17,11 +17,11 @@ constexpr const char* kLimits = "Limits";
 using Best = MetricRow::Best;
 
 constexpr MetricRow kRows[] = {
-    {kGlass, "Lateral acceleration, mean", "m/s²", [](const Metrics& m) { return m.lateral_mean; }, 3, Best::kLowest,
+    {kGlass, "Lateral specific force, mean", "m/s²", [](const Metrics& m) { return m.lateral_mean; }, 3, Best::kLowest,
      "Lateral specific force at the glass: √(a_x² + a_y²) in the frame of the glass, mean over all steps."},
-    {kGlass, "Lateral acceleration, p99", "m/s²", [](const Metrics& m) { return m.lateral_p99; }, 3, Best::kLowest,
+    {kGlass, "Lateral specific force, p99", "m/s²", [](const Metrics& m) { return m.lateral_p99; }, 3, Best::kLowest,
      "99 % of the steps stay at or below it (nearest rank, as all percentiles here)."},
-    {kGlass, "Vertical acceleration, smallest", "m/s²", [](const Metrics& m) { return m.vertical_min; }, 2,
+    {kGlass, "Vertical specific force, smallest", "m/s²", [](const Metrics& m) { return m.vertical_min; }, 2,
      Best::kHighest, "What holds the liquid down: 9.81 at rest, 0 in free fall."},
     {kTracking, "Position error, RMS", "mm", [](const Metrics& m) { return 1e3 * m.position_rms; }, 1, Best::kLowest,
      "Planned against target position at the same time, root mean square over the engaged steps."},
