@@ -1,5 +1,5 @@
 # The hot rooms and their tests for other processors than the preset's, each level with a vector width of its own (core/lanes.hpp).
-# Whatever the host has, they are compiled; they run where it can, and elsewhere ctest says that they were skipped. Under
+# Whatever the host has, they are compiled, but for the level that the preset is for; they run where it can, and elsewhere ctest says that they were skipped. Under
 # ASan they are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
 file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
@@ -15,6 +15,9 @@ if(EXISTS /proc/cpuinfo)
 endif()
 
 function(steadyhand_processor level lanes flag)
+  if(STEADYHAND_NATIVE AND lanes EQUAL STEADYHAND_LANES)
+    return()  # the preset's own tests are of this level
+  endif()
   add_executable(test_${level} EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers} ${hot_tests})
   set_target_properties(test_${level} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   target_compile_options(test_${level} PRIVATE -march=${level} ${STEADYHAND_WARM_OPTIONS})

@@ -47,6 +47,8 @@ endfunction()
 # and what its folders hold but those left out, become the library steadyhand_NAME; with tests tests/NAME/*.cpp the executable
 # test_NAME. HOT: what it does in a planning period or a cycle of the arm takes time that counts, so the compiler may take
 # its time, too; WARM: it runs in each, but for short; but for HOT files of ONCE, of which packages for several processors hold one version (cmake/levels.cmake).
+# Tests of rooms that are neither run under sanitizers; without these they are among the long ones, since what the
+# optimiser does matters less there than the time that a second build takes.
 function(steadyhand_room name)
   cmake_parse_arguments(room "HOT;WARM" "" "USES;LINK;EXCEPT;TEST_LINK;ONCE" ${ARGN})
   list(TRANSFORM room_USES PREPEND steadyhand_)
@@ -87,7 +89,12 @@ function(steadyhand_room name)
     target_compile_definitions(test_${name} PRIVATE STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}"
                                                     STEADYHAND_DEPS="${STEADYHAND_DEPS}")
     add_test(NAME ${name} COMMAND test_${name} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
-    set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${name})
+    if(room_HOT OR room_WARM OR STEADYHAND_SANITIZE)
+      set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${name})
+    else()
+      set_tests_properties(${name} PROPERTIES LABELS long)
+      set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_${name})
+    endif()
   endif()
 endfunction()
 

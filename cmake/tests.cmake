@@ -95,7 +95,7 @@ include(cmake/processors.cmake)
 # What is run under ThreadSanitizer: tests of rooms with threads that ask for no speed, and the program, which the adversary
 # attacks (tests/python/test_adversary.py). Cyclone DDS is not compiled for that.
 set(threaded core supervise serve console)
-set_tests_properties(${threaded} PROPERTIES LABELS threads)
+set_property(TEST ${threaded} APPEND PROPERTY LABELS threads)
 if(STEADYHAND_SANITIZE MATCHES thread)
   set_tests_properties(serve PROPERTIES ENVIRONMENT "GTEST_FILTER=-ServerTest.StatesReach64*")  # within 250 ms
 endif()
