@@ -13,6 +13,7 @@ from mcap.writer import Writer
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/soak"))
 from judge import judge  # noqa: E402
+from motion_rules import command_steps  # noqa: E402
 from recorded_session import RecordedSession  # noqa: E402
 from session_log import SessionLog  # noqa: E402
 
@@ -96,16 +97,31 @@ def test_a_session_as_it_should_be_breaks_nothing(sheet):
     assert sheet.rules() == set()
 
 
-def test_a_file_reads_as_what_was_written_also_when_it_is_cut_short(sheet, tmp_path):
-    with open(tmp_path / "session.mcap", "wb") as file:
+def write(path, messages):
+    with open(path, "wb") as file:
         writer = Writer(file, chunk_size=100_000)
         writer.start()
         writer.add_metadata("robot", {"json": json.dumps(ROBOT)})
-        for topic, messages in sheet.messages().items():
+        for topic, entries in messages.items():
             channel = writer.register_channel(topic, "json", 0)
-            for t, members in messages:
+            for t, members in entries:
                 writer.add_message(channel, round(1e9 * t), json.dumps(members).encode(), round(1e9 * t))
         writer.finish()
+
+
+def test_a_second_file_may_begin_between_a_command_and_its_state(sheet, tmp_path):
+    whole = sheet.messages()
+    write(tmp_path / "1.mcap", {topic: [m for m in messages if m[0] < 1.6] for topic, messages in whole.items()})
+    write(tmp_path / "2.mcap", {topic: [m for m in messages if m[0] > (2.0 if topic == "/joint_command" else 2.003)]
+                               for topic, messages in whole.items()})
+    read = RecordedSession.read([tmp_path / "1.mcap", tmp_path / "2.mcap"])
+    assert [rule for rule, _, _ in command_steps(read, None)] == []
+    read.spans = read.spans[:1]  # the same commands, as if nothing had not been recorded
+    assert [rule for rule, _, _ in command_steps(read, None)] == ["command step"]
+
+
+def test_a_file_reads_as_what_was_written_also_when_it_is_cut_short(sheet, tmp_path):
+    write(tmp_path / "session.mcap", sheet.messages())
     written, read = sheet.recorded(), RecordedSession.read([tmp_path / "session.mcap"])
     assert read.robot == ROBOT and [c[1:] for c in read.changes] == [c[1:] for c in written.changes]
     assert read.spans == [pytest.approx(span) for span in written.spans]

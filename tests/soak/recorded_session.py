@@ -45,7 +45,7 @@ class RecordedSession:
                 with open(path, "rb") as file:
                     for topic, t, members in read_messages(file):
                         messages[topic].append((t, members))
-                        if topic == "/joint_state":
+                        if topic != "/supervision":
                             times.append(t)
             except UNREADABLE:
                 pass
