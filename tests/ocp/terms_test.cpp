@@ -262,8 +262,25 @@ TEST(OwnTerms, ListsThatAreNoProblemAreRefused) {
   settings.horizon = 0;
   expect_refused(settings, "horizon is 0");
   settings = {};
-  settings.dt = std::nan("");
-  expect_refused(settings, "dt is nan");
+  for (const double dt : {std::nan(""), 0.0, 10.1, std::numeric_limits<double>::infinity()}) {
+    settings.dt = dt;
+    expect_refused(settings, "; it must be above 0, to 10 s");
+  }
+  for (const double scale : {std::nan(""), 0.0, -1.0, 1.5}) {
+    settings = {};
+    settings.velocity_scale = scale;
+    expect_refused(settings, "velocity_scale is " + fmt::format("{}; it must be above 0, to 1", scale));
+    settings = {};
+    settings.acceleration_scale = scale;
+    expect_refused(settings, "acceleration_scale is " + fmt::format("{}; it must be above 0, to 1", scale));
+  }
+  struct OddForSix final : test::Extra {
+    OddForSix() : Extra("odd_for_six") {}
+    int weight_count(int dof) const override { return dof == 6 ? 20 : 1; }
+  };
+  settings = {};
+  settings.objectives.push_back(std::make_shared<OddForSix>());
+  expect_refused(settings, "'odd_for_six' has 20 weights for 6 joints");
 }
 
 }  // namespace

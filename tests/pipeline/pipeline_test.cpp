@@ -134,5 +134,74 @@ TEST(Pipeline, RefusesNamesAndNumbersWithTheReason) {
   EXPECT_NE(Pipeline::make(model, settings).error().message.find("magic"), std::string::npos);
 }
 
+/// A hand whose quaternion is a little off is followed, as the message of feed() has it, and not silently let go.
+TEST(Pipeline, AQuaternionThatIsOffByLessThanAThousandthIsFollowed) {
+  for (const double length : {0.9991, 0.9996, 1.0004, 1.0009}) {
+    const auto arm = make();
+    OperatorSample sample = hand(0.0, 0.0, true);
+    sample.X_operator_hand.q.coeffs() *= length;
+    ASSERT_TRUE(arm->feed(sample)) << length;
+    EXPECT_TRUE(arm->target().engaged) << length;
+  }
+}
+
+TEST(Pipeline, TimesAtWhoseEndNothingCanBeAddedAreRefused) {
+  const auto arm = make();
+  lead(*arm, 0.0, true);
+  for (const Time t : {Time::max(), Time::max() - from_seconds(0.1), Time::min(), from_seconds(9.1e9)}) {
+    OperatorSample sample = hand(0.0, 0.0, true);
+    sample.stamp = {t, t};
+    const Status refused = arm->feed(sample);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("must be within 9e9 s of the epoch"), std::string::npos);
+    EXPECT_FALSE(arm->reset(arm->model().home, t));
+  }
+  OperatorSample sample = hand(1.1, 0.1, true);
+  sample.look_ahead = Time::max();
+  EXPECT_NE(arm->feed(sample).error().message.find("predicted 9223372037 s ahead"), std::string::npos);
+  const JointCommand last = arm->update(Time::max());  // far behind the plan's end
+  EXPECT_TRUE(last.q.allFinite());
+  EXPECT_EQ(last.dq, JointVector::Zero(6));
+}
+
+TEST(Pipeline, ItPlansAtTheLatestTimesAsAtTheFirst) {
+  const auto early = make(), late = make();
+  const Pose before = tool(early->model(), early->model().home);
+  const auto moved = [&](Pipeline& arm, double from) {
+    return (tool(arm.model(), lead(arm, from, true).q).p - before.p).norm();
+  };
+  EXPECT_NEAR(moved(*late, 8.99e9), moved(*early, 0.0), 1e-3);
+}
+
+TEST(Pipeline, RefusesNumbersThatNoStageCanUse) {
+  const RobotModel model = *open_robot("ur5e");
+  const auto expect_refused = [&](const char* why, const auto& change) {
+    PipelineSettings settings(*load_profile("waiter"));
+    change(settings);
+    const auto made = Pipeline::make(model, settings);
+    ASSERT_FALSE(made) << why;
+    EXPECT_NE(made.error().message.find(why), std::string::npos) << made.error().message;
+  };
+  for (const double bad : {kNaN, -1.0, std::numeric_limits<double>::infinity()}) {
+    expect_refused("rate is ", [=](auto& s) { s.rate_hz = bad; });
+    expect_refused("ramp is ", [=](auto& s) { s.retarget.ramp = bad; });
+    expect_refused("window of the predictor is ", [=](auto& s) { s.predictor.window = bad; });
+    expect_refused("max_gap of the predictor is ", [=](auto& s) { s.predictor.max_gap = bad; });
+    expect_refused("velocity_scale is ", [=](auto& s) { s.ocp.velocity_scale = bad; });
+    expect_refused("check.tolerance is ", [=](auto& s) { s.planner.check.tolerance = bad; });
+  }
+  expect_refused("rate is 1e-300 Hz; it must be from 0.001 to 1e4", [](auto& s) { s.rate_hz = 1e-300; });
+  expect_refused("window of the predictor is 0 s", [](auto& s) { s.predictor.window = 0.0; });
+  expect_refused("dt is 1e+300; it must be above 0, to 10 s", [](auto& s) { s.ocp.dt = 1e300; });
+}
+
+TEST(Pipeline, RefusesAModelThatIsNoArm) {
+  const PipelineSettings settings(*load_profile("waiter"));
+  EXPECT_NE(Pipeline::make(RobotModel(), settings).error().message.find("has 0 joints"), std::string::npos);
+  RobotModel model = *open_robot("ur5e");
+  model.home[0] = 100.0;
+  EXPECT_NE(Pipeline::make(model, settings).error().message.find("home[0] = 100 is outside"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace steadyhand

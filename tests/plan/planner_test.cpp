@@ -187,6 +187,83 @@ TEST(Planner, RefusesBadSettings) {
   PlannerSettings planner;
   planner.solver = "magic";
   EXPECT_NE(message(loop.settings, planner).find("unknown solver 'magic'"), std::string::npos);
+
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const auto expect_refused = [&](const char* why, const auto& change) {
+    PlannerSettings settings;
+    change(settings);
+    EXPECT_NE(message(loop.settings, settings).find(why), std::string::npos) << message(loop.settings, settings);
+  };
+  for (const double bad : {kNaN, -1.0, 1e300}) {
+    expect_refused("tolerance is ", [=](auto& s) { s.tolerance = bad; });
+    expect_refused("budget.time_us is ", [=](auto& s) { s.budget.time_us = bad; });
+    expect_refused("check.command_rate_hz is ", [=](auto& s) { s.check.command_rate_hz = bad; });
+    expect_refused("check.tolerance is ", [=](auto& s) { s.check.tolerance = bad; });
+    expect_refused("check.overlap_between_nodes is ", [=](auto& s) { s.check.overlap_between_nodes = bad; });
+    expect_refused("check.tool_speed_max is ", [=](auto& s) { s.check.tool_speed_max = bad; });
+    expect_refused("check.elbow_speed_max is ", [=](auto& s) { s.check.elbow_speed_max = bad; });
+  }
+  expect_refused("tolerance is 0; it must be above 0, to 0.1", [](auto& s) { s.tolerance = 0.0; });
+  expect_refused("command_rate_hz is 0; it must be above 0", [](auto& s) { s.check.command_rate_hz = 0.0; });
+  expect_refused("budget.iterations is 0; it must be at least 1", [](auto& s) { s.budget.iterations = 0; });
+
+  RobotModel broken = loop.model;
+  broken.spheres[0].link = 50;
+  EXPECT_NE(Planner::make(broken, loop.settings, {}).error().message.find("the links are 0 to 6"), std::string::npos);
+}
+
+/// A constraint that says of its one row what is asked for.
+struct Odd final : Constraint {
+  Odd() : Constraint({"odd", "Odd", "m"}) {}
+  Nodes nodes() const override { return Nodes::kStates; }
+  int rows() const override { return count; }
+  Bounds bounds(int) const override { return limits; }
+  double value(const Node& node, int) const override { return node.arm.p().y(); }
+  void add_gradient(const Node&, int, double, NodeGradient&) const override {}
+  void add_hessian(const Node&, int, double, NodeHessian&) const override {}
+  int entry(int) const override { return place; }
+  EntryRange support(int, int) const override { return range; }
+  double activation_margin(int) const override { return margin; }
+  using Constraint::add_gradient, Constraint::add_hessian, Constraint::value;
+
+  int count = 1, place = -1;
+  Bounds limits{-1.0, 1.0};
+  EntryRange range{0, 6};
+  double margin = 1.0;
+};
+
+/// What a solver would otherwise write to the wrong place for.
+TEST(Planner, RefusesConstraintsThatCannotBe) {
+  Loop loop(9);
+  const auto message = [&](const ConstraintMaker& maker) {
+    OcpSettings settings = loop.settings;
+    settings.constraints.push_back(maker);
+    const auto result = Planner::make(loop.model, settings, {});
+    return result ? std::string() : result.error().message;
+  };
+  const auto with = [&](const auto& change) {
+    auto odd = std::make_shared<Odd>();
+    change(*odd);
+    return message([=](const RobotModel&, const OcpSettings&) { return odd; });
+  };
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(with([](Odd&) {}), "");
+  EXPECT_EQ(with([](Odd& odd) { odd.count = -3; }), "constraints: 'odd' has -3 rows; it must have 0 or more");
+  for (const Bounds limits : {Bounds{1.0, -1.0}, Bounds{kNaN, 1.0}, Bounds{0.0, kNaN}}) {
+    EXPECT_NE(with([&](Odd& odd) { odd.limits = limits; }).find("the lower bound must not be above"),
+              std::string::npos);
+  }
+  for (const int place : {12, 99, -2}) {  // 12: an acceleration, which a state does not have
+    EXPECT_NE(with([&](Odd& odd) { odd.place = place; }).find("the entries are 0 to 11"), std::string::npos) << place;
+  }
+  for (const EntryRange range : {EntryRange{-5, 3}, EntryRange{0, 500}, EntryRange{5, 2}}) {
+    EXPECT_NE(with([&](Odd& odd) { odd.range = range; }).find("they must lie from 0 to 18"), std::string::npos);
+  }
+  EXPECT_NE(with([](Odd& odd) { odd.margin = kNaN; }).find("activation margin of nan"), std::string::npos);
+  EXPECT_EQ(message([](const RobotModel&, const OcpSettings&) -> std::shared_ptr<const Constraint> {
+              throw std::runtime_error("no table there");
+            }),
+            "constraints: one cannot be made: no table there");
 }
 
 /// However slow, a stop takes some time, and is a plan that can be checked and followed.

@@ -319,7 +319,7 @@ BAD = [
     (lambda: P.Planner(R).follow(np.tile(EYE, (3, 1, 1)), 0.0), V, "T_base_tool has shape (3, 4, 4); expected (8, 4, 4), a pose for each node of the horizon"),
     (lambda: P.Planner(R).update(EYE, 0.0).at([[0.0]]), V, "t has shape (1, 1); expected (m,), times in s"),
     (lambda: P.Planner(R).update(EYE, 0.0).at(np.nan), V, "t is nan; it must be finite"),
-    (lambda: P.Pipeline(R, rate=0.0), S, "rate is 0 Hz; it must be above 0"),
+    (lambda: P.Pipeline(R, rate=0.0), S, "rate is 0 Hz; it must be from 0.001 to 1e4"),
     (lambda: P.Pipeline(R, scale=-1.0), S, "scale is -1; it must be above 0"),
     (lambda: P.Pipeline(R, rotation_frame="hand"), S, "rotation_frame is 'hand'; the frames are base, tool"),
     (lambda: P.Pipeline(R).feed(np.zeros((4, 4)), 0.0), V, "T_operator_hand is no pose"),

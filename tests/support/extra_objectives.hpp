@@ -7,7 +7,7 @@
 namespace steadyhand::test {
 
 /// w dq' dq, as somebody else would write a term: at single nodes.
-class Extra final : public Objective {
+class Extra : public Objective {
  public:
   explicit Extra(std::string name, int weights = 1)
       : Objective({.name = std::move(name), .label = "Extra", .unit = "s/rad^2"}), weights_(weights) {}

@@ -22,6 +22,8 @@ std::vector<ConstraintMaker> default_constraints() {
 
 namespace {
 
+constexpr double kLongestInterval = 10.0;  // s, as in profile files
+
 bool is_word(const std::string& name) {
   const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
   return !name.empty() && is_letter(name[0]) && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -35,8 +37,12 @@ Status Ocp::check(const OcpSettings& settings) {
   if (settings.horizon < 1 || settings.horizon > kMaxHorizon) {
     return Error{fmt::format("horizon is {}; it must be from 1 to {}", settings.horizon, kMaxHorizon)};
   }
-  if (!(settings.dt > 0.0) || !std::isfinite(settings.dt)) {
-    return Error{fmt::format("dt is {}; it must be positive", settings.dt)};
+  if (!(settings.dt > 0.0) || settings.dt > kLongestInterval) {
+    return Error{fmt::format("dt is {}; it must be above 0, to {} s", settings.dt, kLongestInterval)};
+  }
+  for (const auto& [key, scale] : {std::pair("velocity_scale", settings.velocity_scale),
+                                   std::pair("acceleration_scale", settings.acceleration_scale)}) {
+    if (!(scale > 0.0) || scale > 1.0) return Error{fmt::format("{} is {}; it must be above 0, to 1", key, scale)};
   }
   if (settings.objectives.size() > kMaxObjectives) {
     return Error{fmt::format("{} objectives; a problem has at most {}", settings.objectives.size(), kMaxObjectives)};
@@ -55,7 +61,7 @@ Status Ocp::check(const OcpSettings& settings) {
       return Error{fmt::format("objectives: two are called '{}'", name)};
     }
     names.push_back(name);
-    for (const int joints : {1, kMaxJoints}) {
+    for (int joints = 1; joints <= kMaxJoints; ++joints) {
       const int count = objective->weight_count(joints);
       if (count >= 1 && count <= kMaxJoints) continue;
       return Error{fmt::format("objectives: '{}' has {} weights for {} joints; it must be from 1 to {}", name, count,

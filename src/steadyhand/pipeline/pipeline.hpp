@@ -18,7 +18,7 @@ PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, 
 
 /// Of each stage; the defaults are the program's.
 struct PipelineSettings {
-  double rate_hz = 20.0;        ///< plans a second, that update() makes
+  double rate_hz = 20.0;        ///< plans a second, that update() makes; 0.001 to 1e4
   RetargetSettings retarget;    ///< from the hand to the target
   PredictorSettings predictor;  ///< horizon, dt and reach are set from the problem and the robot
   OcpSettings ocp;              ///< objectives, constraints, horizon
@@ -40,18 +40,20 @@ class Pipeline {
   /// Robot and profile by name or file, as the program takes them. Fails where those cannot be read, with the reason.
   static Result<std::unique_ptr<Pipeline>> make(const std::string& robot, const std::string& profile,
                                                 const Places& places = Places::standard());
-  /// Fails on unknown names of solver or terms and on numbers out of range, with the reason.
+  /// Fails as Planner::make, and on other numbers out of range, with the reason.
   static Result<std::unique_ptr<Pipeline>> make(RobotModel model, const PipelineSettings& settings);
 
   /// The hand at one time; times count from any epoch, that of update(). Engages with the clutch and lets go with it.
-  /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion that is not of length 1.
+  /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion whose length is not 1 to a
+  /// thousandth, on times more than 9e9 s from the epoch, and on a look-ahead of more than 10 s.
   Status feed(const OperatorSample& sample);
   /// The set-point of the arm at `now`. Makes a new plan first if the last is older than a period of the rate. Call it
-  /// as often as the arm takes commands; times that go back repeat the last command.
+  /// as often as the arm takes commands; times that go back repeat the last command, those beyond 9e9 s count as 9e9 s.
   JointCommand update(Time now);
 
   /// The arm stands at q from `now` on, and a hand that grips takes hold of it there anew. q: rad (m), n of them.
-  /// Fails, and changes nothing, on another count, numbers that are not finite or beyond the arm's limits.
+  /// Fails, and changes nothing, on another count, numbers that are not finite or beyond the arm's limits, and on a
+  /// time more than 9e9 s from the epoch.
   Status reset(const JointVector& q, Time now);
 
   // ---- The steps that update() takes, for callers with a clock of their own.

@@ -4,20 +4,95 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <utility>
 
+#include "steadyhand/robot/model_check.hpp"
 #include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
 
-Planner::Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings)
-    : settings_(settings), ocp_(model, ocp), kinematics_(model), warm_start_(ocp_) {
+namespace {
+
+/// Why there are no such plans, or Done.
+Status check_settings(const PlannerSettings& settings) {
+  constexpr double kLargestTolerance = 0.1, kLongestBudget = 1e9, kFastest = 1e5;  // us; Hz
+  const PlanCheckSettings& check = settings.check;
+  const struct {
+    const char* key;
+    double value, least, most;
+    bool open;  ///< the least itself is outside
+  } numbers[] = {{"tolerance", settings.tolerance, 0.0, kLargestTolerance, true},
+                 {"budget.time_us", settings.budget.time_us, 0.0, kLongestBudget, false},
+                 {"check.command_rate_hz", check.command_rate_hz, 0.0, kFastest, true},
+                 {"check.tolerance", check.tolerance, 0.0, kLargestTolerance, false},
+                 {"check.overlap_between_nodes", check.overlap_between_nodes, 0.0, 1.0, false},
+                 {"check.tool_speed_max", check.tool_speed_max, 0.0, 1e9, false},
+                 {"check.elbow_speed_max", check.elbow_speed_max, 0.0, 1e9, false}};
+  for (const auto& [key, value, least, most, open] : numbers) {
+    if ((open ? value > least : value >= least) && value <= most) continue;
+    return Error{fmt::format("{} is {}; it must be {} {}, to {}", key, value, open ? "above" : "from", least, most)};
+  }
+  if (settings.budget.iterations < 1)
+    return Error{fmt::format("budget.iterations is {}; it must be at least 1", settings.budget.iterations)};
+  return Done{};
+}
+
+/// Whether a solver may rely on what a constraint says of its rows.
+Status check_rows(const Constraint& constraint, int dof) {
+  const auto refuse = [&](const std::string& reason) {
+    return Error{fmt::format("constraints: '{}' {}", constraint.name(), reason)};
+  };
+  if (constraint.rows() < 0) return refuse(fmt::format("has {} rows; it must have 0 or more", constraint.rows()));
+  const int entries = constraint.nodes() == Nodes::kStates ? 2 * dof : 3 * dof;
+  for (int row = 0; row < constraint.rows(); ++row) {
+    const Bounds bounds = constraint.bounds(row);
+    if (!(bounds.lower <= bounds.upper)) {
+      return refuse(fmt::format("keeps row {} from {} to {}; the lower bound must not be above the upper one", row,
+                                bounds.lower, bounds.upper));
+    }
+    if (const int entry = constraint.entry(row); entry < -1 || entry >= entries) {
+      return refuse(
+          fmt::format("calls row {} entry {} of z; the entries are 0 to {}, and -1 is none", row, entry, entries - 1));
+    }
+    if (const EntryRange range = constraint.support(row, dof);
+        range.first < 0 || range.first > range.last || range.last > 3 * dof) {
+      return refuse(fmt::format("has row {} depend on entries {} to {} of z; they must lie from 0 to {}", row,
+                                range.first, range.last, 3 * dof));
+    }
+    if (std::isnan(constraint.activation_margin(row)))
+      return refuse(fmt::format("has an activation margin of nan in row {}; it must be a number", row));
+  }
+  return Done{};
+}
+
+/// The problem, of which every part may be the caller's own.
+Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
+  if (Status s = Ocp::check(settings); !s) return s.error();
+  try {
+    Ocp ocp(model, settings);
+    for (const auto& constraint : ocp.constraints())
+      if (Status s = check_rows(*constraint, ocp.dof()); !s) return s.error();
+    return ocp;
+  } catch (const std::exception& exception) {
+    return Error{fmt::format("constraints: one cannot be made: {}", exception.what())};
+  }
+}
+
+}  // namespace
+
+Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings)
+    : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_) {
   solution_.prepare(ocp_);
 }
 
 Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings) {
-  if (Status s = Ocp::check(ocp); !s) return s.error();
-  std::unique_ptr<Planner> planner(new Planner(model, ocp, settings));
+  if (Status s = check(model); !s) return s.error();
+  if (Status s = check_settings(settings); !s) return s.error();
+  Result<Ocp> problem = make_ocp(model, ocp);
+  if (!problem) return problem.error();
+  std::unique_ptr<Planner> planner(new Planner(model, *std::move(problem), settings));
   auto solver = make_solver(settings.solver, planner->ocp_, settings.tolerance);
   if (!solver) return solver.error();
   planner->solver_ = std::move(*solver);

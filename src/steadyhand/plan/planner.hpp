@@ -13,7 +13,7 @@ namespace steadyhand {
 /// How plans are made, and what for they are looked at.
 struct PlannerSettings {
   std::string solver = kDefaultSolver;  ///< see solver_names()
-  double tolerance = 1e-6;              ///< of the KKT conditions
+  double tolerance = 1e-6;              ///< of the KKT conditions, above 0, to 0.1
   SolveBudget budget;                   ///< iterations and time for each solve
   PlanCheckSettings check;              ///< before a plan is given out
 };
@@ -24,7 +24,8 @@ struct PlannerSettings {
 /// does inside is its own).
 class Planner {
  public:
-  /// The model must outlive the planner. Fails on unknown names of solver or terms and on bad numbers, with the reason.
+  /// The model must outlive the planner. Fails with the reason on unknown names of solver or terms, on numbers out of
+  /// range, also of the model, on constraints whose rows, bounds or entries cannot be, and where making one throws.
   static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings);
 
@@ -32,7 +33,7 @@ class Planner {
   void reset(const JointVector& q, Time now);
   /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
   void continue_from(const Plan& followed) { plan_ = followed; }
-  /// Another solver, of ocp(), than the settings name.
+  /// Another solver, of ocp(), than the settings name. @pre it is not null
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
   /// Weights for the next plans, in the order of ocp().objectives().
   void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
@@ -53,7 +54,7 @@ class Planner {
   PlanFault fault() const { return fault_; }                       ///< of the last candidate; kNone: it is plan()
 
  private:
-  Planner(const RobotModel& model, const OcpSettings& ocp, const PlannerSettings& settings);
+  Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings);
   void make_plan(const Reference& reference, int intervals);
 
   PlannerSettings settings_;
