@@ -13,6 +13,8 @@ Shape = tuple[int | str, ...]
 
 def array(name: str, value: ArrayLike, *shapes: Shape, what: str = "") -> Array:
     """C-contiguous float64 of one of the shapes, all finite."""
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name} has masked entries; {_expected(shapes, what)} without")
     try:
         result = np.asarray(value, order="C")
     except ValueError:
@@ -24,7 +26,7 @@ def array(name: str, value: ArrayLike, *shapes: Shape, what: str = "") -> Array:
     if not any(_fits(result.shape, shape) for shape in shapes):
         raise ValueError(f"{name} has shape {_text(result.shape)}; {_expected(shapes, what)}")
     if not np.isfinite(result).all():
-        raise ValueError(f"{name} has numbers that are not finite: {result.tolist()}")
+        raise ValueError(f"{name} has numbers that are not finite: {_not_finite(result)}")
     return result
 
 
@@ -34,11 +36,52 @@ def number(name: str, value: Any, unit: str = "") -> float:
         result = float(value)
     except (TypeError, ValueError):
         result = math.nan
+    except OverflowError:
+        result = math.inf
     if isinstance(value, (str, bytes)) or (math.isnan(result) and not isinstance(value, (float, np.floating))):
         raise TypeError(f"{name} must be a number{unit and ' of ' + unit}, not {_kind(value)}")
     if not math.isfinite(result):
         raise ValueError(f"{name} is {result}; it must be finite")
     return result
+
+
+def flag(name: str, value: Any) -> bool:
+    """True or False."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if not isinstance(value, (bool, int, float, np.bool_, np.number)) or value not in (0, 1):
+        raise TypeError(f"{name} must be True or False, not {_kind(value)}")
+    return bool(value)
+
+
+def flags(name: str, value: ArrayLike, length: int, what: str) -> NDArray[np.bool_]:
+    """As many of them, also as 0 and 1."""
+    result = np.asarray(value)
+    if result.dtype != np.bool_:
+        numbers = array(name, value, (length,), what=what)
+        if not np.isin(numbers, (0.0, 1.0)).all():
+            raise ValueError(f"{name} must be of True and False, or 1 and 0")
+        result = numbers != 0.0
+    if result.shape != (length,):
+        raise ValueError(f"{name} has shape {_text(result.shape)}; {_expected(((length,),), what)}")
+    return result
+
+
+def text(name: str, value: Any) -> str:
+    """A str that the library can take."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be text, not {_kind(value)}")
+    if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise ValueError(f"{name} is {value!a:.100}; it must be Unicode without null characters")
+    return value
+
+
+def _not_finite(values: Array) -> str:
+    """All of them where they are few, else the first that is not."""
+    if values.size <= 36:
+        return str(values.tolist())
+    first = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
+    return f"[{', '.join(map(str, first))}] is {values[first]}"
 
 
 def _fits(shape: tuple[int, ...], expected: Shape) -> bool:
@@ -54,4 +97,4 @@ def _expected(shapes: tuple[Shape, ...], what: str) -> str:
 
 
 def _kind(value: Any) -> str:
-    return f"{value!r:.60}" if isinstance(value, (str, bytes, bool)) or value is None else type(value).__name__
+    return f"{value!a:.60}" if isinstance(value, (str, bytes, bool, int, float)) or value is None else type(value).__name__

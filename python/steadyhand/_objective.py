@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from . import _native
-from ._arrays import Array, array, number
+from ._arrays import Array, array, number, text
 from ._robot import Robot
 
 
@@ -147,6 +147,8 @@ class _Bound:
 def bound(objectives: Iterable[Objective], robot: Robot) -> list[Any]:
     """For the library."""
     result = []
+    if not isinstance(objectives, Iterable) or isinstance(objectives, (str, bytes)):
+        raise TypeError(f"objectives must be a list of instances of steadyhand.Objective, not {type(objectives).__name__}")
     for objective in objectives:
         if not isinstance(objective, Objective):
             raise TypeError(f"objectives must be instances of steadyhand.Objective, not {type(objective).__name__}")
@@ -154,6 +156,8 @@ def bound(objectives: Iterable[Objective], robot: Robot) -> list[Any]:
             raise ValueError(f"objective {objective.name!r} acts on {objective.acts_on!r}; it must be 'intervals' or 'states'")
         if not isinstance(objective.weight_count, int) or not 0 <= objective.weight_count <= 8:
             raise ValueError(f"objective {objective.name!r} has a weight_count of {objective.weight_count!r}; it must be from 0 to 8")
+        for attribute in ("name", "unit"):
+            text(f"{attribute} of the objective {type(objective).__name__}", getattr(objective, attribute))
         states = objective.acts_on == "states"
         result.append(_native.Objective.make(objective.name, objective.unit, states, objective.weight_count, _Bound(objective, robot)))
     return result

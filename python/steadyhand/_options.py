@@ -5,7 +5,8 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ._arrays import array, number
+from . import _native
+from ._arrays import array, number, text
 
 Weights = Mapping[str, ArrayLike]
 
@@ -13,7 +14,7 @@ Weights = Mapping[str, ArrayLike]
 def weights_of(weights: Weights) -> dict[str, list[float]]:
     if not isinstance(weights, Mapping):
         raise TypeError(f"weights must be a dict from names of terms to numbers, not {type(weights).__name__}")
-    return {str(name): array(f"weights[{name!r}]", value, (), ("n",)).reshape(-1).tolist() for name, value in weights.items()}
+    return {text("the name of a term", name): array(f"weights[{name!r}]", value, (), ("n",)).reshape(-1).tolist() for name, value in weights.items()}
 
 
 def options(**given: Any) -> dict[str, Any]:
@@ -28,11 +29,11 @@ def options(**given: Any) -> dict[str, Any]:
             whole = number(key, value)
             if whole != int(whole):
                 raise ValueError(f"horizon is {value}; it must be a whole number")
-            result[key] = max(min(int(whole), 2**31 - 1), -(2**31))
+            if not 1 <= whole <= 128:
+                raise _native.SteadyhandError(f"horizon is {whole:.12g}; it must be from 1 to 128")
+            result[key] = int(whole)
         elif key in ("solver", "translation_frame", "rotation_frame"):
-            if not isinstance(value, str):
-                raise TypeError(f"{key} must be text, not {type(value).__name__}")
-            result[key] = value
+            result[key] = text(key, value)
         elif key == "accept_emulated":
             result[key] = bool(value)
         else:

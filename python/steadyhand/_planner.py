@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import Array, array, number
+from ._arrays import Array, array, flag, number
 from ._options import Weights, options, weights_of
 from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
@@ -186,7 +186,7 @@ class Planner(_Stages):
 
     def aim(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
         """A target, as in update(), without a plan: for targets that come more often than plans are made."""
-        self._stages.aim(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), bool(engaged))
+        self._stages.aim(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), flag("engaged", engaged))
 
     def plan(self, t: float) -> Plan:
         """The plan from time t on, after targets by aim(). t: s; must not go back. Before any target the arm stays."""
@@ -250,7 +250,7 @@ class Pipeline(_Stages):
         T_operator_hand: (4, 4), robot axes (x forward, y left, z up), m. t: s, on the clock of update().
         Raises ValueError for another shape, numbers that are not finite, or a matrix that is no pose; then nothing changes.
         """
-        self._stages.feed(array("T_operator_hand", T_operator_hand, (4, 4)), number("t", t, "seconds"), bool(clutch))
+        self._stages.feed(array("T_operator_hand", T_operator_hand, (4, 4)), number("t", t, "seconds"), flag("clutch", clutch))
 
     def update(self, t: float) -> tuple[Array, Array, Array]:
         """q, dq, ddq of the arm at time t: (n,) each, rad, rad/s, rad/s^2 (m, ...). Makes a new plan first where the last is older

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import Array, array, number
+from ._arrays import Array, array, flags, number, text
 from ._options import Weights, options
 from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
@@ -177,8 +177,8 @@ def _from_arrays(recording: Any) -> Any:
         )
     t = array("t", recording[0], ("m",), what="times in s")
     T = array("T_operator_hand", recording[1], (len(t), 4, 4), what="a pose for each time")
-    clutch = np.asarray(recording[2]) != 0 if len(recording) == 3 else np.ones(len(t), dtype=bool)
-    return _native.make_hand(t, T, array("clutch", clutch.astype(float), (len(t),), what="one for each time"))
+    clutch = flags("clutch", recording[2], len(t), "one for each time") if len(recording) == 3 else np.ones(len(t), dtype=bool)
+    return _native.make_hand(t, T, clutch.astype(np.float64))
 
 
 def replay(
@@ -213,16 +213,18 @@ def replay(
     given = options(rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, solver=solver, weights=weights)
     given["objectives"] = bound(objectives, model)
     if isinstance(recording, Hand):
-        recording = (recording.t, recording.T_operator_hand, recording.clutch & recording.tracked)
+        count = np.size(recording.t)
+        held = flags("clutch", recording.clutch, count, "one for each time") & flags("tracked", recording.tracked, count, "one for each time")
+        recording = (recording.t, recording.T_operator_hand, held)
     if isinstance(recording, (str, os.PathLike)):
         end = -1.0 if until is None else number("until", until, "seconds")
         if until is not None and end <= 0.0:
             raise ValueError(f"until is {end:g} s; it must be above 0")
         begin = number("start", start, "seconds")
-        if _native.is_session(os.fspath(recording)):
+        if _native.is_session(text("the name of the recording", os.fspath(recording))):
             hand, profile = _session_hand(recording, begin, end, profile, given)
         else:
-            hand = opened("recording", recording, lambda path: _native.load_hand(path, track, begin, end))
+            hand = opened("recording", recording, lambda path: _native.load_hand(path, text("track", track), begin, end))
     else:
         hand = _from_arrays(recording)
     profile = "tracking" if profile is None else profile
@@ -263,7 +265,7 @@ def read_recording(path: str | os.PathLike[str], *, track: str = "", start: floa
     if until is not None and end <= 0.0:
         raise ValueError(f"until is {end:g} s; it must be above 0")
     begin = number("start", start, "seconds")
-    return _hand(opened("recording", path, lambda name: _native.load_hand(name, track, begin, end)).columns)
+    return _hand(opened("recording", path, lambda name: _native.load_hand(name, text("track", track), begin, end)).columns)
 
 
 def read_session(path: str | os.PathLike[str]) -> Session:

@@ -11,18 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import Array, array
+from ._arrays import Array, array, text
 
 
 def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
     """open(name); a file that is not there is a FileNotFoundError with the same words."""
     if not isinstance(name, (str, os.PathLike)):
         raise TypeError(f"{kind} must be a name or the path of a file, not {type(name).__name__}")
-    path = Path(name)
+    path = Path(text(f"the name of the {kind}", os.fspath(name)))
     try:
         return open(os.fspath(name))
     except _native.SteadyhandError as error:
-        if (path.suffix or len(path.parts) > 1) and not path.is_file():
+        always = kind in ("recording", "session")  # have no short names
+        if (always or path.suffix or len(path.parts) > 1) and not path.is_file():
             raise FileNotFoundError(str(error)) from None
         raise
 
@@ -133,7 +134,9 @@ class Robot:
 
     def _each(self, function: Any, q: ArrayLike) -> Any:
         q = self._joints("q", q)
-        return function(q) if q.ndim == 1 else np.array([function(row) for row in q])
+        if q.ndim == 1:
+            return function(q)
+        return np.array([function(row) for row in q]) if len(q) else np.empty((0, *np.shape(function(self.home))))
 
 
 def as_robot(robot: Robot | str | os.PathLike[str]) -> Robot:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import _native
-from ._arrays import Array
+from ._arrays import Array, text
 
 
 @dataclass(frozen=True)
@@ -68,17 +68,18 @@ def solve(problem: Any, solver: str | None = None) -> Any:
     are no rotations, unknown robots, terms and solvers; FileNotFoundError for a path where nothing is.
     """
     name = ""
+    chosen = _native.default_solver if solver is None else text("solver", solver)
     if isinstance(problem, (str, os.PathLike)):
-        name = os.fspath(problem)
+        name = text("the name of the problem", os.fspath(problem))
         if not Path(problem).is_file():
             raise FileNotFoundError(f"{name}: cannot be read")
-        text = Path(problem).read_text(errors="replace")
+        problems = Path(problem).read_text(errors="replace")
     elif isinstance(problem, (Mapping, list, tuple)):
         try:
-            text = json.dumps(_plain(problem))
+            problems = json.dumps(_plain(problem))
         except TypeError as error:
             raise TypeError(f"problem: {error}") from None
     else:
         raise TypeError(f"problem must be a dict, a list of them or the path of a JSON file, not {type(problem).__name__}")
-    answer = json.loads(_native.solve(text, name, _native.default_solver if solver is None else solver))
+    answer = json.loads(_native.solve(problems, name, chosen))
     return [_solution(each) for each in answer] if isinstance(answer, list) else _solution(answer)

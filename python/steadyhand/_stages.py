@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import Array, array, number
+from ._arrays import Array, array, flag, number
 from ._options import options
 from ._robot import Robot, as_robot
 
@@ -41,7 +41,7 @@ class Retargeter:
         return self._native.update(
             array("T_operator_hand", T_operator_hand, (4, 4)),
             number("t", t, "seconds"),
-            bool(clutch),
+            flag("clutch", clutch),
             array("T_base_tool", T_base_tool, (4, 4)),
         )
 
@@ -67,19 +67,20 @@ class Predictor:
         max_gap: float = 0.25,
         robot: Robot | str | os.PathLike[str] | None = None,
     ) -> None:
-        given = options(horizon=horizon, dt=dt, window=window, max_gap=max_gap)
-        if not 1 <= given["horizon"] <= 128:
-            raise ValueError(f"horizon is {horizon}; it must be from 1 to 128")
-        for key in ("dt", "window", "max_gap"):
-            if not given[key] > 0.0:
-                raise ValueError(f"{key} is {given[key]:g}; it must be above 0")
+        times = {key: number(key, value, "seconds") for key, value in (("dt", dt), ("window", window), ("max_gap", max_gap))}
+        if not 0.0 < times["dt"] <= 10.0:
+            raise ValueError(f"dt is {times['dt']:g}; it must be above 0, to 10 s")
+        for key in ("window", "max_gap"):
+            if not times[key] > 0.0:
+                raise ValueError(f"{key} is {times[key]:g}; it must be above 0")
+        given = options(horizon=number("horizon", horizon), **times)
         self._native: Any = _native.Predictor(None if robot is None else as_robot(robot)._native, **given)
 
     def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
         """The next target: (4, 4) in the base, m, at t s. One that is not newer than the last is dropped; engaged=False forgets
         the motion.
         """
-        self._native.update(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), bool(engaged))
+        self._native.update(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), flag("engaged", engaged))
 
     def at(self, t: float) -> Array:
         """Where the target is at time t, if it goes on as it does: (4, 4), not clipped."""
@@ -117,8 +118,8 @@ class Liquid:
     """
 
     def __init__(self, radius: float = 0.035, height: float = 0.11, fill: float = 0.08, damping: float = 0.03) -> None:
-        given = options(radius=radius, height=height, fill=fill, damping=damping)
-        radius, height, fill, damping = given.values()
+        radius, height, fill = number("radius", radius, "metres"), number("height", height, "metres"), number("fill", fill, "metres")
+        damping = number("damping", damping)
         if not (radius > 0.0 and 0.0 < fill < height and 0.0 <= damping <= 1.0):
             raise ValueError(
                 f"a glass of radius {radius:g} m and height {height:g} m, filled to {fill:g} m, with damping {damping:g}: radius and fill "

@@ -132,6 +132,8 @@ def test_a_term_may_not_use_its_planner(robot):
         ({"name": "lateral"}, ValueError, "lateral"),
         ({"name": ""}, ValueError, "name"),
         ({"acts_on": "nodes"}, ValueError, "acts on 'nodes'; it must be 'intervals' or 'states'"),
+        ({"name": 5}, TypeError, "name of the objective Other must be text, not 5"),
+        ({"unit": None}, TypeError, "unit of the objective Other must be text, not None"),
         ({"weight_count": 9}, ValueError, "has a weight_count of 9; it must be from 0 to 8"),
     ],
 )

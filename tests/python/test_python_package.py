@@ -2,8 +2,10 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -364,6 +366,35 @@ BAD = [
     (lambda: P.solve(PROBLEM, solver="ipopt"), S, "realtime"),
     (lambda: P.pose([0, 0]), V, "p has shape (2,); expected (3,) or (m, 3)"),
     (lambda: P.pose([0, 0, 0], [1, 1, 0, 0]), V, "quat_xyzw is of length 1.41421; it must be 1"),
+    # Numbers that a stage would take, and answer nonsense to.
+    (lambda: P.Planner(R, dt=1e300), S, "dt is 1e+300; it must be above 0, to 10"),
+    (lambda: P.Planner(R, horizon=1e300), S, "horizon is 1e+300; it must be from 1 to 128"),
+    (lambda: P.Planner(R, tolerance=1e300), S, "tolerance is 1e+300; it must be above 0, to 0.1"),
+    (lambda: P.Planner(R, time_budget_us=1e300), S, "time_budget_us is 1e+300; it must be from 0 to 1e9"),
+    (lambda: P.Pipeline(R, rate=1e-300), S, "rate is 1e-300 Hz; it must be from 0.001 to 1e4"),
+    (lambda: P.Predictor(dt=1e10), V, "dt is 1e+10; it must be above 0, to 10 s"),
+    (lambda: P.Planner(R).update(EYE, 10**400), V, "t is inf; it must be finite"),
+    # None, and other types, where Python or nanobind would have words of its own.
+    (lambda: P.Predictor(horizon=None), T, "horizon must be a number, not None"),
+    (lambda: P.Predictor(window=None), T, "window must be a number of seconds, not None"),
+    (lambda: P.Liquid(radius=None), T, "radius must be a number of metres, not None"),
+    (lambda: P.Planner(R, objectives=5), T, "objectives must be a list of instances of steadyhand.Objective, not int"),
+    (lambda: P.Planner(R, objectives=None), T, "objectives must be a list of instances of steadyhand.Objective, not NoneType"),
+    (lambda: P.Planner(R, weights={None: 1.0}), T, "the name of a term must be text, not None"),
+    (lambda: P.solve(PROBLEM, solver=5), T, "solver must be text, not 5"),
+    (lambda: P.replay(HAND, track=5), T, "track must be text, not 5"),
+    (lambda: P.read_recording(HAND, track=b"x"), T, "track must be text, not b'x'"),
+    (lambda: P.Robot("\udcff.yaml"), V, "the name of the robot is '\\udcff.yaml'; it must be Unicode without null characters"),
+    (lambda: P.replay("a\0b"), V, "the name of the recording is 'a\\x00b'; it must be Unicode"),
+    (lambda: P.read_recording("nowhere"), F, "nowhere: no such file"),
+    (lambda: P.read_session("nowhere"), F, "nowhere: cannot be read"),
+    (lambda: P.Pipeline(R).feed(EYE, 0.0, "no"), T, "clutch must be True or False, not 'no'"),
+    (lambda: P.Pipeline(R).feed(EYE, 0.0, np.nan), T, "clutch must be True or False, not nan"),
+    (lambda: P.Planner(R).update(EYE, 0.0, 2), T, "engaged must be True or False, not 2"),
+    (lambda: P.replay(([0.0, 1.0], np.tile(EYE, (2, 1, 1)), [1.0, np.nan])), V, "clutch has numbers that are not finite"),
+    (lambda: P.replay(([0.0, 1.0], np.tile(EYE, (2, 1, 1)), ["yes", "no"])), T, "clutch must be numbers"),
+    (lambda: P.replay(([0.0, 1.0], np.tile(EYE, (2, 1, 1)), [True])), V, "clutch has shape (1,); expected (2,), one for each time"),
+    (lambda: P.Planner(R).update(np.ma.masked_equal(EYE, 0.0), 0.0), V, "T_base_tool has masked entries"),
     (lambda: P.quat_xyzw(np.eye(3)), V, "T has shape (3, 3); expected (4, 4) or (m, 4, 4)"),
 ]
 
@@ -373,6 +404,50 @@ def test_bad_input(call, kind, said):
     with pytest.raises(kind) as refused:
         call()
     assert said in str(refused.value)
+
+
+def test_of_a_long_array_the_message_names_one_entry():
+    q = np.zeros((100000, 6))
+    q[70000, 3] = np.nan
+    with pytest.raises(ValueError, match=r"^q has numbers that are not finite: \[70000, 3\] is nan$"):
+        steadyhand.Robot("ur5e").clearance(q)
+
+
+def test_no_rows_give_no_rows(robot):
+    none = np.zeros((0, 6))
+    assert robot.fk(none).shape == (0, 4, 4) and robot.jacobian(none).shape == (0, 6, 6)
+    assert robot.clearance(none).shape == (0,) and robot.sphere_centers(none).shape == (0, 33, 3)
+
+
+def test_flags_may_be_numbers():
+    arm = steadyhand.Pipeline("ur5e")
+    for held in (True, np.True_, 1, 1.0, np.float64(1.0), np.array(True)):
+        arm.feed(np.eye(4), 0.0, held)
+        assert arm.engaged
+    arm.feed(np.eye(4), 0.1, 0)
+    assert not arm.engaged
+
+
+def test_ctrl_c_ends_a_long_replay():
+    """A thousand seconds at 500 Hz, which would take most of a minute."""
+    script = """if True:
+        import numpy as np, steadyhand
+        t = np.arange(0, 1000, 0.05)
+        T = steadyhand.pose(np.column_stack([0.2 * np.sin(t), 0 * t, 0 * t]), np.tile([0, 0, 0, 1.0], (len(t), 1)))
+        robot = steadyhand.Robot("ur5e")
+        print("begins", flush=True)
+        try:
+            steadyhand.replay((t, T), rate=500, robot=robot)
+        except KeyboardInterrupt:
+            print("interrupted")"""
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    running = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, env=environment)
+    assert running.stdout.readline() == "begins\n"
+    time.sleep(1.0)
+    running.send_signal(signal.SIGINT)
+    begun = time.monotonic()
+    assert running.communicate(timeout=60)[0] == "interrupted\n"
+    assert time.monotonic() - begun < 10.0  # and not the rest of it
 
 
 def test_a_good_problem_is_solved():

@@ -49,7 +49,7 @@ PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& o
   settings.retarget = retarget_settings(options);
   take(options, "rate", settings.rate_hz);
   take(options, "horizon", settings.ocp.horizon);
-  take_positive(options, "dt", 1e308, settings.ocp.dt);
+  take_positive(options, "dt", 10.0, settings.ocp.dt);
   take_positive(options, "velocity_scale", 1.0, settings.ocp.velocity_scale);
   take_positive(options, "acceleration_scale", 1.0, settings.ocp.acceleration_scale);
   std::map<std::string, std::vector<double>> weights;
@@ -57,10 +57,10 @@ PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& o
   for (const auto& [name, values] : weights) settings.ocp.weights[name] = values;
   for (auto& objective : objectives_of(options)) settings.ocp.objectives.push_back(objective);
   take(options, "solver", settings.planner.solver);
-  take_positive(options, "tolerance", 1e308, settings.planner.tolerance);
+  take_positive(options, "tolerance", 0.1, settings.planner.tolerance);
   take(options, "time_budget_us", settings.planner.budget.time_us);
-  if (settings.planner.budget.time_us < 0.0)
-    throw Refused(fmt::format("time_budget_us is {}; it must be at least 0", settings.planner.budget.time_us));
+  if (const double us = settings.planner.budget.time_us; us < 0.0 || us > 1e9)
+    throw Refused(fmt::format("time_budget_us is {}; it must be from 0 to 1e9", us));
   take_positive(options, "window", 1e308, settings.predictor.window);
   return settings;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
 
+#include <chrono>
 #include <limits>
 
 #include "steadyhand/input/sample_list.hpp"
@@ -152,9 +153,19 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
     for (SettingsChange& change : settings.changes) change.scale = settings.pipeline.retarget.scale;
   if (options.contains("weights_fixed"))
     for (SettingsChange& change : settings.changes) change.weights.clear();
+  // Ctrl-C, and what an objective raises, end it: nobody waits for the rest of an hour's recording.
+  auto looked = std::chrono::steady_clock::now();
+  ReplayTaps taps;
+  taps.progress = [&](double) {
+    if (const auto now = std::chrono::steady_clock::now(); now - looked < std::chrono::milliseconds(50)) return;
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    raise_errors(settings.pipeline.ocp.objectives);
+    looked = std::chrono::steady_clock::now();
+  };
   const ReplayResult result = [&] {
     const nb::gil_scoped_release unlocked;
-    return value_of(replay(*robot.model, hand.recording, settings, {}));
+    return value_of(replay(*robot.model, hand.recording, settings, taps));
   }();
   raise_errors(settings.pipeline.ocp.objectives);
   const RunNames names = run_names(*robot.model, settings.pipeline.ocp.objectives);
