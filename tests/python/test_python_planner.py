@@ -1,6 +1,10 @@
 """steadyhand.Planner: plans that keep what they promise, and what it says to bad input."""
 
+import os
+import subprocess
+import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -116,3 +120,38 @@ def test_two_threads_do_not_share_a_planner_and_others_run_meanwhile(robot):
 def test_help_tells_shapes_units_frames_and_errors():
     for words in ("(4, 4)", "in the base", "position in m", "s, on a clock", "Raises ValueError", "SteadyhandError"):
         assert words in steadyhand.Planner.__doc__ + steadyhand.Planner.update.__doc__, words
+
+
+@pytest.mark.parametrize("pause", [0.0, 0.05])
+@pytest.mark.parametrize("objectives", ["", "objectives=[Effort()], weights={'effort': 0.01}"], ids=["", "objective"])
+def test_the_interpreter_ends_though_daemon_threads_plan(objectives, pause):
+    """Two control loops that nobody stops, as many write them."""
+    script = f"""if True:
+        import threading, time
+        import numpy as np, steadyhand
+
+        class Effort(steadyhand.Objective):
+            name = "effort"
+            value = lambda self, node, weight: weight[0] * node.ddq @ node.ddq
+            gradient = lambda self, node, weight: np.r_[np.zeros(12), 2 * weight[0] * node.ddq]
+            hessian = lambda self, node, weight: np.diag(np.r_[np.zeros(12), np.full(6, 2 * weight[0])])
+
+        robot = steadyhand.Robot("ur5e")
+        started = threading.Barrier(3)
+
+        def loop():
+            planner, T, i = steadyhand.Planner(robot, horizon=60, {objectives}), robot.fk(robot.home), 0
+            started.wait()
+            while True:
+                i, T[1, 3] = i + 1, 0.1 * np.sin(0.3 * i)
+                planner.update(T, 0.05 * i)
+                time.sleep({pause})
+
+        for _ in range(2):
+            threading.Thread(target=loop, daemon=True).start()
+        started.wait()
+        time.sleep(0.2)"""
+    environment = {**os.environ, "PYTHONPATH": str(Path(steadyhand.__file__).parents[1])}
+    for _ in range(3):
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, env=environment)
+        assert (done.returncode, done.stderr) == (0, "")

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/core/configuration.hpp"
@@ -15,7 +18,45 @@ namespace {
 constexpr double kRigid = 1e-3;  ///< of a rotation's entries, as of a quaternion's length
 constexpr double kLatest = 9e9;  ///< s, that a Time holds
 
+std::atomic<int> threads_unlocked{0}, threads_staying{0};
+std::atomic<bool> ending{false};
+std::thread::id ending_thread;  ///< before `ending`
+
+void stay_if_python_ends() {
+  if (!ending || std::this_thread::get_id() == ending_thread) return;
+  ++threads_staying;
+  while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+/// Once no other thread is to come back. By Python's atexit, under its lock.
+void end_threads() {
+  using std::chrono::steady_clock;
+  ending_thread = std::this_thread::get_id();
+  ending = true;
+  {
+    const nb::gil_scoped_release unlocked;  // for those that had asked for it before
+    const auto latest = steady_clock::now() + std::chrono::seconds(2);
+    while (threads_staying < threads_unlocked && steady_clock::now() < latest)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  const bool alone = nb::cast<int>(nb::module_::import_("threading").attr("active_count")()) <= 1;
+  if (!alone) nb::set_leak_warnings(false);  // what daemons use is never freed
+}
+
 }  // namespace
+
+Unlocked::Unlocked() : state_(PyEval_SaveThread()) { ++threads_unlocked; }
+
+Unlocked::~Unlocked() {
+  stay_if_python_ends();
+  PyEval_RestoreThread(state_);
+  --threads_unlocked;
+}
+
+Locked::Locked() {
+  stay_if_python_ends();
+  state_ = PyGILState_Ensure();
+}
 
 JointVector to_joints(const Row& row) {
   return Eigen::Map<const Eigen::VectorXd>(row.data(), static_cast<Eigen::Index>(row.shape(0)));
@@ -80,6 +121,7 @@ NB_MODULE(_native, module) {
     for (const std::string& name : names_in(Places::standard(), folder)) names.append(nanobind::str(name.c_str()));
     return names;
   });
+  nanobind::module_::import_("atexit").attr("register")(nanobind::cpp_function(&python::end_threads));
   python::bind_robot(module);
   python::bind_planner(module);
   python::bind_objective(module);

@@ -45,6 +45,31 @@ inline void check(const Status& status) {
   if (!status) throw Refused(status.error().message);
 }
 
+// ---- Python's lock. When the interpreter ends, threads that still run are unwound as they ask for it, which C++
+// answers with an abort. So from then on they ask for it no more: they stay where they are until the process has ended.
+/// Without the lock while this lives.
+class Unlocked {
+ public:
+  Unlocked();
+  ~Unlocked();
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+/// With the lock again, inside of Unlocked.
+class Locked {
+ public:
+  Locked();
+  ~Locked() { PyGILState_Release(state_); }
+  Locked(const Locked&) = delete;
+  Locked& operator=(const Locked&) = delete;
+
+ private:
+  PyGILState_STATE state_;
+};
+
 // ---- What comes in: C-contiguous float64.
 using Row = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;

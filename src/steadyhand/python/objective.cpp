@@ -20,7 +20,7 @@ PythonObjective::~PythonObjective() {
 /// False, once the term has raised something.
 template <typename Take>
 bool PythonObjective::call(const char* method, const Node& node, const JointVector& weight, const Take& take) const {
-  const nb::gil_scoped_acquire locked;
+  const Locked locked;
   if (error_ || !term_) return false;
   try {
     const nb::object u = states_ ? nb::none() : nb::object(from_vector(node.u));

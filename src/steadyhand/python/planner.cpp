@@ -71,7 +71,7 @@ class Stages {
     const Turn turn(busy_);
     const Time now = advance(t);
     {
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       pipeline_->plan(now);
     }
     raise_errors(objectives());
@@ -94,7 +94,7 @@ class Stages {
     reference.dt = planner.ocp().dt();
     reference.nodes = nodes;
     {
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       planner.update(reference);
     }
     raise_errors(objectives());
@@ -105,7 +105,7 @@ class Stages {
     const Turn turn(busy_);
     const Time now = to_time(t, "t");
     const JointCommand command = [&] {
-      const nb::gil_scoped_release unlocked;
+      const Unlocked unlocked;
       return pipeline_->update(now);
     }();
     raise_errors(objectives());
@@ -188,7 +188,7 @@ class Stages {
 
 std::unique_ptr<Stages> make(const Robot& robot, const std::string& profile, const nb::dict& options) {
   const PipelineSettings settings = pipeline_settings(profile, options);
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return std::make_unique<Stages>(robot, settings);
 }
 

@@ -31,7 +31,7 @@ nb::tuple run_program(std::vector<std::string> words) {
   add_describe_command(app, command);
   add_solve_command(app, command);
   const Result<int> done = [&] {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     return run(app, command, 0, static_cast<int>(argv.size()), argv.data());
   }();
   return done ? nb::make_tuple(*done, "") : nb::make_tuple(2, done.error().message);

@@ -119,7 +119,7 @@ RecordingOptions range(const std::string& track, double from, double until) {
 }
 
 Hand load_hand(const std::string& path, const std::string& track, double from, double until) {
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return through_gate(value_of(load_recording(path, range(track, from, until))));
 }
 
@@ -134,7 +134,7 @@ Hand make_hand(const Row& t, const Matrices4& T, const Row& clutch) {
 }
 
 Hand load_session_hand(const std::string& path, double from, double until, bool accept_emulated) {
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   SessionParts parts;
   parts.samples = parts.settings = true;
   HandGateSettings gate;
@@ -158,13 +158,13 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
   ReplayTaps taps;
   taps.progress = [&](double) {
     if (const auto now = std::chrono::steady_clock::now(); now - looked < std::chrono::milliseconds(50)) return;
-    const nb::gil_scoped_acquire locked;
+    const Locked locked;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
     raise_errors(settings.pipeline.ocp.objectives);
     looked = std::chrono::steady_clock::now();
   };
   const ReplayResult result = [&] {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     return value_of(replay(*robot.model, hand.recording, settings, taps));
   }();
   raise_errors(settings.pipeline.ocp.objectives);
@@ -178,7 +178,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
 // ---- Sessions.
 nb::dict read_session(const std::string& path) {
   const SessionFile session = [&] {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     SessionParts parts;
     parts.samples = parts.steps = parts.commands = parts.states = parts.changes = parts.settings = true;
     return value_of(load_session(path, parts));
@@ -210,7 +210,7 @@ nb::dict read_session(const std::string& path) {
 
 /// The metadata `run`, without the messages.
 std::map<std::string, std::string> session_run(const std::string& path) {
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   const SessionFile session = value_of(load_session(path, {}));
   const auto run = session.overview.metadata.find("run");
   return run == session.overview.metadata.end() ? std::map<std::string, std::string>{} : run->second;

@@ -10,7 +10,7 @@ namespace steadyhand::python {
 namespace {
 
 std::unique_ptr<Robot> open(const std::string& name) {
-  const nb::gil_scoped_release unlocked;  // looks for pairs, which takes a while
+  const Unlocked unlocked;  // looks for pairs, which takes a while
   return std::make_unique<Robot>(value_of(open_robot(name)));
 }
 
@@ -52,7 +52,7 @@ nb::object sphere_centers(Robot& robot, const Row& q) {
 nb::tuple reach(const Robot& robot) {
   Reach ball;
   {
-    const nb::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     ball = compute_reach(*robot.model);
   }
   return nb::make_tuple(from_vector(ball.center), ball.radius);

@@ -8,7 +8,7 @@ namespace {
 
 /// JSON in, JSON out.
 std::string solve(const std::string& problems, const std::string& name, const std::string& solver) {
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return value_of(solve_problems(value_of(parse_problems(problems, name)), name, solver));
 }
 
