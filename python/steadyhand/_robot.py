@@ -80,6 +80,10 @@ class Robot:
         """n, how many joints it has."""
         return len(self.joint_names)
 
+    def __reduce__(self) -> tuple[type[Robot], tuple[str]]:
+        """Pickled by what it was opened by: so results that hold it go to files and other processes."""
+        return Robot, (self.source,)
+
     def __repr__(self) -> str:
         return f"<steadyhand.Robot {self.name!r}, {self.dof} joints, {len(self.description['spheres'])} spheres>"
 

@@ -80,6 +80,14 @@ TEST(Profile, AnUnknownNameListsTheKnownOnes) {
   const auto profile = load_profile("quick", kPlaces);
   ASSERT_FALSE(profile);
   EXPECT_NE(profile.error().message.find("anti-slosh, tracking, waiter"), std::string::npos) << profile.error().message;
+  EXPECT_EQ(load_profile("", kPlaces).error().message,
+            "profile '' is neither a file nor one of the names in profiles/: anti-slosh, tracking, waiter");
+}
+
+TEST(Profile, AnObjectiveThatIsNullIsRefused) {
+  Objectives objectives = default_objectives();
+  objectives.push_back(nullptr);
+  EXPECT_EQ(load_profile("waiter", kPlaces, objectives).error().message, "objectives: one is null");
 }
 
 }  // namespace

@@ -256,5 +256,16 @@ TEST(Predictor, NothingBeforeTheFirstTargetAndRestAfterIt) {
   for (int k = 0; k < 8; ++k) EXPECT_LT((reference.p[k] - motion.p).norm(), 1e-12);
 }
 
+TEST(Predictor, PredictsNoFurtherThanAReferenceHolds) {
+  Random random(9);
+  for (const auto& [asked, given] : {std::pair(kMaxHorizon + 1000, kMaxHorizon), std::pair(-1, 0)}) {
+    PredictorSettings settings;
+    settings.horizon = asked;
+    Predictor predictor(settings);
+    predictor.update(random.motion().at(0.0));
+    EXPECT_EQ(predictor.predict(from_seconds(0.1)).nodes, given);
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

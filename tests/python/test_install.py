@@ -79,6 +79,18 @@ def test_the_program_works_where_it_was_moved(prefix, tmp_path):
     assert (tmp_path / "waiter/plan.csv").exists()
 
 
+@pytest.mark.parametrize("asked, said", [("0.2 COMPONENTS planning live", ""), ("0.1", 'requested version "0.1"'),
+                                         ("0.2 COMPONENTS plan", "it has no component plan; there is planning, and live if")])  # fmt: skip
+def test_what_cannot_be_found_is_told(prefix, tmp_path, asked, said):
+    (tmp_path / "CMakeLists.txt").write_text(
+        f"cmake_minimum_required(VERSION 3.25)\nproject(user LANGUAGES CXX)\nfind_package(steadyhand {asked} REQUIRED)\n"
+    )
+    command = ["cmake", "-S", tmp_path, "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={prefix}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    words = " ".join(done.stderr.split())
+    assert done.returncode == (1 if said else 0) and said in words, words
+
+
 def test_no_file_names_the_checkout(prefix):
     needle = str(ROOT).encode()
     assert [str(path) for path in prefix.rglob("*") if path.is_file() and needle in path.read_bytes()] == []

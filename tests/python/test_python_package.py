@@ -1,7 +1,9 @@
 """The Python package against the program's output, against Pinocchio, and against equations; and what it says to bad input."""
 
+import copy
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -417,6 +419,12 @@ def test_no_rows_give_no_rows(robot):
     none = np.zeros((0, 6))
     assert robot.fk(none).shape == (0, 4, 4) and robot.jacobian(none).shape == (0, 6, 6)
     assert robot.clearance(none).shape == (0,) and robot.sphere_centers(none).shape == (0, 33, 3)
+
+
+def test_robots_and_results_are_pickled(robot, replay):
+    again = pickle.loads(pickle.dumps(replay))
+    assert again.robot.name == "ur5e" and (again.robot.fk(robot.home) == robot.fk(robot.home)).all()
+    assert (again.steps.q == replay.steps.q).all() and copy.deepcopy(robot).dof == 6
 
 
 def test_flags_may_be_numbers():

@@ -79,8 +79,7 @@ std::vector<std::string> names_in(const Places& places, const std::string& folde
 Result<fs::path> find_named_file(const Places& places, const std::string& folder, const std::string& name) {
   std::error_code error;
   const fs::path path(name);
-  if (name.empty()) return Error{fmt::format("a name is expected: {}", fmt::join(names_in(places, folder), ", "))};
-  if (!path.has_parent_path() && !path.has_extension()) {
+  if (!name.empty() && !path.has_parent_path() && !path.has_extension()) {
     const fs::path named = places.data / folder / (name + ".yaml");
     if (fs::is_regular_file(named, error)) return named;
   }

@@ -41,6 +41,8 @@ void read_weight(YamlMap& weights, const std::string& term, const Objectives& ob
 }  // namespace
 
 Result<Profile> load_profile(const std::string& name, const Places& places, const Objectives& objectives) {
+  if (std::find(objectives.begin(), objectives.end(), nullptr) != objectives.end())
+    return Error{"objectives: one is null"};
   const Result<std::filesystem::path> path = find_named_file(places, "profiles", name);
   if (!path) return Error{"profile " + path.error().message};
   Result<YamlMap> opened = YamlMap::open(*path);

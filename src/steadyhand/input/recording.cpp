@@ -15,6 +15,7 @@ namespace {
 Result<std::string> read_file(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (path.empty()) return Error{"the path of the recording is empty"};
   if (!std::filesystem::exists(status)) return Error{fmt::format("{}: no such file", path.string())};
   if (!std::filesystem::is_regular_file(status)) {
     return Error{fmt::format("{}: is no regular file; a recording is a CSV or JSON file", path.string())};

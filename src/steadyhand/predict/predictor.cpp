@@ -84,7 +84,7 @@ Reference Predictor::predict(Time start) const {
   reference.stamp = {newest_.stamp.hand, start};
   reference.start = start;
   reference.dt = settings_.dt;
-  reference.nodes = count_ == 0 ? 0 : settings_.horizon;
+  reference.nodes = count_ == 0 ? 0 : std::clamp(settings_.horizon, 0, kMaxHorizon);
   const bool lost = to_seconds(start - newest_.stamp.hand) > settings_.max_gap;
   for (int k = 0; k < reference.nodes; ++k) {
     const Pose target = lost ? newest_.X_base_tool : at(start + from_seconds((k + 1) * settings_.dt));

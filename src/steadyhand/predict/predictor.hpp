@@ -8,7 +8,7 @@ namespace steadyhand {
 
 /// How far and from what is predicted. complete() sets horizon, dt and reach from the problem and the arm.
 struct PredictorSettings {
-  int horizon = 8;   ///< N, nodes of the reference
+  int horizon = 8;   ///< N, nodes of the reference; at most kMaxHorizon
   double dt = 0.05;  ///< s between them
   /// s, of targets from which velocities are estimated; longer is smoother and later. On recorded hands at 90 Hz the
   /// position 0.1 s ahead is off by 20 mm RMS with 0.10 s, 17 mm with 0.06 s and 15 mm with 0.03 s.

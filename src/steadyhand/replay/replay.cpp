@@ -98,9 +98,20 @@ class Run {
 Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
                             const ReplayTaps& taps) {
   const double rate_hz = settings.pipeline.rate_hz;
+  if (!(settings.command_rate_hz >= 1.0) || settings.command_rate_hz > 1e5)
+    return Error{fmt::format("the arm's rate is {} Hz; it must be from 1 to 1e5", settings.command_rate_hz)};
   if (!(rate_hz >= 1.0) || rate_hz > settings.command_rate_hz) {
     return Error{
         fmt::format("rate is {} Hz; it must be from 1 to {} Hz, the arm's rate", rate_hz, settings.command_rate_hz)};
+  }
+  if (recording.samples.size() < 2) {
+    return Error{fmt::format("recording: holds {} samples; a recording needs at least 2", recording.samples.size())};
+  }
+  for (std::size_t i = 1; i < recording.samples.size(); ++i) {
+    const Time before = recording.samples[i - 1].stamp.hand, now = recording.samples[i].stamp.hand;
+    if (now > before) continue;
+    return Error{fmt::format("recording: sample {} is at {} s, and that before it at {} s; times must increase", i,
+                             to_seconds(now), to_seconds(before))};
   }
   auto pipeline = Pipeline::make(model, settings.pipeline);
   if (!pipeline) return pipeline.error();

@@ -43,6 +43,7 @@ class Messages : public console_bridge::OutputHandler {
 
 Result<std::string> read_text(const fs::path& file) {
   std::error_code error;
+  if (file.empty()) return Error{"the path of the URDF is empty"};
   if (!fs::exists(file, error)) return Error{fmt::format("{}: no such file", file.string())};
   if (!fs::is_regular_file(file, error)) return Error{fmt::format("{} is not a file", file.string())};
   std::ifstream stream(file, std::ios::binary);
