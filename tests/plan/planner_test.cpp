@@ -212,6 +212,32 @@ TEST(Planner, RefusesBadSettings) {
   EXPECT_NE(Planner::make(broken, loop.settings, {}).error().message.find("the links are 0 to 6"), std::string::npos);
 }
 
+/// w q_0^2 with good derivatives, but without a value.
+struct WithoutValue final : Objective {
+  WithoutValue() : Objective({.name = "without_value", .label = "Without value", .unit = "1"}) {}
+  Nodes nodes() const override { return Nodes::kStates; }
+  int weight_count(int) const override { return 1; }
+  double value(const Node&, const JointVector&) const override { return std::numeric_limits<double>::quiet_NaN(); }
+  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const override {
+    gradient[0] += 2.0 * weight[0] * node.arm.q()[0];
+  }
+  void add_hessian(const Node&, const JointVector& weight, NodeHessian& hessian) const override {
+    hessian(0, 0) += 2.0 * weight[0];
+  }
+  using Objective::add_gradient, Objective::add_hessian, Objective::value;
+};
+
+TEST(Planner, WhatHasNoValueIsNotCalledSolved) {
+  Loop loop(9);
+  loop.settings.objectives.push_back(std::make_shared<WithoutValue>());
+  loop.settings.weights["without_value"] = {1.0};
+  const std::unique_ptr<Planner> planner = std::move(*Planner::make(loop.model, loop.settings, {}));
+  const Plan& plan = planner->update(loop.reference(Time(0)));
+  EXPECT_TRUE(std::isnan(planner->solution().objective));
+  EXPECT_EQ(planner->solution().status, SolveStatus::kFeasible);
+  EXPECT_NE(plan.origin, PlanOrigin::kSolved);
+}
+
 /// A constraint that says of its one row what is asked for.
 struct Odd final : Constraint {
   Odd() : Constraint({"odd", "Odd", "m"}) {}

@@ -233,9 +233,9 @@ class Realtime final : public Solver {
     solution.kkt_error =
         std::max(solved ? barrier_.residuals().kkt() : barrier_.differentiate().kkt(), solution.violation);
     const bool feasible = solution.violation <= tolerance_;
-    solution.status = !feasible                                    ? SolveStatus::kInfeasible
-                      : solved && solution.kkt_error <= tolerance_ ? SolveStatus::kSolved
-                                                                   : SolveStatus::kFeasible;
+    // A term of somebody else's may have derivatives but no value: where nothing can be compared nothing is best.
+    const bool optimal = solved && solution.kkt_error <= tolerance_ && std::isfinite(solution.objective);
+    solution.status = !feasible ? SolveStatus::kInfeasible : optimal ? SolveStatus::kSolved : SolveStatus::kFeasible;
   }
 
   static constexpr double kColdMu = 0.1;
