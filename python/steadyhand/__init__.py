@@ -17,6 +17,7 @@ from ._solve import Solution, solve
 from ._stages import Liquid, LiquidState, Predictor, Retargeter
 
 SteadyhandError.__module__ = __name__
+SteadyhandError.__doc__ = "What was refused, and what would be right, in the words that the program prints."
 
 __all__ = [
     "Change", "Commands", "Hand", "Liquid", "LiquidState", "Node", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",

@@ -9,6 +9,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import Array, array, number, text
+from ._documented import document
 from ._robot import Robot
 
 
@@ -161,3 +162,6 @@ def bound(objectives: Iterable[Objective], robot: Robot) -> list[Any]:
         states = objective.acts_on == "states"
         result.append(_native.Objective.make(objective.name, objective.unit, states, objective.weight_count, _Bound(objective, robot)))
     return result
+
+
+document(globals())

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, flag, number
+from ._documented import document
 from ._options import Weights, options, weights_of
 from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
@@ -206,8 +207,8 @@ class Pipeline(_Stages):
     """From the operator's hand to joint commands, as the program does it: retargeting, prediction, planning and tracking. The
     arm is taken to follow its commands, and to stand at home at first.
 
-    rate: Hz, plans that update() makes. scale, yaw, translation_frame, rotation_frame, ramp: as Retargeter's. The rest: as
-    Planner's.
+    rate: Hz, plans that update() makes, 0.001 to 1e4. scale, yaw, translation_frame, rotation_frame, ramp: as Retargeter's. The rest: as
+    Planner's. Raises as Planner.
 
     >>> arm = Pipeline("ur5e", profile="waiter")
     >>> arm.feed(np.eye(4), t=0.0, clutch=True)     # each pose of the hand
@@ -276,3 +277,6 @@ class Pipeline(_Stages):
     def release(self) -> None:
         """Lets go of the hand: the next pose with a closed clutch takes hold anew."""
         self._stages.release()
+
+
+document(globals())

@@ -33,7 +33,9 @@ def pose(p: ArrayLike = (0.0, 0.0, 0.0), quat_xyzw: ArrayLike = (0.0, 0.0, 0.0, 
 
 
 def quat_xyzw(T: ArrayLike) -> Array:
-    """The quaternion (4,) in the order x, y, z, w, with w >= 0, of a (4, 4) matrix; (m, 4) of (m, 4, 4)."""
+    """The quaternion (4,) in the order x, y, z, w, with w >= 0, of a (4, 4) matrix; (m, 4) of (m, 4, 4).
+    Raises ValueError for other shapes.
+    """
     T = array("T", T, (4, 4), ("m", 4, 4))
     if T.ndim == 3:
         return np.array([quat_xyzw(each) for each in T]).reshape(-1, 4)

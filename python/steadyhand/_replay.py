@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, flags, number, text
+from ._documented import document
 from ._options import Weights, options
 from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
@@ -284,3 +285,6 @@ def read_session(path: str | os.PathLike[str]) -> Session:
         settings=[Setting(*setting) for setting in answer.pop("settings")],
         **answer,
     )
+
+
+document(globals())

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, text
+from ._documented import document
 
 
 def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
@@ -145,3 +146,6 @@ class Robot:
 
 def as_robot(robot: Robot | str | os.PathLike[str]) -> Robot:
     return robot if isinstance(robot, Robot) else Robot(robot)
+
+
+document(globals())

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import Array, text
+from ._documented import document
 
 
 @dataclass(frozen=True)
@@ -83,3 +84,6 @@ def solve(problem: Any, solver: str | None = None) -> Any:
         raise TypeError(f"problem must be a dict, a list of them or the path of a JSON file, not {type(problem).__name__}")
     answer = json.loads(_native.solve(problems, name, chosen))
     return [_solution(each) for each in answer] if isinstance(answer, list) else _solution(answer)
+
+
+document(globals())

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, flag, number
+from ._documented import document
 from ._options import options
 from ._robot import Robot, as_robot
 
@@ -19,6 +20,9 @@ class Retargeter:
     scale: metres of the tool per metre of the hand, above 0. yaw: rad, turn of the operator's axes about the base's z.
     translation_frame, rotation_frame: "base": the operator's axes, turned by yaw, are the base's; "tool": the hand's axes at
     engagement are the tool's at engagement. ramp: s in which the share of the motion that is followed grows from 0 to all.
+
+    Raises ValueError (SteadyhandError is one) for numbers out of range or not finite and for matrices that are no pose or of
+    another shape; TypeError for what are no numbers.
     """
 
     def __init__(
@@ -55,7 +59,7 @@ class Predictor:
     least-squares lines through the targets of the last `window` seconds.
 
     horizon: N, 1 to 128, poses of predict(). dt: s between them. window: s. max_gap: s without targets after which the hand
-    counts as lost and rests. robot: whose reach predictions are clipped to; None: no reach.
+    counts as lost and rests. robot: whose reach predictions are clipped to; None: no reach. Raises as Retargeter.
     """
 
     def __init__(
@@ -114,7 +118,7 @@ class LiquidState(NamedTuple):
 
 class Liquid:
     """The liquid in a cylindrical glass: its surface as a plane that swings like a pendulum at the frequency of the first
-    sloshing mode. radius, height, fill: m, inside the glass; damping: share of critical damping, 0 to 1.
+    sloshing mode. radius, height, fill: m, inside the glass; damping: share of critical damping, 0 to 1. Raises as Retargeter.
     """
 
     def __init__(self, radius: float = 0.035, height: float = 0.11, fill: float = 0.08, damping: float = 0.03) -> None:
@@ -142,3 +146,6 @@ class Liquid:
     def reset(self) -> None:
         """At rest, nothing spilled."""
         self._native.reset()
+
+
+document(globals())
