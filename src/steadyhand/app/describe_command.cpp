@@ -10,12 +10,12 @@ namespace steadyhand {
 
 namespace {
 
-struct Options {
+struct DescribeOptions {
   std::string robot;
   bool pretty = false;
 };
 
-Status run(const Options& options) {
+Status run_describe(const DescribeOptions& options) {
   const Result<RobotModel> model = open_robot(options.robot);
   if (!model) return model.error();
   for (const std::string& doubt : doubts_about(*model)) std::cerr << "note: " << doubt << "\n";
@@ -26,7 +26,7 @@ Status run(const Options& options) {
 }  // namespace
 
 void add_describe_command(CommandLine& app, Command& chosen) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DescribeOptions>();
   CommandLine* command = app.add_subcommand("describe", "Print a robot as JSON: joints, tool, limits, spheres, pairs");
   command->add_option("robot", options->robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
   command->add_flag("--pretty", options->pretty, "Over several lines");
@@ -34,7 +34,7 @@ void add_describe_command(CommandLine& app, Command& chosen) {
       "Examples:\n"
       "  steadyhand describe ur5e\n"
       "  steadyhand describe my_arm.urdf --pretty");
-  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+  command->callback([options, &chosen] { chosen = [options] { return run_describe(*options); }; });
 }
 
 }  // namespace steadyhand

@@ -29,7 +29,7 @@ constexpr const char* kBundledRecording = "recordings/physics/demo-recording.jso
 /// The person walks away after that.
 constexpr double kBundledSeconds = 11.0;
 
-struct Options {
+struct ReplayOptions {
   std::string recording;
   RecordingOptions range;
   std::string robot = "ur5e";
@@ -47,7 +47,7 @@ struct Options {
 };
 
 /// The hand of a session that was recorded, and the options as that session had them where none were given.
-Result<SessionHand> open_session(Options& options, const Places& places) {
+Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
   if (!options.range.track.empty()) {
     return Error{fmt::format("{}: is a session and has no track \"{}\"; leave the track out", options.recording,
                              options.range.track)};
@@ -80,7 +80,7 @@ Result<SessionHand> open_session(Options& options, const Places& places) {
   return hand;
 }
 
-Result<ProfileResult> run_profile(const Options& options, const RobotModel& model, const Recording& recording,
+Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel& model, const Recording& recording,
                                   const Profile& profile, ProgressBar& bar) {
   ReplaySettings settings;
   settings.pipeline = PipelineSettings(profile);
@@ -133,7 +133,7 @@ Result<ProfileResult> run_profile(const Options& options, const RobotModel& mode
 }
 
 /// The numbers and names that the command line gives to settings.
-Status check(const Options& options) {
+Status check(const ReplayOptions& options) {
   const double fastest = ReplaySettings().command_rate_hz;
   if (!(options.rate_hz >= 1.0) || options.rate_hz > fastest) {
     return Error{fmt::format("--rate is {}; it must be from 1 to {}, the arm's rate in Hz", options.rate_hz, fastest)};
@@ -149,7 +149,7 @@ Status check(const Options& options) {
   return Done{};
 }
 
-Status run(Options options) {
+Status run_replay(ReplayOptions options) {
   const Places places = Places::standard();
   if (options.recording.empty()) {
     options.recording = (places.data / kBundledRecording).string();
@@ -221,7 +221,7 @@ Status run(Options options) {
 }  // namespace
 
 void add_replay_command(CommandLine& app, Command& chosen) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ReplayOptions>();
   CommandLine* command =
       app.add_subcommand("replay", "Send a recorded hand through the planner and report what the arm did");
   command->add_option(
@@ -262,7 +262,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
     options->own_rate = command->given("--rate");
     options->own_scale = command->given("--scale");
     options->own_yaw = command->given("--yaw");
-    chosen = [options] { return run(*options); };
+    chosen = [options] { return run_replay(*options); };
   });
 }
 

@@ -8,12 +8,12 @@ namespace steadyhand {
 
 namespace {
 
-struct Options {
+struct SolveOptions {
   std::string problem;
   std::string solver = kDefaultSolver;
 };
 
-Status run(const Options& options) {
+Status run_solve(const SolveOptions& options) {
   const Result<ProblemFile> file = read_problems(options.problem);
   if (!file) return file.error();
   const Result<std::string> answer = solve_problems(*file, options.problem, options.solver);
@@ -25,7 +25,7 @@ Status run(const Options& options) {
 }  // namespace
 
 void add_solve_command(CommandLine& app, Command& chosen) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SolveOptions>();
   CommandLine* command = app.add_subcommand("solve", "Solve planning problems given as JSON (docs/formulation.md)");
   command->add_option("problem", options->problem, "File with one problem, or an array of them solved in order")
       ->required();
@@ -35,7 +35,7 @@ void add_solve_command(CommandLine& app, Command& chosen) {
       "Examples:\n"
       "  steadyhand solve problem.json\n"
       "  steadyhand replay --dump-problems --out out && steadyhand solve out/anti-slosh/problems.json");
-  command->callback([options, &chosen] { chosen = [options] { return run(*options); }; });
+  command->callback([options, &chosen] { chosen = [options] { return run_solve(*options); }; });
 }
 
 }  // namespace steadyhand

@@ -82,27 +82,28 @@ int visit_objectives(const Objectives& objectives, visitproc visit, void* arg) {
 
 namespace {
 
-int traverse(PyObject* self, visitproc visit, void* arg) {
+int traverse_objective(PyObject* self, visitproc visit, void* arg) {
   Py_VISIT(Py_TYPE(self));
   if (nb::inst_ready(self)) Py_VISIT(nb::inst_ptr<PythonObjective>(self)->term().ptr());
   return 0;
 }
-int clear(PyObject* self) {
+int clear_objective(PyObject* self) {
   nb::inst_ptr<PythonObjective>(self)->clear();
   return 0;
 }
-PyType_Slot slots[] = {
-    {Py_tp_traverse, reinterpret_cast<void*>(&traverse)}, {Py_tp_clear, reinterpret_cast<void*>(&clear)}, {0, nullptr}};
+PyType_Slot objective_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&traverse_objective)},
+                                 {Py_tp_clear, reinterpret_cast<void*>(&clear_objective)},
+                                 {0, nullptr}};
 
-std::shared_ptr<PythonObjective> make(const std::string& name, const std::string& unit, bool states, int weights,
-                                      nb::object term) {
+std::shared_ptr<PythonObjective> make_objective(const std::string& name, const std::string& unit, bool states,
+                                                int weights, nb::object term) {
   return std::make_shared<PythonObjective>(name, unit, states, weights, std::move(term));
 }
 
 }  // namespace
 
 void bind_objective(nb::module_& module) {
-  nb::class_<PythonObjective>(module, "Objective", nb::type_slots(slots)).def_static("make", &make);
+  nb::class_<PythonObjective>(module, "Objective", nb::type_slots(objective_slots)).def_static("make", &make_objective);
 }
 
 }  // namespace steadyhand::python

@@ -186,17 +186,17 @@ class Stages {
   Time last_{Time::min()};
 };
 
-std::unique_ptr<Stages> make(const Robot& robot, const std::string& profile, const nb::dict& options) {
+std::unique_ptr<Stages> make_stages(const Robot& robot, const std::string& profile, const nb::dict& options) {
   const PipelineSettings settings = pipeline_settings(profile, options);
   const Unlocked unlocked;
   return std::make_unique<Stages>(robot, settings);
 }
 
-int traverse(PyObject* self, visitproc visit, void* arg) {
+int traverse_stages(PyObject* self, visitproc visit, void* arg) {
   Py_VISIT(Py_TYPE(self));
   return nb::inst_ready(self) ? visit_objectives(nb::inst_ptr<Stages>(self)->objectives(), visit, arg) : 0;
 }
-PyType_Slot slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&traverse)}, {0, nullptr}};
+PyType_Slot stages_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&traverse_stages)}, {0, nullptr}};
 
 /// Rows k of `count`, each from `entry(k)`.
 template <typename Entry>
@@ -238,8 +238,8 @@ void bind_planner(nb::module_& module) {
       .def_ro("objective", &P::objective)
       .def_ro("iterations", &P::iterations)
       .def("at", [](const P& r, double t) { return to_tuple(sample(r.plan, to_time(t, "t"))); });
-  nb::class_<Stages>(module, "Stages", nb::type_slots(slots))
-      .def_static("make", &make)
+  nb::class_<Stages>(module, "Stages", nb::type_slots(stages_slots))
+      .def_static("make", &make_stages)
       .def("aim", &Stages::aim)
       .def("feed", &Stages::feed)
       .def("plan", &Stages::plan)
