@@ -120,3 +120,28 @@ def test_pictures_are_shown_and_small():
 def test_every_page_of_docs_is_linked_from_the_readme():
     linked = set(re.findall(r"\]\(([^)#]+\.md)", text("README.md")))
     assert {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")} <= linked
+
+
+def unnamed(text):
+    """What unnamed namespaces of a source define: types and variables by their names, functions by their whole heads."""
+    found = []
+    for block in re.findall(r"^namespace \{\n(.*?)^\}  // namespace$", text, re.MULTILINE | re.DOTALL):
+        found += re.findall(r"^(?:struct|class|enum class) (\w+)(?= [^;]*\{)", block, re.MULTILINE)
+        found += re.findall(r"^(?!using )(?:(?:inline|static|constexpr|const) )*[\w:<>]+ (\w+)(?:\[\w*\])?(?: = |\{)", block, re.MULTILINE)
+        found += [" ".join(head.split()) for head in re.findall(r"^(?!template|struct|class|enum|using)\w[^\n;={}]*\([^;{}]*\)(?= \{$)", block, re.MULTILINE)]
+    return found
+
+
+def test_unnamed_namespaces_of_a_library_have_names_of_their_own():
+    """The wheel compiles each library as one file (cmake/levels.cmake); nothing else does."""
+    rooms = {"terms": ["core", "robot", "ocp"], "solvers": ["solve", "predict", "track", "plan"]}
+    rooms |= {name: [name] for name in ("retarget", "config", "pipeline", "supervise", "input", "arm", "record", "replay", "report", "python")}
+    source = ROOT / "src/steadyhand"
+    libraries = {library: [file for room in folders for file in (source / room).rglob("*.cpp")] for library, folders in rooms.items()}
+    libraries["commands"] = [source / f"app/{name}.cpp" for name in ("run", "progress_bar", "describe_command", "replay_command", "solve_command")]
+    twice = []
+    for library, files in libraries.items():
+        names = [name for file in files if "fatrop" not in file.parts for name in unnamed(file.read_text())]
+        assert len(names) > 1 or library in ("retarget", "replay"), library
+        twice += [f"{library}: {name}" for name in sorted(set(names)) if names.count(name) > 1]
+    assert twice == []
