@@ -2,9 +2,9 @@
 # Whatever the host has, they are compiled, but for the level that the preset is for; they run where it can, and elsewhere ctest says that they were skipped. Under
 # ASan they are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
-file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
+file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/collision/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
 file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/solve/*.cpp src/steadyhand/solve/*/*.cpp src/steadyhand/track/*.cpp src/steadyhand/plan/*.cpp)
-set(hot_tests tests/core/lanes_test.cpp tests/robot/kinematics_test.cpp tests/ocp/terms_test.cpp
+set(hot_tests tests/core/lanes_test.cpp tests/collision/proximity_test.cpp tests/robot/kinematics_test.cpp tests/ocp/terms_test.cpp
     tests/solve/batch_evaluation_test.cpp tests/solve/realtime_test.cpp tests/plan/planner_test.cpp)
 # Compiled as two files, in a third of the time; so what they keep in unnamed namespaces needs names of its own.
 set_source_files_properties(${hot_sources} PROPERTIES UNITY_GROUP sources)

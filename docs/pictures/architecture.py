@@ -5,20 +5,20 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-WIDTH, HEIGHT = 1000, 920
+WIDTH, HEIGHT = 1000, 982
 
 # Of each library its box (x, y, width, height), where its title stands, the distance of its columns and the width of its rooms'
 # boxes, and where each room stands: column from the left of the box, and row of the figure. Rooms stand below all that they use.
 LIBRARIES = {
-    "planning": ((20, 196, 410, 460), "below", 99, 84, {
-        "core": (1.5, 0), "robot": (0, 1), "track": (1, 1), "retarget": (2, 1), "predict": (3, 1), "ocp": (0, 2), "solve": (0, 3),
-        "plan": (0.5, 4), "config": (1.5, 5), "pipeline": (1.5, 6)}),
-    "live": ((446, 258, 386, 528), "below", 97, 84, {
-        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 2), "ur": (0, 3), "ros2": (0.2, 8), "record": (2, 5), "live": (0.8, 7),
-        "replay": (2, 7), "archive": (1.4, 8)}),
-    "the program": ((848, 258, 138, 648), "below", 66, 60, {
-        "report": (0, 6), "serve": (0.75, 8), "console": (0.5, 9), "app": (0.5, 10)}),
-    "the Python package": ((446, 804, 170, 90), "above", 97, 84, {"python": (0.4, 10)}),
+    "planning": ((20, 196, 410, 522), "below", 99, 84, {
+        "core": (1.5, 0), "collision": (0, 1), "track": (1, 1), "retarget": (2, 1), "predict": (3, 1), "robot": (0, 2),
+        "ocp": (0, 3), "solve": (0, 4), "plan": (0.5, 5), "config": (1.5, 6), "pipeline": (1.5, 7)}),
+    "live": ((446, 258, 386, 590), "below", 97, 84, {
+        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 3), "ur": (0, 4), "ros2": (0.2, 9), "record": (2, 6), "live": (0.8, 8),
+        "replay": (2, 8), "archive": (1.4, 9)}),
+    "the program": ((848, 258, 138, 710), "below", 66, 60, {
+        "report": (0, 7), "serve": (0.75, 9), "console": (0.5, 10), "app": (0.5, 11)}),
+    "the Python package": ((446, 866, 170, 90), "above", 97, 84, {"python": (0.4, 11)}),
 }
 FIRST_ROW, ROW = 232, 62
 FLOW = [("input, serve", "a hand"), ("retarget", ""), ("predict", ""), ("plan", "ocp, solve"), ("track", ""), ("arm, ur, ros2", "an arm")]

@@ -70,6 +70,9 @@ class alignas(kLanes * sizeof(double)) Lanes {
   Vector v_;
 };
 
+/// As for lanes, so that code can be written once for both.
+inline double select(bool mask, double yes, double no) { return mask ? yes : no; }
+inline bool any(bool mask) { return mask; }
 inline bool any(Lanes::Mask mask) {
   std::int64_t result = 0;
   for (int i = 0; i < kLanes; ++i) result |= mask[i];

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/result.hpp"
+
+namespace steadyhand {
+
+/// What solids are made of. Sphere, capsule and box are all that is within a radius of a core: a point, a segment, a
+/// box.
+enum class ShapeKind {
+  kSphere,
+  kCapsule,    ///< along z
+  kBox,        ///< with its edges along x, y, z
+  kCylinder,   ///< along z; only spheres, capsules and half-spaces see its roundness, others its box
+  kHalfSpace,  ///< z <= 0; of the world only
+};
+
+/// A solid in a frame of its own, origin at the centre of its core.
+struct Shape {
+  ShapeKind kind = ShapeKind::kSphere;  ///< how the rest is read
+  Vector3 core = Vector3::Zero();       ///< m, half extents of the core: 0; (0, 0, h); (x, y, z); (r, r, h); 0
+  double radius = 0.0;                  ///< m, around the core
+
+  /// radius: m, > 0
+  static Shape sphere(double radius) { return {ShapeKind::kSphere, Vector3::Zero(), radius}; }
+  /// half_length: m, of the segment, >= 0; radius: m, > 0
+  static Shape capsule(double half_length, double radius) {
+    return {ShapeKind::kCapsule, {0.0, 0.0, half_length}, radius};
+  }
+  /// half_extents: m, of the core; radius: m, by which its edges are round, >= 0
+  static Shape box(const Vector3& half_extents, double radius = 0.0) { return {ShapeKind::kBox, half_extents, radius}; }
+  /// radius: m; half_length: m
+  static Shape cylinder(double radius, double half_length) {
+    return {ShapeKind::kCylinder, {radius, radius, half_length}, 0.0};
+  }
+  /// All with z <= 0.
+  static Shape half_space() { return {ShapeKind::kHalfSpace, Vector3::Zero(), 0.0}; }
+
+  /// Whether it is all that is near a point or a segment.
+  bool is_round() const { return kind == ShapeKind::kSphere || kind == ShapeKind::kCapsule; }
+  /// m, no point of the solid is further from the origin; infinite for a half-space.
+  double extent() const;
+  /// All that is within `margin` (m, >= 0) of it, or a little more.
+  Shape inflated(double margin) const;
+};
+
+/// "sphere", "capsule", "box", "cylinder", "half_space".
+std::string_view to_string(ShapeKind kind);
+
+/// Whether sizes are finite and positive where they must be; the error says which is not and what would be right.
+Status check(const Shape& shape);
+
+}  // namespace steadyhand
