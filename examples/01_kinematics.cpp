@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 using namespace steadyhand;
 
@@ -16,7 +16,7 @@ int main() {
     fmt::print(stderr, "{}\n", ur5e.error().message);
     return 2;
   }
-  fmt::print("{}: {} joints, {} spheres, {} pairs that must not touch\n", ur5e->name, ur5e->dof(), ur5e->spheres.size(),
+  fmt::print("{}: {} joints, {} bodies, {} pairs that must not touch\n", ur5e->name, ur5e->dof(), ur5e->bodies.size(),
              ur5e->pairs.size());
 
   // The model never changes and may be shared; Kinematics is one thread's scratch beside it and allocates only here.
@@ -25,8 +25,8 @@ int main() {
   const Vector3 home = arm.p();
   fmt::print("glass at home: ({:.3f}, {:.3f}, {:.3f}) m, its opening towards ({:.2f}, {:.2f}, {:.2f})\n", home.x(),
              home.y(), home.z(), arm.R()(0, 2), arm.R()(1, 2), arm.R()(2, 2));
-  const double clearance_at_home = arm.clearance();
-  fmt::print("smallest gap between spheres: {:.1f} mm\n", 1e3 * clearance_at_home);
+  const double clearance_at_home = clearance(arm);
+  fmt::print("smallest clearance: {:.1f} mm\n", 1e3 * clearance_at_home);
 
   // What the liquid feels when all joints turn at 0.5 rad/s and speed up by 1 rad/s^2; at rest it is (0, 0, 9.81).
   arm.set_motion(JointVector::Constant(ur5e->dof(), 0.5), JointVector::Constant(ur5e->dof(), 1.0));

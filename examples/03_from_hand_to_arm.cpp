@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "steadyhand/pipeline/pipeline.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 using namespace steadyhand;
 
@@ -35,13 +36,13 @@ int main() {
     const JointCommand command = arm.update(now);  // what a real arm would be sent
 
     kinematics.set_position(command.q);
-    smallest_gap = std::min(smallest_gap, kinematics.clearance());
+    smallest_gap = std::min(smallest_gap, clearance(kinematics));
     worst_speed = std::max(worst_speed, (command.dq.cwiseAbs().array() / ur5e.velocity_max.array()).maxCoeff());
     const double error = (kinematics.p() - arm.target().X_base_tool.p).norm();
     if (now > from_seconds(1.0)) worst_error = std::max(worst_error, error);
   }
   fmt::print("farthest from where the hand wants the glass, after 1 s: {:.1f} mm\n", 1e3 * worst_error);
-  fmt::print("fastest joint: {:.0f} % of its limit; smallest gap between spheres: {:.1f} mm\n", 100.0 * worst_speed,
+  fmt::print("fastest joint: {:.0f} % of its limit; smallest clearance: {:.1f} mm\n", 100.0 * worst_speed,
              1e3 * smallest_gap);
   return worst_error < 0.02 && worst_speed <= 1.0 && smallest_gap > 0.0 ? 0 : 1;
 }

@@ -54,10 +54,10 @@ class Plan:
 
     @property
     def active_names(self) -> tuple[str, ...]:
-        """The joint that is at its limit, or the two spheres that are nearest: who `active` is about."""
+        """The joint that is at its limit, or the two bodies that are nearest: who `active` is about."""
         kind, indices = self.active, [i for i in self._native.active_between if i >= 0]
         if kind == "self_collision":
-            return tuple(self._robot.description["spheres"][i]["name"] for i in indices)
+            return tuple(self._robot.description["bodies"][i]["name"] for i in indices)
         return tuple(self._robot.joint_names[i] for i in indices)
 
     @property

@@ -62,7 +62,7 @@ class Steps:
     status: np.ndarray
     """(m,), text: "solved", "feasible" or "previous", as Plan.status."""
     clearance: Array
-    """(m,), m: smallest distance between spheres over the plan."""
+    """(m,), m: smallest distance between bodies over the plan."""
     engaged: np.ndarray
     """(m,), bool: whether the arm followed the hand."""
 

@@ -30,10 +30,10 @@ def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
 
 
 class Robot:
-    """A serial arm of 1 to 8 joints with its tool, limits and collision spheres. Never changes.
+    """A serial arm of 1 to 8 joints with its tool, limits and collision bodies. Never changes.
 
     `name`: a robot that steadyhand has ("ur5e"), the path of a robot file (docs/robots.md), or of a URDF, whose tool is
-    the end of its longest chain, whose home the middle of its limits, and which has no spheres.
+    the end of its longest chain, whose home the middle of its limits, and which has no bodies.
 
     Units: rad where a joint turns, m where it slides, s. Frames: **base**, the URDF's base link, z up; **tool**, the glass,
     its origin at the centre, z along its axis and out of the opening.
@@ -51,7 +51,7 @@ class Robot:
         self.source = os.fspath(name)
         """What it was opened by."""
         self.description: dict[str, Any] = json.loads(self._native.json)
-        """What the command `steadyhand describe` prints: joints, tool, limits, spheres, pairs."""
+        """What the command `steadyhand describe` prints: joints, tool, limits, bodies, pairs."""
         self.name: str = self.description["name"]
         self.joint_names: tuple[str, ...] = tuple(joint["name"] for joint in self.description["joints"])
         """n names, from the base."""
@@ -86,7 +86,7 @@ class Robot:
         return Robot, (self.source,)
 
     def __repr__(self) -> str:
-        return f"<steadyhand.Robot {self.name!r}, {self.dof} joints, {len(self.description['spheres'])} spheres>"
+        return f"<steadyhand.Robot {self.name!r}, {self.dof} joints, {len(self.description['bodies'])} bodies>"
 
     def fk(self, q: ArrayLike) -> Array:
         """T_base_tool at q: maps coordinates in the tool to those in the base.
@@ -105,17 +105,17 @@ class Robot:
         return self._each(self._native.jacobian, q)
 
     def clearance(self, q: ArrayLike) -> Any:
-        """Smallest gap between the surfaces of spheres that must stay apart, m; negative where two overlap, infinite for a
-        robot without spheres. q: (n,) rad (m), or (m, n). Returns a float, or (m,).
+        """Smallest gap between the surfaces of bodies that must stay apart, m; negative where two overlap, infinite for a
+        robot without bodies. q: (n,) rad (m), or (m, n). Returns a float, or (m,).
         """
         return self._each(self._native.clearance, q)
 
-    def sphere_centers(self, q: ArrayLike) -> Array:
-        """Centres of the collision spheres in the base, m, in the order of description["spheres"].
+    def body_centers(self, q: ArrayLike) -> Array:
+        """Centres of the collision bodies in the base, m, in the order of description["bodies"].
 
-        q: (n,) rad (m), or (m, n). Returns (s, 3), or (m, s, 3).
+        q: (n,) rad (m), or (m, n). Returns (b, 3), or (m, b, 3).
         """
-        return self._each(self._native.sphere_centers, q)
+        return self._each(self._native.body_centers, q)
 
     def local_acceleration(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
         """R'(p'' + g) of the tool, in the tool's axes, m/s^2: what an accelerometer there reads, and what the liquid feels.

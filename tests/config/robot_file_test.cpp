@@ -25,10 +25,10 @@ TEST(RobotFile, LoadsTheUr5e) {
   EXPECT_EQ(model.name, "ur5e");
   ASSERT_EQ(model.dof(), 6);
   EXPECT_EQ(model.tool.name, "glass");
-  const auto on_arm = [](const Sphere& s) { return !s.name.starts_with("gripper") && !s.name.starts_with("glass"); };
-  EXPECT_EQ(std::count_if(model.spheres.begin(), model.spheres.end(), on_arm), 29);
+  const auto on_arm = [](const Body& s) { return !s.name.starts_with("gripper") && !s.name.starts_with("glass"); };
+  EXPECT_EQ(std::count_if(model.bodies.begin(), model.bodies.end(), on_arm), 29);
   std::set<int> links;
-  for (const Sphere& sphere : model.spheres) links.insert(sphere.link);
+  for (const Body& body : model.bodies) links.insert(body.link);
   EXPECT_EQ(links.size(), 7u);
 
   Kinematics kinematics(model);
@@ -70,11 +70,11 @@ TEST(RobotFile, TheUr5eMovesAsARigidArm) {
     at.set_motion(JointVector::Zero(6), JointVector::Zero(6));  // at rest only gravity is felt
     ASSERT_LT((at.local_acceleration() - at.R().transpose() * kGravity).norm(), 1e-12);
 
-    for (std::size_t i = 1; i < model.spheres.size(); ++i) {
-      const Sphere &a = model.spheres[i - 1], &b = model.spheres[i];
+    for (std::size_t i = 1; i < model.bodies.size(); ++i) {
+      const Body &a = model.bodies[i - 1], &b = model.bodies[i];
       if (a.link != b.link) continue;
-      const double distance = (at.sphere(static_cast<int>(i)) - at.sphere(static_cast<int>(i) - 1)).norm();
-      ASSERT_NEAR(distance, (a.center - b.center).norm(), 1e-12);
+      const double distance = (at.body(static_cast<int>(i)).p - at.body(static_cast<int>(i) - 1).p).norm();
+      ASSERT_NEAR(distance, (a.origin.translation() - b.origin.translation()).norm(), 1e-12);
     }
   }
 }
@@ -85,7 +85,7 @@ TEST(RobotFile, ABareUrdfLoads) {
   const auto model = open_robot(settings->urdf.string(), kPlaces);
   ASSERT_TRUE(model) << model.error().message;
   EXPECT_EQ(model->dof(), 6);
-  EXPECT_TRUE(model->spheres.empty());
+  EXPECT_TRUE(model->bodies.empty());
   EXPECT_TRUE(model->acceleration_max.isApproxToConstant(15.0));
 }
 
@@ -96,7 +96,7 @@ TEST(RobotFile, AnUnknownNameListsTheKnownOnes) {
   EXPECT_NE(model.error().message.find("ur5e"), std::string::npos);
 }
 
-TEST(RobotFile, AHomePoseInSelfCollisionNamesTheSpheres) {
+TEST(RobotFile, AHomePoseInSelfCollisionNamesTheBodies) {
   const TemporaryFolder folder;
   std::ifstream stream(kPlaces.data / "robots/ur5e.yaml");
   std::string text{std::istreambuf_iterator<char>(stream), {}};
@@ -105,9 +105,9 @@ TEST(RobotFile, AHomePoseInSelfCollisionNamesTheSpheres) {
   text.replace(home, text.find(']', home) + 1 - home, "\nhome: [0, -1.57, 3.0, 0, 0, 0]");
   const auto model = open_robot(folder.write("folded.yaml", text).string(), kPlaces);
   ASSERT_FALSE(model);
-  const testing::Matcher<const std::string&> names_the_spheres =
-      testing::ContainsRegex("folded.yaml: .*self-collision: spheres '[a-z0-9_]+' and '[a-z0-9_]+' overlap by .* mm");
-  EXPECT_TRUE(names_the_spheres.Matches(model.error().message)) << model.error().message;
+  const testing::Matcher<const std::string&> names_the_bodies =
+      testing::ContainsRegex("folded.yaml: .*self-collision: bodies '[a-z0-9_]+' and '[a-z0-9_]+' overlap by .* mm");
+  EXPECT_TRUE(names_the_bodies.Matches(model.error().message)) << model.error().message;
 }
 
 class RobotFileRefuses : public testing::TestWithParam<Refusal> {};

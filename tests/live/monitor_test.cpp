@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "steadyhand/robot/gaps.hpp"
 #include "support/virtual_session.hpp"
 
 namespace steadyhand {
@@ -104,7 +105,7 @@ TEST_F(Witness, CountsMeasuredSpeeds) {
 TEST_F(Witness, CountsOverlapOfATenthOfAMillimetre) {
   Kinematics arm(ur5e());
   std::mt19937 random(1);
-  const auto clearance = [&](const JointVector& q) { return arm.set_position(q), arm.clearance(); };
+  const auto clearance = [&](const JointVector& q) { return arm.set_position(q), steadyhand::clearance(arm); };
   JointVector into;
   do {
     into =

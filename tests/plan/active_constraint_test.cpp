@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "robot/random_arm.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 /// An arm that stands clear of everything, with a plan that stands too.
 struct Standing : testing::Test {
   Standing() : random(11), model(random_arm(6, random, false)), arm(model) {
-    while (arm.set_position(model.home), arm.clearance() < 0.05) model.home = random_joints(6, 2.0, random);
+    while (arm.set_position(model.home), clearance(arm) < 0.05) model.home = random_joints(6, 2.0, random);
     arm.set_position(model.home);
     plan.joints = 6;
     plan.intervals = 8;
@@ -52,7 +53,8 @@ TEST_F(Standing, NamesTheJointAtItsLimit) {
 
 TEST_F(Standing, NamesThePairThatTouches) {
   const auto [i, j] = model.pairs.front();
-  model.spheres[i].radius += (arm.sphere(i) - arm.sphere(j)).norm() - model.spheres[i].radius - model.spheres[j].radius;
+  model.bodies[i].shape.radius +=
+      (arm.body(i).p - arm.body(j).p).norm() - model.bodies[i].shape.radius - model.bodies[j].shape.radius;
   const ActiveConstraint found = active();
   EXPECT_EQ(found.kind, ConstraintKind::kSelfCollision);
   EXPECT_EQ(found.first, i);

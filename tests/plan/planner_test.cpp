@@ -12,6 +12,7 @@
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/track/tracker.hpp"
 #include "support/allocation_guard.hpp"
+#include "support/bodies.hpp"
 
 namespace steadyhand {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 /// A planner for a random arm, and a target that wanders smoothly among poses that the arm can take.
 struct Loop {
   explicit Loop(unsigned seed, double bound = 1.5) : random(seed), model(random_arm(6, random, false)), arm(model) {
-    while (arm.set_position(model.home), arm.clearance() < 0.02) model.home = random_joints(6, 2.0, random);
+    while (arm.set_position(model.home), clearance(arm) < 0.02) model.home = random_joints(6, 2.0, random);
     settings.weights = {{"position", {500}},      {"orientation", {5}}, {"velocity", {0.1}},
                         {"acceleration", {0.02}}, {"lateral", {1}},     {"vertical", {1}}};
     planner = std::move(*Planner::make(model, settings, {}));
@@ -70,7 +71,7 @@ TEST(Planner, CommandsStayInsideAtAnyRate) {
       EXPECT_LE((command.dq - last.dq).cwiseAbs().maxCoeff(), 0.002 * 15.0 + 1e-6);
       EXPECT_LE((command.q - last.q).cwiseAbs().maxCoeff(), 0.002 * M_PI + 1e-6);
       loop.arm.set_position(command.q);
-      EXPECT_GE(loop.arm.clearance(), -2e-3);
+      EXPECT_GE(clearance(loop.arm), -2e-3);
       last = command;
     }
     EXPECT_GE(solved, steps * 9 / 10) << rate_hz << " Hz";
@@ -208,7 +209,7 @@ TEST(Planner, RefusesBadSettings) {
   expect_refused("budget.iterations is 0; it must be at least 1", [](auto& s) { s.budget.iterations = 0; });
 
   RobotModel broken = loop.model;
-  broken.spheres[0].link = 50;
+  broken.bodies[0].link = 50;
   EXPECT_NE(Planner::make(broken, loop.settings, {}).error().message.find("the links are 0 to 6"), std::string::npos);
 }
 
@@ -341,16 +342,16 @@ TEST(PlanCheck, FindsEachFault) {
   };
   EXPECT_EQ(with_limit([](RobotModel& m) { m.velocity_max.setConstant(0.01); }), PlanFault::kVelocity);
   EXPECT_EQ(with_limit([&](RobotModel& m) { m.position_max = good.x[0].head(6).array() - 1.0; }), PlanFault::kPosition);
-  const auto apart = [&](const SpherePair& pair, int k) {
+  const auto apart = [&](const BodyPair& pair, int k) {
     loop.arm.set_position(good.x[k].head(6));
-    return std::sqrt(loop.arm.squared_distance(pair));
+    return center_distance(loop.arm, pair);
   };
   RobotModel close = loop.model;  // one pair, which comes nearer on the way, and is near already
-  const auto nears = [&](const SpherePair& pair) { return apart(pair, 0) - apart(pair, 8) > 0.005; };
+  const auto nears = [&](const BodyPair& pair) { return apart(pair, 0) - apart(pair, 8) > 0.005; };
   const auto found = std::find_if(loop.model.pairs.begin(), loop.model.pairs.end(), nears);
   ASSERT_NE(found, loop.model.pairs.end());
   close.pairs = {*found};
-  close.spheres[found->first].radius = apart(*found, 0) - 0.001 - close.spheres[found->second].radius;
+  close.bodies[found->first].shape.radius = apart(*found, 0) - 0.001 - close.bodies[found->second].shape.radius;
   EXPECT_EQ(with_limit([&](RobotModel& m) { m = close; }), PlanFault::kSelfCollision);
 }
 
@@ -379,15 +380,15 @@ TEST(PlanCheck, LetsAPlanLeadBackFromBeyondALimitAndNoFurther) {
   RobotModel touching = loop.model;  // one pair of spheres, larger than where it is now
   const auto gap = [&](double offset) {
     loop.arm.set_position(loop.model.home.array() + offset);
-    return std::sqrt(loop.arm.squared_distance(touching.pairs[0]));
+    return center_distance(loop.arm, touching.pairs[0]);
   };
-  const auto moves = [&](const SpherePair& pair) {
+  const auto moves = [&](const BodyPair& pair) {
     touching.pairs = {pair};
     return std::abs(gap(1e-3) - gap(0.0)) > 1e-4;
   };
   ASSERT_TRUE(std::any_of(loop.model.pairs.begin(), loop.model.pairs.end(), moves));
   const auto [first, second] = touching.pairs[0];
-  touching.spheres[first].radius = gap(0.0) + 0.002 - touching.spheres[second].radius;
+  touching.bodies[first].shape.radius = gap(0.0) + 0.002 - touching.bodies[second].shape.radius;
   const double deeper = gap(1e-3) < gap(0.0) ? 0.3 : -0.3;
   EXPECT_EQ(fault(touching, -deeper), PlanFault::kNone);
   EXPECT_EQ(fault(touching, 0.0), PlanFault::kNone);
@@ -415,12 +416,12 @@ TEST(PlanCheck, LooksBetweenNodes) {
   EXPECT_EQ(check_plan(plan, plan.x[0], {}, narrow), PlanFault::kPosition);
 
   // One pair of spheres that touches half-way only.
-  const auto apart = [&](const SpherePair& pair, const JointVector& q) {
+  const auto apart = [&](const BodyPair& pair, const JointVector& q) {
     loop.arm.set_position(q);
-    return std::sqrt(loop.arm.squared_distance(pair));
+    return center_distance(loop.arm, pair);
   };
   const JointVector above = sample(plan, from_seconds(0.5 * plan.dt)).q, last = plan.x[2].head(6);
-  const auto nears = [&](const SpherePair& pair) {
+  const auto nears = [&](const BodyPair& pair) {
     return std::min(apart(pair, loop.model.home), apart(pair, last)) - apart(pair, above) > 1e-3;
   };
   const auto found = std::find_if(loop.model.pairs.begin(), loop.model.pairs.end(), nears);
@@ -428,7 +429,8 @@ TEST(PlanCheck, LooksBetweenNodes) {
   const auto touching = [&](double overlap_half_way) {
     RobotModel close = loop.model;
     close.pairs = {*found};
-    close.spheres[found->first].radius = apart(*found, above) + overlap_half_way - close.spheres[found->second].radius;
+    close.bodies[found->first].shape.radius =
+        apart(*found, above) + overlap_half_way - close.bodies[found->second].shape.radius;
     return close;
   };
   const RobotModel half_way = touching(5e-4);
@@ -478,7 +480,7 @@ TEST(PlanCheck, LooksAtAllTimes) {
     close.pairs = {loop.model.pairs[random() % loop.model.pairs.size()]};
     const auto apart = [&](double t) {
       loop.arm.set_position(sample(plan, from_seconds(t)).q);
-      return std::sqrt(loop.arm.squared_distance(close.pairs[0]));
+      return center_distance(loop.arm, close.pairs[0]);
     };
     double at_points = 1e9, at_all_times = 1e9;
     for (int i = 0; i <= 2 * plan.intervals; ++i) at_points = std::min(at_points, apart(0.5 * i * plan.dt));
@@ -487,7 +489,7 @@ TEST(PlanCheck, LooksAtAllTimes) {
     ++near;
     const auto [first, second] = close.pairs[0];
     const auto fault_with_gap = [&](double gap, double distance) {
-      close.spheres[first].radius = distance - gap - close.spheres[second].radius;
+      close.bodies[first].shape.radius = distance - gap - close.bodies[second].shape.radius;
       Kinematics arm(close);
       settings.overlap_between_nodes = 0.0;
       return check_plan(plan, plan.x[0], settings, arm);

@@ -38,7 +38,7 @@ def urdf_of(settings) -> Path:
 def test_has_the_keys_of_the_formulation_in_order(robot):
     assert list(robot) == [
         "name", "joints", "tool", "home", "position_min", "position_max", "velocity_max", "acceleration_max",
-        "spheres", "pairs",
+        "spheres", "bodies", "pairs",
     ]  # fmt: skip
     n = len(robot["joints"])
     assert n == 6
@@ -50,6 +50,34 @@ def test_has_the_keys_of_the_formulation_in_order(robot):
     for sphere in robot["spheres"]:
         assert sphere.keys() == {"name", "link", "center", "radius"}
         assert 0 <= sphere["link"] <= n and sphere["radius"] > 0 and len(sphere["center"]) == 3
+
+
+def test_spheres_are_the_bodies(robot):
+    assert [b["name"] for b in robot["bodies"]] == [s["name"] for s in robot["spheres"]]
+    for body, sphere in zip(robot["bodies"], robot["spheres"], strict=True):
+        assert body["shape"] == "sphere" and body["link"] == sphere["link"] and body["radius"] == sphere["radius"]
+        assert np.array(body["origin"])[:3, 3].tolist() == sphere["center"]
+
+
+def test_bodies_of_each_shape(tmp_path, settings):
+    (tmp_path / "arm.yaml").write_text(f"""
+urdf: {urdf_of(settings)}
+bodies:
+  - {{name: a, link: base_link_inertia, sphere: {{radius: 0.1}}}}
+  - {{name: b, link: forearm_link, capsule: {{from: [0, 0, 0], to: [-0.4, 0, 0], radius: 0.05}}}}
+  - {{name: c, link: wrist_2_link, box: {{size: [0.1, 0.2, 0.3], center: [0, 0, 0.1], rpy: [0, 0, 1.5707963267948966], rounding: 0.01}}}}
+  - {{name: d, link: wrist_3_link, cylinder: {{from: [0, 0, 0], to: [0, 0.1, 0], radius: 0.04}}}}
+""")
+    robot = json.loads(run("describe", str(tmp_path / "arm.yaml")).stdout)
+    a, b, c, d = robot["bodies"]
+    assert robot["spheres"] == [] and [0, 1] in robot["pairs"]
+    assert (a["shape"], a["radius"], np.array(a["origin"])[:3, 3].tolist()) == ("sphere", 0.1, [0, 0, 0])
+    assert (b["shape"], b["radius"], b["length"]) == ("capsule", 0.05, 0.4)
+    origin = np.array(b["origin"])
+    assert np.allclose(origin[:3, 3], [-0.2, 0, 0]) and np.allclose(np.abs(origin[:3, 2]), [1, 0, 0])
+    assert (c["shape"], c["rounding"]) == ("box", 0.01) and np.allclose(c["size"], [0.1, 0.2, 0.3])
+    assert np.allclose(np.array(c["origin"])[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    assert (d["shape"], d["radius"], d["length"]) == ("cylinder", 0.04, 0.1)
 
 
 def test_frames_are_rigid(robot):
@@ -101,7 +129,7 @@ def test_pretty_says_the_same(robot):
 def test_a_bare_urdf(settings):
     done = run("describe", str(urdf_of(settings)))
     robot = json.loads(done.stdout)
-    assert len(robot["joints"]) == 6 and robot["spheres"] == [] and robot["pairs"] == []
+    assert len(robot["joints"]) == 6 and robot["bodies"] == robot["spheres"] == robot["pairs"] == []
 
 
 def test_runs_from_any_folder(tmp_path, robot):

@@ -23,7 +23,8 @@ ROBOT = {
     "name": "two joints", "joints": [{"name": "a", "type": "revolute", "origin": np.eye(4).tolist(), "axis": [0, 0, 1]},
                                      {"name": "b", "type": "prismatic", "origin": np.eye(4).tolist(), "axis": [1, 0, 0]}],
     "position_min": [-1.0, -1.0], "position_max": [1.0, 1.0], "velocity_max": [2.0, 2.0], "acceleration_max": [10.0, 10.0],
-    "spheres": [{"name": "base", "link": 0, "center": [-0.6, 0, 0], "radius": 0.1}, {"name": "hand", "link": 2, "center": [0, 0, 0], "radius": 0.1}],
+    "bodies": [{"name": "base", "link": 0, "shape": "sphere", "radius": 0.1, "origin": [[1, 0, 0, -0.6], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]},
+               {"name": "hand", "link": 2, "shape": "sphere", "radius": 0.1, "origin": np.eye(4).tolist()}],
     "pairs": [[0, 1]],
 }
 
@@ -197,7 +198,7 @@ def measured_acceleration_by_positions(s):
     s.state_q[:, 1] += 0.009 * (1 - np.cos(2 * np.pi * x / 0.1)) / 2
 
 
-def spheres(s):
+def bodies(s):
     for q in (s.q, s.state_q):
         q[:, 1] -= 0.401
 
@@ -305,7 +306,7 @@ def says_too_little(s):
     (a_speed_told_that_bends, "command acceleration"), (acceleration, "command acceleration"), (acceleration_told, "command acceleration"), (a_gap_made_up_for, "command step"),
     (not_a_number, "command position"), (measured_position, "measured position"), (measured_speed, "measured speed"),
     (measured_speed_by_positions, "measured speed"), (measured_acceleration, "measured acceleration"),
-    (measured_acceleration_by_positions, "measured acceleration"), (spheres, "command spheres"), (spheres, "measured spheres"),
+    (measured_acceleration_by_positions, "measured acceleration"), (bodies, "command bodies"), (bodies, "measured bodies"),
     (moves_again_after_release, "rest"), (moves_again_after_release, "no living hand"), (a_stranger_moves_it, "no living hand"),
     (follows_the_dead, "no living hand"), (follows_after_the_lease_was_lost, "no living hand"), (creeps_after_release, "rest"),
     (late_stop, "stop obeyed"), (a_lost_stop, "stop obeyed"), (a_stop_lost_beside_reset, "stop obeyed"),

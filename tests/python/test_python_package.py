@@ -193,7 +193,7 @@ def test_clearance_is_that_of_the_nearest_pair(robot):
     spheres, pairs = robot.description["spheres"], np.array(robot.description["pairs"])
     radius = np.array([sphere["radius"] for sphere in spheres])
     for q in np.random.default_rng(4).uniform(-np.pi, np.pi, (50, 6)):
-        c = robot.sphere_centers(q)
+        c = robot.body_centers(q)
         gaps = np.linalg.norm(c[pairs[:, 0]] - c[pairs[:, 1]], axis=1) - radius[pairs].sum(1)
         assert abs(robot.clearance(q) - gaps.min()) < 1e-12
     center, reach = robot.reach()

@@ -49,13 +49,13 @@ TEST_P(RandomArms, PositionDerivatives) {
         };
         EXPECT_LT((kinematics.d2p(i, k) - difference(dp, q, k)).norm(), 1e-8);
       }
-      for (std::size_t s = 0; s < model.spheres.size(); ++s) {
+      for (std::size_t s = 0; s < model.bodies.size(); ++s) {
         const auto center = [&](const JointVector& at) {
           other.set_position(at);
-          return other.sphere(s);
+          return other.body(s).p;
         };
         const Vector3 expected =
-            model.spheres[s].link > k ? kinematics.dpoint(k, kinematics.sphere(s)) : Vector3::Zero();
+            model.bodies[s].link > k ? kinematics.dpoint(k, kinematics.body(s).p) : Vector3::Zero();
         EXPECT_LT((expected - difference(center, q, k)).norm(), 1e-8);
       }
     }

@@ -9,6 +9,7 @@
 #include "robot/urdf_text.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 #include "steadyhand/robot/urdf_chain.hpp"
+#include "support/bodies.hpp"
 #include "support/temporary_folder.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
@@ -50,7 +51,8 @@ TEST(LoadRobot, MergesFixedJointsAndAllowsFixedSideBranches) {
                  fixed("f1", "l2", "flange") + fixed("f2", "l1", "camera"));
   const auto model = load_text(text, [](RobotSettings& settings) {
     settings.tool_link = "flange";
-    settings.spheres = {{"on_base", "l0", {0.1, 0.2, 0.3}, 0.05}, {"on_camera", "camera", {0.1, 0.2, 0.3}, 0.05}};
+    settings.bodies = {ball("on_base", "l0", {0.1, 0.2, 0.3}, 0.05),
+                       ball("on_camera", "camera", {0.1, 0.2, 0.3}, 0.05)};
   });
   ASSERT_TRUE(model) << model.error().message;
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
@@ -60,10 +62,10 @@ TEST(LoadRobot, MergesFixedJointsAndAllowsFixedSideBranches) {
   EXPECT_TRUE(model->joints[0].origin.isApprox(step * step, 1e-12));
   EXPECT_TRUE(model->joints[1].origin.isApprox(step, 1e-12));
   EXPECT_TRUE(model->tool.origin.isApprox(step, 1e-12));
-  EXPECT_EQ(model->spheres[0].link, 0);
-  EXPECT_EQ(model->spheres[1].link, 1);
-  for (const Sphere& sphere : model->spheres) {
-    EXPECT_LT((sphere.center - step * Vector3(0.1, 0.2, 0.3)).norm(), 1e-12);
+  EXPECT_EQ(model->bodies[0].link, 0);
+  EXPECT_EQ(model->bodies[1].link, 1);
+  for (const Body& body : model->bodies) {
+    EXPECT_LT((body.origin.translation() - step * Vector3(0.1, 0.2, 0.3)).norm(), 1e-12);
   }
 }
 
@@ -112,12 +114,12 @@ TEST(LoadRobot, ABareUrdfRaisesDoubts) {
   ASSERT_TRUE(model) << model.error().message;
   const std::vector<std::string> doubts = doubts_about(*model);
   ASSERT_EQ(doubts.size(), 2u);
-  EXPECT_NE(doubts[0].find("no spheres: nothing keeps it from touching itself"), std::string::npos) << doubts[0];
+  EXPECT_NE(doubts[0].find("no bodies: nothing keeps it from touching itself"), std::string::npos) << doubts[0];
   EXPECT_NE(doubts[1].find("leans by 154 degrees"), std::string::npos) << doubts[1];  // 360 - 3 * 1.2 rad
 
   const auto complete = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& settings) {
     settings.tool_origin = Eigen::Isometry3d(Eigen::AngleAxisd(-3.6, Vector3::UnitX()));
-    settings.spheres = {{"a", "l0", Vector3::Zero(), 0.01}, {"b", "l3", Vector3::Zero(), 0.01}};
+    settings.bodies = {ball("a", "l0", Vector3::Zero(), 0.01), ball("b", "l3", Vector3::Zero(), 0.01)};
     settings.pairs.emplace().emplace_back("a", "b");
   });
   ASSERT_TRUE(complete) << complete.error().message;
@@ -242,46 +244,50 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, LoadRobotRefuses,
-    testing::Values(
-        Refusal{"home_size", urdf_robot(urdf_serial_arm(2)), "home has 3 numbers; the arm has 2 joints",
-                [](auto& s) { s.home = {{0, 0, 0}}; }},
-        Refusal{"home_outside", urdf_robot(urdf_serial_arm(2)), "home[1] = 3.5 rad is outside the limits -3 to 3",
-                [](auto& s) { s.home = {{0, 3.5}}; }},
-        Refusal{"home_nan", urdf_robot(urdf_serial_arm(2)), "home[0] of joint 'j1' is nan",
-                [](auto& s) { s.home = {{NAN, 0}}; }},
-        Refusal{"acceleration_negative", urdf_robot(urdf_serial_arm(2)), "acceleration_max[1] of joint 'j2' is -1",
-                [](auto& s) { s.acceleration_max = {{1, -1}}; }},
-        Refusal{"velocity_infinite", urdf_robot(urdf_serial_arm(2)), "velocity_max[0] of joint 'j1' is inf",
-                [](auto& s) { s.velocity_max = {{INFINITY, 1}}; }},
-        Refusal{"tool_nan", urdf_robot(urdf_serial_arm(2)), "the tool's origin",
-                [](auto& s) { s.tool_origin.translation().x() = NAN; }},
-        Refusal{"tool_skewed", urdf_robot(urdf_serial_arm(2)), "not a rotation",
-                [](auto& s) { s.tool_origin.linear()(0, 0) = 2.0; }},
-        Refusal{"sphere_link", urdf_robot(urdf_serial_arm(2)), "sphere 'a' is on link 'nowhere'",
-                [](auto& s) { s.spheres = {{"a", "nowhere", Vector3::Zero(), 0.1}}; }},
-        Refusal{"sphere_radius", urdf_robot(urdf_serial_arm(2)), "sphere 'a' has radius 0 m",
-                [](auto& s) { s.spheres = {{"a", "l0", Vector3::Zero(), 0.0}}; }},
-        Refusal{"sphere_center", urdf_robot(urdf_serial_arm(2)), "the centre of sphere 'a'",
-                [](auto& s) { s.spheres = {{"a", "l0", Vector3(NAN, 0, 0), 0.1}}; }},
-        Refusal{"sphere_twice", urdf_robot(urdf_serial_arm(2)), "two spheres are called 'a'",
-                [](auto& s) { s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}, {"a", "l2", Vector3::Zero(), 0.1}}; }},
-        Refusal{"pair_unknown", urdf_robot(urdf_serial_arm(2)), "pair [a, b]: there is no sphere 'b'",
-                [](auto& s) {
-                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}};
-                  s.pairs = {{{"a", "b"}}};
-                }},
-        Refusal{"pair_on_one_link", urdf_robot(urdf_serial_arm(2)), "both spheres are on one link, 'l0'",
-                [](auto& s) {
-                  s.spheres = {{"a", "l0", Vector3::Zero(), 0.1}, {"b", "l0", Vector3::UnitX(), 0.1}};
-                  s.pairs = {{{"a", "b"}}};
-                }},
-        Refusal{"home_in_collision", urdf_robot(urdf_serial_arm(3)), "spheres 'a' and 'b' overlap by 50.0 mm",
-                [](auto& s) {
-                  s.home = {{0.0, 0.0, 0.0}};
-                  // Both on the axis of the last joint, 0.15 m apart, so only the radii decide.
-                  s.spheres = {{"a", "l0", Vector3(0.3, 0.0, 0.0), 0.1}, {"b", "l1", Vector3(0.15, 0.0, 0.0), 0.1}};
-                  s.pairs = {{{"a", "b"}}};
-                }}),
+    testing::Values(Refusal{"home_size", urdf_robot(urdf_serial_arm(2)), "home has 3 numbers; the arm has 2 joints",
+                            [](auto& s) { s.home = {{0, 0, 0}}; }},
+                    Refusal{"home_outside", urdf_robot(urdf_serial_arm(2)),
+                            "home[1] = 3.5 rad is outside the limits -3 to 3", [](auto& s) { s.home = {{0, 3.5}}; }},
+                    Refusal{"home_nan", urdf_robot(urdf_serial_arm(2)), "home[0] of joint 'j1' is nan",
+                            [](auto& s) { s.home = {{NAN, 0}}; }},
+                    Refusal{"acceleration_negative", urdf_robot(urdf_serial_arm(2)),
+                            "acceleration_max[1] of joint 'j2' is -1", [](auto& s) { s.acceleration_max = {{1, -1}}; }},
+                    Refusal{"velocity_infinite", urdf_robot(urdf_serial_arm(2)), "velocity_max[0] of joint 'j1' is inf",
+                            [](auto& s) { s.velocity_max = {{INFINITY, 1}}; }},
+                    Refusal{"tool_nan", urdf_robot(urdf_serial_arm(2)), "the tool's origin",
+                            [](auto& s) { s.tool_origin.translation().x() = NAN; }},
+                    Refusal{"tool_skewed", urdf_robot(urdf_serial_arm(2)), "not a rotation",
+                            [](auto& s) { s.tool_origin.linear()(0, 0) = 2.0; }},
+                    Refusal{"body_link", urdf_robot(urdf_serial_arm(2)), "body 'a' is on link 'nowhere'",
+                            [](auto& s) { s.bodies = {ball("a", "nowhere", Vector3::Zero(), 0.1)}; }},
+                    Refusal{"body_radius", urdf_robot(urdf_serial_arm(2)), "body 'a': the radius is 0 m",
+                            [](auto& s) { s.bodies = {ball("a", "l0", Vector3::Zero(), 0.0)}; }},
+                    Refusal{"body_center", urdf_robot(urdf_serial_arm(2)), "body 'a''s origin",
+                            [](auto& s) { s.bodies = {ball("a", "l0", Vector3(NAN, 0, 0), 0.1)}; }},
+                    Refusal{"body_twice", urdf_robot(urdf_serial_arm(2)), "two bodies are called 'a'",
+                            [](auto& s) {
+                              s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1), ball("a", "l2", Vector3::Zero(), 0.1)};
+                            }},
+                    Refusal{"pair_unknown", urdf_robot(urdf_serial_arm(2)), "pair [a, b]: there is no body 'b'",
+                            [](auto& s) {
+                              s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1)};
+                              s.pairs = {{{"a", "b"}}};
+                            }},
+                    Refusal{"pair_on_one_link", urdf_robot(urdf_serial_arm(2)), "both bodies are on one link, 'l0'",
+                            [](auto& s) {
+                              s.bodies = {ball("a", "l0", Vector3::Zero(), 0.1),
+                                          ball("b", "l0", Vector3::UnitX(), 0.1)};
+                              s.pairs = {{{"a", "b"}}};
+                            }},
+                    Refusal{"home_in_collision", urdf_robot(urdf_serial_arm(3)),
+                            "bodies 'a' and 'b' overlap by 50.0 mm",
+                            [](auto& s) {
+                              s.home = {{0.0, 0.0, 0.0}};
+                              // Both on the axis of the last joint, 0.15 m apart, so only the radii decide.
+                              s.bodies = {ball("a", "l0", Vector3(0.3, 0.0, 0.0), 0.1),
+                                          ball("b", "l1", Vector3(0.15, 0.0, 0.0), 0.1)};
+                              s.pairs = {{{"a", "b"}}};
+                            }}),
     refusal_name);
 
 }  // namespace

@@ -28,10 +28,10 @@ TEST(ModelCheck, EachWayToBeNoArmIsRefusedWithWhatWouldBeRight) {
       {[](RobotModel& m) { m.velocity_max[1] = std::nan(""); }, "velocity_max must be 6 finite numbers"},
       {[](RobotModel& m) { m.position_min.swap(m.position_max); }, "the lower limit must be below the upper one"},
       {[](RobotModel& m) { m.acceleration_max[5] = 0.0; }, "acceleration_max 0; both must be positive"},
-      {[](RobotModel& m) { m.spheres[3].link = 50; }, "sphere 's3' is on link 50; the links are 0 to 6"},
-      {[](RobotModel& m) { m.spheres[3].radius = -1.0; }, "sphere 's3' must have a finite centre and a positive"},
-      {[](RobotModel& m) { m.pairs.push_back({77, 99}); }, "the pair (77, 99) must be two of its 14 spheres"},
-      {[](RobotModel& m) { m.pairs.push_back({5, 1}); }, "the pair (5, 1) must be two of its 14 spheres, the first on"},
+      {[](RobotModel& m) { m.bodies[3].link = 50; }, "body 's3' is on link 50; the links are 0 to 6"},
+      {[](RobotModel& m) { m.bodies[3].shape.radius = -1.0; }, "body 's3': the radius is -1 m; it must be above 0"},
+      {[](RobotModel& m) { m.pairs.push_back({77, 99}); }, "the pair (77, 99) must be two of its 14 bodies"},
+      {[](RobotModel& m) { m.pairs.push_back({5, 1}); }, "the pair (5, 1) must be two of its 14 bodies, the first on"},
   };
   for (const auto& [spoil, message] : cases) {
     RobotModel model = good;

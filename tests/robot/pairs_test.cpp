@@ -5,7 +5,8 @@
 #include <set>
 
 #include "robot/random_arm.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
+#include "support/bodies.hpp"
 
 namespace steadyhand {
 namespace {
@@ -14,17 +15,17 @@ TEST(DefaultPairs, HoldEveryPairThatARandomConfigurationParts) {
   std::mt19937 random(11);
   for (int arm = 0; arm < 10; ++arm) {
     RobotModel model = random_arm(3 + arm % 4, random);
-    for (Sphere& sphere : model.spheres) sphere.radius = 0.3;  // many pairs overlap always
-    const std::vector<SpherePair> pairs = default_pairs(model);
-    const std::set<SpherePair> kept(pairs.begin(), pairs.end());
+    for (Body& body : model.bodies) body.shape.radius = 0.3;  // many pairs overlap always
+    const std::vector<BodyPair> pairs = default_pairs(model);
+    const std::set<BodyPair> kept(pairs.begin(), pairs.end());
     ASSERT_EQ(kept.size(), pairs.size());
-    for (const auto& [i, j] : pairs) ASSERT_GT(model.spheres[j].link - model.spheres[i].link, 1);
+    for (const auto& [i, j] : pairs) ASSERT_GT(model.bodies[j].link - model.bodies[i].link, 1);
 
     Kinematics kinematics(model);
     for (int s = 0; s < 10000; ++s) {
       kinematics.set_position(random_joints(model.dof(), M_PI, random));
-      for (const SpherePair& pair : model.pairs) {  // random_arm's: all but those on one link and on neighbours
-        if (std::sqrt(kinematics.squared_distance(pair)) > 0.6) {
+      for (const BodyPair& pair : model.pairs) {  // random_arm's: all but those on one link and on neighbours
+        if (center_distance(kinematics, pair) > 0.6) {
           ASSERT_TRUE(kept.contains(pair)) << pair.first << " " << pair.second;
         }
       }
@@ -42,7 +43,7 @@ RobotModel two_circles(double radius) {
   model.link_names.resize(3);
   model.position_min = JointVector::Constant(2, -M_PI);
   model.position_max = JointVector::Constant(2, M_PI);
-  model.spheres = {{"a", 0, Vector3(0.5, 0.0, 0.0), radius}, {"b", 2, Vector3(0.25, 0.0, 0.0), radius}};
+  model.bodies = {Body::sphere("a", 0, {0.5, 0.0, 0.0}, radius), Body::sphere("b", 2, {0.25, 0.0, 0.0}, radius)};
   return model;
 }
 

@@ -32,12 +32,12 @@ inline RobotModel random_arm(int dof, std::mt19937& random, bool prismatic = tru
   model.acceleration_max = JointVector::Constant(dof, 15.0);
   for (int link = 0; link <= dof; ++link) {
     for (int i = 0; i < 2; ++i)
-      model.spheres.push_back({"s" + std::to_string(2 * link + i), link, 0.2 * vector(), 0.05});
+      model.bodies.push_back(Body::sphere("s" + std::to_string(2 * link + i), link, 0.2 * vector(), 0.05));
   }
-  const int count = static_cast<int>(model.spheres.size());
+  const int count = static_cast<int>(model.bodies.size());
   for (int i = 0; i < count; ++i) {
     for (int j = i + 1; j < count; ++j) {
-      if (model.spheres[j].link - model.spheres[i].link > 1) model.pairs.emplace_back(i, j);
+      if (model.bodies[j].link - model.bodies[i].link > 1) model.pairs.emplace_back(i, j);
     }
   }
   return model;

@@ -1,4 +1,4 @@
-"""Distances inside the arm, by kinematics of our own: spheres from the recording's metadata, and the UR5e's meshes."""
+"""Distances inside the arm, by kinematics of our own: bodies from the recording's metadata, and the UR5e's meshes."""
 
 import sys
 from pathlib import Path
@@ -25,20 +25,63 @@ def link_poses(robot, q):
     return poses
 
 
-def smallest_sphere_gaps(robot, q):
-    """Of the nearest pair at each configuration: gap in m (M,), and which pair (M,)."""
-    link = np.array([s["link"] for s in robot["spheres"]])
-    center = np.array([s["center"] for s in robot["spheres"]], dtype=float)
-    radius = np.array([s["radius"] for s in robot["spheres"]], dtype=float)
-    first, second = np.array(robot["pairs"]).T
-    gaps, pairs = [], []
+def smallest_body_gaps(robot, q):
+    """Of the nearest pair at each configuration: gap in m (M,), and which pair (M,). Spheres and capsules; of other pairs
+    whatever Coal says."""
+    bodies, pairs = robot["bodies"], np.array(robot["pairs"])
+    link = np.array([b["link"] for b in bodies])
+    origin = np.array([b["origin"] for b in bodies], dtype=float)
+    radius = np.array([b.get("radius", 0.0) for b in bodies], dtype=float)
+    half = np.array([0.5 * b.get("length", 0.0) for b in bodies])
+    is_round = np.array([b["shape"] in ("sphere", "capsule") for b in bodies])
+    both = is_round[pairs].all(axis=1)
+    gaps, nearest = [], []
     for begin in range(0, len(q), BLOCK):
-        poses = link_poses(robot, q[begin:begin + BLOCK])[:, link]
-        p = np.einsum("msij,sj->msi", poses[..., :3, :3], center) + poses[..., :3, 3]
-        gap = np.linalg.norm(p[:, first] - p[:, second], axis=2) - radius[first] - radius[second]
-        pairs.append(gap.argmin(axis=1))
+        placed = link_poses(robot, q[begin:begin + BLOCK])[:, link] @ origin
+        gap = np.empty((len(placed), len(pairs)))
+        first, second = pairs[both].T
+        gap[:, both] = segment_distances(placed[:, first], half[first], placed[:, second], half[second]) - radius[first] - radius[second]
+        for k in np.flatnonzero(~both):
+            gap[:, k] = coal_distances(*(bodies[b] for b in pairs[k]), placed[:, pairs[k, 0]], placed[:, pairs[k, 1]])
+        nearest.append(gap.argmin(axis=1))
         gaps.append(gap.min(axis=1))
-    return (np.concatenate(gaps), np.concatenate(pairs)) if gaps else (np.empty(0), np.empty(0, dtype=int))
+    return (np.concatenate(gaps), np.concatenate(nearest)) if gaps else (np.empty(0), np.empty(0, dtype=int))
+
+
+def segment_distances(first, a, second, b):
+    """Between segments along z of poses (M, K, 4, 4), half as long as a, b (K,): the least of where their lines are nearest,
+    if that is on both, and of each end and the other segment."""
+    u, v, centers = first[..., :3, 2], second[..., :3, 2], second[..., :3, 3] - first[..., :3, 3]
+    cosine, along_u, along_v = (u * v).sum(-1), (u * centers).sum(-1), (v * centers).sum(-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (along_u - cosine * along_v) / (1.0 - cosine**2)
+        t = (cosine * along_u - along_v) / (1.0 - cosine**2)
+    crossing = (np.abs(s) <= a) & (np.abs(t) <= b)
+    choices = [(np.where(crossing, s, 0.0), np.where(crossing, t, 0.0))]
+    choices += [(end, np.clip(cosine * end - along_v, -b, b)) for end in (-a, a)]
+    choices += [(np.clip(cosine * end + along_u, -a, a), end) for end in (-b, b)]
+    between = [np.linalg.norm(centers + np.expand_dims(t, -1) * v - np.expand_dims(s, -1) * u, axis=-1) for s, t in choices]
+    return np.minimum.reduce(between)
+
+
+def coal_distances(first, second, at, there):
+    """(M,) between two bodies of a robot's description at poses (M, 4, 4)."""
+    import coal
+
+    solids = []
+    for body in (first, second):
+        if body["shape"] == "box":
+            solids.append((coal.Box(*(np.array(body["size"]) - 2.0 * body["rounding"])), body["rounding"]))
+        else:
+            kinds = {"sphere": lambda b: coal.Sphere(b["radius"]), "capsule": lambda b: coal.Capsule(b["radius"], b["length"]),
+                     "cylinder": lambda b: coal.Cylinder(b["radius"], b["length"])}
+            solids.append((kinds[body["shape"]](body), 0.0))
+    found, request, result = np.empty(len(at)), coal.DistanceRequest(), coal.DistanceResult()
+    for m in range(len(at)):
+        result.clear()
+        poses = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in (at[m], there[m])]
+        found[m] = coal.distance(solids[0][0], poses[0], solids[1][0], poses[1], request, result) - solids[0][1] - solids[1][1]
+    return found
 
 
 class Ur5eMeshes:

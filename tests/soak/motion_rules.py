@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from arm_model import Ur5eMeshes, link_poses, smallest_sphere_gaps
+from arm_model import Ur5eMeshes, link_poses, smallest_body_gaps
 
 ROOT = Path(__file__).resolve().parents[2]
 # Of our own, smaller than the program's: rounding of numbers, not of limits.
@@ -17,7 +17,7 @@ MEASURED_ACCELERATION = 0.05  # share
 WINDOW = 10  # cycles: what encoder steps add to differences of positions becomes small
 GAP = 0.005  # s, without a command: the servo was left to itself
 SETTLED = 0.06  # s, after that: it is led again
-SPHERES = 2e-4  # m, that they may overlap
+BODIES = 2e-4  # m, that they may overlap
 BETWEEN = 0.002  # s, between configurations that are looked at
 MESH_PERIOD = 0.02  # s, between looks at meshes
 
@@ -137,11 +137,11 @@ def distances(session, meshes):
         finite = np.isfinite(q).all(axis=1)
         t, q = t[finite], q[finite]
         if robot["pairs"]:
-            gap, pair = smallest_sphere_gaps(robot, q)
+            gap, pair = smallest_body_gaps(robot, q)
             i = gap.argmin()
-            if gap[i] < -SPHERES:
-                a, b = (robot["spheres"][k]["name"] for k in robot["pairs"][pair[i]])
-                yield (f"{name} spheres", float(t[i]), f"{a} and {b} overlap by {-1e3 * gap[i]:.3f} mm; {int((gap < -SPHERES).sum())} times")
+            if gap[i] < -BODIES:
+                a, b = (robot["bodies"][k]["name"] for k in robot["pairs"][pair[i]])
+                yield (f"{name} bodies", float(t[i]), f"{a} and {b} overlap by {-1e3 * gap[i]:.3f} mm; {int((gap < -BODIES).sum())} times")
         if meshes is None:
             continue
         due = np.flatnonzero(np.diff(np.floor(t / MESH_PERIOD), prepend=-1.0) > 0)

@@ -2,6 +2,7 @@
 
 #include "robot/random_arm.hpp"
 #include "steadyhand/ocp/evaluation.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
@@ -32,7 +33,7 @@ struct RandomProblem {
     do {
       q = random_joints(model.dof(), 2.0, random);
       arm.set_position(q);
-    } while (arm.clearance() < 0.02);
+    } while (clearance(arm) < 0.02);
     instance.x0 = StateVector::Zero(2 * model.dof());
     instance.x0.head(model.dof()) = q;
     arm.set_position(q + random_joints(model.dof(), reach, random));

@@ -23,7 +23,7 @@ std::vector<double> result_row(Kinematics& arm, const JointVector& q, const Join
   for (int k = 0; k < arm.dof(); ++k) append(row, arm.dp(k));
   for (int k = 0; k < arm.dof(); ++k) append(row, arm.axis(k));
   append(row, arm.local_acceleration());
-  for (std::size_t i = 0; i < arm.model().spheres.size(); ++i) append(row, arm.sphere(static_cast<int>(i)));
+  for (std::size_t i = 0; i < arm.model().bodies.size(); ++i) append(row, arm.body(static_cast<int>(i)).p);
   return row;
 }
 

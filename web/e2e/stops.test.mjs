@@ -37,7 +37,7 @@ test('Space stops the arm whatever has the focus, and does nothing else', async 
   const page = await open(), watcher = await watch();
   await ready(page);
   await page.evaluate(() => { globalThis.asked = []; const { connection } = globalThis.steadyhand, send = connection.send.bind(connection); connection.send = (m) => { globalThis.asked.push(m); return send(m); }; });
-  const focusable = ['#mode', '#emulate', '#lease', '#record', '#spheres', 'input[name=profile]:checked', '#scale', '#rate', '#playback', '#stop', '#scene', 'body'];
+  const focusable = ['#mode', '#emulate', '#lease', '#record', '#bodies', 'input[name=profile]:checked', '#scale', '#rate', '#playback', '#stop', '#scene', 'body'];
   for (const selector of focusable) {
     await page.evaluate((which) => { document.activeElement?.blur(); document.querySelector(which).focus(); globalThis.asked.length = 0; }, selector);
     const before = await page.evaluate((which) => { const e = document.querySelector(which); return [e.checked, e.value, e.getAttribute('aria-pressed')]; }, selector);
@@ -82,11 +82,11 @@ test('what Space does elsewhere Enter does: toggles, chooses and presses what ha
   await say(page, { type: 'take' });
   await reset(page, watcher);
   await ready(page);
-  await page.focus('#spheres');
+  await page.focus('#bodies');
   await page.keyboard.press('Enter');
-  assert.equal(await page.isChecked('#spheres'), true);
+  assert.equal(await page.isChecked('#bodies'), true);
   await page.keyboard.press('Enter');
-  assert.equal(await page.isChecked('#spheres'), false);
+  assert.equal(await page.isChecked('#bodies'), false);
   await page.focus('input[value=tracking]');
   await page.keyboard.press('Enter');
   await until(async () => (await weight(watcher, 'lateral')) === 0, 'the profile');

@@ -87,7 +87,7 @@ mode.onclick = () => {
   mode.setAttribute('aria-pressed', String(turning));
   drag.setMode(turning ? 'rotate' : 'translate');
 };
-element('spheres', HTMLInputElement).onchange = (event) => stage.arm?.showSpheres((event.target as HTMLInputElement).checked);
+element('bodies', HTMLInputElement).onchange = (event) => stage.arm?.showBodies((event.target as HTMLInputElement).checked);
 element('reach', HTMLInputElement).onchange = (event) => stage.showReach((event.target as HTMLInputElement).checked);
 const dark = element('dark', HTMLInputElement);
 dark.checked = matchMedia('(prefers-color-scheme: dark)').matches;

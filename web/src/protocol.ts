@@ -84,13 +84,18 @@ export interface Term {
 /** `weights`: as in Controls. */
 export interface Profile { index: number; name: string; label: string; weights: number[] }
 
+/** A solid that covers part of a link: m, `origin` (4 x 4) of its frame in the link's. A capsule's length is that between its ends' centres. */
+export type Body = { name: string; link: number; origin: number[][] } & (
+  { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
+  { shape: 'box'; size: Vec3; rounding: number });
+
 /** What `steadyhand describe` prints. */
 export interface Robot {
   name: string;
   joints: { name: string; origin: number[][]; axis: Vec3 }[];
   tool: { name: string; origin: number[][] };
   home: number[];
-  spheres: { name: string; link: number; center: Vec3; radius: number }[];
+  bodies: Body[];
   pairs: [number, number][];
 }
 

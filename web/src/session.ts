@@ -154,13 +154,13 @@ export class Session {
     const c = this.state?.constraint;
     if (!c) return '';
     const joint = this.welcome?.robot?.joints[c.first]?.name.replace(/_joint$/, '').replaceAll('_', ' ') ?? `joint ${c.first + 1}`;
-    const spheres = this.welcome?.robot?.spheres;
+    const bodies = this.welcome?.robot?.bodies;
     switch (c.kind) {
       case 'none': return '';
       case 'position': return `${joint} is at the end of its travel`;
       case 'velocity': return `${joint} is at its top speed`;
       case 'acceleration': return `${joint} is at its top acceleration`;
-      case 'self_collision': return `${spheres?.[c.first]?.name ?? c.first} is close to ${spheres?.[c.second]?.name ?? c.second}`;
+      case 'self_collision': return `${bodies?.[c.first]?.name ?? c.first} is close to ${bodies?.[c.second]?.name ?? c.second}`;
       case 'reach': return 'the target is out of reach';
     }
   }

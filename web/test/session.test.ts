@@ -316,7 +316,7 @@ describe('session', () => {
   it('says what holds the arm back by name', () => {
     const session = new Session();
     session.take(server.state!, 1);
-    session.take({ ...(server.welcome as object), robot: { joints: [], spheres: Array.from({ length: 30 }, (_, i) => ({ name: `s${i}` })) } } as unknown as ServerMessage, 1);
+    session.take({ ...(server.welcome as object), robot: { joints: [], bodies: Array.from({ length: 30 }, (_, i) => ({ name: `s${i}` })) } } as unknown as ServerMessage, 1);
     expect(session.constraint()).toBe('s4 is close to s27');
   });
 });

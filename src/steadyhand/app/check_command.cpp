@@ -19,7 +19,7 @@
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/console/stop_signals.hpp"
 #include "steadyhand/live/realtime.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/ur/ur_arm.hpp"
 #include "steadyhand/ur/ur_dashboard.hpp"
@@ -237,7 +237,7 @@ std::string describe_home(const RobotModel& model, const std::array<double, 6>& 
   return fmt::format(
       "home               {:.0f} mm between its nearest parts, the glass {:.0f} mm above the base's plane; "
       "the arm stands up to {:.0f} degrees from it\n",
-      1e3 * kinematics.clearance(), 1e3 * kinematics.p().z(), away * 180.0 / M_PI);
+      1e3 * clearance(kinematics), 1e3 * kinematics.p().z(), away * 180.0 / M_PI);
 }
 
 /// What the stage does, in words for who is asked whether it may.

@@ -10,7 +10,7 @@
 
 #include "steadyhand/console/settings.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kStartWithin = 20.0;  // s
 constexpr double kLongestDelay = 0.3;  // s
-constexpr double kApart = 0.01;        // m, between spheres, at least
+constexpr double kApart = 0.01;        // m, between bodies, at least
 constexpr double kRest = 0.5;          // s, for which an arm at rest is still sent where it is
 
 /// q0 + way / 2 (1 - cos w t), to and fro in whole periods, and rest.
@@ -82,7 +82,7 @@ Status check_stage(Stage stage, const RobotModel& model, const JointVector& q) {
                                model.joints[k].name, at[k])};
     }
     kinematics.set_position(at);
-    if (const double gap = kinematics.clearance(); gap < kApart) {
+    if (const double gap = clearance(kinematics); gap < kApart) {
       return Error{fmt::format("the arm would come within {:.0f} mm of itself: move it into the open at the pendant",
                                1e3 * gap)};
     }

@@ -27,7 +27,7 @@ Status run_describe(const DescribeOptions& options) {
 
 void add_describe_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<DescribeOptions>();
-  CommandLine* command = app.add_subcommand("describe", "Print a robot as JSON: joints, tool, limits, spheres, pairs");
+  CommandLine* command = app.add_subcommand("describe", "Print a robot as JSON: joints, tool, limits, bodies, pairs");
   command->add_option("robot", options->robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
   command->add_flag("--pretty", options->pretty, "Over several lines");
   command->footer(

@@ -114,6 +114,12 @@ Segments<S> closest(const Shape& first, const PlacedOf<S>& at, const Shape& seco
   return {centers + t * b - s * a, there.p + t * b, {inside(s, a_half) * a, inside(t, b_half) * b}};
 }
 
+/// ProximityOf::value of two round shapes. `between`: from one core's nearest point to the other's.
+template <typename S>
+S round_value(const Vector3Of<S>& between, double radii) {
+  return (between.squaredNorm() - radii * radii) * (0.5 / radii);
+}
+
 // ---- Boxes. A segment is a box with two extents of 0, and so are spheres and capsules here.
 
 /// Of all directions in which two boxes may be apart, faces' normals and products of edges, the one in which they are
@@ -451,7 +457,7 @@ S distance(const Shape& first, const PlacedOf<S>& at, const Shape& second, const
 }
 
 template <typename S>
-S any_proximity_value(const Shape& first, const PlacedOf<S>& at, const Shape& second, const PlacedOf<S>& there) {
+S proximity_value(const Shape& first, const PlacedOf<S>& at, const Shape& second, const PlacedOf<S>& there) {
   if (!first.is_round() || !second.is_round()) return distance(first, at, second, there);
   return round_value(closest(first, at, second, there).between, first.radius + second.radius);
 }
@@ -474,11 +480,11 @@ ProximityOf<S> proximity(const Shape& first, const PlacedOf<S>& at, const Shape&
   return {f.distance - radii, f.normal, f.second, f.slide, f.of_second, f.length, f.curvature, false};
 }
 
-#define STEADYHAND_PROXIMITY(S)                                                                       \
-  template struct MovedOf<S>;                                                                         \
-  template S second_derivative(const ProximityOf<S>&, const MovedOf<S>&, const MovedOf<S>&);          \
-  template S distance(const Shape&, const PlacedOf<S>&, const Shape&, const PlacedOf<S>&);            \
-  template S any_proximity_value(const Shape&, const PlacedOf<S>&, const Shape&, const PlacedOf<S>&); \
+#define STEADYHAND_PROXIMITY(S)                                                                   \
+  template struct MovedOf<S>;                                                                     \
+  template S second_derivative(const ProximityOf<S>&, const MovedOf<S>&, const MovedOf<S>&);      \
+  template S distance(const Shape&, const PlacedOf<S>&, const Shape&, const PlacedOf<S>&);        \
+  template S proximity_value(const Shape&, const PlacedOf<S>&, const Shape&, const PlacedOf<S>&); \
   template ProximityOf<S> proximity(const Shape&, const PlacedOf<S>&, const Shape&, const PlacedOf<S>&);
 STEADYHAND_PROXIMITY(double)
 STEADYHAND_PROXIMITY(Lanes)

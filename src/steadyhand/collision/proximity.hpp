@@ -58,26 +58,10 @@ Scalar second_derivative(const ProximityOf<Scalar>& near, const MovedOf<Scalar>&
 template <typename Scalar>
 Scalar distance(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second, const PlacedOf<Scalar>& there);
 
-/// ProximityOf::value of two round shapes. `between`: from one core's nearest point to the other's; `radii`: their sum.
-template <typename Scalar>
-Scalar round_value(const Vector3Of<Scalar>& between, double radii) {
-  return (between.squaredNorm() - radii * radii) * (0.5 / radii);
-}
-
-/// ProximityOf::value alone, of any shapes.
-template <typename Scalar>
-Scalar any_proximity_value(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,
-                           const PlacedOf<Scalar>& there);
-
-/// ProximityOf::value alone. Inline for spheres, of which arms may have hundreds of pairs.
+/// ProximityOf::value alone.
 template <typename Scalar>
 Scalar proximity_value(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,
-                       const PlacedOf<Scalar>& there) {
-  if (first.kind == ShapeKind::kSphere && second.kind == ShapeKind::kSphere) {
-    return round_value<Scalar>(there.p - at.p, first.radius + second.radius);
-  }
-  return any_proximity_value(first, at, second, there);
-}
+                       const PlacedOf<Scalar>& there);
 
 /// With all that derivatives need. The second shape must not be a half-space.
 template <typename Scalar>

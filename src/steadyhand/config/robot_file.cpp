@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "steadyhand/config/yaml_reader.hpp"
+#include "steadyhand/config/shape_reader.hpp"
 
 namespace steadyhand {
 
@@ -29,18 +29,22 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
 void read_tool(YamlMap tool, RobotSettings& settings) {
   settings.tool_name = tool.text("name", "tool");
   settings.tool_link = tool.text("link");
-  const std::vector<double> xyz = tool.numbers("xyz", Interval::any(), 3);
-  const std::vector<double> rpy = tool.numbers("rpy", Interval::any(), 3);
-  settings.tool_origin = Eigen::Translation3d(xyz[0], xyz[1], xyz[2]) * Eigen::AngleAxisd(rpy[2], Vector3::UnitZ()) *
-                         Eigen::AngleAxisd(rpy[1], Vector3::UnitY()) * Eigen::AngleAxisd(rpy[0], Vector3::UnitX());
+  settings.tool_origin = Eigen::Translation3d(read_vector(tool, "xyz")) * read_rpy(tool, "rpy");
 }
 
-void read_spheres(YamlMap& robot, RobotSettings& settings) {
-  if (robot.has("spheres")) {
+void read_bodies(YamlMap& robot, RobotSettings& settings) {
+  if (robot.has("bodies")) {
+    for (YamlMap& body : robot.maps("bodies")) {
+      const PlacedShape read = read_shape(body);
+      settings.bodies.push_back({body.text("name"), body.text("link"), read.shape, read.origin});
+    }
+  }
+  if (robot.has("spheres")) {  // for short
     for (YamlMap& sphere : robot.maps("spheres")) {
-      const std::vector<double> center = sphere.numbers("center", Interval::any(), 3);
-      settings.spheres.push_back({sphere.text("name"), sphere.text("link"), Vector3(center[0], center[1], center[2]),
-                                  sphere.number("radius", Interval::positive())});
+      const Eigen::Translation3d center(read_vector(sphere, "center"));
+      settings.bodies.push_back({sphere.text("name"), sphere.text("link"),
+                                 Shape::sphere(sphere.number("radius", Interval::positive())),
+                                 Eigen::Isometry3d(center)});
     }
   }
   if (robot.is_list("pairs")) {
@@ -49,7 +53,7 @@ void read_spheres(YamlMap& robot, RobotSettings& settings) {
       settings.pairs->emplace_back(pair[0], pair[1]);
     }
   } else if (robot.text("pairs", "auto") != "auto") {
-    robot.fail("pairs", "must be auto or a list of [name, name] of spheres");
+    robot.fail("pairs", "must be auto or a list of [name, name] of bodies");
   }
 }
 
@@ -68,7 +72,7 @@ Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& pl
   settings.velocity_max = robot.optional_numbers("velocity_max", Interval::positive());
   settings.position_min = robot.optional_numbers("position_min", Interval::any());
   settings.position_max = robot.optional_numbers("position_max", Interval::any());
-  read_spheres(robot, settings);
+  read_bodies(robot, settings);
   if (Status status = robot.finish(); !status) return status.error();
   return settings;
 }

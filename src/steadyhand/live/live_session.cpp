@@ -269,7 +269,7 @@ void LiveSession::refresh() {
   }
   const NearestPair nearest = nearest_pair(monitor_.arm());
   s.clearance = nearest.gap;
-  s.nearest = nearest.spheres;
+  s.nearest = {nearest.first, nearest.second};
   const Plan& plan = planner_view_.plan;
   s.path_nodes = plan.joints > 0 ? std::min(plan.intervals + 1, kMaxHorizon + 1) : 0;
   for (int k = 0; k < s.path_nodes; ++k) {

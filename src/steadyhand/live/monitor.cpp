@@ -32,16 +32,6 @@ bool note(double excess, double tolerance, double& most) {
 
 }  // namespace
 
-NearestPair nearest_pair(const Kinematics& arm) {
-  NearestPair nearest;
-  for (const SpherePair& pair : arm.model().pairs) {
-    const double radii = arm.model().spheres[pair.first].radius + arm.model().spheres[pair.second].radius;
-    const double gap = std::sqrt(arm.squared_distance(pair)) - radii;
-    if (gap < nearest.gap) nearest = {{pair.first, pair.second}, gap};
-  }
-  return nearest;
-}
-
 Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
     : commanded_(model), measured_(model), liquid_(glass) {}
 
@@ -67,7 +57,7 @@ void Monitor::update(const JointCommand& command, bool anew) {
   r.in_contact += nearest.gap < -kOverlap;
   if (nearest.gap < r.smallest_clearance) {
     r.smallest_clearance = nearest.gap;
-    r.nearest = nearest.spheres;
+    r.nearest = {nearest.first, nearest.second};
   }
   ++r.commands;
   last_command_ = command;
@@ -96,7 +86,7 @@ std::string to_text(const MonitorResult& r, const RobotModel& model) {
                                  r.beyond_limits, r.in_contact);
   if (r.nearest[0] >= 0) {
     text += fmt::format("; smallest gap {:.3g} mm ({}, {})", 1e3 * r.smallest_clearance,
-                        model.spheres[r.nearest[0]].name, model.spheres[r.nearest[1]].name);
+                        model.bodies[r.nearest[0]].name, model.bodies[r.nearest[1]].name);
   }
   if (r.beyond_limits > 0) {
     text += fmt::format("\nbeyond a limit     by {:.3g} mrad, {:.3g} rad/s, {:.3g} rad/s^2; steps of {:.3g} mrad",

@@ -5,7 +5,7 @@
 
 #include "steadyhand/arm/liquid.hpp"
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
 
@@ -17,7 +17,7 @@ struct MonitorResult {
   /// from one to the next, however long that took.
   std::uint64_t beyond_limits = 0;
   std::uint64_t too_fast = 0;    ///< measured states beyond a speed limit
-  std::uint64_t in_contact = 0;  ///< commands that let a pair of spheres overlap
+  std::uint64_t in_contact = 0;  ///< commands that let a pair of bodies overlap
   // ---- the most by which anything was beyond a limit, 0: nothing was
   double position_excess = 0.0;      ///< rad (m)
   double speed_excess = 0.0;         ///< rad/s (m/s)
@@ -25,7 +25,7 @@ struct MonitorResult {
   double step = 0.0;                 ///< rad (m): of a command, beyond where those accelerations lead
   double measured_excess = 0.0;      ///< rad/s (m/s), of measured speed
   double smallest_clearance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
-  std::array<int, 2> nearest{-1, -1};                                   ///< pair of spheres at that
+  std::array<int, 2> nearest{-1, -1};                                   ///< pair of bodies at that
 };
 /// In two lines or more, for people.
 std::string to_text(const MonitorResult& result, const RobotModel& model);
@@ -58,12 +58,5 @@ class Monitor {
   Time last_state_{0};
   Vector3 last_velocity_ = Vector3::Zero(), local_acceleration_ = kGravity;
 };
-
-/// The pair of spheres with the smallest gap, and that gap in m; {-1, -1} and infinity without pairs.
-struct NearestPair {
-  std::array<int, 2> spheres{-1, -1};
-  double gap = std::numeric_limits<double>::infinity();
-};
-NearestPair nearest_pair(const Kinematics& arm);
 
 }  // namespace steadyhand

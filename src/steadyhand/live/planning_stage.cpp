@@ -5,6 +5,7 @@
 #include "steadyhand/pipeline/pipeline.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
@@ -16,19 +17,19 @@ namespace {
 constexpr double kPositionMargin = 1e-4;  // rad (m)
 constexpr double kMargin = 1e-4;          // share of speed and acceleration
 
-/// m: how far an arm's servos may lead its spheres astray. A lag of T smooths a motion with acceleration a by about
+/// m: how far an arm's servos may lead its bodies astray. A lag of T smooths a motion with acceleration a by about
 /// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
 constexpr double kServoMargin = 1e-3;
 
-/// How much larger than the model's the pairs of spheres that are planned with are, m: by what these may overlap
+/// How much larger than the model's the pairs of bodies that are planned with are, m: by what these may overlap
 /// between nodes and the servos' margin, and less if they are nearer than that at home.
 double inflation(const RobotModel& model, double overlap) {
   Kinematics arm(model);
   arm.set_position(model.home);
-  return model.pairs.empty() ? 0.0 : std::clamp(0.25 * arm.clearance(), 0.0, overlap + kServoMargin);
+  return model.pairs.empty() ? 0.0 : std::clamp(0.25 * clearance(arm), 0.0, overlap + kServoMargin);
 }
 
-/// The model with a share of its limits, less the margins, and pairs of spheres larger by `inflated`.
+/// The model with a share of its limits, less the margins, and pairs of bodies larger by `inflated`.
 RobotModel within(const RobotModel& model, double speed_scaling, double inflated) {
   RobotModel limited = model;
   limited.velocity_max *= speed_scaling * (1.0 - kMargin);
@@ -37,7 +38,7 @@ RobotModel within(const RobotModel& model, double speed_scaling, double inflated
   const JointVector margin = (0.01 * range).cwiseMin(kPositionMargin);
   limited.position_min += margin;
   limited.position_max -= margin;
-  for (Sphere& sphere : limited.spheres) sphere.radius += 0.5 * inflated;
+  for (Body& body : limited.bodies) body.shape = body.shape.inflated(0.5 * inflated);
   return limited;
 }
 

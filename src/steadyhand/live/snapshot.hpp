@@ -23,7 +23,7 @@ struct SessionSnapshot {
   Pose X_base_tool;              ///< where the controlled frame is, from `measured`
   Vector3 local_acceleration;    ///< m/s^2, glass frame, a liquid at rest feels [0, 0, 9.81]
   double tracking_error = 0.0;   ///< m, target to controlled frame; NaN without a grip
-  double clearance = 0.0;        ///< m, of the nearest pair of spheres
+  double clearance = 0.0;        ///< m, of the nearest pair of bodies
   std::array<int, 2> nearest{};  ///< that pair
   int path_nodes = 0;
   std::array<Pose, kMaxHorizon + 1> path;  ///< of the controlled frame at the plan's nodes; path_nodes of them

@@ -1,72 +1,111 @@
 #include <array>
 #include <limits>
+#include <vector>
 
 #include "steadyhand/ocp/constraints.hpp"
 
 namespace steadyhand {
 namespace {
 
-/// Joints up to the first sphere's link carry both spheres, so only those between the two links change their distance
-/// d: with c_j behind joint m, d(|d|^2)/dq_m = 2 d . dc_j/dq_m where d = c_j - c_i.
+/// Gaps of the pairs, or what stands for them between round bodies (ProximityOf::value). Joints up to the first body's
+/// link carry both, so only those between the two links change their distance: they move the second body, as seen from
+/// the first.
 class SelfCollision final : public ConstraintFor<SelfCollision> {
  public:
   explicit SelfCollision(const RobotModel& model)
-      : ConstraintFor({"self_collision", "Distance to itself", "m^2"}), model_(&model) {}
+      : ConstraintFor({"self_collision", "Distance to itself", "m"}), model_(&model) {
+    for (const auto& [i, j] : model.pairs) {
+      const Body &first = model.bodies[i], &second = model.bodies[j];
+      const bool spheres = first.shape.kind == ShapeKind::kSphere && second.shape.kind == ShapeKind::kSphere;
+      const double radii = first.shape.radius + second.shape.radius;
+      rows_.push_back({i, j, {first.link, second.link}, spheres, radii, 0.5 / radii});
+    }
+  }
 
   Nodes nodes() const override { return Nodes::kStates; }
-  int rows() const override { return static_cast<int>(model_->pairs.size()); }
-  Bounds bounds(int row) const override {
-    const auto [i, j] = model_->pairs[row];
-    const double radii = model_->spheres[i].radius + model_->spheres[j].radius;
-    return {radii * radii, std::numeric_limits<double>::infinity()};
-  }
+  int rows() const override { return static_cast<int>(rows_.size()); }
+  Bounds bounds(int /*row*/) const override { return {0.0, std::numeric_limits<double>::infinity()}; }
 
-  EntryRange support(int row, int /*dof*/) const override {
-    const auto [i, j] = model_->pairs[row];
-    return {model_->spheres[i].link, model_->spheres[j].link};
-  }
+  EntryRange support(int row, int /*dof*/) const override { return rows_[row].between; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {
-    return node.arm.squared_distance(model_->pairs[row]);
+    const auto& [i, j, between, spheres, radii, scale] = rows_[row];
+    if (spheres) return ((node.arm.body(j).p - node.arm.body(i).p).squaredNorm() - radii * radii) * scale;
+    return proximity_value(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j));
   }
 
   template <typename S>
   void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
-    const auto [i, j] = model_->pairs[row];
-    const auto& arm = node.arm;
-    const Vector3Of<S> twice = (2.0 * scale) * (arm.sphere(j) - arm.sphere(i));
-    for (int m = model_->spheres[i].link; m < model_->spheres[j].link; ++m) {
-      gradient[m] += twice.dot(arm.dpoint(m, arm.sphere(j)));
+    const auto [first, last] = rows_[row].between;
+    if (rows_[row].spheres) {
+      const Vector3Of<S> slope = scale * sphere_gradient(node, row);
+      for (int m = first; m < last; ++m) gradient[m] += slope.dot(node.arm.dpoint(m, second(node, row)));
+      return;
     }
+    const ProximityOf<S> near = proximity_at(node, row);
+    const Vector3Of<S> slope = scale * near.gradient;
+    for (int m = first; m < last; ++m) gradient[m] += slope.dot(node.arm.dpoint(m, near.point));
   }
 
-  /// With l before m: 2 dc_l . dc_m + 2 d . (z_l x dc_m) = 2 dc_m . (dc_l + d x z_l).
   template <typename S>
   void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
-    const auto [i, j] = model_->pairs[row];
-    const auto& arm = node.arm;
-    const Vector3Of<S> d = arm.sphere(j) - arm.sphere(i);
-    const int first = model_->spheres[i].link, last = model_->spheres[j].link;
-    std::array<Vector3Of<S>, kMaxJoints> dc;
-    for (int m = first; m < last; ++m) dc[m] = arm.dpoint(m, arm.sphere(j));
-    for (int l = first; l < last; ++l) {
-      const Vector3Of<S> turned = (2.0 * scale) * (dc[l] + d.cross(arm.axis(l)));
-      for (int m = l; m < last; ++m) hessian(l, m) += turned.dot(dc[m]);
+    const auto [first, last] = rows_[row].between;
+    if (rows_[row].spheres) {
+      const S curvature = scale / rows_[row].radii;
+      const Vector3Of<S> slope = scale * sphere_gradient(node, row);
+      std::array<Vector3Of<S>, kMaxJoints> dc;
+      for (int m = first; m < last; ++m) dc[m] = node.arm.dpoint(m, second(node, row));
+      for (int l = first; l < last; ++l) {  // with l before m: dc_l . dc_m / R + slope . (z_l x dc_m)
+        const Vector3Of<S> turned = curvature * dc[l] + slope.cross(node.arm.axis(l));
+        for (int m = l; m < last; ++m) hessian(l, m) += turned.dot(dc[m]);
+      }
+      return;
+    }
+    const ProximityOf<S> near = proximity_at(node, row);
+    std::array<MovedOf<S>, kMaxJoints> moved;
+    for (int m = first; m < last; ++m) moved[m] = {near, node.arm.axis(m), node.arm.dpoint(m, near.point)};
+    for (int m = first; m < last; ++m) {
+      for (int l = first; l <= m; ++l) hessian(l, m) += scale * second_derivative(near, moved[l], moved[m]);
     }
   }
 
-  /// (radii + clearance)^2 - radii^2
   double activation_margin(int row) const override {
     const auto [i, j] = model_->pairs[row];
-    return (2.0 * (model_->spheres[i].radius + model_->spheres[j].radius) + kWatchedClearance) * kWatchedClearance;
+    const bool round = model_->bodies[i].shape.is_round() && model_->bodies[j].shape.is_round();
+    return round ? kNear + 0.5 * kNear * kNear / rows_[row].radii : kNear;  // the value at that distance
   }
 
  private:
-  static constexpr double kWatchedClearance =
-      0.03;  // m; few pairs come nearer, and those that do are found at the check
+  static constexpr double kNear = 0.03;  // m; few pairs come nearer, and those that do are found at the check
+
+  /// m, the second body's centre.
+  template <typename S>
+  const Vector3Of<S>& second(const NodeOf<S>& node, int row) const {
+    return node.arm.body(rows_[row].second).p;
+  }
+  /// Of the value by that centre, for a pair of spheres.
+  template <typename S>
+  Vector3Of<S> sphere_gradient(const NodeOf<S>& node, int row) const {
+    return (second(node, row) - node.arm.body(rows_[row].first).p) / S(rows_[row].radii);
+  }
+  template <typename S>
+  ProximityOf<S> proximity_at(const NodeOf<S>& node, int row) const {
+    const auto [i, j] = model_->pairs[row];
+    return proximity(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j));
+  }
+
+  /// What of a pair is looked at most: arms may have hundreds of pairs of spheres.
+  struct Row {
+    int first, second;   ///< bodies
+    EntryRange between;  ///< joints between their links
+    bool spheres;        ///< both are
+    double radii;        ///< m, their sum
+    double scale;        ///< 1/m, 1 / (2 radii): hundreds of divisions would take a microsecond
+  };
 
   const RobotModel* model_;
+  std::vector<Row> rows_;
 };
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "steadyhand/robot/gaps.hpp"
+
 namespace steadyhand {
 
 Evaluation::Evaluation(const Ocp& ocp)
@@ -124,7 +126,7 @@ double Evaluation::violation() const {
 
 double Evaluation::clearance() const {
   double smallest = std::numeric_limits<double>::infinity();
-  for (const Kinematics& arm : arms_) smallest = std::min(smallest, arm.clearance());
+  for (const Kinematics& arm : arms_) smallest = std::min(smallest, steadyhand::clearance(arm));
   return smallest;
 }
 

@@ -8,7 +8,7 @@ namespace steadyhand {
 namespace {
 
 /// How near counts as touching: solvers stop a little inside.
-constexpr double kGap = 1e-3;           // m, between spheres, and of the reach
+constexpr double kGap = 1e-3;           // m, between bodies, and of the reach
 constexpr double kPosition = 2e-3;      // rad (m)
 constexpr double kShareOfLimit = 0.99;  // of velocity and acceleration
 
@@ -20,13 +20,8 @@ ActiveConstraint at_limit(ConstraintKind kind, const JointVector& value, const J
 }
 
 ActiveConstraint touching_pair(const Kinematics& arm) {
-  const RobotModel& model = arm.model();
-  for (const SpherePair& pair : model.pairs) {
-    const double radii = model.spheres[pair.first].radius + model.spheres[pair.second].radius + kGap;
-    if (arm.squared_distance(pair) < radii * radii) {
-      return {ConstraintKind::kSelfCollision, pair.first, pair.second};
-    }
-  }
+  const NearestPair nearest = nearest_pair(arm);
+  if (nearest.gap < kGap) return {ConstraintKind::kSelfCollision, nearest.first, nearest.second};
   return {};
 }
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/reach.hpp"
 
 namespace steadyhand {
@@ -17,8 +17,8 @@ std::string_view to_string(ConstraintKind kind);
 /// The constraint, and whose it is.
 struct ActiveConstraint {
   ConstraintKind kind = ConstraintKind::kNone;  ///< which limit
-  int first = -1;                               ///< joint, or first sphere of the pair
-  int second = -1;                              ///< second sphere of the pair
+  int first = -1;                               ///< joint, or first body of the pair
+  int second = -1;                              ///< second body of the pair
 };
 
 /// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, in the order reach (the

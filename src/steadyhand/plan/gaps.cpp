@@ -8,13 +8,13 @@ namespace steadyhand {
 
 namespace {
 
-/// No sphere of link j is ever further than this from the origin of joint i < j, m.
+/// No point of a body of link j is ever further than this from the origin of joint i < j, m.
 LinkPairs levers(const RobotModel& model) {
   const int n = model.dof();
   LinkPairs result = LinkPairs::Zero();
-  for (const Sphere& sphere : model.spheres) {
-    for (int i = 0; i < sphere.link; ++i)
-      result(i, sphere.link) = std::max(result(i, sphere.link), sphere.center.norm());
+  for (const Body& body : model.bodies) {
+    const double reach = body.origin.translation().norm() + body.shape.extent();
+    for (int i = 0; i < body.link; ++i) result(i, body.link) = std::max(result(i, body.link), reach);
   }
   for (int j = 1; j <= n; ++j) {
     double length = 0.0;
@@ -28,9 +28,9 @@ LinkPairs levers(const RobotModel& model) {
   return result;
 }
 
-/// While the joints are no faster than `speed`, a sphere on link j accelerates by no more than this as seen from link
+/// While the joints are no faster than `speed`, a point of link j accelerates by no more than this as seen from link
 /// i, m/s^2. In that frame its acceleration is the sum over joints k and l between them of ddq_k z_k x r_k and of
-/// dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)), r_k from joint k to the sphere.
+/// dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)), r_k from joint k to the point.
 LinkPairs acceleration_bounds(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration) {
   const int n = static_cast<int>(speed.size());
   LinkPairs bounds = LinkPairs::Zero();
@@ -51,10 +51,9 @@ LinkPairs acceleration_bounds(const LinkPairs& levers, const JointVector& speed,
 LinkPairs gaps(const Kinematics& kinematics) {
   const RobotModel& model = kinematics.model();
   LinkPairs smallest = LinkPairs::Constant(std::numeric_limits<double>::infinity());
-  for (const SpherePair& pair : model.pairs) {
-    const Sphere &first = model.spheres[pair.first], &second = model.spheres[pair.second];
-    double& gap = smallest(first.link, second.link);
-    gap = std::min(gap, std::sqrt(kinematics.squared_distance(pair)) - first.radius - second.radius);
+  for (const BodyPair& pair : model.pairs) {
+    double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
+    least = std::min(least, gap(kinematics, pair));
   }
   return smallest;
 }

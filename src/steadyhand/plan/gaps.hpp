@@ -2,14 +2,14 @@
 
 #include <Eigen/Core>
 
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
 
 /// A value for each two links, the nearer to the base first.
 using LinkPairs = Eigen::Array<double, kMaxJoints + 1, kMaxJoints + 1>;
 
-/// Smallest gap between the spheres of two links, m; infinity without pairs. Call set_position before.
+/// Smallest gap between the bodies of two links, m; infinity without pairs. Call set_position before.
 LinkPairs gaps(const Kinematics& kinematics);
 
 /// The arm at one time of an interval with constant acceleration.

@@ -7,11 +7,11 @@
 
 namespace steadyhand {
 
-/// What a plan may do. The limits of joints and the pairs of spheres are the model's.
+/// What a plan may do. The limits of joints and the pairs of bodies are the model's.
 struct PlanCheckSettings {
   double command_rate_hz = 500.0;  ///< limits are checked at every command
   double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit counts as inside
-  /// m: how deep spheres may overlap between nodes, where the optimal control problem does not look.
+  /// m: how deep bodies may overlap between nodes, where the optimal control problem does not look.
   double overlap_between_nodes = 2e-3;
   /// m/s, of the tool at nodes and half-way, where the arm's own safety system has such a limit; 0: none.
   double tool_speed_max = 0.0;
@@ -27,7 +27,7 @@ enum class PlanFault {
   kPosition,       ///< limit of a joint
   kVelocity,       ///< limit of a joint
   kAcceleration,   ///< limit of a joint
-  kSelfCollision,  ///< a pair of spheres overlaps
+  kSelfCollision,  ///< a pair of bodies overlaps
   kToolSpeed,      ///< PlanCheckSettings::tool_speed_max
   kElbowSpeed      ///< PlanCheckSettings::elbow_speed_max
 };

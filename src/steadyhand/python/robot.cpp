@@ -3,6 +3,7 @@
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/python/module.hpp"
 #include "steadyhand/record/robot_json.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/reach.hpp"
 
 namespace steadyhand::python {
@@ -40,12 +41,12 @@ nb::object local_acceleration(Robot& robot, const Row& q, const Row& dq, const R
   return from_vector(arm.local_acceleration());
 }
 
-nb::object sphere_centers(Robot& robot, const Row& q) {
+nb::object body_centers(Robot& robot, const Row& q) {
   const Kinematics& arm = at(robot, q);
-  const std::size_t count = robot.model->spheres.size();
+  const std::size_t count = robot.model->bodies.size();
   double* data = nullptr;
   nb::object array = make_array({count, 3}, data);
-  for (std::size_t i = 0; i < count; ++i) Eigen::Map<Vector3>(data + 3 * i) = arm.sphere(static_cast<int>(i));
+  for (std::size_t i = 0; i < count; ++i) Eigen::Map<Vector3>(data + 3 * i) = arm.body(static_cast<int>(i)).p;
   return array;
 }
 
@@ -72,9 +73,9 @@ void bind_robot(nb::module_& module) {
                    })
       .def("fk", &fk)
       .def("jacobian", &jacobian)
-      .def("clearance", [](Robot& robot, const Row& q) { return at(robot, q).clearance(); })
+      .def("clearance", [](Robot& robot, const Row& q) { return clearance(at(robot, q)); })
       .def("local_acceleration", &local_acceleration)
-      .def("sphere_centers", &sphere_centers)
+      .def("body_centers", &body_centers)
       .def("reach", &reach);
 }
 

@@ -1,5 +1,6 @@
 #include "steadyhand/record/robot_json.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace steadyhand {
@@ -21,6 +22,20 @@ OrderedJson rows(const Eigen::Isometry3d& T) {
   return result;
 }
 
+OrderedJson describe(const Body& body) {
+  const Shape& shape = body.shape;
+  OrderedJson json = {
+      {"name", body.name}, {"link", body.link}, {"shape", to_string(shape.kind)}, {"origin", rows(body.origin)}};
+  if (shape.kind == ShapeKind::kBox) {
+    json["size"] = list(Vector3(2.0 * shape.core + Vector3::Constant(2.0 * shape.radius)));
+    json["rounding"] = shape.radius;
+    return json;
+  }
+  if (shape.kind != ShapeKind::kSphere) json["length"] = 2.0 * shape.core.z();
+  json["radius"] = shape.kind == ShapeKind::kCylinder ? shape.core.x() : shape.radius;
+  return json;
+}
+
 /// The object of "Two commands that make this checkable" in docs/formulation.md; beyond it, a joint's "type" tells
 /// prismatic joints.
 OrderedJson describe(const RobotModel& model) {
@@ -31,13 +46,19 @@ OrderedJson describe(const RobotModel& model) {
                       {"origin", rows(joint.origin)},
                       {"axis", list(joint.axis)}});
   }
-  OrderedJson spheres = OrderedJson::array();
-  for (const Sphere& sphere : model.spheres) {
-    spheres.push_back(
-        {{"name", sphere.name}, {"link", sphere.link}, {"center", list(sphere.center)}, {"radius", sphere.radius}});
+  OrderedJson bodies = OrderedJson::array(), spheres = OrderedJson::array();
+  const auto is_sphere = [](const Body& body) { return body.shape.kind == ShapeKind::kSphere; };
+  const bool all_spheres = std::all_of(model.bodies.begin(), model.bodies.end(), is_sphere);
+  for (const Body& body : model.bodies) {
+    bodies.push_back(describe(body));
+    if (!all_spheres) continue;
+    spheres.push_back({{"name", body.name},
+                       {"link", body.link},
+                       {"center", list(body.origin.translation())},
+                       {"radius", body.shape.radius}});
   }
   OrderedJson pairs = OrderedJson::array();
-  for (const SpherePair& pair : model.pairs) pairs.push_back(OrderedJson::array({pair.first, pair.second}));
+  for (const BodyPair& pair : model.pairs) pairs.push_back(OrderedJson::array({pair.first, pair.second}));
   return {{"name", model.name},
           {"joints", joints},
           {"tool", {{"name", model.tool.name}, {"origin", rows(model.tool.origin)}}},
@@ -47,6 +68,7 @@ OrderedJson describe(const RobotModel& model) {
           {"velocity_max", list(model.velocity_max)},
           {"acceleration_max", list(model.acceleration_max)},
           {"spheres", spheres},
+          {"bodies", bodies},
           {"pairs", pairs}};
 }
 

@@ -6,7 +6,7 @@
 
 namespace steadyhand {
 
-/// What `steadyhand describe` prints of a robot: joints, tool, limits, spheres, pairs.
+/// What `steadyhand describe` prints of a robot: joints, tool, limits, bodies, pairs.
 /// @param indent spaces of each level; -1: on one line
 std::string robot_json(const RobotModel& model, int indent = -1);
 

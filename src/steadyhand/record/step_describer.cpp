@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
@@ -23,7 +24,7 @@ PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& i
   step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();
   for (int k = 0; k <= plan.intervals; ++k) {
     arm_.set_position(plan.x[k].head(plan.joints));
-    step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, arm_.clearance());
+    step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, clearance(arm_));
   }
   arm_.set_position(command.q);
   arm_.set_motion(command.dq, command.ddq);

@@ -36,7 +36,7 @@ struct Metrics {
   double iterations_mean = 0;
   int iterations_max = 0;
   int failures = 0;                   ///< steps whose status is not kSolved
-  double smallest_distance = 0;       ///< m, between spheres of a pair; below 0 they overlap
+  double smallest_distance = 0;       ///< m, between the bodies of a pair; below 0 they overlap
   double speed_ratio_max = 0;         ///< largest |dq| / limit over joints and commands; 1 is at the limit
   double acceleration_ratio_max = 0;  ///< largest |ddq| / limit
 };

@@ -31,8 +31,8 @@ constexpr MetricRow kRows[] = {
      Best::kLowest, "Angle between planned and target orientation at the same time, over the engaged steps."},
     {kTracking, "Orientation error, largest", "°", [](const Metrics& m) { return kDegrees * m.orientation_max; }, 2,
      Best::kLowest, "The same at its worst."},
-    {kLimits, "Sphere distance, smallest", "mm", [](const Metrics& m) { return 1e3 * m.smallest_distance; }, 1,
-     Best::kNone, "Between the surfaces of the collision spheres, over all pairs and nodes; below 0 they overlap."},
+    {kLimits, "Clearance, smallest", "mm", [](const Metrics& m) { return 1e3 * m.smallest_distance; }, 1, Best::kNone,
+     "Between the surfaces of the arm's bodies, over all pairs and nodes; below 0 they overlap."},
     {kLimits, "Joint speed, largest of limit", "%", [](const Metrics& m) { return 1e2 * m.speed_ratio_max; }, 1,
      Best::kNone, "Over all joints, steps and commands; 100 % is the limit."},
     {kLimits, "Joint acceleration, largest of limit", "%",
@@ -74,7 +74,7 @@ std::string pad(const std::string& text, int columns) {
 std::span<const MetricRow> metric_rows() { return kRows; }
 
 std::string format_value(const MetricRow& row, const Metrics& metrics) {
-  if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance of spheres that are not there
+  if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance of bodies that are not there
   const std::string text = fmt::format("{:.{}f}", row.value(metrics), row.decimals);
   return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1) : text;
 }

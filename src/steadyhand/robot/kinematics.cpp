@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace steadyhand {
 
@@ -19,7 +18,7 @@ Eigen::Isometry3d motion(const Joint& joint, double q) {
 
 template <typename Scalar>
 KinematicsOf<Scalar>::KinematicsOf(const RobotModel& model)
-    : model_(&model), dof_(model.dof()), spheres_(model.spheres.size(), Vector::Zero()) {
+    : model_(&model), dof_(model.dof()), placed_(model.bodies.size(), {Vector::Zero(), Matrix::Identity()}) {
   // From our frame of link k to the model's: our z is the joint's axis.
   std::vector<Matrix3> to_ours{Matrix3::Identity()};
   for (const Joint& joint : model.joints) {
@@ -30,12 +29,14 @@ KinematicsOf<Scalar>::KinematicsOf(const RobotModel& model)
   }
   tool_R_ = to_ours.back() * model.tool.origin.linear();
   tool_p_ = to_ours.back() * model.tool.origin.translation();
-  for (int i = 0; i < std::ssize(model.spheres); ++i) {
-    const Sphere& sphere = model.spheres[i];
-    link_spheres_.push_back({i, sphere.link, to_ours[sphere.link] * sphere.center});
+  for (int i = 0; i < std::ssize(model.bodies); ++i) {
+    const Body& body = model.bodies[i];
+    const Matrix3& turn = to_ours[body.link];
+    link_bodies_.push_back(
+        {i, body.link, body.shape.kind, turn * body.origin.translation(), turn * body.origin.linear()});
   }
-  std::stable_sort(link_spheres_.begin(), link_spheres_.end(),
-                   [](const LinkSphere& a, const LinkSphere& b) { return a.link < b.link; });
+  std::stable_sort(link_bodies_.begin(), link_bodies_.end(),
+                   [](const LinkBody& a, const LinkBody& b) { return a.link < b.link; });
   set_position(Joints::Zero(dof_));
   set_motion(Joints::Zero(dof_), Joints::Zero(dof_));
 }
@@ -45,12 +46,19 @@ void KinematicsOf<Scalar>::set_position(const Joints& q) {
   q_ = q;
   Matrix R = Matrix::Identity();
   Vector p = Vector::Zero();
-  auto sphere = link_spheres_.begin();
-  const auto place_spheres = [&](int link) {
-    for (; sphere != link_spheres_.end() && sphere->link == link; ++sphere)
-      spheres_[sphere->sphere] = p + R * sphere->center;
+  auto body = link_bodies_.begin();
+  const auto place_bodies = [&](int link) {
+    for (; body != link_bodies_.end() && body->link == link; ++body) {
+      PlacedOf<Scalar>& placed = placed_[body->body];
+      placed.p = p + R * body->p;
+      if (body->kind == ShapeKind::kCapsule) {
+        placed.R.col(2) = R * body->R.col(2);
+      } else if (body->kind != ShapeKind::kSphere) {
+        placed.R = R * body->R;
+      }
+    }
   };
-  place_spheres(0);
+  place_bodies(0);
   for (int k = 0; k < dof_; ++k) {
     const Link& link = links_[k];
     p += R * link.p;
@@ -68,24 +76,13 @@ void KinematicsOf<Scalar>::set_position(const Joints& q) {
       axes_[k] = Vector::Zero();
       dp_[k] = R.col(2);
     }
-    place_spheres(k + 1);
+    place_bodies(k + 1);
   }
   p_ = p + R * tool_p_;
   R_ = R * tool_R_;
   for (int k = 0; k < dof_; ++k) {
     if (links_[k].turns) dp_[k] = axes_[k].cross(p_ - origins_[k]);
   }
-}
-
-template <typename Scalar>
-Scalar KinematicsOf<Scalar>::clearance() const {
-  using std::min, std::sqrt;
-  Scalar smallest = std::numeric_limits<double>::infinity();
-  for (const SpherePair& pair : model_->pairs) {
-    const double radii = model_->spheres[pair.first].radius + model_->spheres[pair.second].radius;
-    smallest = min(smallest, Scalar(sqrt(squared_distance(pair)) - radii));
-  }
-  return smallest;
 }
 
 // docs/formulation.md derives what follows. The tool's twist and acceleration in its own frame are sums over the

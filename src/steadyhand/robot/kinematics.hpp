@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "steadyhand/collision/proximity.hpp"
 #include "steadyhand/core/lanes.hpp"
 #include "steadyhand/robot/model.hpp"
 
@@ -49,7 +50,7 @@ class KinematicsOf {
   /// The model must outlive it.
   explicit KinematicsOf(const RobotModel& model);
 
-  /// Tool pose and Jacobian, spheres. q: n.
+  /// Tool pose and Jacobian, bodies. q: n.
   void set_position(const Joints& q);
   /// Adds velocity and acceleration of the tool: twists and their derivatives. Call set_position(q) before.
   void set_motion(const Joints& dq, const Joints& ddq);
@@ -68,17 +69,11 @@ class KinematicsOf {
   /// d2p / dq_i dq_j; symmetric.
   Vector d2p(int i, int j) const { return i <= j ? axes_[i].cross(dp_[j]) : axes_[j].cross(dp_[i]); }
 
-  const Vector& sphere(int i) const { return spheres_[i]; }  ///< m, centre of sphere i in the base
+  const PlacedOf<Scalar>& body(int i) const { return placed_[i]; }  ///< where body i is in the base
   /// Derivative of a point that is fixed to a link behind joint k with respect to q_k; `point` in the base.
   Vector dpoint(int k, const Vector& point) const {
     return model_->joints[k].type == JointType::kRevolute ? Vector(axes_[k].cross(point - origins_[k])) : dp_[k];
   }
-  /// ||c_i - c_j||^2 of a pair, m^2.
-  Scalar squared_distance(const SpherePair& pair) const {
-    return (sphere(pair.first) - sphere(pair.second)).squaredNorm();
-  }
-  /// Smallest gap between the surfaces of the model's pairs, m; negative when two overlap; infinity without pairs.
-  Scalar clearance() const;
 
   // ---- after set_motion
   /// a_local = R' (p'' + g): what an accelerometer in the tool frame reads, m/s^2.
@@ -98,16 +93,18 @@ class KinematicsOf {
     Vector3 p;
     bool turns;
   };
-  /// A sphere's centre in our frame of its link.
-  struct LinkSphere {
-    int sphere, link;
-    Vector3 center;
+  /// A body in our frame of its link.
+  struct LinkBody {
+    int body, link;
+    ShapeKind kind;
+    Vector3 p;
+    Matrix3 R;
   };
 
   const RobotModel* model_;
   int dof_;
-  std::vector<LinkSphere> link_spheres_;  ///< sorted by link
-  Matrix3 tool_R_;                        ///< tool in our last frame
+  std::vector<LinkBody> link_bodies_;  ///< sorted by link
+  Matrix3 tool_R_;                     ///< tool in our last frame
   Vector3 tool_p_;
   std::vector<Link> links_;
 
@@ -115,7 +112,7 @@ class KinematicsOf {
   Vector p_;
   Matrix R_;
   std::array<Vector, kMaxJoints> axes_, origins_, dp_;
-  std::vector<Vector> spheres_;
+  std::vector<PlacedOf<Scalar>> placed_;
 
   std::array<Twist, kMaxJoints> S_;      ///< unit twists of the joints, tool frame
   std::array<Twist, kMaxJoints + 1> V_;  ///< V_[k]: twist from the first k joints

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/pairs.hpp"
 #include "steadyhand/robot/urdf_chain.hpp"
 
@@ -24,7 +24,7 @@ class ModelBuilder {
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
     for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
-                            &ModelBuilder::add_spheres, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
+                            &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
     }
     return Done{};
@@ -38,12 +38,16 @@ class ModelBuilder {
 
   Status add_tool() {
     const Eigen::Isometry3d& origin = settings_.tool_origin;
-    if (!origin.matrix().allFinite()) return refuse("the tool's origin holds a number that is not finite");
-    if (!(origin.linear() * origin.linear().transpose()).isIdentity(1e-9) || !(origin.linear().determinant() > 0.0)) {
-      return refuse("the tool's orientation is not a rotation");
-    }
+    if (Status status = check_origin("the tool", origin); !status) return status;
     model.tool = {settings_.tool_name, chain_.frames.at(chain_.tool_link).X_link_frame * origin};
     return Done{};
+  }
+
+  Status check_origin(const std::string& whose, const Eigen::Isometry3d& origin) const {
+    if (!origin.matrix().allFinite()) return refuse(whose + "'s origin holds a number that is not finite");
+    const Matrix3 R = origin.linear();
+    if ((R * R.transpose()).isIdentity(1e-9) && R.determinant() > 0.0) return Done{};
+    return refuse(whose + "'s orientation is not a rotation");
   }
 
   /// One value per joint: the settings' or, where they say nothing, what `from_urdf(k)` finds.
@@ -108,24 +112,24 @@ class ModelBuilder {
     return Done{};
   }
 
-  Status add_spheres() {
-    for (const RobotSettings::SphereOnLink& sphere : settings_.spheres) {
-      const auto frame = chain_.frames.find(sphere.link);
+  Status add_bodies() {
+    for (const RobotSettings::BodyOnLink& body : settings_.bodies) {
+      const auto frame = chain_.frames.find(body.link);
       if (frame == chain_.frames.end()) {
-        return refuse(
-            fmt::format("sphere '{}' is on link '{}', which the URDF does not have", sphere.name, sphere.link));
+        return refuse(fmt::format("body '{}' is on link '{}', which the URDF does not have", body.name, body.link));
       }
-      if (!(sphere.radius > 0.0) || !std::isfinite(sphere.radius)) {
-        return refuse(fmt::format("sphere '{}' has radius {} m; it must be positive", sphere.name, sphere.radius));
+      if (body.shape.kind == ShapeKind::kHalfSpace) {
+        return refuse(fmt::format("body '{}' is a half_space, which only a cell can have", body.name));
       }
-      if (!sphere.center.allFinite()) {
-        return refuse(fmt::format("the centre of sphere '{}' holds a number that is not finite", sphere.name));
+      if (const Status status = check(body.shape); !status) {
+        return refuse(fmt::format("body '{}': {}", body.name, status.error().message));
       }
-      if (!sphere_index_.emplace(sphere.name, model.spheres.size()).second) {
-        return refuse(fmt::format("two spheres are called '{}'", sphere.name));
+      if (Status status = check_origin(fmt::format("body '{}'", body.name), body.origin); !status) return status;
+      if (!body_index_.emplace(body.name, model.bodies.size()).second) {
+        return refuse(fmt::format("two bodies are called '{}'", body.name));
       }
       const auto& [link, X_link_frame] = frame->second;
-      model.spheres.push_back({sphere.name, link, X_link_frame * sphere.center, sphere.radius});
+      model.bodies.push_back({body.name, link, body.shape, X_link_frame * body.origin});
     }
     return Done{};
   }
@@ -137,14 +141,14 @@ class ModelBuilder {
     }
     for (const auto& [first, second] : *settings_.pairs) {
       for (const std::string& name : {first, second}) {
-        if (!sphere_index_.contains(name)) {
-          return refuse(fmt::format("pair [{}, {}]: there is no sphere '{}'", first, second, name));
+        if (!body_index_.contains(name)) {
+          return refuse(fmt::format("pair [{}, {}]: there is no body '{}'", first, second, name));
         }
       }
-      SpherePair pair{sphere_index_.at(first), sphere_index_.at(second)};
-      const auto link = [&](int i) { return model.spheres[i].link; };
+      BodyPair pair{body_index_.at(first), body_index_.at(second)};
+      const auto link = [&](int i) { return model.bodies[i].link; };
       if (link(pair.first) == link(pair.second)) {
-        return refuse(fmt::format("pair [{}, {}]: both spheres are on one link, '{}'; no joint can part them", first,
+        return refuse(fmt::format("pair [{}, {}]: both bodies are on one link, '{}'; no joint can part them", first,
                                   second, model.link_names[link(pair.first)]));
       }
       if (link(pair.first) > link(pair.second)) std::swap(pair.first, pair.second);
@@ -159,26 +163,17 @@ class ModelBuilder {
   Status check_home() {
     Kinematics kinematics(model);
     kinematics.set_position(model.home);
-    const SpherePair* deepest = nullptr;
-    double overlap = 0.0;
-    for (const SpherePair& pair : model.pairs) {
-      const double radii = model.spheres[pair.first].radius + model.spheres[pair.second].radius;
-      const double depth = radii - std::sqrt(kinematics.squared_distance(pair));
-      if (depth > overlap) {
-        overlap = depth;
-        deepest = &pair;
-      }
-    }
-    if (deepest == nullptr) return Done{};
+    const NearestPair nearest = nearest_pair(kinematics);
+    if (!(nearest.gap < 0.0)) return Done{};
     return refuse(
-        fmt::format("the home pose is in self-collision: spheres '{}' and '{}' overlap by {:.1f} mm; choose "
+        fmt::format("the home pose is in self-collision: bodies '{}' and '{}' overlap by {:.1f} mm; choose "
                     "another home pose",
-                    model.spheres[deepest->first].name, model.spheres[deepest->second].name, 1e3 * overlap));
+                    model.bodies[nearest.first].name, model.bodies[nearest.second].name, -1e3 * nearest.gap));
   }
 
   const RobotSettings& settings_;
   const UrdfChain& chain_;
-  std::map<std::string, int> sphere_index_;
+  std::map<std::string, int> body_index_;
 };
 
 }  // namespace
@@ -196,7 +191,7 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
   std::vector<std::string> doubts;
   if (model.pairs.empty()) {
     doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/robots.md)", model.name,
-                                 model.spheres.empty() ? "spheres" : "pairs of spheres"));
+                                 model.bodies.empty() ? "bodies" : "pairs of bodies"));
   }
   Kinematics kinematics(model);
   kinematics.set_position(model.home);

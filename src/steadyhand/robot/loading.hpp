@@ -15,12 +15,12 @@ inline constexpr double kDefaultAcceleration = 15.0;
 
 /// What a robot file says (robots/ur5e.yaml); the rest comes from the URDF.
 struct RobotSettings {
-  /// A sphere by the name of its link.
-  struct SphereOnLink {
-    std::string name;                  ///< for `pairs` and messages
-    std::string link;                  ///< URDF link, also one behind fixed joints
-    Vector3 center = Vector3::Zero();  ///< m, in that link's frame
-    double radius = 0.0;               ///< m
+  /// A body by the name of its link.
+  struct BodyOnLink {
+    std::string name;                                          ///< for `pairs` and messages
+    std::string link;                                          ///< URDF link, also one behind fixed joints
+    Shape shape;                                               ///< not a half-space
+    Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape, in that link's frame
   };
 
   std::string name;                ///< empty: the URDF's
@@ -33,15 +33,15 @@ struct RobotSettings {
   std::optional<std::vector<double>> velocity_max;                ///< n, rad/s (m/s); absent: the URDF's
   std::optional<std::vector<double>> position_min;                ///< n, rad (m); absent: the URDF's
   std::optional<std::vector<double>> position_max;                ///< n, rad (m); absent: the URDF's
-  std::vector<SphereOnLink> spheres;                              ///< none: no self-collision
-  /// Names of spheres; absent: default_pairs().
+  std::vector<BodyOnLink> bodies;                                 ///< none: no self-collision
+  /// Names of bodies; absent: default_pairs().
   std::optional<std::vector<std::pair<std::string, std::string>>> pairs;
 };
 
 /// Reads the URDF and joins it with the settings. Refuses, with the reason: a file that is missing or is no URDF, a
 /// chain with a loop, moving joints beside the chain to the tool, 0 or more than 8 moving joints, joint types
 /// other than revolute, continuous, prismatic and fixed, missing meshes, limits that are absent or empty, wrong sizes,
-/// spheres on unknown links, and a home pose outside the limits or in self-collision.
+/// bodies on unknown links or without size, and a home pose outside the limits or in self-collision.
 Result<RobotModel> load_robot(const RobotSettings& settings);
 
 /// What a model lacks for doing what people expect of it, a line for each; most of all one that is a URDF and no more.

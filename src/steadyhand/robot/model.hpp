@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "steadyhand/collision/shape.hpp"
 #include "steadyhand/core/math.hpp"
 
 namespace steadyhand {
@@ -26,16 +27,21 @@ struct Tool {
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< in the frame of link n
 };
 
-/// A ball that covers part of a link.
-struct Sphere {
-  std::string name;                  ///< for messages and pairs
-  int link = 0;                      ///< 0 is the base, k the link behind joint k - 1
-  Vector3 center = Vector3::Zero();  ///< m, link frame
-  double radius = 0.0;               ///< m
+/// A solid that covers part of a link.
+struct Body {
+  std::string name;                                          ///< for messages and pairs
+  int link = 0;                                              ///< 0 is the base, k the link behind joint k - 1
+  Shape shape;                                               ///< not a half-space
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape's frame, in the link's
+
+  /// A sphere. center: m, link frame; radius: m
+  static Body sphere(std::string name, int link, const Vector3& center, double radius) {
+    return {std::move(name), link, Shape::sphere(radius), Eigen::Isometry3d(Eigen::Translation3d(center))};
+  }
 };
 
-/// Two spheres that must not overlap, as indices into RobotModel::spheres; first.link < second.link.
-using SpherePair = std::pair<int, int>;
+/// Two bodies that must not overlap, as indices into RobotModel::bodies; first.link < second.link.
+using BodyPair = std::pair<int, int>;
 
 /// A serial arm. Never changes after loading; every thread may read it.
 struct RobotModel {
@@ -48,8 +54,8 @@ struct RobotModel {
   JointVector position_max;             ///< rad (m)
   JointVector velocity_max;             ///< rad/s (m/s)
   JointVector acceleration_max;         ///< rad/s^2 (m/s^2)
-  std::vector<Sphere> spheres;          ///< that cover the arm and what it holds
-  std::vector<SpherePair> pairs;        ///< of spheres that are kept apart
+  std::vector<Body> bodies;             ///< that cover the arm and what it holds
+  std::vector<BodyPair> pairs;          ///< of bodies that are kept apart
 
   int dof() const { return static_cast<int>(joints.size()); }  ///< n
 };

@@ -64,22 +64,21 @@ Status check_numbers(const RobotModel& model) {
   return Done{};
 }
 
-Status check_spheres(const RobotModel& model) {
-  for (const Sphere& sphere : model.spheres) {
-    if (sphere.link < 0 || sphere.link > model.dof()) {
-      return Error{fmt::format("robot '{}': sphere '{}' is on link {}; the links are 0 to {}", model.name, sphere.name,
-                               sphere.link, model.dof())};
+Status check_bodies(const RobotModel& model) {
+  for (const Body& body : model.bodies) {
+    const std::string where = fmt::format("robot '{}': body '{}'", model.name, body.name);
+    if (body.link < 0 || body.link > model.dof()) {
+      return Error{fmt::format("{} is on link {}; the links are 0 to {}", where, body.link, model.dof())};
     }
-    if (!sphere.center.allFinite() || !(sphere.radius > 0.0) || !std::isfinite(sphere.radius)) {
-      return Error{fmt::format("robot '{}': sphere '{}' must have a finite centre and a positive radius", model.name,
-                               sphere.name)};
-    }
+    if (body.shape.kind == ShapeKind::kHalfSpace) return Error{where + " is a half_space, which only a cell can have"};
+    if (const Status s = check(body.shape); !s) return Error{where + ": " + s.error().message};
+    if (!is_rigid(body.origin)) return Error{where + " must have a finite origin whose orientation is a rotation"};
   }
-  const int count = static_cast<int>(model.spheres.size());
+  const int count = static_cast<int>(model.bodies.size());
   for (const auto& [first, second] : model.pairs) {
     const bool exist = first >= 0 && first < count && second >= 0 && second < count;
-    if (exist && model.spheres[first].link < model.spheres[second].link) continue;
-    return Error{fmt::format("robot '{}': the pair ({}, {}) must be two of its {} spheres, the first on a lower link",
+    if (exist && model.bodies[first].link < model.bodies[second].link) continue;
+    return Error{fmt::format("robot '{}': the pair ({}, {}) must be two of its {} bodies, the first on a lower link",
                              model.name, first, second, count)};
   }
   return Done{};
@@ -90,7 +89,7 @@ Status check_spheres(const RobotModel& model) {
 Status check(const RobotModel& model) {
   if (Status s = check_joints(model); !s) return s;
   if (Status s = check_numbers(model); !s) return s;
-  return check_spheres(model);
+  return check_bodies(model);
 }
 
 }  // namespace steadyhand

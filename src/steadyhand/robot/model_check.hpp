@@ -6,7 +6,7 @@
 namespace steadyhand {
 
 /// Why there is no such arm, or Done: for models that no file was read for. Sizes, finite numbers, limits, axes, and
-/// the links and spheres that spheres and pairs name. Where home lies is not looked at.
+/// the links and bodies that bodies and pairs name. Where home lies is not looked at.
 Status check(const RobotModel& model);
 
 }  // namespace steadyhand

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "steadyhand/collision/proximity.hpp"
 #include "steadyhand/robot/joint_search.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 
@@ -19,16 +20,16 @@ Eigen::Isometry3d pose_between(const RobotModel& model, int first, int last, con
   return T;
 }
 
-/// Square of the gap's zero: distance^2 - (r_i + r_j)^2, m^2; positive when the spheres are apart.
-double separation(const RobotModel& model, const SpherePair& pair, const Eigen::Isometry3d& T) {
-  const Sphere &a = model.spheres[pair.first], &b = model.spheres[pair.second];
-  const double radii = a.radius + b.radius;
-  return (a.center - T * b.center).squaredNorm() - radii * radii;
+/// m, positive when the bodies are apart; see proximity_value.
+double separation(const RobotModel& model, const BodyPair& pair, const Eigen::Isometry3d& T) {
+  const auto placed = [](const Eigen::Isometry3d& origin) { return Placed{origin.translation(), origin.linear()}; };
+  const Body &a = model.bodies[pair.first], &b = model.bodies[pair.second];
+  return proximity_value(a.shape, placed(a.origin), b.shape, placed(T * b.origin));
 }
 
 /// A pair that no configuration has parted yet, with the configurations in which it came closest to parting.
 struct Candidate {
-  SpherePair pair;
+  BodyPair pair;
   std::vector<std::pair<double, JointVector>> best;  ///< separation and joints, largest separation first
 };
 
@@ -41,11 +42,11 @@ void remember(Candidate& candidate, double value, const JointVector& q) {
 }
 
 /// Appends those of the pairs between two links that can come apart.
-void add_pairs_that_part(const RobotModel& model, int first, int last, std::vector<SpherePair>& result) {
+void add_pairs_that_part(const RobotModel& model, int first, int last, std::vector<BodyPair>& result) {
   std::vector<Candidate> candidates;
-  for (int i = 0; i < static_cast<int>(model.spheres.size()); ++i) {
-    for (int j = 0; j < static_cast<int>(model.spheres.size()); ++j) {
-      if (model.spheres[i].link == first && model.spheres[j].link == last) candidates.push_back({{i, j}, {}});
+  for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+    for (int j = 0; j < static_cast<int>(model.bodies.size()); ++j) {
+      if (model.bodies[i].link == first && model.bodies[j].link == last) candidates.push_back({{i, j}, {}});
     }
   }
   const JointBox box(model, first, last);
@@ -78,8 +79,8 @@ void add_pairs_that_part(const RobotModel& model, int first, int last, std::vect
 
 }  // namespace
 
-std::vector<SpherePair> default_pairs(const RobotModel& model) {
-  std::vector<SpherePair> pairs;
+std::vector<BodyPair> default_pairs(const RobotModel& model) {
+  std::vector<BodyPair> pairs;
   for (int first = 0; first <= model.dof(); ++first) {
     for (int last = first + 2; last <= model.dof(); ++last) add_pairs_that_part(model, first, last, pairs);
   }

@@ -13,7 +13,7 @@ struct UrDeviation {
 };
 
 /// The model with its joint axes where the factory measured them, and its tool carried along. Each link keeps its frame
-/// as nearly as its axis allows (parallel axes have their parameters far away), so spheres and meshes stay where they
+/// as nearly as its axis allows (parallel axes have their parameters far away), so bodies and meshes stay where they
 /// are. Fails if that is another arm: an axis further than 20 mm or 0.1 rad from the model's. @pre six revolute joints
 Result<RobotModel> calibrate(const RobotModel& model, const UrKinematics& kinematics, UrDeviation& deviation);
 

@@ -1,6 +1,7 @@
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import type { GlassSize, Robot } from '../protocol';
+import { geometryOf } from './body';
 import { WALL } from './glass';
 
 function toMatrix(rows: number[][]): THREE.Matrix4 {
@@ -10,7 +11,7 @@ function toMatrix(rows: number[][]): THREE.Matrix4 {
 
 const CALM = new THREE.Color(0x4aa3ff);
 const LIT = new THREE.Color(0xff5a36);
-/** m; a pair that is closer is shown even if the spheres are not. */
+/** m; a pair that is closer is shown even if the other bodies are not. */
 const CLOSE = 0.006;
 
 /** A soap bubble: strong at the edge, so that what is inside stays to be seen. */
@@ -66,15 +67,15 @@ function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
   return group;
 }
 
-/** The arm as `describe` says it is: a frame for each link, meshes and collision spheres hung into them. */
+/** The arm as `describe` says it is: a frame for each link, meshes and collision bodies hung into them. */
 export class Arm extends THREE.Group {
   /** Of the controlled frame; the glass hangs here. */
   readonly tool = new THREE.Group();
   readonly meshes: THREE.Object3D[] = [];
   readonly #links: THREE.Group[] = [];
   readonly #axes: THREE.Vector3[] = [];
-  readonly #spheres: THREE.Mesh<THREE.SphereGeometry, Bubble>[] = [];
-  #spheresShown = false;
+  readonly #bodies: THREE.Mesh<THREE.BufferGeometry, Bubble>[] = [];
+  #bodiesShown = false;
   readonly #nearest: [number, number] = [-1, -1];
 
   constructor(robot: Robot, glass: GlassSize) {
@@ -93,14 +94,12 @@ export class Arm extends THREE.Group {
     }
     toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
     parent.add(this.tool, holder(this.tool, glass));
-    const geometry = new THREE.SphereGeometry(1, 32, 20);
-    for (const sphere of robot.spheres) {
-      const mesh = new THREE.Mesh(geometry, new Bubble());
-      mesh.position.set(...(sphere.center as [number, number, number]));
-      mesh.scale.setScalar(sphere.radius);
+    for (const body of robot.bodies) {
+      const mesh = new THREE.Mesh(geometryOf(body), new Bubble());
+      toMatrix(body.origin).decompose(mesh.position, mesh.quaternion, mesh.scale);
       mesh.visible = false;
-      this.#links[sphere.link]?.add(mesh);
-      this.#spheres.push(mesh);
+      this.#links[body.link]?.add(mesh);
+      this.#bodies.push(mesh);
     }
   }
 
@@ -110,7 +109,7 @@ export class Arm extends THREE.Group {
     return group;
   }
 
-  /** The mesh of the robot's name, if the server has one; without it the spheres stand for the arm. */
+  /** The mesh of the robot's name, if the server has one; without it the bodies stand for the arm. */
   async loadMeshes(url: string): Promise<boolean> {
     try {
       const gltf = await new GLTFLoader().loadAsync(url);
@@ -123,7 +122,7 @@ export class Arm extends THREE.Group {
       });
       return true;
     } catch {
-      this.showSpheres(true);
+      this.showBodies(true);
       return false;
     }
   }
@@ -134,25 +133,25 @@ export class Arm extends THREE.Group {
     }
   }
 
-  showSpheres(shown: boolean): void {
-    this.#spheresShown = shown;
-    this.#paintSpheres();
+  showBodies(shown: boolean): void {
+    this.#bodiesShown = shown;
+    this.#paintBodies();
   }
 
   /** Lights the nearest pair: always when it holds the arm back or is about to touch. */
   nearestPair(pair: [number, number], clearance: number, active: boolean): void {
-    const shown = this.#spheresShown || active || clearance < CLOSE;
+    const shown = this.#bodiesShown || active || clearance < CLOSE;
     const first = shown ? pair[0] : -1, second = shown ? pair[1] : -1;
     if (first === this.#nearest[0] && second === this.#nearest[1]) return;
     this.#nearest[0] = first;
     this.#nearest[1] = second;
-    this.#paintSpheres();
+    this.#paintBodies();
   }
 
-  #paintSpheres(): void {
-    this.#spheres.forEach((mesh, i) => {
+  #paintBodies(): void {
+    this.#bodies.forEach((mesh, i) => {
       const lit = i === this.#nearest[0] || i === this.#nearest[1];
-      mesh.visible = this.#spheresShown || lit;
+      mesh.visible = this.#bodiesShown || lit;
       mesh.material.paint(lit ? LIT : CALM, lit ? 1 : 0.55);
     });
   }

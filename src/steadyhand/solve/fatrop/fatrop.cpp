@@ -23,7 +23,7 @@ struct OutOfTime {};
 /// The problem in FATROP's words: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
 /// inequalities.
 ///
-/// Of a constraint with many rows (pairs of spheres) only the `slots` rows nearest to their bounds are posed at each
+/// Of a constraint with many rows (pairs of bodies) only the `slots` rows nearest to their bounds are posed at each
 /// node: FATROP's time per iteration grows with the rows, and few ever matter. Whoever solves must check the others at
 /// the solution.
 class FatropOcp final : public fatrop::OcpAbstract {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <limits>
+
+#include "steadyhand/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+/// Signed distance of a pair's surfaces, m; negative by the depth while they overlap. Call set_position before.
+double gap(const Kinematics& arm, const BodyPair& pair);
+
+/// Two bodies of a pair, as indices into RobotModel::bodies, and their gap.
+struct NearestPair {
+  int first = -1;                                        ///< -1: the model has no pairs
+  int second = -1;                                       ///< the same
+  double gap = std::numeric_limits<double>::infinity();  ///< m
+};
+
+/// The pair with the smallest gap. What plans, monitors, reports and pages say of distances is this. Call set_position
+/// before.
+NearestPair nearest_pair(const Kinematics& arm);
+
+/// The smallest gap, m; negative when a pair overlaps, infinite without pairs. Call set_position before.
+inline double clearance(const Kinematics& arm) { return nearest_pair(arm).gap; }
+
+}  // namespace steadyhand
