@@ -458,9 +458,8 @@ TEST(PlanCheck, LooksBetweenNodes) {
   EXPECT_EQ(check_plan(there, there.x[0], {}, resting), PlanFault::kSelfCollision);
 }
 
-/// Fast swings past each pair of links, with spheres as large as the nodes and the points half-way just allow.
-TEST(PlanCheck, LooksAtAllTimes) {
-  Loop loop(10);
+/// Fast swings past each pair of links, with bodies as large as the nodes and the points half-way just allow.
+void look_at_all_times(Loop& loop) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   int near = 0, passed_by_points = 0, refused = 0, free = 0;
@@ -480,16 +479,16 @@ TEST(PlanCheck, LooksAtAllTimes) {
     close.pairs = {loop.model.pairs[random() % loop.model.pairs.size()]};
     const auto apart = [&](double t) {
       loop.arm.set_position(sample(plan, from_seconds(t)).q);
-      return center_distance(loop.arm, close.pairs[0]);
+      return gap(loop.arm, close.pairs[0]);
     };
     double at_points = 1e9, at_all_times = 1e9;
     for (int i = 0; i <= 2 * plan.intervals; ++i) at_points = std::min(at_points, apart(0.5 * i * plan.dt));
     for (int i = 0; i <= 64 * plan.intervals; ++i) at_all_times = std::min(at_all_times, apart(i * plan.dt / 64.0));
-    if (at_all_times > 0.3) continue;
+    if (at_all_times > 0.2 || at_all_times < 0.001) continue;
     ++near;
     const auto [first, second] = close.pairs[0];
-    const auto fault_with_gap = [&](double gap, double distance) {
-      close.bodies[first].shape.radius = distance - gap - close.bodies[second].shape.radius;
+    const auto fault_with_gap = [&](double left, double distance) {
+      close.bodies[first].shape = loop.model.bodies[first].shape.inflated(distance - left);
       Kinematics arm(close);
       settings.overlap_between_nodes = 0.0;
       return check_plan(plan, plan.x[0], settings, arm);
@@ -501,6 +500,22 @@ TEST(PlanCheck, LooksAtAllTimes) {
   EXPECT_GT(passed_by_points, 20);
   EXPECT_EQ(refused, passed_by_points);
   EXPECT_EQ(free, near);
+}
+
+TEST(PlanCheck, LooksAtAllTimes) {
+  Loop loop(10);
+  look_at_all_times(loop);
+}
+
+TEST(PlanCheck, LooksAtAllTimesForEveryShape) {
+  Loop loop(10);
+  vary_bodies(loop.model, loop.random);
+  for (Body& body : loop.model.bodies) {
+    if (body.shape.kind == ShapeKind::kCylinder) body.shape = Shape::capsule(0.08, 0.03);  // which grow with corners
+  }
+  Kinematics other(loop.model);
+  loop.arm = other;
+  look_at_all_times(loop);
 }
 
 TEST(PlanCheck, RefusesIntervalsThatAreNone) {

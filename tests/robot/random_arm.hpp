@@ -48,4 +48,16 @@ inline JointVector random_joints(int dof, double bound, std::mt19937& random) {
   return JointVector::NullaryExpr(dof, [&](Eigen::Index) { return uniform(random); });
 }
 
+/// Makes its bodies capsules, boxes, cylinders and spheres, in turn, lying anyhow.
+inline void vary_bodies(RobotModel& model, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const Shape shapes[] = {Shape::capsule(0.1, 0.04), Shape::box({0.05, 0.08, 0.03}, 0.01), Shape::cylinder(0.04, 0.08),
+                          Shape::sphere(0.05)};
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Vector3 axis = Vector3(unit(random), unit(random), unit(random)).normalized();
+    model.bodies[i].shape = shapes[i % std::size(shapes)];
+    model.bodies[i].origin.linear() = Eigen::AngleAxisd(M_PI * unit(random), axis).toRotationMatrix();
+  }
+}
+
 }  // namespace steadyhand
