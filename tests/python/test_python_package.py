@@ -418,7 +418,7 @@ def test_of_a_long_array_the_message_names_one_entry():
 def test_no_rows_give_no_rows(robot):
     none = np.zeros((0, 6))
     assert robot.fk(none).shape == (0, 4, 4) and robot.jacobian(none).shape == (0, 6, 6)
-    assert robot.clearance(none).shape == (0,) and robot.sphere_centers(none).shape == (0, 33, 3)
+    assert robot.clearance(none).shape == (0,) and robot.body_centers(none).shape == (0, 33, 3)
 
 
 def test_robots_and_results_are_pickled(robot, replay):
