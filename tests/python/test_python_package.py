@@ -439,7 +439,8 @@ def test_flags_may_be_numbers():
 def test_ctrl_c_ends_a_long_replay():
     """A thousand seconds at 500 Hz, which would take most of a minute."""
     script = """if True:
-        import numpy as np, steadyhand
+        import signal, numpy as np, steadyhand
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
         t = np.arange(0, 1000, 0.05)
         T = steadyhand.pose(np.column_stack([0.2 * np.sin(t), 0 * t, 0 * t]), np.tile([0, 0, 0, 1.0], (len(t), 1)))
         robot = steadyhand.Robot("ur5e")
