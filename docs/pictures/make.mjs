@@ -32,7 +32,7 @@ async function listenOnce(profile, seconds) {
   await client.evaluate(() => {
     globalThis.told = [];
     const socket = new WebSocket(`ws://${location.host}/live`);
-    socket.onopen = () => socket.send('{"type":"hello","version":1}');
+    socket.onopen = () => socket.send('{"type":"hello","version":2}');
     socket.onmessage = (event) => globalThis.told.push(JSON.parse(event.data));
   });
   await until(() => client.evaluate((s) => {
