@@ -15,7 +15,7 @@ namespace steadyhand {
 namespace {
 
 using Json = nlohmann::json;
-using Kind = OperatorRequest::Kind;
+using RequestKind = OperatorRequest::Kind;
 
 // A hand that is further away than this, or a clock that far from its zero, is a mistake.
 constexpr double kFarthest = 1000.0;   // m
@@ -135,16 +135,16 @@ SampleMessage read_sample(Reader& reader) {
 
 struct RequestName {
   const char* name;
-  Kind kind;
+  RequestKind kind;
   bool text;   // takes 'text'
   bool value;  // takes 'value'
 };
 constexpr RequestName kRequests[] = {
-    {"stop", Kind::kStop, false, false},      {"reset", Kind::kReset, false, false},
-    {"profile", Kind::kProfile, true, false}, {"weight", Kind::kWeight, true, true},
-    {"scale", Kind::kScale, false, true},     {"yaw", Kind::kYaw, false, true},
-    {"rate", Kind::kRate, false, true},       {"playback", Kind::kPlayback, true, false},
-    {"record", Kind::kRecord, false, true},
+    {"stop", RequestKind::kStop, false, false},      {"reset", RequestKind::kReset, false, false},
+    {"profile", RequestKind::kProfile, true, false}, {"weight", RequestKind::kWeight, true, true},
+    {"scale", RequestKind::kScale, false, true},     {"yaw", RequestKind::kYaw, false, true},
+    {"rate", RequestKind::kRate, false, true},       {"playback", RequestKind::kPlayback, true, false},
+    {"record", RequestKind::kRecord, false, true},
 };
 
 RequestMessage read_request(Reader& reader) {
@@ -155,7 +155,7 @@ RequestMessage read_request(Reader& reader) {
     message.request.kind = known.kind;
     if (known.text) message.request.text = reader.text("text", 64);
     if (known.value) {
-      const bool sign = known.kind == Kind::kYaw;
+      const bool sign = known.kind == RequestKind::kYaw;
       message.request.value = reader.number("value", sign ? -kLargestValue : 0.0, kLargestValue);
     }
     return message;
