@@ -4,11 +4,13 @@
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
 file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/collision/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
 file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/solve/*.cpp src/steadyhand/solve/*/*.cpp src/steadyhand/track/*.cpp src/steadyhand/plan/*.cpp)
-set(hot_tests tests/core/lanes_test.cpp tests/collision/proximity_test.cpp tests/robot/kinematics_test.cpp tests/ocp/terms_test.cpp
-    tests/solve/batch_evaluation_test.cpp tests/solve/realtime_test.cpp tests/plan/planner_test.cpp)
-# Compiled as two files, in a third of the time; so what they keep in unnamed namespaces needs names of its own.
+set(hot_tests tests/core/lanes_test.cpp tests/collision/proximity_test.cpp tests/robot/kinematics_test.cpp tests/ocp/terms_test.cpp)
+set(hot_solver_tests tests/solve/batch_evaluation_test.cpp tests/solve/realtime_test.cpp tests/plan/planner_test.cpp)
+# Compiled as a file for each group, in a third of the time; so what they keep in unnamed namespaces needs names of its own.
 set_source_files_properties(${hot_sources} PROPERTIES UNITY_GROUP sources)
 set_source_files_properties(${hot_solvers} PROPERTIES UNITY_GROUP solvers)
+set_source_files_properties(${hot_tests} PROPERTIES UNITY_GROUP tests)
+set_source_files_properties(${hot_solver_tests} PROPERTIES UNITY_GROUP solver_tests)
 set(host_flags "")
 if(EXISTS /proc/cpuinfo)
   file(STRINGS /proc/cpuinfo host_flags REGEX "^flags" LIMIT_COUNT 1)
@@ -18,7 +20,7 @@ function(steadyhand_processor level lanes flag)
   if(STEADYHAND_NATIVE AND lanes EQUAL STEADYHAND_LANES)
     return()  # the preset's own tests are of this level
   endif()
-  add_executable(test_${level} EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers} ${hot_tests})
+  add_executable(test_${level} EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers} ${hot_tests} ${hot_solver_tests})
   set_target_properties(test_${level} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   target_compile_options(test_${level} PRIVATE -march=${level} ${STEADYHAND_WARM_OPTIONS})
   target_compile_definitions(test_${level} PRIVATE STEADYHAND_LANES=${lanes} STEADYHAND_FATROP
