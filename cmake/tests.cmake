@@ -104,13 +104,17 @@ add_custom_target(threaded DEPENDS steadyhand ${threaded})
 
 # Campaigns of seconds take minutes under ASan; there they are among the long tests.
 set_tests_properties(live PROPERTIES COST 100)  # the longest begins first
+function(steadyhand_campaigns name)
+  list(JOIN ARGN ":" campaigns)
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "GTEST_FILTER=-${campaigns}")
+  add_test(NAME ${name}_campaigns COMMAND test_${name} --gtest_filter=${campaigns} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
+  set_tests_properties(${name}_campaigns PROPERTIES LABELS long ENVIRONMENT GTEST_OUTPUT=)
+endfunction()
 if(STEADYHAND_SANITIZE)
-  set(campaigns "AskedStop.BesideAReset*:AskedStop.SparesTheLiquid*:Gaps.*:HandToCommand.*:Motion.Singularities*"
-                ":Motion.WhereTheHandIs*:Pushed.*At250Hz")
-  string(CONCAT campaigns ${campaigns})
-  set_tests_properties(live PROPERTIES ENVIRONMENT "GTEST_FILTER=-${campaigns}")
-  add_test(NAME live_campaigns COMMAND test_live --gtest_filter=${campaigns} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
-  set_tests_properties(live_campaigns PROPERTIES LABELS long ENVIRONMENT GTEST_OUTPUT=)
+  steadyhand_campaigns(collision Shapes/EachPair.HasTheDistanceThatASearchFinds/*)
+  steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes*)
+  steadyhand_campaigns(live AskedStop.BesideAReset* AskedStop.SparesTheLiquid* Gaps.* HandToCommand.* Motion.Singularities*
+                       Motion.WhereTheHandIs* Pushed.*At250Hz)
 endif()
 
 # Everything that `ctest` runs, but for what only `./steadyhand test --long` builds.
