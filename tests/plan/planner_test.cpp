@@ -518,6 +518,50 @@ TEST(PlanCheck, LooksAtAllTimesForEveryShape) {
   look_at_all_times(loop);
 }
 
+/// A small body on an arm of 1 m that turns at 3 rad/s flies past another one: half-way between two moments it is
+/// nearest, at constant velocity, so that no acceleration tells of it.
+TEST(PlanCheck, SeesWhatFliesPastBetweenTwoLooks) {
+  RobotModel model;
+  model.name = "one joint";
+  model.joints = {Joint{"turn", JointType::kRevolute, Eigen::Isometry3d::Identity(), Vector3::UnitZ()}};
+  model.link_names = {"base", "arm"};
+  model.tool.origin = Eigen::Translation3d(1.0, 0.0, 0.0);
+  model.home = JointVector::Zero(1);
+  model.velocity_max = JointVector::Constant(1, 4.0);
+  model.acceleration_max = JointVector::Constant(1, 40.0);
+  model.position_max = JointVector::Constant(1, 6.0);
+  model.position_min = -model.position_max;
+  constexpr double kRadius = 0.01, kSpeed = 3.0;
+  Plan plan;  // an interval at constant speed, then to rest
+  stand(model.home, Time(0), plan);
+  plan.intervals = 4;
+  plan.x[0][1] = kSpeed;
+  for (int k = 0; k < 4; ++k) {
+    plan.u[k] = JointVector::Constant(1, k == 0 ? 0.0 : -kSpeed / (3.0 * plan.dt));
+    plan.x[k + 1] = StateVector::Zero(2);
+    plan.x[k + 1] << plan.x[k][0] + plan.dt * plan.x[k][1] + 0.5 * plan.dt * plan.dt * plan.u[k][0],
+        plan.x[k][1] + plan.dt * plan.u[k][0];
+  }
+  const double quarter = 0.25 * plan.dt * kSpeed;  // rad, between two looks
+  const auto fault = [&](double nearest, const Shape& other, double overlap) {
+    const Vector3 there = (1.0 + 2.0 * kRadius + nearest) * Vector3(std::cos(quarter), std::sin(quarter), 0.0);
+    model.bodies = {Body{"post", 0, other, Eigen::Isometry3d(Eigen::Translation3d(there))},
+                    Body::sphere("tip", 1, {1.0, 0.0, 0.0}, kRadius)};
+    model.pairs = {{0, 1}};
+    Kinematics arm(model);
+    PlanCheckSettings settings;
+    settings.overlap_between_nodes = overlap;
+    return check_plan(plan, plan.x[0], settings, arm);
+  };
+  for (const Shape& post : {Shape::sphere(kRadius), Shape::capsule(0.05, kRadius)}) {
+    EXPECT_EQ(fault(-0.01, post, 2e-3), PlanFault::kSelfCollision);
+    EXPECT_EQ(fault(-0.0021, post, 2e-3), PlanFault::kSelfCollision);
+    EXPECT_EQ(fault(-0.0019, post, 2e-3), PlanFault::kNone);
+    EXPECT_EQ(fault(-1e-4, post, 0.0), PlanFault::kSelfCollision);
+    EXPECT_EQ(fault(1e-4, post, 0.0), PlanFault::kNone);
+  }
+}
+
 TEST(PlanCheck, RefusesIntervalsThatAreNone) {
   Loop loop(10);
   for (const double dt : {0.0, -0.05, std::nan(""), 1e300, std::numeric_limits<double>::infinity()}) {

@@ -28,22 +28,53 @@ LinkPairs levers(const RobotModel& model) {
   return result;
 }
 
-/// While the joints are no faster than `speed`, a point of link j accelerates by no more than this as seen from link
-/// i, m/s^2. In that frame its acceleration is the sum over joints k and l between them of ddq_k z_k x r_k and of
-/// dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)), r_k from joint k to the point.
-LinkPairs acceleration_bounds(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration) {
+/// Least sum of the radii of two bodies of two links: by so much their cores are further apart than their surfaces.
+LinkPairs least_radii(const RobotModel& model) {
+  LinkPairs least = LinkPairs::Constant(std::numeric_limits<double>::infinity());
+  for (const auto& [i, j] : model.pairs) {
+    const Body &first = model.bodies[i], &second = model.bodies[j];
+    double& here = least(first.link, second.link);
+    here = std::min(here, first.shape.radius + second.shape.radius);
+  }
+  return least;
+}
+
+/// What points of link j do at most, as seen from link i.
+struct Motion {
+  LinkPairs speed = LinkPairs::Zero();         ///< m/s
+  LinkPairs acceleration = LinkPairs::Zero();  ///< m/s^2
+};
+
+/// While the joints are no faster than `speed`. As seen from link i the velocity of a point of link j is the sum over
+/// joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k and l
+/// of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
+Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration) {
   const int n = static_cast<int>(speed.size());
-  LinkPairs bounds = LinkPairs::Zero();
+  Motion most;
   for (int j = 1; j <= n; ++j) {
     for (int i = 0; i < j; ++i) {
       double before = 0.0;
       for (int k = i; k < j; ++k) {
-        bounds(i, j) += levers(k, j) * (acceleration[k] + speed[k] * (speed[k] + 2.0 * before));
+        most.speed(i, j) += levers(k, j) * speed[k];
+        most.acceleration(i, j) += levers(k, j) * (acceleration[k] + speed[k] * (speed[k] + 2.0 * before));
         before += speed[k];
       }
     }
   }
-  return bounds;
+  return most;
+}
+
+/// The smallest that gaps can be in the time h between two moments, of bodies with round edges.
+LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const LinkPairs& radii, const Motion& most,
+                        double h) {
+  const LinkPairs way = h * most.speed;
+  const LinkPairs from = (first + radii).max(0.0), to = (last + radii).max(0.0);  // between cores
+  const LinkPairs furthest = 0.5 * (from + to + way);
+  const LinkPairs bend = way * way + h * h * furthest * most.acceleration;
+  const LinkPairs a = from * from, b = to * to, least = a.min(b), most_uneven = (b - a).abs();
+  const LinkPairs squared =
+      (most_uneven >= bend).select(least, 0.5 * (a + b) - 0.25 * (bend + most_uneven * most_uneven / bend));
+  return squared.max(0.0).sqrt() - radii;
 }
 
 }  // namespace
@@ -59,13 +90,19 @@ LinkPairs gaps(const Kinematics& kinematics) {
 }
 
 GapsBetween::GapsBetween(Kinematics& kinematics, double smallest)
-    : kinematics_(kinematics), levers_(levers(kinematics.model())), smallest_(smallest) {}
+    : kinematics_(kinematics),
+      levers_(levers(kinematics.model())),
+      radii_(least_radii(kinematics.model())),
+      smallest_(smallest) {}
 
 bool GapsBetween::stay(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings) {
   const double h = last.t - first.t, s = 0.5 * h;
   const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
-  const LinkPairs sag = h * h / 8.0 * acceleration_bounds(levers_, speed, acceleration.cwiseAbs());
-  if (halvings == 0 || (first.gaps.min(last.gaps) - sag).minCoeff() >= smallest_) return true;
+  const Motion most = fastest(levers_, speed, acceleration.cwiseAbs());
+  const auto below = (0.5 * (first.gaps + last.gaps - h * most.speed) < smallest_).eval();
+  if (!below.any()) return true;
+  if (!(below && least_between(first.gaps, last.gaps, radii_, most, h) < smallest_).any()) return true;
+  if (halvings == 0) return false;
   Moment middle{first.t + s, first.q + s * first.dq + (0.5 * s * s) * acceleration, first.dq + s * acceleration, {}};
   kinematics_.set_position(middle.q);
   middle.gaps = gaps(kinematics_);

@@ -20,21 +20,21 @@ struct Moment {
   LinkPairs gaps;  ///< m
 };
 
-/// Whether gaps stay above `smallest` (m) between two moments at which they do. A distance falls below the straight
-/// line between its values at the ends by no more than h^2 / 8 times the largest acceleration; where that is too much
-/// to tell, the span h is halved, up to 4 times: from 25 ms to 1.6 ms, where an acceleration of 50 m/s^2 is worth
-/// 0.015 mm.
+/// Whether gaps stay above `smallest` (m) between two moments at which they do: docs/formulation.md, "Between nodes".
+/// Where what the speeds allow is too much to tell, the span is halved, up to 7 times, from 25 ms to 0.2 ms; what
+/// cannot be told then does not stay.
 class GapsBetween {
  public:
   /// @param smallest m
   GapsBetween(Kinematics& kinematics, double smallest);
 
   /// @param acceleration of the joints from `first` to `last`, rad/s^2 (m/s^2)
-  bool stay(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings = 4);
+  bool stay(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings = 7);
 
  private:
   Kinematics& kinematics_;
-  LinkPairs levers_;
+  LinkPairs levers_;  ///< m
+  LinkPairs radii_;   ///< m, least sum of the radii of two bodies
   double smallest_;
 };
 
