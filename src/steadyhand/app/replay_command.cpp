@@ -152,7 +152,12 @@ Status check(const ReplayOptions& options) {
 Status run_replay(ReplayOptions options) {
   const Places places = Places::standard();
   if (options.recording.empty()) {
-    options.recording = (places.data / kBundledRecording).string();
+    const fs::path bundled = places.data / kBundledRecording;
+    if (!fs::exists(bundled)) {
+      return Error{
+          "replay: no recording was given, and none comes with this installation; try: steadyhand replay hand.csv"};
+    }
+    options.recording = bundled.string();
     options.range.until = std::min(options.range.until, kBundledSeconds);
   }
   Result<Recording> recording = Error{};
