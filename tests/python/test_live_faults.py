@@ -101,7 +101,11 @@ def test_who_asks_gets_the_arm_when_its_holder_lets_go_and_stays_silent(demo):
     first.grip()
     second.send(type="ask")
     assert first.wait_for("lease", yours=True)["asker"] != 0
-    leases = []
+    leases, sent = [], []
+
+    def leading(t):
+        sent.append(time.monotonic())
+        return hand(t)
 
     def listen(_=None):
         second.ping()
@@ -110,10 +114,10 @@ def test_who_asks_gets_the_arm_when_its_holder_lets_go_and_stays_silent(demo):
     begin = time.monotonic()
     while time.monotonic() < begin + 12.0:
         first.grip(take=False)  # whenever this machine was too busy to send, the arm was let go
-        first.move(hand, 2.0, each=listen)
+        first.move(leading, 2.0, each=listen)
     assert leases[-1]["asker"] != 0 and not leases[-1]["yours"], "while it leads the arm it keeps it"
+    begin = sent[-1]  # if the machine is busy now, the hand counts as gone before it says so
     first.sample(hand(12.0), False)
-    begin = time.monotonic()
     while not leases[-1]["yours"]:
         assert time.monotonic() < begin + 30.0
         first.ping()
