@@ -1,6 +1,7 @@
 #include "steadyhand/robot/reach.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "steadyhand/robot/joint_search.hpp"
 #include "steadyhand/robot/kinematics.hpp"
@@ -14,9 +15,18 @@ constexpr int kReachAscents = 8;
 constexpr double kMargin = 1e-4;  // m
 
 Vector3 tool_position(const RobotModel& model, const JointVector& q) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  for (int k = 0; k < model.dof(); ++k) T = T * model.joints[k].origin * motion(model.joints[k], q[k]);
-  return T * model.tool.origin.translation();
+  Vector3 p = model.tool.origin.translation();
+  for (int k = model.dof() - 1; k >= 0; --k) {
+    const Joint& joint = model.joints[k];
+    if (joint.type == JointType::kPrismatic) {
+      p += q[k] * joint.axis;
+    } else {  // Rodrigues: a matrix for each joint takes four times as long
+      const double cosine = std::cos(q[k]);
+      p = cosine * p + std::sin(q[k]) * joint.axis.cross(p) + (1.0 - cosine) * joint.axis.dot(p) * joint.axis;
+    }
+    p = joint.origin.linear() * p + joint.origin.translation();
+  }
+  return p;
 }
 
 double farthest(const std::vector<Vector3>& points, const Vector3& from) {
