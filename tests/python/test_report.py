@@ -81,7 +81,7 @@ PROBE = """
 
 
 def chromium(*arguments: str) -> subprocess.CompletedProcess:
-    # The log is mostly Chromium's talk with the machine; only CONSOLE lines speak of the page.
+    # The log is mostly Chromium's talk with the machine; only CONSOLE lines speak of the page, or of pages of its own.
     flags = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=20000"]
     return subprocess.run(
         [CHROMIUM, *flags, "--enable-logging=stderr", *arguments], capture_output=True, text=True, timeout=300
@@ -103,7 +103,7 @@ def probed(report) -> dict:
     match = re.search(r'data-probe="([^"]*)"', run.stdout)
     assert match, run.stderr[-3000:]
     result = json.loads(match[1].replace("&quot;", '"').replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
-    result["console"] = [line for line in run.stderr.splitlines() if "CONSOLE" in line]
+    result["console"] = [line for line in run.stderr.splitlines() if "CONSOLE" in line and "source: chrome://" not in line]
     assert result.get("done"), result
     return result
 
