@@ -15,6 +15,12 @@ inline constexpr int kMaxHorizon = 128;
 /// Most objectives of one problem.
 inline constexpr int kMaxObjectives = 16;
 
+/// Most bodies of one arm.
+inline constexpr int kMaxBodies = 128;
+/// Most pairs of a body and an obstacle that one problem sees.
+inline constexpr int kMaxObstacleRows = 64;
+inline constexpr int kUsualObstacleRows = 24;
+
 /// What the terms are computed with comes as `double` or as `Lanes`, see core/lanes.hpp.
 template <typename Scalar>
 using Vector3Of = Eigen::Matrix<Scalar, 3, 1>;

@@ -1,0 +1,33 @@
+#include "steadyhand/collision/obstacle.hpp"
+
+#include <fmt/format.h>
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kFarthest = 1e3;   // m
+constexpr double kFastest = 100.0;  // m/s
+
+bool is_rotation(const Matrix3& R) {
+  return (R * R.transpose()).isApprox(Matrix3::Identity(), 1e-6) && R.determinant() > 0.0;
+}
+
+}  // namespace
+
+Status check(const Obstacles& obstacles) {
+  if (obstacles.count < 0 || obstacles.count > Obstacles::kMost) {
+    return Error{fmt::format("{} obstacles; there may be at most {}", obstacles.count, Obstacles::kMost)};
+  }
+  for (int i = 0; i < obstacles.count; ++i) {
+    const Obstacle& obstacle = obstacles.list[i];
+    const auto refuse = [&](std::string_view reason) { return Error{fmt::format("obstacle {}: {}", i, reason)}; };
+    if (const Status s = check(obstacle.shape); !s) return refuse(s.error().message);
+    if (!(obstacle.at.p.norm() <= kFarthest)) return refuse(fmt::format("must be within {} m of the base", kFarthest));
+    if (!is_rotation(obstacle.at.R)) return refuse("must have a rotation matrix for its orientation");
+    if (!(obstacle.velocity.norm() <= kFastest)) return refuse(fmt::format("must not be faster than {} m/s", kFastest));
+  }
+  return Done{};
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <span>
+
+#include "steadyhand/collision/proximity.hpp"
+#include "steadyhand/core/time.hpp"
+
+namespace steadyhand {
+
+/// A solid that the arm must not touch. What is fixed to the base touches what it likes.
+struct Obstacle {
+  Shape shape;                         ///< of any kind, with the margin that is kept around it
+  Placed at;                           ///< in the base, at Obstacles::time
+  Vector3 velocity = Vector3::Zero();  ///< m/s, base frame; it does not turn
+  double margin = 0.0;                 ///< m, of the shape: the solid itself begins further in
+  std::bitset<kMaxBodies> ignores;     ///< bodies of the arm that may touch it, by index
+};
+
+/// Where it is after t (s).
+template <typename Scalar>
+PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
+  PlacedOf<Scalar> result;
+  for (int i = 0; i < 3; ++i) result.p[i] = obstacle.at.p[i] + obstacle.velocity[i] * t;
+  for (int i = 0; i < 9; ++i) result.R.data()[i] = obstacle.at.R.data()[i];
+  return result;
+}
+
+/// What stands in the arm's cell. Of a fixed size: it goes from thread to thread.
+struct Obstacles {
+  static constexpr int kMost = 64;
+
+  Time time{0};
+  int count = 0;
+  std::array<Obstacle, kMost> list;  ///< the first `count` of them
+
+  std::span<const Obstacle> all() const { return std::span(list).first(count); }
+};
+inline const Obstacles kNoObstacles;
+
+/// Why there are no such obstacles: count, sizes, numbers that are not finite, frames that are no rotations. Or Done.
+Status check(const Obstacles& obstacles);
+
+}  // namespace steadyhand
