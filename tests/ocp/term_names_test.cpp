@@ -26,6 +26,9 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"web/src/session.ts", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/scene/stage.ts", {"self_collision"}},
     {"web/protocol/schema.json", {"position", "velocity", "acceleration", "self_collision"}},
+    // the rows that the planner fills, keys of problems and their obstacles
+    {"src/steadyhand/plan/obstacle_rows.cpp", {"obstacles"}},
+    {"src/steadyhand/record/problem_json.cpp", {"obstacles", "velocity"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/python/stages.cpp", {"velocity"}},
     // members of a pose: Foxglove's, A-Frame's
@@ -94,7 +97,9 @@ bool is_own_file(const Mention& mention) {
 std::set<std::string> all_terms() {
   std::mt19937 random(1);
   const RobotModel model = random_arm(3, random);
-  const Ocp ocp(model, {});
+  OcpSettings settings;
+  settings.obstacle_rows = 1;
+  const Ocp ocp(model, settings);
   std::set<std::string> all;
   for (const auto& objective : ocp.objectives()) all.insert(objective->name());
   for (const auto& constraint : ocp.constraints()) all.insert(constraint->name());

@@ -27,6 +27,13 @@ struct Fixture {
     for (const auto& objective : ocp_.objectives()) {
       instance_.weights.push_back(JointVector::Zero(objective->weight_count(dof)));
     }
+    const Shape shapes[] = {Shape::sphere(0.2), Shape::capsule(0.3, 0.1), Shape::box({0.2, 0.3, 0.1}, 0.02),
+                            Shape::half_space()};
+    for (int i = 0; i < kRows; ++i) {
+      const int body = i == 0 ? -1 : static_cast<int>(random_() % model_.bodies.size());
+      const Placed at{3.0 * Vector3::Random(), Quaternion::UnitRandom().toRotationMatrix()};
+      instance_.near.push_back({body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}});
+    }
     evaluation_.set_instance(instance_);
   }
 
@@ -49,7 +56,8 @@ struct Fixture {
   }
 
   Node node() const {
-    return {evaluation_.arm(kNode), dq_, u_, instance_.reference.p[kNode - 1], instance_.reference.R[kNode - 1]};
+    return {evaluation_.arm(kNode), dq_, u_, instance_.reference.p[kNode - 1], instance_.reference.R[kNode - 1], time_,
+            instance_.near};
   }
 
   /// Gradient and Hessian of `value` (a function of nothing, at the node's point) against central differences.
@@ -88,16 +96,19 @@ struct Fixture {
   static OcpSettings two_intervals() {
     OcpSettings settings;
     settings.horizon = 2;
+    settings.obstacle_rows = kRows;
     return settings;
   }
 
   static constexpr int kNode = 1;  // states and intervals act here
+  static constexpr int kRows = 12;
   std::mt19937 random_;
   RobotModel model_;
   Ocp ocp_;
   OcpInstance instance_;
   Evaluation evaluation_;
   JointVector dq_, u_;
+  double time_ = kNode * ocp_.dt();
 };
 
 class EveryTerm : public testing::TestWithParam<int> {};  // of the arm's joints
@@ -172,7 +183,12 @@ TEST(Terms, DerivativesOfGapsBetweenBodiesOfAllShapes) {
   int rows = 0;
   for (const ConstraintRow row : f.evaluation_.rows(f.kNode)) {
     const Constraint& constraint = *f.ocp_.constraints()[row.constraint];
-    if (constraint.name() != "self_collision") continue;
+    if (constraint.name() == "obstacles") {
+      const int body = f.instance_.near[row.row].body;
+      if (body >= 0 && f.model_.bodies[body].shape.kind == ShapeKind::kCylinder) continue;
+    } else if (constraint.name() != "self_collision") {
+      continue;
+    }
     f.expect_derivatives([&] { return f.evaluation_.constraint(f.kNode, row); },
                          [&](NodeGradient& g) { f.evaluation_.add_constraint_gradient(f.kNode, row, 1.0, g); },
                          [&](NodeHessian& H) { f.evaluation_.add_constraint_hessian(f.kNode, row, 1.0, H); });
@@ -257,9 +273,9 @@ TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return std::make_shared<Upright>(); });
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return nullptr; });  // not for this robot
   const Ocp ocp(model, settings);
-  ASSERT_EQ(ocp.constraints().size(), 5u);
+  ASSERT_EQ(ocp.constraints().size(), 6u);
   const Evaluation evaluation(ocp);
-  EXPECT_EQ(evaluation.rows(1).back().constraint, 4);
+  EXPECT_EQ(evaluation.rows(1).back().constraint, 5);
   EXPECT_EQ(evaluation.bounds(evaluation.rows(1).back()).lower, 0.9);
 }
 

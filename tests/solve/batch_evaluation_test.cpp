@@ -137,7 +137,9 @@ TEST(Batches, TermsThatKnowSingleNodesWork) {
   arm.set_motion(dq, u);
   const Vector3Of<Lanes> p_ref(0.1, 0.2, 0.3);
   const Matrix3Of<Lanes> R_ref = Matrix3Of<Lanes>::Identity();
-  const NodeBatch nodes{{arm, dq, u, p_ref, R_ref}, scratch};
+  const Lanes time = 0.0;
+  const NearObstacles near;
+  const NodeBatch nodes{{arm, dq, u, p_ref, R_ref, time, near}, scratch};
   for (const auto& term : default_objectives()) {
     const Plain plain(*term);
     Objective::BatchWeight weight(term->weight_count(kDof));

@@ -37,9 +37,11 @@ class Limits final : public ConstraintFor<Limits> {
 
 }  // namespace
 
-std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& /*settings*/) {
+std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& settings) {
+  const JointVector margin =
+      settings.position_margin.size() > 0 ? settings.position_margin : JointVector(JointVector::Zero(model.dof()));
   return std::make_shared<Limits>(ConstraintInfo{"position_limits", "Joint limits", "rad"}, Limits::kPosition,
-                                  model.position_min, model.position_max);
+                                  model.position_min + margin, model.position_max - margin);
 }
 
 std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings) {

@@ -12,7 +12,10 @@ namespace steadyhand {
 std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_acceleration_limits(const RobotModel& model, const OcpSettings& settings);
-/// One row per pair of the model: ||c_i - c_j||^2 >= (r_i + r_j)^2, m^2.
+/// One row per pair of the model: gap >= 0, m.
 std::shared_ptr<const Constraint> make_self_collision(const RobotModel& model, const OcpSettings& settings);
+
+/// One row per NearObstacle of the instance: gap between body and obstacle >= 0, m. Null without such rows.
+std::shared_ptr<const Constraint> make_obstacles(const RobotModel& model, const OcpSettings& settings);
 
 }  // namespace steadyhand

@@ -15,6 +15,7 @@ Evaluation::Evaluation(const Ocp& ocp)
       dq_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
       rows_(ocp.horizon() + 1) {
   for (int k = 0; k <= ocp.horizon(); ++k) {
+    times_.push_back(k * ocp.dt());
     for (int c = 0; c < static_cast<int>(ocp.constraints().size()); ++c) {
       if (!ocp.acts(ocp.constraints()[c]->nodes(), k)) continue;
       for (int row = 0; row < ocp.constraints()[c]->rows(); ++row) rows_[k].push_back({c, row});
@@ -47,7 +48,8 @@ void Evaluation::set_trajectory(const Trajectory& trajectory) {
 
 Node Evaluation::node(int k) const {
   const int entry = std::max(k - 1, 0);  // node 0 has no reference, and no term of a state acts there
-  return {arms_[k], dq_[k], u_[k], instance_->reference.p[entry], instance_->reference.R[entry]};
+  return {arms_[k],  dq_[k],         u_[k], instance_->reference.p[entry], instance_->reference.R[entry],
+          times_[k], instance_->near};
 }
 
 double Evaluation::objective(int k) const {

@@ -58,6 +58,7 @@ class Evaluation {
   std::vector<Kinematics> arms_;
   std::vector<StateVector> x_;
   std::vector<JointVector> u_, dq_;
+  std::vector<double> times_;  ///< s, of the nodes
   std::vector<std::vector<ConstraintRow>> rows_;
 };
 

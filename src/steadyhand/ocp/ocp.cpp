@@ -17,7 +17,7 @@ Objectives default_objectives() {
 }
 
 std::vector<ConstraintMaker> default_constraints() {
-  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision};
+  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision, make_obstacles};
 }
 
 namespace {
@@ -43,6 +43,14 @@ Status Ocp::check(const OcpSettings& settings) {
   for (const auto& [key, scale] : {std::pair("velocity_scale", settings.velocity_scale),
                                    std::pair("acceleration_scale", settings.acceleration_scale)}) {
     if (!(scale > 0.0) || scale > 1.0) return Error{fmt::format("{} is {}; it must be above 0, to 1", key, scale)};
+  }
+  for (const double margin : settings.position_margin) {
+    if (!(margin >= 0.0) || !std::isfinite(margin)) {
+      return Error{fmt::format("position_margin has {}; its entries must be 0 or more", margin)};
+    }
+  }
+  if (settings.obstacle_rows < 0 || settings.obstacle_rows > kMaxObstacleRows) {
+    return Error{fmt::format("obstacle_rows is {}; it must be from 0 to {}", settings.obstacle_rows, kMaxObstacleRows)};
   }
   if (settings.objectives.size() > kMaxObjectives) {
     return Error{fmt::format("{} objectives; a problem has at most {}", settings.objectives.size(), kMaxObjectives)};
@@ -75,7 +83,12 @@ Status Ocp::check(const OcpSettings& settings) {
 }
 
 Ocp::Ocp(const RobotModel& model, const OcpSettings& settings)
-    : model_(&model), horizon_(settings.horizon), dt_(settings.dt), objectives_(settings.objectives) {
+    : model_(&model),
+      horizon_(settings.horizon),
+      dt_(settings.dt),
+      position_margin_(settings.position_margin),
+      obstacle_rows_(settings.obstacle_rows),
+      objectives_(settings.objectives) {
   for (const ConstraintMaker& make : settings.constraints) {
     if (auto constraint = make(model, settings)) constraints_.push_back(std::move(constraint));
   }
@@ -126,6 +139,19 @@ Status Ocp::check(const OcpInstance& instance) const {
   for (int k = 0; k < horizon_; ++k) {
     if (!instance.reference.p[k].allFinite() || !instance.reference.R[k].allFinite()) {
       return Error{fmt::format("the reference of node {} has a number that is not finite", k + 1)};
+    }
+  }
+  if (std::ssize(instance.near) != obstacle_rows_) {
+    return Error{fmt::format("{} pairs of body and obstacle for {} rows", instance.near.size(), obstacle_rows_)};
+  }
+  for (const NearObstacle& near : instance.near) {
+    if (near.body < -1 || near.body >= std::ssize(model_->bodies)) {
+      return Error{fmt::format("an obstacle is near body {}; the bodies are 0 to {}, and -1 is none", near.body,
+                               model_->bodies.size() - 1)};
+    }
+    const Obstacle& obstacle = near.obstacle;
+    if (near.body >= 0 && !(obstacle.at.p.allFinite() && obstacle.at.R.allFinite() && obstacle.velocity.allFinite())) {
+      return Error{"an obstacle has a number that is not finite"};
     }
   }
   if (instance.weights.size() != objectives_.size()) {

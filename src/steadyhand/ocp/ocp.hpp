@@ -23,6 +23,7 @@ struct OcpInstance {
   StateVector x0;                    ///< given state at k = 0
   Reference reference;               ///< for k = 1..N
   std::vector<JointVector> weights;  ///< by index of Ocp::objectives()
+  NearObstacles near;                ///< one for each row of the constraint of obstacles
 };
 
 /// The optimal control problem of docs/formulation.md as data: minimise dt * sum of objectives subject to the exact
@@ -39,6 +40,10 @@ class Ocp {
   int dof() const { return model_->dof(); }
   int horizon() const { return horizon_; }
   double dt() const { return dt_; }
+  /// rad (m), see OcpSettings; one for each joint, or none.
+  const JointVector& position_margin() const { return position_margin_; }
+  /// Length of OcpInstance::near.
+  int obstacle_rows() const { return obstacle_rows_; }
 
   const Objectives& objectives() const { return objectives_; }
   const std::vector<std::shared_ptr<const Constraint>>& constraints() const { return constraints_; }
@@ -58,6 +63,8 @@ class Ocp {
   const RobotModel* model_;
   int horizon_;
   double dt_;
+  JointVector position_margin_;
+  int obstacle_rows_;
   Objectives objectives_;
   std::vector<std::shared_ptr<const Constraint>> constraints_;
 };

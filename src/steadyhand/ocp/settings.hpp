@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "steadyhand/core/math.hpp"
+
 namespace steadyhand {
 
 class Constraint;
@@ -28,8 +30,13 @@ struct OcpSettings {
   double dt = 0.05;  ///< s
   /// By name of an objective; one number stands for all entries. An objective that is absent has weight 0.
   std::map<std::string, std::vector<double>> weights;
-  double velocity_scale = 1.0;                   ///< (0, 1], of the robot's velocity limits
-  double acceleration_scale = 1.0;               ///< (0, 1], of the robot's acceleration limits
+  double velocity_scale = 1.0;      ///< (0, 1], of the robot's velocity limits
+  double acceleration_scale = 1.0;  ///< (0, 1], of the robot's acceleration limits
+  /// rad (m), by which the joints stay inside their position limits at the nodes; empty: not at all.
+  JointVector position_margin;
+  /// Pairs of a body and an obstacle that one problem sees, the nearest ones; at most kMaxObstacleRows. 0: the problem
+  /// knows none. What the rows do not tell, the check of the plan does: kUsualObstacleRows are enough.
+  int obstacle_rows = 0;
   Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
   std::vector<ConstraintMaker> constraints = default_constraints();
 };

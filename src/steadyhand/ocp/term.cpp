@@ -31,7 +31,8 @@ void for_each_lane(const NodeBatch& nodes, const F& f) {
     const Matrix3 R_ref = lane_of(nodes.R_ref, lane);
     nodes.scratch.set_position(q);
     nodes.scratch.set_motion(dq, u);
-    f(Node{nodes.scratch, dq, u, p_ref, R_ref}, lane);
+    const double time = nodes.time[lane];
+    f(Node{nodes.scratch, dq, u, p_ref, R_ref, time, nodes.near}, lane);
   }
 }
 

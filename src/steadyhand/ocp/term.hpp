@@ -3,7 +3,9 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 
@@ -18,6 +20,14 @@ template <typename Scalar>
 using NodeHessianOf = MotionHessianOf<Scalar>;
 using NodeHessian = NodeHessianOf<double>;
 
+/// A body of the arm and an obstacle that it may come near; the time is that of the instance's node 0.
+struct NearObstacle {
+  int body = -1;  ///< of the model; -1: none, and the rest is not looked at
+  Obstacle obstacle;
+};
+/// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
+using NearObstacles = std::vector<NearObstacle>;
+
 /// What a term sees at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
 template <typename Scalar>
 struct NodeOf {
@@ -26,6 +36,8 @@ struct NodeOf {
   const JointVectorOf<Scalar>& u;
   const Vector3Of<Scalar>& p_ref;  ///< m, base frame
   const Matrix3Of<Scalar>& R_ref;  ///< tool to base
+  const Scalar& time;              ///< s, since node 0
+  const NearObstacles& near;       ///< of the instance
 };
 using Node = NodeOf<double>;
 

@@ -8,6 +8,10 @@ double gap(const Kinematics& arm, const BodyPair& pair) {
   return distance(model.bodies[first].shape, arm.body(first), model.bodies[second].shape, arm.body(second));
 }
 
+double gap(const Kinematics& arm, int body, const Shape& other, const Placed& there) {
+  return distance(other, there, arm.model().bodies[body].shape, arm.body(body));
+}
+
 NearestPair nearest_pair(const Kinematics& arm) {
   NearestPair nearest;
   for (const BodyPair& pair : arm.model().pairs) {

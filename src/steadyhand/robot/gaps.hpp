@@ -9,6 +9,9 @@ namespace steadyhand {
 /// Signed distance of a pair's surfaces, m; negative by the depth while they overlap. Call set_position before.
 double gap(const Kinematics& arm, const BodyPair& pair);
 
+/// The same of a body of the arm and something else, whose shape is where `there` says, in the base.
+double gap(const Kinematics& arm, int body, const Shape& other, const Placed& there);
+
 /// Two bodies of a pair, as indices into RobotModel::bodies, and their gap.
 struct NearestPair {
   int first = -1;                                        ///< -1: the model has no pairs

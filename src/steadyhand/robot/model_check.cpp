@@ -65,6 +65,10 @@ Status check_numbers(const RobotModel& model) {
 }
 
 Status check_bodies(const RobotModel& model) {
+  if (model.bodies.size() > kMaxBodies) {
+    return Error{
+        fmt::format("robot '{}': {} bodies; an arm has at most {}", model.name, model.bodies.size(), kMaxBodies)};
+  }
   for (const Body& body : model.bodies) {
     const std::string where = fmt::format("robot '{}': body '{}'", model.name, body.name);
     if (body.link < 0 || body.link > model.dof()) {

@@ -13,10 +13,12 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
                 Matrix3Of<Lanes>::Identity(),
                 0.0,
                 0.0,
+                0.0,
                 {}};
     for (int i = 0; i < kLanes; ++i) {
       const int column = b * kLanes + i, k = order_.node(column);
       const bool padding = column > order_.column(0);
+      batch.time.set(i, k * ocp.dt());
       batch.state.set(i, !padding && ocp.acts(Nodes::kStates, k));
       batch.interval.set(i, !padding && ocp.acts(Nodes::kIntervals, k));
     }
@@ -26,6 +28,7 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
     batches_.push_back(batch);
   }
   weighted_.reserve(ocp.objectives().size());
+  near_.resize(ocp.obstacle_rows());
 }
 
 void BatchEvaluation::set_instance(const OcpInstance& instance) {
@@ -43,6 +46,7 @@ void BatchEvaluation::set_instance(const OcpInstance& instance) {
       }
     }
   }
+  near_ = instance.near;
   const Reference& reference = instance.reference;
   for (int b = 0; b < batches(); ++b) {
     for (int i = 0; i < kLanes; ++i) {

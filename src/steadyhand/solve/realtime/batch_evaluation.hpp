@@ -55,13 +55,14 @@ class BatchEvaluation {
     JointVectorOf<Lanes> dq, u;
     Vector3Of<Lanes> p_ref;
     Matrix3Of<Lanes> R_ref;
+    Lanes time;                                   ///< s, of the nodes
     Lanes state, interval;                        ///< see acts()
     std::vector<Objective::BatchWeight> weights;  ///< dt * weight of each objective; 0 where it does not act
   };
 
   NodeBatch node(int b) const {
     const Batch& batch = batches_[b];
-    return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref}, scratch_};
+    return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref, batch.time, near_}, scratch_};
   }
   const Constraint& term(ConstraintRow row) const { return *ocp_.constraints()[row.constraint]; }
 
@@ -69,6 +70,7 @@ class BatchEvaluation {
   NodeOrder order_;
   std::vector<Batch> batches_;
   int state_batches_;
+  NearObstacles near_;         ///< of the instance
   std::vector<int> weighted_;  ///< objectives whose weight is not 0
   bool needs_motion_ = false, fresh_ = true;
   mutable Kinematics scratch_;

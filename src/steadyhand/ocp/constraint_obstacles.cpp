@@ -1,0 +1,77 @@
+#include <array>
+#include <limits>
+
+#include "steadyhand/ocp/constraints.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// Gaps between a body and an obstacle each, or what stands for them between round ones (ProximityOf::value). Which
+/// pairs, the instance says. An obstacle is where its velocity will have brought it at the node's time; the joints up
+/// to the body's link move the body.
+class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
+ public:
+  ObstacleClearance(const RobotModel& model, int rows)
+      : ConstraintFor({"obstacles", "Distance to obstacles", "m"}), model_(&model), rows_(rows) {}
+
+  Nodes nodes() const override { return Nodes::kStates; }
+  int rows() const override { return rows_; }
+  Bounds bounds(int /*row*/) const override { return {0.0, std::numeric_limits<double>::infinity()}; }
+  EntryRange support(int /*row*/, int dof) const override { return {0, dof}; }
+  double activation_margin(int /*row*/) const override { return kNear; }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int row) const {
+    const auto& [body, obstacle] = node.near[row];
+    if (body < 0) return S(kFar);
+    return proximity_value(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
+                           node.arm.body(body));
+  }
+
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
+    if (node.near[row].body < 0) return;
+    const ProximityOf<S> near = proximity_at(node, row);
+    const Vector3Of<S> slope = scale * near.gradient;
+    for (int m = 0; m < link(node, row); ++m) gradient[m] += slope.dot(node.arm.dpoint(m, near.point));
+  }
+
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
+    if (node.near[row].body < 0) return;
+    const ProximityOf<S> near = proximity_at(node, row);
+    const int joints = link(node, row);
+    std::array<MovedOf<S>, kMaxJoints> moved;
+    for (int m = 0; m < joints; ++m) moved[m] = {near, node.arm.axis(m), node.arm.dpoint(m, near.point)};
+    for (int m = 0; m < joints; ++m) {
+      for (int l = 0; l <= m; ++l) hessian(l, m) += scale * second_derivative(near, moved[l], moved[m]);
+    }
+  }
+
+ private:
+  static constexpr double kNear = 0.03;  // m, as for pairs of the arm's own bodies
+  static constexpr double kFar = 1.0;    // m, of a row that is not used
+
+  template <typename S>
+  int link(const NodeOf<S>& node, int row) const {
+    return model_->bodies[node.near[row].body].link;
+  }
+  template <typename S>
+  ProximityOf<S> proximity_at(const NodeOf<S>& node, int row) const {
+    const auto& [body, obstacle] = node.near[row];
+    return proximity(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
+                     node.arm.body(body));
+  }
+
+  const RobotModel* model_;
+  int rows_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Constraint> make_obstacles(const RobotModel& model, const OcpSettings& settings) {
+  if (settings.obstacle_rows == 0) return nullptr;
+  return std::make_shared<ObstacleClearance>(model, settings.obstacle_rows);
+}
+
+}  // namespace steadyhand
