@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/plan/obstacle_sweep.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -25,6 +27,27 @@ ActiveConstraint touching_pair(const Kinematics& arm) {
   return {};
 }
 
+/// A body and an obstacle that touch at a node.
+ActiveConstraint touching_obstacle(const Plan& plan, int nodes, const Obstacles& obstacles, Kinematics& arm) {
+  ActiveConstraint found;
+  if (obstacles.count == 0) return found;
+  ObstacleSweep sweep(arm.model(), obstacles, plan.start);
+  for (int k = 1; k <= nodes; ++k) {
+    arm.set_position(plan.x[k].head(arm.dof()));
+    sweep.pass(arm);
+  }
+  sweep.find(nodes * plan.dt, kGap, LinkLengths::Zero());
+  for (int k = 1; k <= nodes && found.kind == ConstraintKind::kNone; ++k) {
+    arm.set_position(plan.x[k].head(arm.dof()));
+    sweep.for_each_near([&](int body, int obstacle) {
+      if (gap(arm, body, sweep.shape(obstacle), sweep.placed(obstacle, k * plan.dt)) < kGap) {
+        found = {ConstraintKind::kObstacle, body, obstacle};
+      }
+    });
+  }
+  return found;
+}
+
 ActiveConstraint at_position_limit(const RobotModel& model, const JointVector& q) {
   for (int i = 0; i < q.size(); ++i) {
     if (q[i] < model.position_min[i] + kPosition || q[i] > model.position_max[i] - kPosition) {
@@ -37,7 +60,7 @@ ActiveConstraint at_position_limit(const RobotModel& model, const JointVector& q
 }  // namespace
 
 ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference& reference, const Reach& reach,
-                                   Kinematics& kinematics) {
+                                   Kinematics& kinematics, const Obstacles& obstacles) {
   const RobotModel& model = kinematics.model();
   const int n = model.dof(), last = std::min(nodes, plan.intervals);
   for (int k = 0; k < reference.nodes; ++k) {
@@ -54,7 +77,8 @@ ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference&
       acceleration = at_limit(ConstraintKind::kAcceleration, plan.u[k - 1], model.acceleration_max);
     }
   }
-  for (const ActiveConstraint& found : {pair, position, velocity}) {
+  for (const ActiveConstraint& found :
+       {pair, touching_obstacle(plan, last, obstacles, kinematics), position, velocity}) {
     if (found.kind != ConstraintKind::kNone) return found;
   }
   return acceleration;
@@ -74,6 +98,8 @@ std::string_view to_string(ConstraintKind kind) {
       return "self_collision";
     case ConstraintKind::kReach:
       return "reach";
+    case ConstraintKind::kObstacle:
+      return "obstacle";
   }
   return "unknown";
 }

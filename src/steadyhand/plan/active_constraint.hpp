@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/reach.hpp"
@@ -10,20 +11,28 @@
 namespace steadyhand {
 
 /// Which limit of the optimal control problem holds the arm back.
-enum class ConstraintKind : std::uint8_t { kNone, kPosition, kVelocity, kAcceleration, kSelfCollision, kReach };
+enum class ConstraintKind : std::uint8_t {
+  kNone,
+  kPosition,
+  kVelocity,
+  kAcceleration,
+  kSelfCollision,
+  kReach,
+  kObstacle
+};
 /// As recordings and the protocol call it, e.g. "self_collision".
 std::string_view to_string(ConstraintKind kind);
 
 /// The constraint, and whose it is.
 struct ActiveConstraint {
   ConstraintKind kind = ConstraintKind::kNone;  ///< which limit
-  int first = -1;                               ///< joint, or first body of the pair
-  int second = -1;                              ///< second body of the pair
+  int first = -1;                               ///< joint, or (first) body
+  int second = -1;                              ///< second body of the pair, or index of the obstacle
 };
 
 /// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, in the order reach (the
-/// reference was clipped to it), self-collision, position, velocity, acceleration limit. Allocates nothing.
+/// reference was clipped to it), self-collision, obstacle, position, velocity, acceleration limit. Allocates nothing.
 ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference& reference, const Reach& reach,
-                                   Kinematics& kinematics);
+                                   Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);
 
 }  // namespace steadyhand

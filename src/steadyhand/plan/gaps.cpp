@@ -2,13 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace steadyhand {
 
-namespace {
-
-/// No point of a body of link j is ever further than this from the origin of joint i < j, m.
 LinkPairs levers(const RobotModel& model) {
   const int n = model.dof();
   LinkPairs result = LinkPairs::Zero();
@@ -28,18 +24,24 @@ LinkPairs levers(const RobotModel& model) {
   return result;
 }
 
+namespace {
+
+/// m, of what is not there.
+constexpr double kFar = 1e6;
+
 /// Least sum of the radii of two bodies of two links: by so much their cores are further apart than their surfaces.
 LinkPairs least_radii(const RobotModel& model) {
-  LinkPairs least = LinkPairs::Constant(std::numeric_limits<double>::infinity());
+  LinkPairs least = LinkPairs::Constant(kFar);
+  const auto include = [&](int row, int link, double radii) { least(row, link) = std::min(least(row, link), radii); };
   for (const auto& [i, j] : model.pairs) {
     const Body &first = model.bodies[i], &second = model.bodies[j];
-    double& here = least(first.link, second.link);
-    here = std::min(here, first.shape.radius + second.shape.radius);
+    include(first.link, second.link, first.shape.radius + second.shape.radius);
   }
+  for (const Body& body : model.bodies) include(kObstacleRow, body.link, body.shape.radius);
   return least;
 }
 
-/// What points of link j do at most, as seen from link i.
+/// What points of link j do at most, as seen from link i or from an obstacle.
 struct Motion {
   LinkPairs speed = LinkPairs::Zero();         ///< m/s
   LinkPairs acceleration = LinkPairs::Zero();  ///< m/s^2
@@ -48,7 +50,8 @@ struct Motion {
 /// While the joints are no faster than `speed`. As seen from link i the velocity of a point of link j is the sum over
 /// joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k and l
 /// of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
-Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration) {
+Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration,
+               double obstacle_speed) {
   const int n = static_cast<int>(speed.size());
   Motion most;
   for (int j = 1; j <= n; ++j) {
@@ -61,6 +64,8 @@ Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVec
       }
     }
   }
+  most.speed.row(kObstacleRow) = most.speed.row(0) + obstacle_speed;
+  most.acceleration.row(kObstacleRow) = most.acceleration.row(0);
   return most;
 }
 
@@ -79,9 +84,10 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
 
 }  // namespace
 
-LinkPairs gaps(const Kinematics& kinematics) {
+LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t) {
   const RobotModel& model = kinematics.model();
-  LinkPairs smallest = LinkPairs::Constant(std::numeric_limits<double>::infinity());
+  LinkPairs smallest = LinkPairs::Constant(kFar);
+  if (obstacles.count() > 0) smallest.row(kObstacleRow) = obstacle_gaps(obstacles, kinematics, t).min(kFar).transpose();
   for (const BodyPair& pair : model.pairs) {
     double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
     least = std::min(least, gap(kinematics, pair));
@@ -89,25 +95,36 @@ LinkPairs gaps(const Kinematics& kinematics) {
   return smallest;
 }
 
-GapsBetween::GapsBetween(Kinematics& kinematics, double smallest)
-    : kinematics_(kinematics),
-      levers_(levers(kinematics.model())),
-      radii_(least_radii(kinematics.model())),
-      smallest_(smallest) {}
+PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest) {
+  const auto below = (gaps < smallest).eval();
+  if (!below.any()) return PlanFault::kNone;
+  return below.row(kObstacleRow).any() ? PlanFault::kObstacle : PlanFault::kSelfCollision;
+}
 
-bool GapsBetween::stay(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings) {
+GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,
+                         const LinkPairs& smallest)
+    : kinematics_(kinematics),
+      obstacles_(obstacles),
+      levers_(levers),
+      smallest_(smallest),
+      radii_(least_radii(kinematics.model())) {}
+
+PlanFault GapsBetween::look(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings) {
   const double h = last.t - first.t, s = 0.5 * h;
   const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
-  const Motion most = fastest(levers_, speed, acceleration.cwiseAbs());
-  const auto below = (0.5 * (first.gaps + last.gaps - h * most.speed) < smallest_).eval();
-  if (!below.any()) return true;
-  if (!(below && least_between(first.gaps, last.gaps, radii_, most, h) < smallest_).any()) return true;
-  if (halvings == 0) return false;
+  const Motion most = fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest());
+  LinkPairs least = 0.5 * (first.gaps + last.gaps - h * most.speed);
+  if (contact(least, smallest_) == PlanFault::kNone) return PlanFault::kNone;
+  least = least.max(least_between(first.gaps, last.gaps, radii_, most, h));
+  const PlanFault untold = contact(least, smallest_);
+  if (untold == PlanFault::kNone || halvings == 0) return untold;
   Moment middle{first.t + s, first.q + s * first.dq + (0.5 * s * s) * acceleration, first.dq + s * acceleration, {}};
   kinematics_.set_position(middle.q);
-  middle.gaps = gaps(kinematics_);
-  return middle.gaps.minCoeff() >= smallest_ && stay(first, middle, acceleration, halvings - 1) &&
-         stay(middle, last, acceleration, halvings - 1);
+  middle.gaps = gaps(kinematics_, obstacles_, middle.t);
+  PlanFault fault = contact(middle.gaps, smallest_);
+  if (fault == PlanFault::kNone) fault = look(first, middle, acceleration, halvings - 1);
+  if (fault == PlanFault::kNone) fault = look(middle, last, acceleration, halvings - 1);
+  return fault;
 }
 
 }  // namespace steadyhand

@@ -2,40 +2,52 @@
 
 #include <Eigen/Core>
 
+#include "steadyhand/plan/obstacle_sweep.hpp"
+#include "steadyhand/plan/plan_check.hpp"
 #include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
 
-/// A value for each two links, the nearer to the base first.
-using LinkPairs = Eigen::Array<double, kMaxJoints + 1, kMaxJoints + 1>;
+/// A value for each two links, the nearer to the base first; the last row is for the obstacles and a link.
+using LinkPairs = Eigen::Array<double, kMaxJoints + 2, kMaxJoints + 1>;
+inline constexpr int kObstacleRow = kMaxJoints + 1;  ///< of LinkPairs
 
-/// Smallest gap between the bodies of two links, m; infinity without pairs. Call set_position before.
-LinkPairs gaps(const Kinematics& kinematics);
+/// Smallest gap between the bodies of two links, or obstacles and a link, m; 1e6 where there are none. Call
+/// set_position before.
+/// @param t s, since the sweep's motion began
+LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t);
+
+/// No point of a link is ever further than this from the origin of a joint before it, m (joint, link).
+LinkPairs levers(const RobotModel& model);
 
 /// The arm at one time of an interval with constant acceleration.
 struct Moment {
-  double t;        ///< s since the interval's beginning
+  double t;        ///< s since the plan's beginning
   JointVector q;   ///< rad (m)
   JointVector dq;  ///< rad/s (m/s)
   LinkPairs gaps;  ///< m
 };
+
+/// kSelfCollision or kObstacle where a gap is below `smallest`, else kNone.
+PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest);
 
 /// Whether gaps stay above `smallest` (m) between two moments at which they do: docs/formulation.md, "Between nodes".
 /// Where what the speeds allow is too much to tell, the span is halved, up to 7 times, from 25 ms to 0.2 ms; what
 /// cannot be told then does not stay.
 class GapsBetween {
  public:
-  /// @param smallest m
-  GapsBetween(Kinematics& kinematics, double smallest);
+  /// @param smallest m; all references must outlive it
+  GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,
+              const LinkPairs& smallest);
 
   /// @param acceleration of the joints from `first` to `last`, rad/s^2 (m/s^2)
-  bool stay(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings = 7);
+  PlanFault look(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings = 7);
 
  private:
   Kinematics& kinematics_;
-  LinkPairs levers_;  ///< m
-  LinkPairs radii_;   ///< m, least sum of the radii of two bodies
-  double smallest_;
+  const ObstacleSweep& obstacles_;
+  const LinkPairs &levers_, &smallest_;
+  LinkPairs radii_;  ///< m, least sum of the radii of two bodies
 };
 
 }  // namespace steadyhand

@@ -25,6 +25,8 @@ std::string_view to_string(PlanFault fault) {
       return "beyond an acceleration limit";
     case PlanFault::kSelfCollision:
       return "in self-collision";
+    case PlanFault::kObstacle:
+      return "in contact with an obstacle";
     case PlanFault::kToolSpeed:
       return "beyond the tool's speed limit";
     case PlanFault::kElbowSpeed:
@@ -62,10 +64,29 @@ double tool_speed(const Kinematics& kinematics, const JointVector& dq) {
   return speed.norm();
 }
 
+/// Leaves what the plan may come near. No point strays further from where it is at a node than half of its way to the
+/// next one.
+void find_near(const Plan& plan, const LinkPairs& levers, Kinematics& arm, ObstacleSweep& sweep) {
+  const int n = arm.dof();
+  LinkLengths stray = LinkLengths::Zero();
+  for (int k = 0; k <= plan.intervals; ++k) {
+    arm.set_position(plan.x[k].head(n));
+    sweep.pass(arm);
+    if (k == plan.intervals) break;
+    const JointVector speed = plan.x[k].tail(n).cwiseAbs().cwiseMax(plan.x[k + 1].tail(n).cwiseAbs());
+    for (int j = 1; j <= n; ++j) {
+      double way = 0.0;
+      for (int i = 0; i < j; ++i) way += plan.dt * levers(i, j) * speed[i];
+      stray[j] = std::max(stray[j], 0.5 * way);
+    }
+  }
+  sweep.find(plan.intervals * plan.dt, 0.0, stray);
+}
+
 }  // namespace
 
 PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
-                     Kinematics& kinematics) {
+                     Kinematics& kinematics, const Obstacles& obstacles) {
   const RobotModel& model = kinematics.model();
   const int n = model.dof();
   const double dt = plan.dt, tolerance = settings.tolerance;
@@ -84,18 +105,21 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   const JointVector q0 = plan.x[0].head(n), fastest = model.velocity_max.cwiseMax(plan.x[0].tail(n).cwiseAbs());
   const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
   const JointVector dq0 = plan.x[0].tail(n);
+  const LinkPairs reach = levers(model);
+  ObstacleSweep sweep(model, obstacles, plan.start);
+  if (obstacles.count > 0) find_near(plan, reach, kinematics, sweep);
   kinematics.set_position(q0);
-  Moment node{0.0, q0, dq0, gaps(kinematics)};
-  const double depth = std::max(tolerance, tolerance - node.gaps.minCoeff());
+  Moment node{0.0, q0, dq0, gaps(kinematics, sweep, 0.0)};
+  const LinkPairs smallest = -(tolerance - node.gaps).max(tolerance);
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
   const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, dq0));
   const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, q0, dq0));
-  const double smallest_between = -std::max(settings.overlap_between_nodes, depth);
-  GapsBetween gaps_between(kinematics, smallest_between);
-  const auto fault_at = [&](Moment& moment, double smallest) {
+  const LinkPairs smallest_between = smallest.min(-settings.overlap_between_nodes);
+  GapsBetween gaps_between(kinematics, sweep, reach, smallest_between);
+  const auto fault_at = [&](Moment& moment, const LinkPairs& least) {
     kinematics.set_position(moment.q);
-    moment.gaps = gaps(kinematics);
-    if (moment.gaps.minCoeff() < smallest) return PlanFault::kSelfCollision;
+    moment.gaps = gaps(kinematics, sweep, moment.t);
+    if (const PlanFault fault = contact(moment.gaps, least); fault != PlanFault::kNone) return fault;
     if (tool_speed(kinematics, moment.dq) > tool_most) return PlanFault::kToolSpeed;
     if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
     return PlanFault::kNone;
@@ -116,16 +140,15 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
       }
     }
     const double half = 0.5 * dt;
-    Moment middle{half, node.q + half * node.dq + (0.5 * half * half) * plan.u[k], node.dq + half * plan.u[k], {}};
-    Moment next{dt, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
+    Moment middle{
+        node.t + half, node.q + half * node.dq + (0.5 * half * half) * plan.u[k], node.dq + half * plan.u[k], {}};
+    Moment next{(k + 1) * dt, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
     PlanFault fault = fault_at(middle, smallest_between);
-    if (fault == PlanFault::kNone) fault = fault_at(next, -depth);
+    if (fault == PlanFault::kNone) fault = fault_at(next, smallest);
+    if (fault == PlanFault::kNone) fault = gaps_between.look(node, middle, plan.u[k]);
+    if (fault == PlanFault::kNone) fault = gaps_between.look(middle, next, plan.u[k]);
     if (fault != PlanFault::kNone) return fault;
-    if (!gaps_between.stay(node, middle, plan.u[k]) || !gaps_between.stay(middle, next, plan.u[k])) {
-      return PlanFault::kSelfCollision;
-    }
     node = next;
-    node.t = 0.0;
   }
   return PlanFault::kNone;
 }

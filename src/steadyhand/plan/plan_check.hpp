@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 
@@ -28,6 +29,7 @@ enum class PlanFault {
   kVelocity,       ///< limit of a joint
   kAcceleration,   ///< limit of a joint
   kSelfCollision,  ///< a pair of bodies overlaps
+  kObstacle,       ///< a body overlaps an obstacle
   kToolSpeed,      ///< PlanCheckSettings::tool_speed_max
   kElbowSpeed      ///< PlanCheckSettings::elbow_speed_max
 };
@@ -35,11 +37,11 @@ enum class PlanFault {
 std::string_view to_string(PlanFault fault);
 
 /// The last thing before a plan may be followed: finite numbers, states that obey the double integrator, position,
-/// velocity and acceleration limits of the model at every command, sphere distances at all times (gaps.hpp), and rest
-/// at the end. A plan that begins beyond one of these may lead back, or rest there, and no further beyond. Allocates
-/// nothing.
+/// velocity and acceleration limits of the model at every command, distances of bodies to each other and to obstacles
+/// at all times (gaps.hpp), and rest at the end. A plan that begins beyond one of these may lead back, or rest there,
+/// and no further beyond. Allocates nothing.
 /// @param before state at plan.start of what is being followed: the plan must continue it
 PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
-                     Kinematics& kinematics);
+                     Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);
 
 }  // namespace steadyhand

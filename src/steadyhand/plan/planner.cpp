@@ -66,9 +66,20 @@ Status check_rows(const Constraint& constraint, int dof) {
   return Done{};
 }
 
+/// rad (m): with constant acceleration between them a joint goes no further than this beyond the further of two nodes.
+JointVector margin_between_nodes(const RobotModel& model, const OcpSettings& ocp) {
+  constexpr double kMost = 0.1;  // share of the range
+  const JointVector bulge = ocp.acceleration_scale * ocp.dt * ocp.dt / 8.0 * model.acceleration_max;
+  return bulge.cwiseMin(kMost * (model.position_max - model.position_min));
+}
+
 /// The problem, of which every part may be the caller's own.
 Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
   if (Status s = Ocp::check(settings); !s) return s.error();
+  if (const auto size = settings.position_margin.size(); size != 0 && size != model.dof()) {
+    return Error{fmt::format("position_margin has {} entries; it must have one for each of {} joints, or none", size,
+                             model.dof())};
+  }
   try {
     Ocp ocp(model, settings);
     for (const auto& constraint : ocp.constraints())
@@ -82,15 +93,19 @@ Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
 }  // namespace
 
 Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings)
-    : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_) {
+    : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_), obstacle_rows_(ocp_) {
   solution_.prepare(ocp_);
+  instance_.near.resize(ocp_.obstacle_rows());
 }
 
 Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings) {
   if (Status s = check(model); !s) return s.error();
   if (Status s = check_settings(settings); !s) return s.error();
-  Result<Ocp> problem = make_ocp(model, ocp);
+  OcpSettings problem_settings = ocp;
+  if (ocp.position_margin.size() == 0) problem_settings.position_margin = margin_between_nodes(model, ocp);
+  if (settings.obstacles.count > 0 && ocp.obstacle_rows == 0) problem_settings.obstacle_rows = kUsualObstacleRows;
+  Result<Ocp> problem = make_ocp(model, problem_settings);
   if (!problem) return problem.error();
   std::unique_ptr<Planner> planner(new Planner(model, *std::move(problem), settings));
   auto solver = make_solver(settings.solver, planner->ocp_, settings.tolerance);
@@ -99,6 +114,7 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
   auto weights = planner->ocp_.weights(ocp.weights);
   if (!weights) return weights.error();
   planner->set_weights(*weights);
+  if (Status s = planner->set_obstacles(settings.obstacles); !s) return s.error();
   planner->reset(model.home, Time(0));
   return planner;
 }
@@ -108,12 +124,22 @@ void Planner::reset(const JointVector& q, Time now) {
   warm_start_.reset(now);
 }
 
+Status Planner::set_obstacles(const Obstacles& obstacles) {
+  if (Status s = check(obstacles); !s) return s.error();
+  if (obstacles.count > 0 && ocp_.obstacle_rows() == 0) {
+    return Error{fmt::format("{} obstacles for a problem whose obstacle_rows is 0", obstacles.count)};
+  }
+  settings_.obstacles = obstacles;
+  return Done{};
+}
+
 const Plan& Planner::update(const Reference& reference) {
   const JointCommand now = sample(plan_, reference.start);
   instance_.x0.resize(2 * ocp_.dof());
   instance_.x0 << now.q, now.dq;
   instance_.reference = reference;
   warm_start_.shift(instance_.x0, reference.start);
+  obstacle_rows_.choose(settings_.obstacles, reference.start, kinematics_, warm_start_, instance_);
   try {
     solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
   } catch (...) {  // a third party's: it has failed, and the arm goes on along what was checked
@@ -128,7 +154,7 @@ const Plan& Planner::update(const Reference& reference) {
   if (solution_.status == SolveStatus::kSolved || improved) {
     for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
       make_plan(reference, intervals);
-      fault_ = check_plan(candidate_, instance_.x0, settings_.check, kinematics_);
+      fault_ = check_plan(candidate_, instance_.x0, settings_.check, kinematics_, settings_.obstacles);
     }
   }
   if (fault_ == PlanFault::kNone) {

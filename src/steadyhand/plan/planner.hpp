@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "steadyhand/plan/obstacle_rows.hpp"
 #include "steadyhand/plan/plan_check.hpp"
 #include "steadyhand/plan/warm_start.hpp"
 #include "steadyhand/solve/solver.hpp"
@@ -16,6 +17,8 @@ struct PlannerSettings {
   double tolerance = 1e-6;              ///< of the KKT conditions, above 0, to 0.1
   SolveBudget budget;                   ///< iterations and time for each solve
   PlanCheckSettings check;              ///< before a plan is given out
+  /// What plans keep clear of at first. A problem that knows none gets kUsualObstacleRows for them.
+  Obstacles obstacles;
 };
 
 /// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
@@ -37,6 +40,10 @@ class Planner {
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
   /// Weights for the next plans, in the order of ocp().objectives().
   void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
+
+  /// What the next plans keep clear of. Fails, and changes nothing, on obstacles that cannot be, and on any where the
+  /// problem has no rows for them (OcpSettings::obstacle_rows).
+  Status set_obstacles(const Obstacles& obstacles);
 
   /// us for the next solves; 0: as long as they take
   void set_time_budget(double us) { settings_.budget.time_us = us; }
@@ -63,6 +70,7 @@ class Planner {
   Kinematics kinematics_;
   OcpInstance instance_;
   WarmStart warm_start_;  ///< from what plan_ was made of
+  ObstacleRows obstacle_rows_;
   Solution solution_;
   Plan plan_, candidate_;
   PlanFault fault_ = PlanFault::kNone;

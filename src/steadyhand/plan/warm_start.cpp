@@ -71,4 +71,15 @@ void WarmStart::shift_multipliers(double intervals) {
   }
 }
 
+void WarmStart::forget(int constraint, int row) {
+  for (int k = 0; k <= ocp_.horizon(); ++k) {
+    if (!ocp_.acts(ocp_.constraints()[constraint]->nodes(), k)) continue;
+    std::size_t begin = 0;
+    for (int c = 0; c < constraint; ++c) {
+      if (ocp_.acts(ocp_.constraints()[c]->nodes(), k)) begin += ocp_.constraints()[c]->rows();
+    }
+    multipliers_[k][begin + row] = 0.0;
+  }
+}
+
 }  // namespace steadyhand

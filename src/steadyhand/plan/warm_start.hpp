@@ -19,6 +19,9 @@ class WarmStart {
   /// is taken for its first node.
   void shift(const StateVector& x0, Time start);
 
+  /// The row stands for something else now: what shift() made of its multipliers is void.
+  void forget(int constraint, int row);
+
   /// As shift() left it.
   const Trajectory& guess() const { return guess_; }
   /// Null until something was kept.

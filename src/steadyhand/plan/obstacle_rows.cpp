@@ -1,0 +1,75 @@
+#include "steadyhand/plan/obstacle_rows.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "steadyhand/robot/gaps.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kNear = 0.1;  // m; within a solve a plan goes further from its guess only where it is not yet near one
+
+}  // namespace
+
+ObstacleRows::ObstacleRows(const Ocp& ocp) : ocp_(ocp), constraint_(0), by_row_(ocp.obstacle_rows(), {-1, -1, 0.0}) {
+  while (constraint_ < std::ssize(ocp.constraints()) && ocp.constraints()[constraint_]->name() != "obstacles") {
+    ++constraint_;
+  }
+  if (!by_row_.empty()) pairs_.reserve(ocp.model().bodies.size() * Obstacles::kMost);
+}
+
+void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch) {
+  pairs_.clear();
+  sweep.for_each_near(
+      [&](int body, int obstacle) { pairs_.push_back({body, obstacle, std::numeric_limits<double>::infinity()}); });
+  for (int k = 1; k <= ocp_.horizon(); ++k) {
+    scratch.set_position(guess.x[k].head(ocp_.dof()));
+    for (Pair& pair : pairs_) {
+      const Placed there = sweep.placed(pair.obstacle, k * ocp_.dt());
+      pair.gap = std::min(pair.gap, gap(scratch, pair.body, sweep.shape(pair.obstacle), there));
+    }
+  }
+  std::erase_if(pairs_, [](const Pair& pair) { return !(pair.gap < kNear); });
+  std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) { return a.gap < b.gap; });
+  pairs_.erase(pairs_.begin() + std::min(pairs_.size(), by_row_.size()), pairs_.end());
+}
+
+void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& scratch, WarmStart& warm_start,
+                          OcpInstance& instance) {
+  if (by_row_.empty()) return;
+  if (obstacles.count == 0 && used_ == 0) return;
+  ObstacleSweep sweep(ocp_.model(), obstacles, start);
+  const Trajectory& guess = warm_start.guess();
+  for (const StateVector& x : guess.x) {
+    scratch.set_position(x.head(ocp_.dof()));
+    sweep.pass(scratch);
+  }
+  sweep.find(ocp_.horizon() * ocp_.dt(), kNear, LinkLengths::Zero().eval());
+  find_pairs(sweep, guess, scratch);
+
+  const auto same = [](const Pair& a, const Pair& b) { return a.body == b.body && a.obstacle == b.obstacle; };
+  for (Pair& old : by_row_) {  // those that stay keep their rows
+    const auto found = std::find_if(pairs_.begin(), pairs_.end(), [&](const Pair& pair) { return same(pair, old); });
+    if (found == pairs_.end()) {
+      old.body = -1;
+    } else {
+      found->body = -1;
+    }
+  }
+  auto row = by_row_.begin();
+  for (const Pair& pair : pairs_) {
+    if (pair.body < 0) continue;
+    while (row->body >= 0) ++row;  // there are no more pairs than rows
+    *row = pair;
+    warm_start.forget(constraint_, static_cast<int>(row - by_row_.begin()));
+  }
+  used_ = pairs_.size();
+  for (std::size_t i = 0; i < by_row_.size(); ++i) {
+    instance.near[i].body = by_row_[i].body;
+    if (by_row_[i].body >= 0) instance.near[i].obstacle = sweep.at_start(by_row_[i].obstacle);
+  }
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "steadyhand/plan/obstacle_sweep.hpp"
+#include "steadyhand/plan/warm_start.hpp"
+
+namespace steadyhand {
+
+/// Which pairs of a body and an obstacle the next problem sees, and in which row: those that come nearest on the guess.
+/// A pair that stays near keeps its row, so that the row's multipliers go on. Memory is taken by the constructor.
+class ObstacleRows {
+ public:
+  /// The Ocp must outlive it.
+  explicit ObstacleRows(const Ocp& ocp);
+
+  /// Fills instance.near, and forgets the multipliers of rows that stand for another pair now.
+  /// @param start time of the instance's node 0
+  void choose(const Obstacles& obstacles, Time start, Kinematics& scratch, WarmStart& warm_start,
+              OcpInstance& instance);
+
+ private:
+  /// A pair that may come near.
+  struct Pair {
+    int body, obstacle;
+    double gap;  ///< m, the smallest on the guess
+  };
+  void find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch);
+
+  const Ocp& ocp_;
+  int constraint_;            ///< index of theirs in Ocp::constraints(), where there are rows
+  std::vector<Pair> pairs_;   ///< nearest first
+  std::vector<Pair> by_row_;  ///< whose row it is; body -1: nobody's
+  std::size_t used_ = 0;      ///< rows that are somebody's
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,74 @@
+#include "steadyhand/plan/obstacle_sweep.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "steadyhand/robot/gaps.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+/// Half of the size of the box around a shape, m.
+Vector3 half_size(const Shape& shape, const Placed& at) {
+  Vector3 half = Vector3::Constant(shape.radius);
+  for (int i = 0; i < 3; ++i) {
+    if (shape.core[i] > 0.0) half += shape.core[i] * at.R.col(i).cwiseAbs();  // only then is the column known
+  }
+  return half;
+}
+
+}  // namespace
+
+ObstacleSweep::ObstacleSweep(const RobotModel& model, const Obstacles& obstacles, Time start)
+    : model_(&model), obstacles_(&obstacles), since_(to_seconds(start - obstacles.time)) {
+  for (const Obstacle& obstacle : obstacles.all()) fastest_ = std::max(fastest_, obstacle.velocity.norm());
+}
+
+void ObstacleSweep::pass(const Kinematics& arm) {
+  for (std::size_t i = 0; i < model_->bodies.size(); ++i) {
+    const Vector3 half = half_size(model_->bodies[i].shape, arm.body(i));
+    ways_[i].extend(Box(arm.body(i).p - half, arm.body(i).p + half));
+  }
+}
+
+bool ObstacleSweep::may_meet(const Box& body, const Obstacle& obstacle, double duration, double margin) const {
+  const Vector3 from = obstacle.at.p + since_ * obstacle.velocity, to = from + duration * obstacle.velocity;
+  if (obstacle.shape.kind == ShapeKind::kHalfSpace) {
+    const Vector3 up = obstacle.at.R.col(2);
+    const double height = std::max(up.dot(from), up.dot(to));
+    return up.dot(body.center()) - 0.5 * up.cwiseAbs().dot(body.sizes()) < height + obstacle.shape.radius + margin;
+  }
+  const Vector3 half = half_size(obstacle.shape, obstacle.at) + Vector3::Constant(margin);
+  return body.intersects(Box(from.cwiseMin(to) - half, from.cwiseMax(to) + half));
+}
+
+void ObstacleSweep::find(double duration, double margin, const LinkLengths& stray) {
+  for (std::size_t i = 0; i < model_->bodies.size(); ++i) {
+    near_[i] = 0;
+    const int link = model_->bodies[i].link;
+    if (link == 0) continue;  // the arm cannot help that something comes near its base
+    for (int o = 0; o < obstacles_->count; ++o) {
+      const Obstacle& obstacle = obstacles_->list[o];
+      if (obstacle.ignores[i] || !may_meet(ways_[i], obstacle, duration, margin + stray[link])) continue;
+      near_[i] |= std::uint64_t{1} << o;
+    }
+  }
+}
+
+Obstacle ObstacleSweep::at_start(int obstacle) const {
+  Obstacle result = obstacles_->list[obstacle];
+  result.at.p += since_ * result.velocity;
+  return result;
+}
+
+LinkLengths obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t) {
+  LinkLengths smallest = LinkLengths::Constant(std::numeric_limits<double>::infinity());
+  sweep.for_each_near([&](int body, int obstacle) {
+    double& least = smallest[arm.model().bodies[body].link];
+    least = std::min(least, gap(arm, body, sweep.shape(obstacle), sweep.placed(obstacle, t)));
+  });
+  return smallest;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "steadyhand/collision/obstacle.hpp"
+#include "steadyhand/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+/// A length for each link.
+using LinkLengths = Eigen::Array<double, kMaxJoints + 1, 1>;
+
+/// Which bodies of the arm may come near which obstacles on a motion, told by boxes around the way of each whose edges
+/// are along the base's axes. What they leave out is not near; what they leave in may be. Allocates nothing.
+class ObstacleSweep {
+ public:
+  /// @param start time of the motion's beginning; the obstacles must outlive it
+  ObstacleSweep(const RobotModel& model, const Obstacles& obstacles, Time start);
+
+  /// The arm passes here. Call set_position before.
+  void pass(const Kinematics& arm);
+  /// Leaves each pair whose boxes are nearer than `margin` (m) in a motion of `duration` (s), on which no point of a
+  /// link is ever further than `stray` (m) from where it passed.
+  void find(double duration, double margin, const LinkLengths& stray);
+
+  int count() const { return obstacles_->count; }  ///< of obstacles
+  double fastest() const { return fastest_; }      ///< m/s, of the obstacles
+  /// With its margin.
+  const Shape& shape(int obstacle) const { return obstacles_->list[obstacle].shape; }
+  /// Where it is in the base, t (s) after the motion's beginning.
+  Placed placed(int obstacle, double t) const { return placed_after(obstacles_->list[obstacle], since_ + t); }
+  /// As it is at the motion's beginning.
+  Obstacle at_start(int obstacle) const;
+
+  /// Calls f(body, obstacle) with each pair that find() left.
+  template <typename F>
+  void for_each_near(const F& f) const {
+    for (std::size_t body = 0; body < model_->bodies.size(); ++body) {
+      for (std::uint64_t left = near_[body]; left != 0; left &= left - 1) {
+        f(static_cast<int>(body), std::countr_zero(left));
+      }
+    }
+  }
+
+ private:
+  using Box = Eigen::AlignedBox3d;
+  bool may_meet(const Box& body, const Obstacle& obstacle, double duration, double margin) const;
+
+  const RobotModel* model_;
+  const Obstacles* obstacles_;
+  double fastest_ = 0.0;
+  double since_;  ///< s, from the obstacles' time to the motion's beginning
+  std::array<Box, kMaxBodies> ways_;
+  std::array<std::uint64_t, kMaxBodies> near_{};  ///< bit o of a body: obstacle o
+  static_assert(Obstacles::kMost <= 64);
+};
+
+/// Smallest gap of each link to what find() left of the obstacles, t (s) after the motion's beginning, m; infinity
+/// where there is none. Call set_position before.
+LinkLengths obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t);
+
+}  // namespace steadyhand

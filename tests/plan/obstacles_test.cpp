@@ -1,0 +1,280 @@
+#include <gtest/gtest.h>
+
+#include "plan/loop.hpp"
+#include "steadyhand/plan/gaps.hpp"
+#include "steadyhand/track/sample.hpp"
+#include "steadyhand/track/tracker.hpp"
+
+namespace steadyhand {
+namespace {
+
+Obstacle obstacle(const Shape& shape, const Vector3& p, const Vector3& velocity = Vector3::Zero()) {
+  return {shape, {p, Matrix3::Identity()}, velocity, 0.0, {}};
+}
+
+Obstacles cell(std::initializer_list<Obstacle> list) {
+  Obstacles result;
+  for (const Obstacle& each : list) result.list[result.count++] = each;
+  return result;
+}
+
+/// m, of the bodies that joints move, without any short cut.
+double smallest_gap(const Kinematics& arm, const Obstacles& obstacles, Time now) {
+  double least = 1e9;
+  for (std::size_t i = 0; i < arm.model().bodies.size(); ++i) {
+    if (arm.model().bodies[i].link == 0) continue;
+    for (const Obstacle& each : obstacles.all()) {
+      const Placed there = placed_after(each, to_seconds(now - obstacles.time));
+      least = std::min(least, distance(arm.model().bodies[i].shape, arm.body(i), each.shape, there));
+    }
+  }
+  return least;
+}
+
+struct Swing {
+  int plans = 0, solved = 0, near = 0;
+  double least = 1e9;  ///< m
+};
+
+/// Four seconds of the loop's swings among obstacles, at 20 plans a second.
+/// @param known to the planner
+Swing swing(Loop& loop, const Obstacles& obstacles, const Obstacles& known) {
+  Swing result;
+  loop.planner->reset(loop.model.home, Time(0));
+  EXPECT_TRUE(loop.planner->set_obstacles(known));
+  Tracker tracker(loop.model.home);
+  for (int i = 0; i < 2000; ++i) {
+    const Time now(std::chrono::milliseconds(2 * i));
+    if (i % 25 == 0) {
+      tracker.follow(loop.planner->update(loop.reference(now)));
+      result.solved += loop.planner->plan().origin == PlanOrigin::kSolved;
+      ++result.plans;
+    }
+    loop.arm.set_position(tracker.update(now).q);
+    const double gap = smallest_gap(loop.arm, obstacles, now);
+    result.least = std::min(result.least, gap);
+    result.near += gap < 0.005;
+  }
+  return result;
+}
+
+/// Where the swinging tool would go, each kind of obstacle stands in the way.
+TEST(Obstacles, AreNotTouched) {
+  int near = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    Loop loop(seed, 1.5, kUsualObstacleRows);
+    if (seed % 2) {
+      vary_bodies(loop.model, loop.random);
+      loop.arm = Kinematics(loop.model);
+      loop.planner = std::move(*Planner::make(loop.model, loop.settings, {}));
+    }
+    loop.arm.set_position(loop.model.home + loop.direction);  // the swing's end
+    const Vector3 there = loop.arm.p();
+    const Shape shapes[] = {Shape::sphere(0.1), Shape::capsule(0.2, 0.05), Shape::box({0.1, 0.2, 0.02}),
+                            Shape::cylinder(0.1, 0.1), Shape::half_space()};
+    const Shape& shape = shapes[seed % std::size(shapes)];
+    Obstacles obstacles = cell({obstacle(shape, there)});
+    loop.arm.set_position(loop.model.home);
+    if (shape.kind == ShapeKind::kHalfSpace) {  // a floor just below the arm
+      obstacles.list[0].at.p.z() += smallest_gap(loop.arm, obstacles, Time(0)) - 0.02;
+    }
+    if (smallest_gap(loop.arm, obstacles, Time(0)) < 0.0) continue;
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << to_string(shape.kind));
+    const Swing result = swing(loop, obstacles, obstacles);
+    EXPECT_GE(result.least, -2e-3);
+    EXPECT_GE(result.solved, result.plans * 8 / 10);
+    near += result.near > 50;
+  }
+  EXPECT_GT(near, 4);
+}
+
+/// The arm gives way to what flies past, as the problem knows where it will be.
+TEST(Obstacles, GivesWayToWhatMoves) {
+  int gave_way = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Loop loop(seed, 0.2, kUsualObstacleRows);
+    loop.arm.set_position(loop.model.home);
+    const Vector3 aside = loop.arm.p() + Vector3(0.0, 0.0, 0.08);
+    const Vector3 velocity(0.3, 0.0, 0.0);
+    Obstacles obstacles = cell({obstacle(Shape::sphere(0.05), aside - 1.5 * velocity, velocity)});
+    obstacles.time = from_seconds(0.5);
+    if (smallest_gap(loop.arm, obstacles, Time(0)) < 0.01) continue;
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const Swing blind = swing(loop, obstacles, kNoObstacles), result = swing(loop, obstacles, obstacles);
+    EXPECT_GE(result.least, -2e-3);
+    gave_way += blind.least < -0.01 && result.solved == result.plans;
+  }
+  EXPECT_GT(gave_way, 2);
+}
+
+/// Plans to rest past obstacles of all kinds that move, as large as looks at the nodes and half-way just allow.
+TEST(Obstacles, AreLookedForAtAllTimes) {
+  Loop loop(10);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  int near = 0, passed_by_points = 0, refused = 0, free = 0;
+  for (int trial = 0; trial < 60000; ++trial) {
+    Plan plan;  // to rest in six intervals of 50 ms
+    stand(random_joints(6, 2.0, random), from_seconds(3.0), plan);
+    plan.intervals = 6;
+    plan.x[0].tail(6) = random_joints(6, 3.0, random);
+    for (int k = 0; k < 6; ++k) {
+      plan.u[k] = -plan.x[0].tail(6) / (6.0 * plan.dt);
+      plan.x[k + 1].resize(12);
+      plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+          plan.x[k].tail(6) + plan.dt * plan.u[k];
+    }
+    RobotModel bare = loop.model;
+    bare.pairs.clear();
+    bare.bodies = {bare.bodies[2 + random() % (bare.bodies.size() - 2)]};
+    Kinematics arm(bare);
+    const Shape shapes[] = {Shape::sphere(0.02), Shape::capsule(0.1, 0.02), Shape::box({0.05, 0.1, 0.02}, 0.01)};
+    Obstacles obstacles = cell({obstacle(shapes[trial % std::size(shapes)], vector(), 2.0 * vector())});
+    obstacles.time = from_seconds(2.5);
+    obstacles.list[0].at.R = Eigen::AngleAxisd(M_PI * unit(random), vector().normalized()).toRotationMatrix();
+    const auto apart = [&](double t) {
+      const Time now = plan.start + from_seconds(t);
+      arm.set_position(sample(plan, now).q);
+      return smallest_gap(arm, obstacles, now);
+    };
+    double at_points = 1e9, at_all_times = 1e9;
+    for (int i = 0; i <= 2 * plan.intervals; ++i) at_points = std::min(at_points, apart(0.5 * i * plan.dt));
+    if (at_points > 0.2 || at_points < 0.001) continue;
+    for (int i = 0; i <= 64 * plan.intervals; ++i) at_all_times = std::min(at_all_times, apart(i * plan.dt / 64.0));
+    if (at_all_times < 0.001) continue;
+    ++near;
+    const Shape thin = obstacles.list[0].shape;
+    const auto fault_with_gap = [&](double left, double distance) {
+      PlanCheckSettings settings;
+      settings.overlap_between_nodes = 0.0;
+      obstacles.list[0].shape = thin.inflated(distance - left);
+      return check_plan(plan, plan.x[0], settings, arm, obstacles);
+    };
+    passed_by_points += at_points - at_all_times > 5e-5;
+    refused += at_points - at_all_times > 5e-5 && fault_with_gap(0.0, at_points) == PlanFault::kObstacle;
+    free += fault_with_gap(1e-4, at_all_times) == PlanFault::kNone;
+  }
+  EXPECT_GT(passed_by_points, 200);
+  EXPECT_EQ(refused, passed_by_points);
+  EXPECT_EQ(free, near);
+}
+
+/// What covers the arm where it stands may be left, and entered no further.
+TEST(Obstacles, APlanMayLeadOutOfOne) {
+  Loop loop(3);
+  Plan rest;
+  stand(loop.model.home, Time(0), rest);
+  loop.arm.set_position(loop.model.home);
+  const Vector3 center = loop.arm.body(loop.model.bodies.size() - 1).p;
+  const Obstacles around = cell({obstacle(Shape::sphere(0.02), center)});
+  EXPECT_EQ(check_plan(rest, rest.x[0], {}, loop.arm, around), PlanFault::kNone);
+  const Obstacles coming = cell({obstacle(Shape::sphere(0.02), center, {0.0, 0.0, 0.01})});
+  rest.intervals = 1;
+  rest.x[1] = rest.x[0];
+  rest.u[0] = JointVector::Zero(6);
+  EXPECT_EQ(check_plan(rest, rest.x[0], {}, loop.arm, coming), PlanFault::kNone) << "it goes";
+  const Obstacles deeper = cell({obstacle(Shape::sphere(0.02), center + Vector3(0.0, 0.0, 0.05), {0.0, 0.0, -0.1})});
+  EXPECT_EQ(check_plan(rest, rest.x[0], {}, loop.arm, deeper), PlanFault::kObstacle);
+}
+
+/// What the boxes leave out is not near.
+TEST(Obstacles, NothingNearIsLeftOut) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  int near = 0, left = 0, all = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    RobotModel model = random_arm(6, random);
+    vary_bodies(model, random);
+    Kinematics arm(model);
+    Obstacles obstacles;
+    const Shape shapes[] = {Shape::sphere(0.1), Shape::capsule(0.2, 0.05), Shape::box({0.1, 0.2, 0.02}, 0.01),
+                            Shape::cylinder(0.1, 0.1), Shape::half_space()};
+    obstacles.count = static_cast<int>(random() % (Obstacles::kMost + 1));
+    for (int i = 0; i < obstacles.count; ++i) {
+      obstacles.list[i] = obstacle(shapes[random() % std::size(shapes)], vector(), 0.5 * vector());
+      obstacles.list[i].at.R = Eigen::AngleAxisd(M_PI * unit(random), vector().normalized()).toRotationMatrix();
+      if (obstacles.list[i].shape.kind == ShapeKind::kHalfSpace) obstacles.list[i].at.p *= 2.0;
+    }
+    ObstacleSweep sweep(model, obstacles, from_seconds(0.3));
+    std::vector<JointVector> way;
+    for (int k = 0; k < 3; ++k) way.push_back(random_joints(6, 3.0, random));
+    for (const JointVector& q : way) arm.set_position(q), sweep.pass(arm);
+    sweep.find(1.0, 0.05, LinkLengths::Zero());
+    std::vector<std::vector<char>> kept(model.bodies.size(), std::vector<char>(obstacles.count, 0));
+    sweep.for_each_near([&](int body, int o) { kept[body][o] = 1; });
+    for (int k = 0; k < 3; ++k) {
+      arm.set_position(way[k]);
+      for (std::size_t body = 2; body < model.bodies.size(); ++body) {
+        for (int o = 0; o < obstacles.count; ++o) {
+          const double far = gap(arm, static_cast<int>(body), sweep.shape(o), sweep.placed(o, 0.5 * k));
+          near += far < 0.05;
+          left += kept[body][o];
+          ++all;
+          EXPECT_TRUE(kept[body][o] || far >= 0.05) << body << ' ' << o << ' ' << far;
+        }
+      }
+    }
+  }
+  EXPECT_GT(near, 1000);
+  EXPECT_LT(left, all / 2);
+}
+
+TEST(Obstacles, ThoseThatCannotBeAreRefused) {
+  Loop loop(3, 1.5, kUsualObstacleRows);
+  const auto refused = [&](const Obstacle& bad, const std::string& reason) {
+    const Status status = loop.planner->set_obstacles(cell({obstacle(Shape::sphere(0.1), {1, 1, 1}), bad}));
+    ASSERT_FALSE(status) << reason;
+    EXPECT_NE(status.error().message.find(reason), std::string::npos) << status.error().message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refused(obstacle(Shape::sphere(0.0), {1, 1, 1}), "obstacle 1: ");
+  refused(obstacle(Shape::sphere(nan), {1, 1, 1}), "obstacle 1: ");
+  refused(obstacle(Shape::sphere(0.1), {1, nan, 1}), "obstacle 1: must be within 1000 m");
+  refused(obstacle(Shape::sphere(0.1), {1, 1e9, 1}), "obstacle 1: must be within 1000 m");
+  refused(obstacle(Shape::sphere(0.1), {1, 1, 1}, {0, 0, nan}), "obstacle 1: must not be faster");
+  Obstacle turned = obstacle(Shape::box({0.1, 0.1, 0.1}), {1, 1, 1});
+  turned.at.R *= 1.1;
+  refused(turned, "rotation");
+  turned.at.R.setConstant(nan);
+  refused(turned, "rotation");
+  turned.at.R = -Matrix3::Identity();
+  refused(turned, "rotation");
+  Obstacles many;
+  many.count = Obstacles::kMost + 1;
+  EXPECT_FALSE(loop.planner->set_obstacles(many));
+  many.count = -1;
+  EXPECT_FALSE(loop.planner->set_obstacles(many));
+  Loop without(3);
+  const Status status = without.planner->set_obstacles(cell({obstacle(Shape::sphere(0.1), {1, 1, 1})}));
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().message, "1 obstacles for a problem whose obstacle_rows is 0");
+}
+
+/// A pair that stays near keeps its row, and with it the row's multipliers.
+TEST(Obstacles, PairsKeepTheirRows) {
+  Loop loop(7, 1.5, kUsualObstacleRows);
+  loop.arm.set_position(loop.model.home);
+  ASSERT_TRUE(
+      loop.planner->set_obstacles(cell({obstacle(Shape::sphere(0.1), loop.arm.p() + Vector3(0.15, 0.0, 0.0)),
+                                        obstacle(Shape::sphere(0.1), loop.arm.p() - Vector3(0.0, 0.25, 0.0))})));
+  std::vector<std::pair<int, double>> before(kUsualObstacleRows, {-1, 0.0});
+  int kept = 0, moved = 0;
+  for (int i = 0; i < 100; ++i) {
+    (void)loop.planner->update(loop.reference(from_seconds(0.05 * i)));
+    std::vector<std::pair<int, double>> now;
+    for (const NearObstacle& near : loop.planner->instance().near) now.push_back({near.body, near.obstacle.at.p.x()});
+    for (std::size_t row = 0; row < now.size(); ++row) {
+      if (now[row].first < 0) continue;
+      kept += before[row] == now[row];
+      for (std::size_t other = 0; other < now.size(); ++other) moved += other != row && before[other] == now[row];
+    }
+    before = now;
+  }
+  EXPECT_GT(kept, 100);
+  EXPECT_EQ(moved, 0);
+}
+
+}  // namespace
+}  // namespace steadyhand
