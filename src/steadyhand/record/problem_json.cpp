@@ -3,143 +3,114 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <set>
+
+#include "steadyhand/record/json_reader.hpp"
+#include "steadyhand/record/shape_json.hpp"
 
 namespace steadyhand {
 namespace {
 
-using OrderedJson = nlohmann::ordered_json;
-
-/// Carries the first thing that is wrong out of the nested readers; does not leave this file.
-struct Wrong {
-  std::string message;
-};
-
-[[noreturn]] void fail(const std::string& key, const std::string& what) { throw Wrong{key + ": " + what}; }
-
-const OrderedJson& member(const OrderedJson& object, const std::string& key, const std::string& name) {
-  const auto found = object.find(name);
-  if (found == object.end()) fail(key + "." + name, "is missing");
-  return *found;
-}
-
-double number(const OrderedJson& json, const std::string& key) {
-  if (!json.is_number()) fail(key, fmt::format("is {}; it must be a number", json.dump()));
-  const double value = json.get<double>();
-  if (!std::isfinite(value)) fail(key, "is not finite");
-  return value;
-}
-
-double positive(const OrderedJson& json, const std::string& key) {
-  const double value = number(json, key);
-  if (value <= 0.0) fail(key, fmt::format("is {}; it must be positive", value));
-  return value;
-}
-
-/// @param size of the array, or -1 for any
-const OrderedJson& array(const OrderedJson& json, const std::string& key, std::ptrdiff_t size) {
-  if (!json.is_array()) fail(key, "must be an array");
-  if (size >= 0 && std::ssize(json) != size)
-    fail(key, fmt::format("has {} entries; it must have {}", json.size(), size));
-  return json;
-}
-
-template <typename Vector>
-Vector vector(const OrderedJson& json, const std::string& key, std::ptrdiff_t size) {
-  array(json, key, size);
-  Vector result(json.size());
-  for (std::size_t i = 0; i < json.size(); ++i) result[i] = number(json[i], fmt::format("{}[{}]", key, i));
+Trajectory trajectory(const OrderedJson& json, const std::string& key, int horizon, std::ptrdiff_t states) {
+  Trajectory result;
+  const OrderedJson &x = json::array(json::member(json, key, "x"), key + ".x", horizon + 1),
+                    &u = json::array(json::member(json, key, "u"), key + ".u", horizon);
+  for (int k = 0; k <= horizon; ++k)
+    result.x.push_back(json::vector<StateVector>(x[k], fmt::format("{}.x[{}]", key, k), states));
+  for (int k = 0; k < horizon; ++k)
+    result.u.push_back(json::vector<JointVector>(u[k], fmt::format("{}.u[{}]", key, k), states / 2));
   return result;
 }
 
-Matrix3 rotation_matrix(const OrderedJson& json, const std::string& key) {
-  Matrix3 R;
-  array(json, key, 3);
-  for (int row = 0; row < 3; ++row) R.row(row) = vector<Eigen::VectorXd>(json[row], fmt::format("{}[{}]", key, row), 3);
-  if ((R * R.transpose() - Matrix3::Identity()).norm() > 1e-6 || R.determinant() < 0.0) {
-    fail(key, "is no rotation matrix: its rows must be orthonormal, its determinant 1");
+NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
+  json::array(json, key, -1);
+  if (json.size() > kMaxObstacleRows)
+    json::fail(key, fmt::format("has {} entries; it may have {} at most", json.size(), kMaxObstacleRows));
+  NearObstacles result;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const std::string entry = fmt::format("{}[{}]", key, i);
+    if (!json[i].is_object()) json::fail(entry, "must be an object");
+    const OrderedJson& body = json::member(json[i], entry, "body");
+    if (!body.is_number_integer() || body < 0 || body >= kMaxBodies)
+      json::fail(entry + ".body", fmt::format("is {}; it must be the index of a body", body.dump()));
+    Obstacle obstacle;
+    const Eigen::Isometry3d origin = read_shape_json(json[i], entry, obstacle.shape);
+    obstacle.at = {origin.translation(), origin.linear()};
+    if (json[i].contains("velocity"))
+      obstacle.velocity = json::vector<Eigen::VectorXd>(json[i]["velocity"], entry + ".velocity", 3);
+    result.push_back({body.get<int>(), obstacle});
   }
-  return R;
-}
-
-Trajectory trajectory(const OrderedJson& json, const std::string& key, int horizon, std::ptrdiff_t states) {
-  Trajectory result;
-  const OrderedJson &x = array(member(json, key, "x"), key + ".x", horizon + 1),
-                    &u = array(member(json, key, "u"), key + ".u", horizon);
-  for (int k = 0; k <= horizon; ++k)
-    result.x.push_back(vector<StateVector>(x[k], fmt::format("{}.x[{}]", key, k), states));
-  for (int k = 0; k < horizon; ++k)
-    result.u.push_back(vector<JointVector>(u[k], fmt::format("{}.u[{}]", key, k), states / 2));
   return result;
 }
 
 ProblemRecord problem(const OrderedJson& json, const std::string& key) {
-  if (!json.is_object()) fail(key, "must be an object");
-  static const std::set<std::string> known{"robot",   "dt",        "horizon", "x0",
-                                           "weights", "reference", "guess",   "tolerance"};
+  if (!json.is_object()) json::fail(key, "must be an object");
+  static const std::set<std::string> known{"robot",     "dt",        "horizon", "x0",        "weights",
+                                           "reference", "obstacles", "guess",   "tolerance", "position_margin"};
   for (const auto& [name, value] : json.items()) {
     if (!known.contains(name)) {
-      fail(key + "." + name, "is unknown; the keys are robot, dt, horizon, x0, weights, reference, guess, tolerance");
+      json::fail(
+          key + "." + name,
+          "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, guess, "
+          "tolerance");
     }
   }
   ProblemRecord result;
-  const OrderedJson& robot = member(json, key, "robot");
-  if (!robot.is_string()) fail(key + ".robot", "must be a string");
+  const OrderedJson& robot = json::member(json, key, "robot");
+  if (!robot.is_string()) json::fail(key + ".robot", "must be a string");
   result.robot = robot.get<std::string>();
-  result.dt = positive(member(json, key, "dt"), key + ".dt");
-  const OrderedJson& horizon = member(json, key, "horizon");
+  result.dt = json::positive(json::member(json, key, "dt"), key + ".dt");
+  const OrderedJson& horizon = json::member(json, key, "horizon");
   if (!horizon.is_number_integer() || horizon < 1 || horizon > kMaxHorizon) {
-    fail(key + ".horizon", fmt::format("is {}; it must be a whole number from 1 to {}", horizon.dump(), kMaxHorizon));
+    json::fail(key + ".horizon",
+               fmt::format("is {}; it must be a whole number from 1 to {}", horizon.dump(), kMaxHorizon));
   }
   result.horizon = horizon.get<int>();
 
-  const OrderedJson& x0 = array(member(json, key, "x0"), key + ".x0", -1);
+  const OrderedJson& x0 = json::array(json::member(json, key, "x0"), key + ".x0", -1);
   if (x0.empty() || x0.size() % 2 != 0 || x0.size() > 2 * kMaxJoints) {
-    fail(key + ".x0",
-         fmt::format("has {} entries; it must have 2n for n joints, n from 1 to {}", x0.size(), kMaxJoints));
+    json::fail(key + ".x0",
+               fmt::format("has {} entries; it must have 2n for n joints, n from 1 to {}", x0.size(), kMaxJoints));
   }
-  result.x0 = vector<StateVector>(x0, key + ".x0", -1);
+  result.x0 = json::vector<StateVector>(x0, key + ".x0", -1);
 
-  const OrderedJson& weights = member(json, key, "weights");
-  if (!weights.is_object()) fail(key + ".weights", "must be an object");
+  const OrderedJson& weights = json::member(json, key, "weights");
+  if (!weights.is_object()) json::fail(key + ".weights", "must be an object");
   for (const auto& [name, value] : weights.items()) {
     const std::string weight_key = key + ".weights." + name;
-    result.weights[name] = value.is_array() ? vector<std::vector<double>>(value, weight_key, -1)
-                                            : std::vector<double>{number(value, weight_key)};
+    result.weights[name] = value.is_array() ? json::vector<std::vector<double>>(value, weight_key, -1)
+                                            : std::vector<double>{json::number(value, weight_key)};
   }
 
-  const OrderedJson& reference = array(member(json, key, "reference"), key + ".reference", result.horizon);
+  const OrderedJson& reference = json::array(json::member(json, key, "reference"), key + ".reference", result.horizon);
   result.reference.nodes = result.horizon;
   result.reference.dt = result.dt;
   for (int k = 0; k < result.horizon; ++k) {
     const std::string node_key = fmt::format("{}.reference[{}]", key, k);
-    if (!reference[k].is_object()) fail(node_key, "must be an object");
-    result.reference.p[k] = vector<Eigen::VectorXd>(member(reference[k], node_key, "p"), node_key + ".p", 3);
-    result.reference.R[k] = rotation_matrix(member(reference[k], node_key, "R"), node_key + ".R");
+    if (!reference[k].is_object()) json::fail(node_key, "must be an object");
+    result.reference.p[k] =
+        json::vector<Eigen::VectorXd>(json::member(reference[k], node_key, "p"), node_key + ".p", 3);
+    result.reference.R[k] = json::rotation_matrix(json::member(reference[k], node_key, "R"), node_key + ".R");
   }
+  if (json.contains("position_margin")) {
+    result.position_margin =
+        json::vector<JointVector>(json["position_margin"], key + ".position_margin", x0.size() / 2);
+  }
+  if (json.contains("obstacles")) result.near = obstacles(json["obstacles"], key + ".obstacles");
   if (json.contains("guess") && !json["guess"].is_null()) {
-    if (!json["guess"].is_object()) fail(key + ".guess", "must be an object");
+    if (!json["guess"].is_object()) json::fail(key + ".guess", "must be an object");
     result.guess = trajectory(json["guess"], key + ".guess", result.horizon, result.x0.size());
   }
-  if (json.contains("tolerance")) result.tolerance = positive(json["tolerance"], key + ".tolerance");
-  return result;
-}
-
-template <typename Vector>
-OrderedJson to_array(const Vector& vector) {
-  OrderedJson result = OrderedJson::array();
-  for (const double value : vector) result.push_back(value);
+  if (json.contains("tolerance")) result.tolerance = json::positive(json["tolerance"], key + ".tolerance");
   return result;
 }
 
 template <typename Vectors>
 OrderedJson to_arrays(const Vectors& vectors) {
   OrderedJson result = OrderedJson::array();
-  for (const auto& vector : vectors) result.push_back(to_array(vector));
+  for (const auto& vector : vectors) result.push_back(numbers_json(vector));
   return result;
 }
 
@@ -147,13 +118,22 @@ OrderedJson to_json(const ProblemRecord& problem) {
   OrderedJson reference = OrderedJson::array();
   for (int k = 0; k < problem.horizon; ++k) {
     OrderedJson rows = OrderedJson::array();
-    for (int row = 0; row < 3; ++row) rows.push_back(to_array(Vector3(problem.reference.R[k].row(row))));
-    reference.push_back({{"p", to_array(problem.reference.p[k])}, {"R", rows}});
+    for (int row = 0; row < 3; ++row) rows.push_back(numbers_json(Vector3(problem.reference.R[k].row(row))));
+    reference.push_back({{"p", numbers_json(problem.reference.p[k])}, {"R", rows}});
   }
   OrderedJson json{{"robot", problem.robot},           {"dt", problem.dt},
-                   {"horizon", problem.horizon},       {"x0", to_array(problem.x0)},
+                   {"horizon", problem.horizon},       {"x0", numbers_json(problem.x0)},
                    {"weights", OrderedJson::object()}, {"reference", reference},
                    {"tolerance", problem.tolerance}};
+  if (problem.position_margin.size() > 0) json["position_margin"] = numbers_json(problem.position_margin);
+  for (const NearObstacle& near : problem.near) {
+    const Obstacle& obstacle = near.obstacle;
+    OrderedJson entry{{"body", near.body}};
+    entry.update(shape_json(
+        obstacle.shape, Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R))));
+    entry["velocity"] = numbers_json(obstacle.velocity);
+    json["obstacles"].push_back(std::move(entry));
+  }
   for (const auto& [name, values] : problem.weights) {
     json["weights"][name] = values.size() == 1 ? OrderedJson(values[0]) : OrderedJson(values);
   }
@@ -183,7 +163,7 @@ Result<ProblemFile> parse_problems(std::string_view text, const std::string& nam
         result.problems.push_back(problem(json[i], fmt::format("problem[{}]", i)));
     }
     return result;
-  } catch (const Wrong& wrong) {
+  } catch (const json::Wrong& wrong) {
     return Error{where + wrong.message};
   } catch (const OrderedJson::exception& error) {
     return Error{where + "is no JSON: " + error.what()};
@@ -200,6 +180,9 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
     record.weights[ocp.objectives()[i]->name()] = {instance.weights[i].begin(), instance.weights[i].end()};
   }
   record.reference = instance.reference;
+  record.position_margin = ocp.position_margin();
+  std::copy_if(instance.near.begin(), instance.near.end(), std::back_inserter(record.near),
+               [](const NearObstacle& near) { return near.body >= 0; });
   record.guess = guess;
   record.tolerance = tolerance;
   return record;

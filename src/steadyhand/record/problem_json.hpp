@@ -21,6 +21,8 @@ struct ProblemRecord {
   StateVector x0;
   std::map<std::string, std::vector<double>> weights;  ///< by objective name
   Reference reference;
+  JointVector position_margin;  ///< rad (m), as OcpSettings has it
+  NearObstacles near;           ///< those that a row is for
   std::optional<Trajectory> guess;
   double tolerance = 1e-6;
 };

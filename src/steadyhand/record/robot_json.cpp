@@ -1,38 +1,16 @@
 #include "steadyhand/record/robot_json.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+
+#include "steadyhand/record/shape_json.hpp"
 
 namespace steadyhand {
 
 namespace {
 
-using OrderedJson = nlohmann::ordered_json;  // keys in the order of docs/formulation.md
-
-template <typename Vector>
-OrderedJson list(const Vector& vector) {
-  OrderedJson values = OrderedJson::array();
-  for (const double value : vector) values.push_back(value);
-  return values;
-}
-
-OrderedJson rows(const Eigen::Isometry3d& T) {
-  OrderedJson result = OrderedJson::array();
-  for (int row = 0; row < 4; ++row) result.push_back(list(Eigen::Vector4d(T.matrix().row(row))));
-  return result;
-}
-
 OrderedJson describe(const Body& body) {
-  const Shape& shape = body.shape;
-  OrderedJson json = {
-      {"name", body.name}, {"link", body.link}, {"shape", to_string(shape.kind)}, {"origin", rows(body.origin)}};
-  if (shape.kind == ShapeKind::kBox) {
-    json["size"] = list(Vector3(2.0 * shape.core + Vector3::Constant(2.0 * shape.radius)));
-    json["rounding"] = shape.radius;
-    return json;
-  }
-  if (shape.kind != ShapeKind::kSphere) json["length"] = 2.0 * shape.core.z();
-  json["radius"] = shape.kind == ShapeKind::kCylinder ? shape.core.x() : shape.radius;
+  OrderedJson json = {{"name", body.name}, {"link", body.link}};
+  json.update(shape_json(body.shape, body.origin));
   return json;
 }
 
@@ -43,8 +21,8 @@ OrderedJson describe(const RobotModel& model) {
   for (const Joint& joint : model.joints) {
     joints.push_back({{"name", joint.name},
                       {"type", joint.type == JointType::kRevolute ? "revolute" : "prismatic"},
-                      {"origin", rows(joint.origin)},
-                      {"axis", list(joint.axis)}});
+                      {"origin", rows_json(joint.origin)},
+                      {"axis", numbers_json(joint.axis)}});
   }
   OrderedJson bodies = OrderedJson::array(), spheres = OrderedJson::array();
   const auto is_sphere = [](const Body& body) { return body.shape.kind == ShapeKind::kSphere; };
@@ -54,19 +32,19 @@ OrderedJson describe(const RobotModel& model) {
     if (!all_spheres) continue;
     spheres.push_back({{"name", body.name},
                        {"link", body.link},
-                       {"center", list(body.origin.translation())},
+                       {"center", numbers_json(body.origin.translation())},
                        {"radius", body.shape.radius}});
   }
   OrderedJson pairs = OrderedJson::array();
   for (const BodyPair& pair : model.pairs) pairs.push_back(OrderedJson::array({pair.first, pair.second}));
   return {{"name", model.name},
           {"joints", joints},
-          {"tool", {{"name", model.tool.name}, {"origin", rows(model.tool.origin)}}},
-          {"home", list(model.home)},
-          {"position_min", list(model.position_min)},
-          {"position_max", list(model.position_max)},
-          {"velocity_max", list(model.velocity_max)},
-          {"acceleration_max", list(model.acceleration_max)},
+          {"tool", {{"name", model.tool.name}, {"origin", rows_json(model.tool.origin)}}},
+          {"home", numbers_json(model.home)},
+          {"position_min", numbers_json(model.position_min)},
+          {"position_max", numbers_json(model.position_max)},
+          {"velocity_max", numbers_json(model.velocity_max)},
+          {"acceleration_max", numbers_json(model.acceleration_max)},
           {"spheres", spheres},
           {"bodies", bodies},
           {"pairs", pairs}};

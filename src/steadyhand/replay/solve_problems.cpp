@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "steadyhand/config/robot_file.hpp"
@@ -29,11 +30,16 @@ Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std
     prepared.model = *std::move(model);
     prepared.robot = problem.robot;
   }
-  if (!prepared.ocp || prepared.ocp->horizon() != problem.horizon || prepared.ocp->dt() != problem.dt ||
+  int rows = static_cast<int>(problem.near.size());
+  if (rows > 0) rows = std::max(rows, kUsualObstacleRows);
+  if (!prepared.ocp || prepared.ocp->horizon() != problem.horizon || prepared.ocp->obstacle_rows() != rows ||
+      prepared.ocp->position_margin() != problem.position_margin || prepared.ocp->dt() != problem.dt ||
       prepared.tolerance != problem.tolerance) {
     OcpSettings settings;
     settings.horizon = problem.horizon;
     settings.dt = problem.dt;
+    settings.obstacle_rows = rows;
+    settings.position_margin = problem.position_margin;
     if (Status s = Ocp::check(settings); !s) return s;
     prepared.solver.reset();
     prepared.ocp = std::make_unique<Ocp>(prepared.model, settings);
@@ -52,6 +58,8 @@ Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
   OcpInstance instance;
   instance.x0 = problem.x0;
   instance.reference = problem.reference;
+  instance.near = problem.near;
+  instance.near.resize(ocp.obstacle_rows());
   Result<std::vector<JointVector>> weights = ocp.weights(problem.weights);
   if (!weights) return weights.error();
   instance.weights = *std::move(weights);
