@@ -24,7 +24,7 @@ endforeach()
 install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand/core")
 
-install(DIRECTORY robots profiles DESTINATION "${data_destination}" FILES_MATCHING PATTERN "*.yaml")
+install(DIRECTORY robots cells profiles DESTINATION "${data_destination}" FILES_MATCHING PATTERN "*.yaml")
 # Of the packages, what robots/ and the program name.
 set(bundled_urdf airo_models/arms/ur5e)
 set(bundled_hands physics/demo-recording.json physics/demo-laser.json events/demo-recording.json mouse/demo-recording.json)

@@ -35,7 +35,7 @@ void read_tool(YamlMap tool, RobotSettings& settings) {
 void read_bodies(YamlMap& robot, RobotSettings& settings) {
   if (robot.has("bodies")) {
     for (YamlMap& body : robot.maps("bodies")) {
-      const PlacedShape read = read_shape(body);
+      const PlacedShape read = read_shape(body, ShapesFor::kArm);
       settings.bodies.push_back({body.text("name"), body.text("link"), read.shape, read.origin});
     }
   }

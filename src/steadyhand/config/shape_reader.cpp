@@ -1,6 +1,9 @@
 #include "steadyhand/config/shape_reader.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <span>
 
 namespace steadyhand {
 
@@ -48,6 +51,17 @@ PlacedShape read_box(YamlMap box) {
           Eigen::Translation3d(read_vector(box, "center", Vector3::Zero())) * read_rpy(box, "rpy")};
 }
 
+PlacedShape read_half_space(YamlMap half_space) {
+  const Vector3 point = read_vector(half_space, "point"), normal = read_vector(half_space, "normal", Vector3::UnitZ());
+  PlacedShape placed{Shape::half_space(), Eigen::Isometry3d(Eigen::Translation3d(point))};
+  if (normal.norm() <= kTiny) {
+    half_space.fail("normal", "must not be 0");
+  } else {
+    placed.origin.linear() = Quaternion::FromTwoVectors(Vector3::UnitZ(), normal).toRotationMatrix();
+  }
+  return placed;
+}
+
 }  // namespace
 
 Vector3 read_vector(YamlMap& map, const std::string& key, std::optional<Vector3> fallback) {
@@ -62,16 +76,23 @@ Quaternion read_rpy(YamlMap& map, const std::string& key) {
          Eigen::AngleAxisd(rpy[0], Vector3::UnitX());
 }
 
-PlacedShape read_shape(YamlMap& solid) {
-  constexpr const char* kKinds[] = {"sphere", "capsule", "box", "cylinder"};
-  const auto given = std::count_if(std::begin(kKinds), std::end(kKinds), [&](auto kind) { return solid.has(kind); });
-  if (given == 1) {
-    if (solid.has("sphere")) return read_sphere(solid.map("sphere"));
-    if (solid.has("capsule")) return read_capsule(solid.map("capsule"));
-    if (solid.has("box")) return read_box(solid.map("box"));
-    return read_cylinder(solid.map("cylinder"));
+PlacedShape read_shape(YamlMap& solid, ShapesFor whose) {
+  const struct {
+    const char* kind;
+    PlacedShape (*read)(YamlMap);
+  } kinds[] = {{"sphere", read_sphere},
+               {"capsule", read_capsule},
+               {"box", read_box},
+               {"cylinder", read_cylinder},
+               {"half_space", read_half_space}};
+  const auto known = std::span(kinds).first(whose == ShapesFor::kWorld ? 5 : 4);
+  const auto given = std::count_if(known.begin(), known.end(), [&](const auto& each) { return solid.has(each.kind); });
+  for (const auto& [kind, read] : known) {
+    if (given == 1 && solid.has(kind)) return read(solid.map(kind));
   }
-  solid.fail(given == 0 ? "shape" : kKinds[0], "must be one of sphere, capsule, box and cylinder, with its sizes");
+  solid.fail(given == 0 ? "shape" : kinds[0].kind,
+             fmt::format("must be one of sphere, capsule, box{}, with its sizes",
+                         whose == ShapesFor::kWorld ? ", cylinder and half_space" : " and cylinder"));
   return {Shape::sphere(1.0)};
 }
 

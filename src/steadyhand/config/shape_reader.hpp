@@ -16,8 +16,11 @@ Vector3 read_vector(YamlMap& map, const std::string& key, std::optional<Vector3>
 /// Roll, pitch and yaw of a key, rad, about fixed axes as in a URDF; none if it is absent.
 Quaternion read_rpy(YamlMap& map, const std::string& key);
 
+/// Whose shapes are read: half-spaces are only in the world.
+enum class ShapesFor { kArm, kWorld };
+
 /// The one key of `solid` that names a shape, with what it holds: docs/robots.md, "Bodies". What is wrong is told by
 /// the mapping's finish(); the shape is then a harmless one.
-PlacedShape read_shape(YamlMap& solid);
+PlacedShape read_shape(YamlMap& solid, ShapesFor whose);
 
 }  // namespace steadyhand

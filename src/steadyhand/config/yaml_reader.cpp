@@ -294,6 +294,25 @@ std::vector<YamlMap> YamlMap::maps(const std::string& key) {
   return result;
 }
 
+std::vector<std::string> YamlMap::texts(const std::string& key) {
+  const YAML::Node node = find(key, true);
+  std::vector<std::string> result;
+  if (!node.IsDefined()) return result;
+  if (!node.IsSequence()) {
+    fail_at(node, full_name(key), fmt::format("is {}; a list of texts is expected", kind(node)));
+    return result;
+  }
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    if (node[i].IsScalar()) {
+      result.push_back(node[i].Scalar());
+    } else {
+      fail_at(node[i], fmt::format("{}[{}]", full_name(key), i),
+              fmt::format("is {}; a text is expected", kind(node[i])));
+    }
+  }
+  return result;
+}
+
 std::vector<std::vector<std::string>> YamlMap::text_lists(const std::string& key, std::size_t size) {
   const YAML::Node node = find(key, true);
   std::vector<std::vector<std::string>> result;

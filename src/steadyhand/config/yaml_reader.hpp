@@ -62,6 +62,7 @@ class YamlMap {
   /// Mappings inside: read them to their end; their finish() need not be called.
   YamlMap map(const std::string& key);
   std::vector<YamlMap> maps(const std::string& key);
+  std::vector<std::string> texts(const std::string& key);
   /// A list of lists of `size` texts.
   std::vector<std::vector<std::string>> text_lists(const std::string& key, std::size_t size);
 

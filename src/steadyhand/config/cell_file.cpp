@@ -1,0 +1,85 @@
+#include "steadyhand/config/cell_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "steadyhand/config/shape_reader.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr Interval kMargins{0.0, 1.0};  // m
+
+std::string read_color(YamlMap& object) {
+  const std::string color = object.text("color", "");
+  const auto is_hex = [](unsigned char c) { return std::isxdigit(c) != 0; };
+  if (!color.empty() && color != "none" &&
+      (color.size() != 7 || color[0] != '#' || !std::all_of(color.begin() + 1, color.end(), is_hex))) {
+    object.fail("color", "must be \"#rrggbb\", six digits from 0 to f in quotes, or none: not drawn");
+  }
+  return color;
+}
+
+CellObject read_object(YamlMap& map, double margin) {
+  CellObject object;
+  object.name = map.text("name");
+  const PlacedShape read = read_shape(map, ShapesFor::kWorld);
+  object.shape = read.shape;
+  object.origin = read.origin;
+  object.margin = map.number("margin", kMargins, margin);
+  if (map.has("may_be_touched_by")) object.may_be_touched_by = map.texts("may_be_touched_by");
+  object.color = read_color(map);
+  return object;
+}
+
+/// The outside of a box, for the tool: a half-space beyond each of its faces.
+void add_keep_in(YamlMap map, double margin, Cell& cell) {
+  margin = map.number("margin", kMargins, margin);
+  const PlacedShape read = read_shape(map, ShapesFor::kWorld);
+  if (read.shape.kind != ShapeKind::kBox || read.shape.radius > 0.0) {
+    map.fail("box", "must be there, without 'rounding': the tool is kept in a box");
+    return;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const char side : {'-', '+'}) {
+      const Vector3 out = (side == '-' ? -1.0 : 1.0) * Vector3::Unit(axis);
+      CellObject object;
+      object.name = fmt::format("keep_in {}{}", side, "xyz"[axis]);
+      object.shape = Shape::half_space();
+      object.origin = read.origin * Eigen::Translation3d(read.shape.core[axis] * out) *
+                      Quaternion::FromTwoVectors(Vector3::UnitZ(), -out);
+      object.margin = margin;
+      object.holds_only_tool = true;
+      cell.objects.push_back(object);
+    }
+  }
+}
+
+}  // namespace
+
+Result<Cell> load_cell(const std::filesystem::path& file) {
+  Result<YamlMap> opened = YamlMap::open(file);
+  if (!opened) return opened.error();
+  YamlMap& map = *opened;
+  Cell cell;
+  cell.name = map.text("name", file.stem().string());
+  const double margin = map.number("margin", kMargins, CellObject().margin);
+  if (map.has("objects")) {
+    for (YamlMap& object : map.maps("objects")) cell.objects.push_back(read_object(object, margin));
+  }
+  if (map.has("keep_in")) add_keep_in(map.map("keep_in"), margin, cell);
+  if (Status status = map.finish(); !status) return status.error();
+  return cell;
+}
+
+Result<Cell> open_cell(const std::string& name, const Places& places) {
+  if (name == "none") return Cell{"none", {}};
+  const Result<std::filesystem::path> file = find_named_file(places, "cells", name);
+  if (!file) return Error{"cell " + file.error().message};
+  return load_cell(*file);
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "steadyhand/config/places.hpp"
+#include "steadyhand/robot/cell.hpp"
+
+namespace steadyhand {
+
+/// Reads cells/NAME.yaml (its keys: docs/cells.md). Fails as YamlMap says.
+Result<Cell> load_cell(const std::filesystem::path& file);
+
+/// A cell by name ("table") or by the path of its file; "none" is empty.
+Result<Cell> open_cell(const std::string& name, const Places& places = Places::standard());
+
+}  // namespace steadyhand
