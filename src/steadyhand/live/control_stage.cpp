@@ -169,7 +169,8 @@ void ControlStage::resume(const JointCommand& carried_on) {
   const bool hard = (state == SupervisionState::kStopping && !soft_) || state == SupervisionState::kFault;
   for (const double duration : {hard ? 0.0 : kEasy, 0.0}) {
     make_straight_stop(kinematics_.model(), carried_on, duration, candidate_);
-    if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) break;
+    if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone)
+      break;
   }
   follow(candidate_);
 }
@@ -189,7 +190,7 @@ void ControlStage::anchor(const JointVector& q, Time now) {
 void ControlStage::brake() {
   soft_ = has_pending_ = false;
   make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
-  if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_) == PlanFault::kNone) {
+  if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone) {
     follow(candidate_);
   }
 }

@@ -18,6 +18,7 @@ struct ControlSettings {
   double soft_stop = 0.5;
   double arm_delay = 0.0;                                 ///< s, see ArmInfo
   PlanCheckSettings check{.overlap_between_nodes = 0.0};  ///< of stops straight on
+  Obstacles obstacles;                                    ///< which those keep clear of, too
 };
 
 /// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make

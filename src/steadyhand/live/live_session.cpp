@@ -50,6 +50,9 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
   resolved.planning.look_ahead = look_ahead_at(settings, cycle, rate);
   resolved.planning.planner.budget.time_us = 1e6 * resolved.planning.look_ahead;
   resolved.planning.cycle = cycle;
+  Result<Obstacles> obstacles = obstacles_of(settings.cell, model);
+  if (!obstacles) return obstacles.error();
+  resolved.planning.planner.obstacles = resolved.control.obstacles = *obstacles;
   std::unique_ptr<LiveSession> session(new LiveSession(model, resolved, arm, clock));
   auto stage = PlanningStage::make(model, resolved.planning, *session->links_, clock);
   if (!stage) return stage.error();
@@ -63,7 +66,7 @@ LiveSession::LiveSession(const RobotModel& model, const LiveSettings& settings, 
       arm_(&arm),
       clock_(&clock),
       links_(std::make_unique<Links>()),
-      monitor_(model, settings.glass),
+      monitor_(model, settings.glass, settings.control.obstacles),
       planner_rate_hz_(settings.planner_rate_hz),
       arm_kinematics_(model) {
   settings_.control.arm_delay = arm.info().delay;

@@ -15,6 +15,7 @@
 #include "steadyhand/live/planning_stage.hpp"
 #include "steadyhand/live/realtime.hpp"
 #include "steadyhand/live/snapshot.hpp"
+#include "steadyhand/robot/cell.hpp"
 
 namespace steadyhand {
 
@@ -28,6 +29,7 @@ struct LiveSettings {
   PlanningSettings planning;
   ControlSettings control;
   GlassSettings glass;
+  Cell cell;  ///< what stands around the arm
 };
 
 /// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,

@@ -5,6 +5,7 @@
 
 #include "steadyhand/arm/liquid.hpp"
 #include "steadyhand/core/arrows.hpp"
+#include "steadyhand/robot/cell.hpp"
 #include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
@@ -26,9 +27,14 @@ struct MonitorResult {
   double measured_excess = 0.0;      ///< rad/s (m/s), of measured speed
   double smallest_clearance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
   std::array<int, 2> nearest{-1, -1};                                   ///< pair of bodies at that
+  // ---- of obstacles, without their margins, and the bodies that must not touch them
+  std::uint64_t touching = 0;                                          ///< commands that let any overlap
+  double smallest_distance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
+  std::array<int, 2> nearest_obstacle{-1, -1};                         ///< body and obstacle at that
 };
 /// In two lines or more, for people.
-std::string to_text(const MonitorResult& result, const RobotModel& model);
+/// @param cell whose objects the obstacles are
+std::string to_text(const MonitorResult& result, const RobotModel& model, const Cell& cell = {});
 
 /// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
 /// independent witness of what the session did. It also carries the liquid, driven by the glass as measured. One
@@ -36,7 +42,7 @@ std::string to_text(const MonitorResult& result, const RobotModel& model);
 class Monitor {
  public:
   /// The model must outlive it.
-  Monitor(const RobotModel& model, const GlassSettings& glass);
+  Monitor(const RobotModel& model, const GlassSettings& glass, const Obstacles& obstacles = kNoObstacles);
 
   /// @param anew the arm was restarted where it stands: the command need not continue those before
   void update(const JointCommand& command, bool anew = false);
@@ -51,7 +57,10 @@ class Monitor {
   const Kinematics& arm() const { return measured_; }
 
  private:
+  void look_at_obstacles(Time now);
+
   Kinematics commanded_, measured_;
+  Obstacles obstacles_;
   Liquid liquid_;
   MonitorResult result_;
   JointCommand last_command_;

@@ -220,7 +220,7 @@ void PlanningStage::plan_following(Time start) {
   if (!solve(start, weights_)) return;
   send(scaled_.planner->plan());
   view_.constraint = active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance().reference,
-                                       reach_, scaled_.arm);
+                                       reach_, scaled_.arm, settings_.planner.obstacles);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.
@@ -231,7 +231,9 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
   if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
   make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
-  if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm) == PlanFault::kNone) send(stop_);
+  if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm, settings_.planner.obstacles) ==
+      PlanFault::kNone)
+    send(stop_);
 }
 
 /// At rest while holding: shows that the planner can plan, and stays.
