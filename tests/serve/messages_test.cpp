@@ -110,6 +110,7 @@ TEST(Messages, WritesTheServersFixtures) {
   const Json expected = fixtures("server.json");
   ServerFacts facts;
   facts.version = "0.1.0";
+  facts.cell = R"({"name":"table"})";
   facts.robot = R"({"name":"ur5e"})";
   facts.glass = {0.03125, 0.125, 0.0625};
   facts.terms = {{"near", "Near the hand", "1/(m^2 s)", 3, 1.0, 1e4, true, false},

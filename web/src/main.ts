@@ -34,10 +34,11 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (message.type !== 'welcome') return;
   panel.offer(message);
   // The same server after a lost connection: what is drawn goes on.
-  const { robot, glass, profiles } = message, told = JSON.stringify([robot?.name, glass, profiles]);
+  const { robot, cell, glass, profiles } = message, told = JSON.stringify([robot?.name, cell, glass, profiles]);
   if (told === shown) return;
   shown = told;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
+  stage.setCell(cell);
   if (robot) void stage.setRobot(robot, glass);
 }, (status) => {
   session.connectionBecame(status);

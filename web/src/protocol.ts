@@ -21,7 +21,7 @@ export type ClientMessage =
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 
 export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
-export type ConstraintKind = 'none' | 'position' | 'velocity' | 'acceleration' | 'self_collision' | 'reach';
+export type ConstraintKind = 'none' | 'position' | 'velocity' | 'acceleration' | 'self_collision' | 'reach' | 'obstacle';
 
 /** A number that the server may not know. */
 export type Measure = number | null;
@@ -99,6 +99,12 @@ export interface Robot {
   pairs: [number, number][];
 }
 
+/** Something solid around the arm; `origin` is in the base's frame. A half-space is all with z <= 0. `color`: "#rrggbb", "" or "none". */
+export type CellObject = { name: string; origin: number[][]; margin: number; color: string; holds_only_tool: boolean } & (
+  { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
+  { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' });
+export interface Cell { name: string; objects: CellObject[] }
+
 /** The glass and its liquid, m; radius and height are inside. */
 export interface GlassSize { radius: number; height: number; fill: number }
 
@@ -111,6 +117,7 @@ export interface WelcomeMessage {
   profiles: Profile[];
   recordings: string[];
   glass: GlassSize;
+  cell: Cell | null;
   robot: Robot | null;
 }
 

@@ -161,6 +161,7 @@ export class Session {
       case 'velocity': return `${joint} is at its top speed`;
       case 'acceleration': return `${joint} is at its top acceleration`;
       case 'self_collision': return `${bodies?.[c.first]?.name ?? c.first} is close to ${bodies?.[c.second]?.name ?? c.second}`;
+      case 'obstacle': return `${bodies?.[c.first]?.name ?? c.first} is close to ${this.welcome?.cell?.objects[c.second]?.name ?? `object ${c.second}`}`;
       case 'reach': return 'the target is out of reach';
     }
   }

@@ -10,8 +10,10 @@
 
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/progress_bar.hpp"
+#include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/record/cell_json.hpp"
 #include "steadyhand/record/plan_csv.hpp"
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/replay/replay.hpp"
@@ -32,7 +34,7 @@ constexpr double kBundledSeconds = 11.0;
 struct ReplayOptions {
   std::string recording;
   RecordingOptions range;
-  std::string robot = "ur5e";
+  std::string robot = "ur5e", cell = "pedestal";
   std::vector<std::string> profiles{"tracking", "anti-slosh", "waiter"};
   double rate_hz = 20.0;
   RetargetSettings retarget;
@@ -41,9 +43,10 @@ struct ReplayOptions {
   std::string solver;
   fs::path out = "out";
   bool dump_problems = false;
-  std::vector<SettingsChange> changes;                                              ///< of a session's settings
-  std::string command;                                                              ///< as typed, for the report
-  bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false;  ///< given on the command line
+  std::vector<SettingsChange> changes;  ///< of a session's settings
+  std::string command;                  ///< as typed, for the report
+  bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false,
+       own_cell = false;  ///< given on the command line
 };
 
 /// The hand of a session that was recorded, and the options as that session had them where none were given.
@@ -63,7 +66,8 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
   take("rate_hz", options.own_rate, options.rate_hz);
   take("scale", options.own_scale, options.retarget.scale);
   take("yaw_deg", options.own_yaw, options.yaw_deg);
-  const std::string profile = session->run("profile");
+  const std::string cell = session->run("cell"), profile = session->run("profile");
+  if (!options.own_cell && (cell == "none" || find_named_file(places, "cells", cell))) options.cell = cell;
   if (!options.own_profiles && find_named_file(places, "profiles", profile)) options.profiles = {profile};
   options.retarget.ramp = kLiveRamp;
   options.retarget.accept_emulated = true;  // the gate has judged them
@@ -80,14 +84,17 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
   return hand;
 }
 
-Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel& model, const Recording& recording,
-                                  const Profile& profile, ProgressBar& bar) {
+Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel& model, const Cell& cell,
+                                  const Recording& recording, const Profile& profile, ProgressBar& bar) {
   ReplaySettings settings;
   settings.pipeline = PipelineSettings(profile);
   settings.pipeline.rate_hz = options.rate_hz;
   settings.pipeline.retarget = options.retarget;
   if (!options.solver.empty()) settings.pipeline.planner.solver = options.solver;
   settings.changes = options.changes;
+  const Result<Obstacles> obstacles = obstacles_of(cell, model);
+  if (!obstacles) return obstacles.error();
+  settings.pipeline.planner.obstacles = *obstacles;
 
   const fs::path folder = options.out / profile.name;
   std::error_code failed;
@@ -97,6 +104,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   recorder_settings.names = run_names(model, profile.ocp.objectives);
   recorder_settings.run = {{"recording", recording.name},
                            {"robot", model.name},
+                           {"cell", cell.name},
                            {"profile", profile.name},
                            {"weights", describe_weights(profile.ocp)},
                            {"solver", settings.pipeline.planner.solver},
@@ -105,6 +113,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   Result<Recorder> recorder = Recorder::create(folder / "session.mcap", recorder_settings);
   if (!recorder) return recorder.error();
   if (Status s = recorder->add_metadata("robot", {{"json", robot_json(model)}}); !s) return s.error();
+  if (Status s = recorder->add_metadata("cell", {{"json", cell_json(cell)}}); !s) return s.error();
 
   ReplayTaps taps;
   taps.recorder = &*recorder;
@@ -188,6 +197,9 @@ Status run_replay(ReplayOptions options) {
   if (!recording) return recording.error();
   const Result<RobotModel> model = open_robot(options.robot, places);
   if (!model) return model.error();
+  const Result<Cell> cell = open_cell(options.cell, places);
+  if (!cell) return cell.error();
+  if (const Result<Obstacles> obstacles = obstacles_of(*cell, *model); !obstacles) return obstacles.error();
   for (const std::string& doubt : doubts_about(*model)) std::cout << "note: " << doubt << "\n";
   std::vector<Profile> profiles;
   for (const std::string& name : options.profiles) {
@@ -206,7 +218,7 @@ Status run_replay(ReplayOptions options) {
   report.command = options.command;
   ProgressBar bar(static_cast<int>(profiles.size()));
   for (const Profile& profile : profiles) {
-    Result<ProfileResult> result = run_profile(options, *model, *recording, profile, bar);
+    Result<ProfileResult> result = run_profile(options, *model, *cell, *recording, profile, bar);
     if (!result) return result.error();
     report.profiles.push_back(*std::move(result));
     bar.next();
@@ -237,6 +249,8 @@ void add_replay_command(CommandLine& app, Command& chosen) {
   command->add_option("--from", options->range.from, "Begin here, s");
   command->add_option("--until", options->range.until, "End here, s");
   command->add_option("--robot", options->robot, "Name, robot file or URDF")->capture_default_str();
+  command->add_option("--cell", options->cell, "What stands around the arm: name, cell file or none")
+      ->capture_default_str();
   command->add_option("--profile", options->profiles, "Names or files of profiles, one run each")
       ->capture_default_str();
   command->add_option("--rate", options->rate_hz, "Re-planning, Hz")->capture_default_str();
@@ -264,6 +278,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
   command->callback([options, command, &chosen] {
     options->command = "./steadyhand " + command->as_typed("--out");  // which changes nothing in the report
     options->own_profiles = command->given("--profile");
+    options->own_cell = command->given("--cell");
     options->own_rate = command->given("--rate");
     options->own_scale = command->given("--scale");
     options->own_yaw = command->given("--yaw");

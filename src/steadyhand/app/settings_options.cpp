@@ -37,6 +37,7 @@ void add_settings_options(CommandLine& command, SettingsOptions& options) {
     command.add_flag_callback(name, [&options, key, text, name] { options.given.push_back({key, text, name}); }, what);
   };
   value("--robot", "robot", "Name, robot file or URDF");
+  value("--cell", "cell", "What stands around the arm: name, cell file or none");
   value("--profile", "profile", "Name or file of a profile");
   value("--rate", "planner.rate", "Planning, Hz, or auto: what this machine sustains");
   value("--solver", "planner.solver", "Solver, instead of the profile's own");

@@ -9,6 +9,7 @@
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/core/configuration.hpp"
 #include "steadyhand/live/realtime.hpp"
+#include "steadyhand/record/cell_json.hpp"
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/serve/terminal_qr.hpp"
 
@@ -68,6 +69,7 @@ ServerFacts LiveConsole::describe_session() const {
   ServerFacts facts;
   facts.version = STEADYHAND_VERSION;
   facts.robot = robot_json(*model_);
+  facts.cell = cell_json(settings_.live.cell);
   facts.glass = {glass.radius, glass.height, glass.fill};
   for (const auto& objective : ocp.objectives()) {
     const ObjectiveInfo& info = objective->info();
@@ -91,9 +93,11 @@ SessionRecorder::Metadata LiveConsole::describe_run() const {
   const PlanningSettings& planning = settings_.live.planning;
   const RetargetSettings& hand = planning.retarget;
   SessionRecorder::Metadata all = settings_.metadata;
+  all["cell"] = {{"json", cell_json(settings_.live.cell)}};
   all["robot"] = {{"json", robot_json(*model_)}};
   all["run"].merge(
       std::map<std::string, std::string>{{"robot", model_->name},
+                                         {"cell", settings_.live.cell.name},
                                          {"profile", profile().name},
                                          {"label", profile().label},
                                          {"weights", describe_weights(profile().ocp)},

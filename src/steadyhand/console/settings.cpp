@@ -44,6 +44,7 @@ SettingsTable describe(SessionSettings& s) {
 
   SettingsTable t;
   t.add("robot", "name of robots/, a robot file or a URDF", s.robot);
+  t.add("cell", "what stands around the arm: name of cells/ or a cell file; none", s.cell);
   t.add("profile", "name of profiles/ or a profile file", s.profile);
 
   RetargetSettings& hand = s.live.planning.retarget;

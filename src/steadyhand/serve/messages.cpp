@@ -314,6 +314,8 @@ std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
   json->member("height", facts.glass.height);
   json->member("fill", facts.glass.fill);
   json->end_object();
+  json->key("cell");
+  json->raw(facts.cell.empty() ? "null" : facts.cell);
   json->key("robot");
   json->raw(facts.robot.empty() ? "null" : facts.robot);
   return json.end();

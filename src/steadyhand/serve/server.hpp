@@ -45,6 +45,7 @@ struct ServerFacts {
     double radius = 0.0, height = 0.0, fill = 0.0;
   };
   std::string version;  ///< of the program
+  std::string cell;     ///< JSON as cell_json() makes it
   std::string robot;    ///< JSON as `steadyhand describe` prints it
   Glass glass;
   std::vector<Term> terms;

@@ -1,13 +1,8 @@
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import type { GlassSize, Robot } from '../protocol';
-import { geometryOf } from './body';
+import { geometryOf, toMatrix } from './body';
 import { WALL } from './glass';
-
-function toMatrix(rows: number[][]): THREE.Matrix4 {
-  const r = rows.flat() as Parameters<THREE.Matrix4['set']>;
-  return new THREE.Matrix4().set(...r);
-}
 
 const CALM = new THREE.Color(0x4aa3ff);
 const LIT = new THREE.Color(0xff5a36);
