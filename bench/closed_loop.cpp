@@ -1,6 +1,7 @@
 #include "closed_loop.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "steadyhand/robot/reach.hpp"
@@ -22,14 +23,18 @@ PredictorSettings predictor_settings(const Ocp& ocp, const Reach& reach) {
 }  // namespace
 
 ClosedLoop::ClosedLoop(const Ocp& ocp, const std::vector<JointVector>& weights, const Sequence& sequence,
-                       const Reach& reach, unsigned seed)
+                       const Reach& reach, const Obstacles& obstacles, unsigned seed)
     : ocp_(ocp),
       sequence_(sequence),
       random_(seed),
+      obstacles_(obstacles),
+      obstacle_rows_(ocp),
+      arm_(ocp.model()),
       predictor_(predictor_settings(ocp, reach)),
       warm_start_(ocp),
       followed_(ocp.dof(), ocp.horizon()) {
   instance_.weights = weights;
+  instance_.near.resize(ocp.obstacle_rows());
   instance_.x0 = StateVector::Zero(2 * ocp.dof());
   instance_.x0.head(ocp.dof()) = ocp.model().home;
   for (StateVector& x : followed_.x) x = instance_.x0;
@@ -63,6 +68,9 @@ void ClosedLoop::pose() {
     }
   }
   warm_start_.shift(instance_.x0, now);
+  const auto before = std::chrono::steady_clock::now();
+  obstacle_rows_.choose(obstacles_, now, arm_, warm_start_, instance_);
+  choosing_us_ = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before).count();
 }
 
 void ClosedLoop::advance() {

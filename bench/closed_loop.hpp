@@ -3,6 +3,7 @@
 #include <random>
 
 #include "sequences.hpp"
+#include "steadyhand/plan/obstacle_rows.hpp"
 #include "steadyhand/plan/warm_start.hpp"
 #include "steadyhand/predict/predictor.hpp"
 #include "steadyhand/robot/reach.hpp"
@@ -14,8 +15,9 @@ namespace steadyhand::bench {
 /// caller look at each solve. An arm whose solver finds nothing feasible brakes.
 class ClosedLoop {
  public:
+  /// @param obstacles of which the problem sees as many pairs as it has rows for
   ClosedLoop(const Ocp& ocp, const std::vector<JointVector>& weights, const Sequence& sequence, const Reach& reach,
-             unsigned seed);
+             const Obstacles& obstacles, unsigned seed);
 
   /// The next problem with its warm start: read them, solve into solution(), then call advance().
   void pose();
@@ -24,11 +26,16 @@ class ClosedLoop {
   const OcpInstance& instance() const { return instance_; }
   const WarmStart& warm_start() const { return warm_start_; }
   Solution& solution() { return solution_; }
+  double choosing_us() const { return choosing_us_; }  ///< which pairs with obstacles the problem sees
 
  private:
   const Ocp& ocp_;
   const Sequence& sequence_;
   std::mt19937 random_;
+  Obstacles obstacles_;
+  ObstacleRows obstacle_rows_;
+  Kinematics arm_;
+  double choosing_us_ = 0.0;
   Predictor predictor_;
   WarmStart warm_start_;
   OcpInstance instance_;

@@ -7,6 +7,7 @@
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/input/recording.hpp"
 #include "steadyhand/retarget/retargeter.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand::bench {
@@ -108,6 +109,37 @@ Result<std::vector<Sequence>> make_sequences(const RobotModel& model, unsigned s
                  }});
   all.push_back({"noisy-x0", true, 500.0, 1e-3, 60.0, smooth});
   return all;
+}
+
+Obstacles make_obstacles(const RobotModel& model, int count, unsigned seed) {
+  constexpr double kAway = 0.05;  // m
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0), size(0.02, 0.15);
+  Kinematics arm(model);
+  arm.set_position(model.home);
+  const auto is_away = [&](const Obstacle& obstacle) {
+    for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+      if (model.bodies[i].link > 0 && gap(arm, i, obstacle.shape, obstacle.at) < kAway) return false;
+    }
+    return true;
+  };
+  Obstacles obstacles;
+  while (obstacles.count < count) {
+    Obstacle& obstacle = obstacles.list[obstacles.count];
+    if (obstacles.count == 0) {
+      obstacle.shape = Shape::half_space();
+      obstacle.at = {{0.0, 0.0, -0.02}, Matrix3::Identity()};
+    } else {
+      const Shape shapes[] = {Shape::box({size(random), size(random), size(random)}, 0.01),
+                              Shape::capsule(size(random), size(random)), Shape::sphere(size(random))};
+      const Vector3 axis = Vector3(unit(random), unit(random), unit(random)).normalized();
+      obstacle.shape = shapes[random() % std::size(shapes)];
+      obstacle.at = {{unit(random), unit(random), 0.5 + 0.5 * unit(random)},
+                     Eigen::AngleAxisd(M_PI * unit(random), axis).toRotationMatrix()};
+    }
+    obstacles.count += obstacles.count == 0 || is_away(obstacle);
+  }
+  return obstacles;
 }
 
 }  // namespace steadyhand::bench

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
@@ -27,5 +28,8 @@ struct Sequence {
 /// pushed into the arm itself, beyond the reach and faster than joints can turn, jumps of 0.3 m, and noise on x_0.
 /// `seed` draws the amplitudes and phases.
 Result<std::vector<Sequence>> make_sequences(const RobotModel& model, unsigned seed);
+
+/// A table below the arm and boxes, posts and balls of 2 to 15 cm around it, none nearer than 5 cm to where it begins.
+Obstacles make_obstacles(const RobotModel& model, int count, unsigned seed);
 
 }  // namespace steadyhand::bench

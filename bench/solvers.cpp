@@ -19,7 +19,7 @@ namespace {
 struct Options {
   std::string robot = "ur5e";
   std::vector<std::string> solvers{"realtime"}, profiles{"tracking", "anti-slosh", "waiter"}, sequences;
-  std::vector<int> horizons{8};
+  std::vector<int> horizons{8}, objects{0};
   int solves = 2000;  ///< of each combination
   int sample = 0;     ///< how many of them are solved by FATROP too, cold, and written
   unsigned seed = 1;
@@ -52,17 +52,20 @@ struct Comparison {
 };
 
 Result<nlohmann::json> run(const Options& options, const RobotModel& model, const Reach& reach,
-                           const Sequence& sequence, const Profile& profile, int horizon, const std::string& name) {
+                           const Sequence& sequence, const Profile& profile, int horizon, int objects,
+                           const std::string& name) {
   OcpSettings settings = profile.ocp;
+  if (objects > 0) settings.obstacle_rows = kUsualObstacleRows;
   settings.horizon = horizon;
   const Ocp ocp(model, settings);
   auto solver = *make_solver(name, ocp, profile.tolerance);
   auto reference = *make_solver("fatrop", ocp, profile.tolerance);
   Solution cold;
   cold.prepare(ocp);
-  ClosedLoop loop(ocp, *ocp.weights(settings.weights), sequence, reach, options.seed);
+  ClosedLoop loop(ocp, *ocp.weights(settings.weights), sequence, reach, make_obstacles(model, objects, options.seed),
+                  options.seed);
 
-  std::vector<double> times, times_of_iterations;
+  std::vector<double> times, times_of_iterations, times_of_choosing;
   double iterations = 0.0;
   int most = 0, unsolved = 0, infeasible = 0;
   Comparison comparison;
@@ -74,6 +77,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
     solver->solve(loop.instance(), loop.warm_start().guess(), loop.warm_start().multipliers(), options.budget,
                   solution);
     times.push_back(solution.time_us);
+    times_of_choosing.push_back(loop.choosing_us());
     times_of_iterations.push_back(solution.time_us / std::max(1, solution.iterations));
     iterations += solution.iterations;
     most = std::max(most, solution.iterations);
@@ -89,6 +93,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
     loop.advance();
   }
   std::sort(times.begin(), times.end());
+  std::sort(times_of_choosing.begin(), times_of_choosing.end());
   std::sort(times_of_iterations.begin(), times_of_iterations.end());
   double total = 0.0;
   for (const double t : times) total += t;
@@ -101,6 +106,8 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
                         {"hard", sequence.hard},
                         {"profile", profile.name},
                         {"horizon", horizon},
+                        {"objects", objects},
+                        {"choosing_us", percentile(times_of_choosing, 0.5)},
                         {"solves", options.solves},
                         {"mean_us", total / options.solves},
                         {"p50_us", percentile(times, 0.5)},
@@ -136,6 +143,11 @@ int main_with(const Options& options) {
       return fail({fmt::format("--horizon is {}; it must be from 1 to {}", horizon, kMaxHorizon)});
     }
   }
+  for (const int objects : options.objects) {
+    if (objects < 0 || objects > Obstacles::kMost) {
+      return fail({fmt::format("--objects is {}; it must be from 0 to {}", objects, Obstacles::kMost)});
+    }
+  }
   if (options.sample < 0 || options.sample > options.solves) {
     return fail({fmt::format("--sample is {}; it must be from 0 to --solves, {}", options.sample, options.solves)});
   }
@@ -160,9 +172,10 @@ int main_with(const Options& options) {
 
   const Reach reach = compute_reach(*model);
   if (!options.json) {
-    fmt::print("{:9} {:16} {:11} {:>3} {:>8} {:>8} {:>8} {:>8} {:>9} {:>6} {:>4} {:>8} {:>10}  {}\n", "solver",
-               "sequence", "profile", "N", "mean us", "p50", "p99", "p99.9", "worst", "it.", "most", "unsolved",
-               "infeasible", options.sample ? "FATROP cold: same/ours better/worse/only FATROP/only ours" : "");
+    fmt::print("{:9} {:16} {:11} {:>3} {:>7} {:>8} {:>8} {:>8} {:>8} {:>9} {:>6} {:>4} {:>8} {:>10}  {}\n", "solver",
+               "sequence", "profile", "N", "objects", "mean us", "p50", "p99", "p99.9", "worst", "it.", "most",
+               "unsolved", "infeasible",
+               options.sample ? "FATROP cold: same/ours better/worse/only FATROP/only ours" : "");
   }
   for (const std::string& name : options.solvers) {
     for (const Sequence& sequence : *sequences) {
@@ -172,25 +185,28 @@ int main_with(const Options& options) {
       }
       for (const Profile& profile : profiles) {
         for (const int horizon : options.horizons) {
-          const auto result = run(options, *model, reach, sequence, profile, horizon, name);
-          if (!result) return fail(result.error());
-          const nlohmann::json& r = *result;
-          if (options.json) {
-            std::cout << r.dump() << std::endl;
-            continue;
+          for (const int objects : options.objects) {
+            const auto result = run(options, *model, reach, sequence, profile, horizon, objects, name);
+            if (!result) return fail(result.error());
+            const nlohmann::json& r = *result;
+            if (options.json) {
+              std::cout << r.dump() << std::endl;
+              continue;
+            }
+            const auto number = [&](const char* key) { return r[key].get<double>(); };
+            const auto count = [&](const char* key) { return r[key].get<int>(); };
+            std::string compared;
+            if (options.sample) {
+              compared = fmt::format("{}/{}/{}/{}/{}", count("same"), count("better"), count("worse"),
+                                     count("only_fatrop"), count("only_ours"));
+            }
+            fmt::print(
+                "{:9} {:16} {:11} {:3} {:7} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:9.1f} {:6.2f} {:4} {:8} {:10}  {}\n",
+                name, sequence.name, profile.name, horizon, objects, number("mean_us"), number("p50_us"),
+                number("p99_us"), number("p999_us"), number("worst_us"), number("iterations"), count("most_iterations"),
+                count("unsolved"), count("infeasible"), compared);
+            std::fflush(stdout);
           }
-          const auto number = [&](const char* key) { return r[key].get<double>(); };
-          const auto count = [&](const char* key) { return r[key].get<int>(); };
-          std::string compared;
-          if (options.sample) {
-            compared = fmt::format("{}/{}/{}/{}/{}", count("same"), count("better"), count("worse"),
-                                   count("only_fatrop"), count("only_ours"));
-          }
-          fmt::print("{:9} {:16} {:11} {:3} {:8.1f} {:8.1f} {:8.1f} {:8.1f} {:9.1f} {:6.2f} {:4} {:8} {:10}  {}\n",
-                     name, sequence.name, profile.name, horizon, number("mean_us"), number("p50_us"), number("p99_us"),
-                     number("p999_us"), number("worst_us"), number("iterations"), count("most_iterations"),
-                     count("unsolved"), count("infeasible"), compared);
-          std::fflush(stdout);
         }
       }
     }
@@ -210,6 +226,7 @@ int main(int argc, char** argv) {
   app.add_option("--sequence", options.sequences, "Sequences (default: all)");
   app.add_option("--profile", options.profiles, "Profiles")->capture_default_str();
   app.add_option("--horizon", options.horizons, "Horizons, intervals")->capture_default_str();
+  app.add_option("--objects", options.objects, "Objects around the arm")->capture_default_str();
   app.add_option("--solves", options.solves, "Solves of each combination")->capture_default_str();
   app.add_option("--sample", options.sample, "How many of them FATROP solves too, from a cold start");
   app.add_option("--problems", options.problems, "Folder for the sampled problems, in the form that `solve` reads");
