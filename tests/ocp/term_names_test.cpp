@@ -29,6 +29,9 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     // the rows that the planner fills, keys of problems and their obstacles
     {"src/steadyhand/plan/obstacle_rows.cpp", {"obstacles"}},
     {"src/steadyhand/record/problem_json.cpp", {"obstacles", "velocity"}},
+    {"src/steadyhand/record/cell_json.cpp", {"velocity"}},
+    {"src/steadyhand/record/cell_json.hpp", {"velocity"}},
+    {"src/steadyhand/serve/messages.cpp", {"velocity"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/python/stages.cpp", {"velocity"}},
     // members of a pose: Foxglove's, A-Frame's

@@ -32,7 +32,7 @@ struct Fixture {
     for (int i = 0; i < kRows; ++i) {
       const int body = i == 0 ? -1 : static_cast<int>(random_() % model_.bodies.size());
       const Placed at{3.0 * Vector3::Random(), Quaternion::UnitRandom().toRotationMatrix()};
-      instance_.near.push_back({body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}});
+      instance_.near.push_back({body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i});
     }
     evaluation_.set_instance(instance_);
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bitset>
+#include <cstdint>
 #include <span>
 
 #include "steadyhand/collision/proximity.hpp"
@@ -31,7 +32,8 @@ PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
 struct Obstacles {
   static constexpr int kMost = 64;
 
-  Time time{0};
+  std::uint64_t version = 0;  ///< of these obstacles: grows with each change while a session runs
+  Time time{0};               ///< at which they are where they say
   int count = 0;
   std::array<Obstacle, kMost> list;  ///< the first `count` of them
 

@@ -12,6 +12,7 @@ Plan& Plan::operator=(const Plan& other) {
   dt = other.dt;
   joints = other.joints;
   intervals = other.intervals;
+  world = other.world;
   origin = other.origin;
   std::copy_n(other.x.begin(), intervals + 1, x.begin());
   std::copy_n(other.u.begin(), intervals, u.begin());

@@ -53,9 +53,10 @@ struct Plan {
 
   Stamp stamp;
   Time start{0};
-  double dt = 0.05;   ///< s
-  int joints = 0;     ///< n
-  int intervals = 0;  ///< N plus those of the stop
+  double dt = 0.05;         ///< s
+  int joints = 0;           ///< n
+  int intervals = 0;        ///< N plus those of the stop
+  std::uint64_t world = 0;  ///< Obstacles::version of those that it was checked against
   PlanOrigin origin = PlanOrigin::kSolved;
   std::array<StateVector, kMaxIntervals + 1> x;  ///< x_k = [q; dq] at start + k * dt; rad (m), rad/s (m/s)
   std::array<JointVector, kMaxIntervals> u;      ///< ddq on [k, k+1) * dt; rad/s^2 (m/s^2)

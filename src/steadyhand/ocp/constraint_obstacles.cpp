@@ -22,10 +22,10 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
 
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {
-    const auto& [body, obstacle] = node.near[row];
+    const auto& [body, obstacle, depth] = node.near[row];
     if (body < 0) return S(kFar);
-    return proximity_value(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
-                           node.arm.body(body));
+    return depth + proximity_value(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
+                                   node.arm.body(body));
   }
 
   template <typename S>
@@ -58,7 +58,7 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
   }
   template <typename S>
   ProximityOf<S> proximity_at(const NodeOf<S>& node, int row) const {
-    const auto& [body, obstacle] = node.near[row];
+    const auto& [body, obstacle, depth] = node.near[row];
     return proximity(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
                      node.arm.body(body));
   }

@@ -24,6 +24,7 @@ using NodeHessian = NodeHessianOf<double>;
 struct NearObstacle {
   int body = -1;  ///< of the model; -1: none, and the rest is not looked at
   Obstacle obstacle;
+  double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
 };
 /// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
 using NearObstacles = std::vector<NearObstacle>;

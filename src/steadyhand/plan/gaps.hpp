@@ -22,7 +22,7 @@ LinkPairs levers(const RobotModel& model);
 
 /// The arm at one time of an interval with constant acceleration.
 struct Moment {
-  double t;        ///< s since the plan's beginning
+  double t;        ///< s, since the sweep's motion began
   JointVector q;   ///< rad (m)
   JointVector dq;  ///< rad/s (m/s)
   LinkPairs gaps;  ///< m

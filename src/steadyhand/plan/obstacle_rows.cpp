@@ -36,8 +36,8 @@ void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& gues
   pairs_.erase(pairs_.begin() + std::min(pairs_.size(), by_row_.size()), pairs_.end());
 }
 
-void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& scratch, WarmStart& warm_start,
-                          OcpInstance& instance) {
+void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap, Kinematics& scratch,
+                          WarmStart& warm_start, OcpInstance& instance) {
   if (by_row_.empty()) return;
   if (obstacles.count == 0 && used_ == 0) return;
   ObstacleSweep sweep(ocp_.model(), obstacles, start);
@@ -66,9 +66,16 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& sc
     warm_start.forget(constraint_, static_cast<int>(row - by_row_.begin()));
   }
   used_ = pairs_.size();
+  scratch.set_position(instance.x0.head(ocp_.dof()));
   for (std::size_t i = 0; i < by_row_.size(); ++i) {
-    instance.near[i].body = by_row_[i].body;
-    if (by_row_[i].body >= 0) instance.near[i].obstacle = sweep.at_start(by_row_[i].obstacle);
+    NearObstacle& near = instance.near[i];
+    near.body = by_row_[i].body;
+    if (near.body < 0) continue;
+    near.obstacle = sweep.at_start(by_row_[i].obstacle);
+    // What has come over the arm may be left, and entered no further.
+    const double value = proximity_value(near.obstacle.shape, near.obstacle.at, ocp_.model().bodies[near.body].shape,
+                                         scratch.body(near.body));
+    near.depth = value < -overlap ? -value : 0.0;
   }
 }
 

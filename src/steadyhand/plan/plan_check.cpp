@@ -64,12 +64,12 @@ double tool_speed(const Kinematics& kinematics, const JointVector& dq) {
   return speed.norm();
 }
 
-/// Leaves what the plan may come near. No point strays further from where it is at a node than half of its way to the
-/// next one.
-void find_near(const Plan& plan, const LinkPairs& levers, Kinematics& arm, ObstacleSweep& sweep) {
+/// Leaves what the plan may come near from interval `first` on. No point strays further from where it is at a node than
+/// half of its way to the next one.
+void find_near(const Plan& plan, int first, const LinkPairs& levers, Kinematics& arm, ObstacleSweep& sweep) {
   const int n = arm.dof();
   LinkLengths stray = LinkLengths::Zero();
-  for (int k = 0; k <= plan.intervals; ++k) {
+  for (int k = first; k <= plan.intervals; ++k) {
     arm.set_position(plan.x[k].head(n));
     sweep.pass(arm);
     if (k == plan.intervals) break;
@@ -80,17 +80,14 @@ void find_near(const Plan& plan, const LinkPairs& levers, Kinematics& arm, Obsta
       stray[j] = std::max(stray[j], 0.5 * way);
     }
   }
-  sweep.find(plan.intervals * plan.dt, 0.0, stray);
+  sweep.find((plan.intervals - first) * plan.dt, 0.0, stray);
 }
 
-}  // namespace
-
-PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
-                     Kinematics& kinematics, const Obstacles& obstacles) {
-  const RobotModel& model = kinematics.model();
+/// Finite numbers, a double integrator's states that continue `before`, limits of the joints, and rest at the end.
+PlanFault check_numbers(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
+                        const RobotModel& model) {
   const int n = model.dof();
   const double dt = plan.dt, tolerance = settings.tolerance;
-
   if (!(dt > 0.0 && dt < 1e6) || plan.intervals < 0 || plan.intervals > Plan::kMaxIntervals) {
     return PlanFault::kNotFinite;
   }
@@ -104,26 +101,6 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
   // The state that the arm has now may be outside; what matters is where the plan leads: no further.
   const JointVector q0 = plan.x[0].head(n), fastest = model.velocity_max.cwiseMax(plan.x[0].tail(n).cwiseAbs());
   const JointVector lowest = model.position_min.cwiseMin(q0), highest = model.position_max.cwiseMax(q0);
-  const JointVector dq0 = plan.x[0].tail(n);
-  const LinkPairs reach = levers(model);
-  ObstacleSweep sweep(model, obstacles, plan.start);
-  if (obstacles.count > 0) find_near(plan, reach, kinematics, sweep);
-  kinematics.set_position(q0);
-  Moment node{0.0, q0, dq0, gaps(kinematics, sweep, 0.0)};
-  const LinkPairs smallest = -(tolerance - node.gaps).max(tolerance);
-  const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
-  const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, dq0));
-  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, q0, dq0));
-  const LinkPairs smallest_between = smallest.min(-settings.overlap_between_nodes);
-  GapsBetween gaps_between(kinematics, sweep, reach, smallest_between);
-  const auto fault_at = [&](Moment& moment, const LinkPairs& least) {
-    kinematics.set_position(moment.q);
-    moment.gaps = gaps(kinematics, sweep, moment.t);
-    if (const PlanFault fault = contact(moment.gaps, least); fault != PlanFault::kNone) return fault;
-    if (tool_speed(kinematics, moment.dq) > tool_most) return PlanFault::kToolSpeed;
-    if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
-    return PlanFault::kNone;
-  };
   const int commands = static_cast<int>(std::ceil(dt * settings.command_rate_hz));
   for (int k = 0; k < plan.intervals; ++k) {
     if (beyond(plan.u[k], -model.acceleration_max, model.acceleration_max, tolerance)) return PlanFault::kAcceleration;
@@ -133,24 +110,71 @@ PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanChec
       const JointVector q = plan.x[k].head(n) + s * plan.x[k].tail(n) + (0.5 * s * s) * plan.u[k];
       if (beyond(dq, -fastest, fastest, tolerance)) return PlanFault::kVelocity;
       if (beyond(q, lowest, highest, tolerance)) return PlanFault::kPosition;
-      if (i == commands) {
-        const double jump = std::max((q - plan.x[k + 1].head(n)).lpNorm<Eigen::Infinity>(),
-                                     (dq - plan.x[k + 1].tail(n)).lpNorm<Eigen::Infinity>());
-        if (jump > tolerance) return PlanFault::kDiscontinuous;
-      }
+      if (i < commands) continue;
+      const double jump = std::max((q - plan.x[k + 1].head(n)).lpNorm<Eigen::Infinity>(),
+                                   (dq - plan.x[k + 1].tail(n)).lpNorm<Eigen::Infinity>());
+      if (jump > tolerance) return PlanFault::kDiscontinuous;
     }
-    const double half = 0.5 * dt;
-    Moment middle{
-        node.t + half, node.q + half * node.dq + (0.5 * half * half) * plan.u[k], node.dq + half * plan.u[k], {}};
-    Moment next{(k + 1) * dt, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
-    PlanFault fault = fault_at(middle, smallest_between);
-    if (fault == PlanFault::kNone) fault = fault_at(next, smallest);
+  }
+  return PlanFault::kNone;
+}
+
+/// The moment `s` (s) after another, with constant acceleration of the joints in between.
+Moment after(const Moment& from, const JointVector& acceleration, double s) {
+  return {from.t + s, from.q + s * from.dq + (0.5 * s * s) * acceleration, from.dq + s * acceleration, {}};
+}
+
+}  // namespace
+
+PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settings, Kinematics& kinematics,
+                    const Obstacles& obstacles) {
+  const RobotModel& model = kinematics.model();
+  const int n = model.dof();
+  const double passed = std::max(0.0, to_seconds(from - plan.start));
+  if (passed >= plan.intervals * plan.dt) return PlanFault::kNone;
+  const int first = std::min(static_cast<int>(passed / plan.dt), plan.intervals - 1);
+  const double into = passed - first * plan.dt;
+
+  const LinkPairs reach = levers(model);
+  ObstacleSweep sweep(model, obstacles, plan.start + from_seconds(passed));
+  if (obstacles.count > 0) find_near(plan, first, reach, kinematics, sweep);
+  Moment node = after({-into, plan.x[first].head(n), plan.x[first].tail(n), {}}, plan.u[first], into);
+  node.t = 0.0;
+  kinematics.set_position(node.q);
+  node.gaps = gaps(kinematics, sweep, 0.0);
+  // What is beyond now may come back, and go no further.
+  const double overlap = std::max(settings.tolerance, settings.overlap_between_nodes);
+  const LinkPairs smallest = -(settings.tolerance - node.gaps).max(overlap);
+  const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
+  const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, node.dq));
+  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, node.q, node.dq));
+  GapsBetween gaps_between(kinematics, sweep, reach, smallest);
+  const auto fault_at = [&](Moment& moment) {
+    kinematics.set_position(moment.q);
+    moment.gaps = gaps(kinematics, sweep, moment.t);
+    if (const PlanFault fault = contact(moment.gaps, smallest); fault != PlanFault::kNone) return fault;
+    if (tool_speed(kinematics, moment.dq) > tool_most) return PlanFault::kToolSpeed;
+    if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
+    return PlanFault::kNone;
+  };
+  for (int k = first; k < plan.intervals; ++k) {
+    const double left = k == first ? plan.dt - into : plan.dt;
+    Moment middle = after(node, plan.u[k], 0.5 * left);
+    Moment next{node.t + left, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
+    PlanFault fault = fault_at(middle);
+    if (fault == PlanFault::kNone) fault = fault_at(next);
     if (fault == PlanFault::kNone) fault = gaps_between.look(node, middle, plan.u[k]);
     if (fault == PlanFault::kNone) fault = gaps_between.look(middle, next, plan.u[k]);
     if (fault != PlanFault::kNone) return fault;
     node = next;
   }
   return PlanFault::kNone;
+}
+
+PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
+                     Kinematics& kinematics, const Obstacles& obstacles) {
+  const PlanFault fault = check_numbers(plan, before, settings, kinematics.model());
+  return fault != PlanFault::kNone ? fault : check_way(plan, plan.start, settings, kinematics, obstacles);
 }
 
 }  // namespace steadyhand

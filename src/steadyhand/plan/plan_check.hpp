@@ -12,7 +12,8 @@ namespace steadyhand {
 struct PlanCheckSettings {
   double command_rate_hz = 500.0;  ///< limits are checked at every command
   double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit counts as inside
-  /// m: how deep bodies may overlap between nodes, where the optimal control problem does not look.
+  /// m: how deep bodies may overlap between nodes and in the stop behind the horizon, where the optimal control problem
+  /// does not look.
   double overlap_between_nodes = 2e-3;
   /// m/s, of the tool at nodes and half-way, where the arm's own safety system has such a limit; 0: none.
   double tool_speed_max = 0.0;
@@ -43,5 +44,10 @@ std::string_view to_string(PlanFault fault);
 /// @param before state at plan.start of what is being followed: the plan must continue it
 PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
                      Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);
+
+/// What is left of a plan from a time on, once its numbers have passed: distances of bodies to each other and to
+/// obstacles, and the speeds of tool and elbow. Allocates nothing.
+PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settings, Kinematics& kinematics,
+                    const Obstacles& obstacles);
 
 }  // namespace steadyhand

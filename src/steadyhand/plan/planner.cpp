@@ -139,7 +139,8 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.x0 << now.q, now.dq;
   instance_.reference = reference;
   warm_start_.shift(instance_.x0, reference.start);
-  obstacle_rows_.choose(settings_.obstacles, reference.start, kinematics_, warm_start_, instance_);
+  obstacle_rows_.choose(settings_.obstacles, reference.start, settings_.check.overlap_between_nodes, kinematics_,
+                        warm_start_, instance_);
   try {
     solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
   } catch (...) {  // a third party's: it has failed, and the arm goes on along what was checked
@@ -173,6 +174,7 @@ void Planner::make_plan(const Reference& reference, int intervals) {
   candidate_.start = reference.start;
   candidate_.dt = ocp_.dt();
   candidate_.joints = n;
+  candidate_.world = settings_.obstacles.version;
   candidate_.origin = solution_.status == SolveStatus::kSolved ? PlanOrigin::kSolved : PlanOrigin::kFeasible;
   for (int k = 0; k < intervals; ++k) {
     candidate_.x[k] = solution_.trajectory.x[k];

@@ -40,7 +40,10 @@ NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
     obstacle.at = {origin.translation(), origin.linear()};
     if (json[i].contains("velocity"))
       obstacle.velocity = json::vector<Eigen::VectorXd>(json[i]["velocity"], entry + ".velocity", 3);
-    result.push_back({body.get<int>(), obstacle});
+    double depth = 0.0;
+    if (json[i].contains("depth")) depth = json::number(json[i]["depth"], entry + ".depth");
+    if (depth < 0.0) json::fail(entry + ".depth", fmt::format("is {}; it must be 0 or more", depth));
+    result.push_back({body.get<int>(), obstacle, depth});
   }
   return result;
 }
@@ -132,6 +135,7 @@ OrderedJson to_json(const ProblemRecord& problem) {
     entry.update(shape_json(
         obstacle.shape, Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R))));
     entry["velocity"] = numbers_json(obstacle.velocity);
+    entry["depth"] = near.depth;
     json["obstacles"].push_back(std::move(entry));
   }
   for (const auto& [name, values] : problem.weights) {
