@@ -158,6 +158,40 @@ TEST_P(Pushed, IntoItselfItMovesAlongAndComesBackCalmly) {
   EXPECT_LT(session.monitor().result().smallest_clearance, 0.01);  // it was pushed there
 }
 
+constexpr double kKept = 0.01;  // m, around an obstacle
+
+Obstacles only(const Shape& shape, const Vector3& p, const Vector3& up = Vector3::UnitZ()) {
+  Obstacles obstacles;
+  obstacles.list[obstacles.count++] = {shape.inflated(kKept),
+                                       {p, Quaternion::FromTwoVectors(Vector3::UnitZ(), up).toRotationMatrix()},
+                                       Vector3::Zero(),
+                                       kKept,
+                                       {}};
+  return obstacles;
+}
+
+TEST_P(Pushed, IntoTableWallAndBoxItSlidesAlongAndComesOffCalmly) {
+  const struct {
+    const char* name;
+    Obstacles obstacles;
+    Vector3 away, across;
+  } pushes[] = {
+      {"table", only(Shape::box({0.4, 0.8, 0.1}), {0.75, 0.0, 0.12}), {0.0, 0.0, -0.35}, {0.08, 0.2, 0.0}},
+      {"wall", only(Shape::half_space(), {0.75, 0.0, 0.0}, -Vector3::UnitX()), {0.35, 0.0, 0.0}, {0.0, 0.2, 0.1}},
+      {"box", only(Shape::box({0.3, 0.05, 0.3}), {0.55, -0.35, 0.4}), {0.0, -0.4, 0.0}, {0.1, 0.0, 0.1}}};
+  for (const auto& [name, obstacles, away, across] : pushes) {
+    SCOPED_TRACE(name);
+    VirtualSession pushed(VirtualSession::Options::at_rate(GetParam()));
+    pushed.set_obstacles(obstacles);
+    const PushResult result = push_and_return(pushed, away, across);
+    EXPECT_LE(result.longest_freeze, 2.0 / GetParam());
+    EXPECT_LE(result.fastest, kCalm);
+    EXPECT_GT(pushed.monitor().result().smallest_distance, kKept - 0.001);
+    EXPECT_LT(pushed.monitor().result().smallest_distance, kKept + 0.002) << "it was pushed there";
+    EXPECT_LE(pushed.planner_view.failed, pushed.planner_view.solves / 1000);
+  }
+}
+
 /// Joints that may hardly move: the arm goes to their limits, and to the last digit no further.
 TEST(Motion, ALimitOfPositionIsKeptToTheLastDigit) {
   RobotModel model = ur5e();

@@ -35,6 +35,7 @@ class VirtualSession {
     double first_moves = 0.0, first_speed_scaling = 1.0;
     SolveBudget budget;
     SimulatedArmSettings arm;
+    Obstacles obstacles;  ///< at first
     /// Makes another arm than that.
     std::function<std::unique_ptr<Arm>(Clock&)> make_arm;
 
@@ -60,14 +61,16 @@ class VirtualSession {
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / arm_->info().rate_hz;
     planning.planner.budget = options.budget;
+    planning.planner.obstacles = options.obstacles;
     planning.look_ahead = PlanningSettings::default_look_ahead(1.0 / options.planner_rate_hz);
     auto stage = PlanningStage::make(model_, planning, planner_side_, clock_);
     EXPECT_TRUE(stage) << stage.error().message;
     planning_ = std::move(*stage);
     ControlSettings control;
     control.arm_delay = arm_->info().delay;
+    control.obstacles = options.obstacles;
     control_ = std::make_unique<ControlStage>(model_, control, control_side_);
-    monitor_ = std::make_unique<Monitor>(model_, GlassSettings{});
+    monitor_ = std::make_unique<Monitor>(model_, GlassSettings{}, options.obstacles);
     next_step_ = next_sample_ = clock_.now();
   }
   /// At 50 Hz, where a test takes a moment; STEADYHAND_TEST_RATE runs all of them at another rate.
@@ -162,6 +165,12 @@ class VirtualSession {
   SupervisionState state() const { return control_->state(); }
   bool at_rest() const { return view.at_rest; }
   void ask_stop() { control_side_.asked.stop(); }
+  void set_obstacles(Obstacles obstacles) {
+    obstacles.version = ++world_;
+    control_side_.obstacles_to_control.write(obstacles);
+    planner_side_.obstacles_to_plan.write(obstacles);
+    monitor_->set_obstacles(obstacles);
+  }
   void fail(const char* why) { control_side_.failure = why; }
   void ask_reset() { control_side_.asked.reset(); }
   Pose glass(const JointVector& q) {
@@ -202,6 +211,7 @@ class VirtualSession {
   Kinematics kinematics_{model_};
   Plan plan_, followed_;
   Time next_step_, next_sample_, plan_due_{0};
+  std::uint64_t world_ = 0;
 };
 
 /// A hand that sweeps smoothly through `extent` m in x, y and z.

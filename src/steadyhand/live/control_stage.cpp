@@ -49,6 +49,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (first) anchor(state.joints.q, now);
   if (state.carried_on) resume(*state.carried_on);
   (void)links_->hand.read(hand_);
+  take_obstacles(now);
   take_plan(now);
 
   const SupervisionState before = supervisor_.state();
@@ -116,6 +117,21 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   return output_;
 }
 
+/// Where the plan that is followed would touch what has just come or moved, the arm brakes, and goes on from there as
+/// the planner finds a way. If braking leads into something too it is still the gentlest.
+void ControlStage::take_obstacles(Time now) {
+  if (!links_->obstacles_to_control.read(settings_.obstacles)) return;
+  const Plan& followed = tracker_.plan();
+  if (check_way(followed, now, settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone) return;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
+  candidate_.world = settings_.obstacles.version;
+  const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+  if (fault != PlanFault::kNone && fault != PlanFault::kObstacle) return;
+  has_pending_ = false;
+  follow(candidate_);
+  ++view_.dodges;
+}
+
 /// Switches to the newest plan where it begins, if that is to come and on what is followed.
 void ControlStage::take_plan(Time now) {
   if (links_->plan.read(pending_)) has_pending_ = true;
@@ -126,7 +142,8 @@ void ControlStage::take_plan(Time now) {
                       state == SupervisionState::kHolding || soft_;
   const bool continues = pending_.start > last_.stamp.made &&
                          same(tracker_.update(pending_.start), sample(pending_, pending_.start), kContinuity);
-  if (!wanted || !continues) {
+  const bool knows_all = pending_.world >= settings_.obstacles.version;
+  if (!wanted || !continues || !knows_all) {
     ++view_.rejected_plans;
     return;
   }

@@ -18,7 +18,7 @@ struct ControlSettings {
   double soft_stop = 0.5;
   double arm_delay = 0.0;                                 ///< s, see ArmInfo
   PlanCheckSettings check{.overlap_between_nodes = 0.0};  ///< of stops straight on
-  Obstacles obstacles;                                    ///< which those keep clear of, too
+  Obstacles obstacles;                                    ///< which those keep clear of, too, at first
 };
 
 /// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make
@@ -40,6 +40,7 @@ class ControlStage {
   bool at_rest() const { return at_rest_; }
 
  private:
+  void take_obstacles(Time now);
   void take_plan(Time now);
   void follow(const Plan& plan);
   void remember(const JointCommand& command);

@@ -36,6 +36,7 @@ struct ControlView {
   bool at_rest = false;
   std::uint64_t stops = 0;  ///< Asked::stops that this takes into account
   std::uint64_t cycles = 0, missed_deadlines = 0, rejected_plans = 0, plans = 0;
+  std::uint64_t dodges = 0;  ///< brakings for obstacles that appeared on the way
 };
 
 /// Planner thread to whoever looks.
@@ -107,12 +108,14 @@ struct Asked {
 struct Links {
   SpscRing<HeldSample> samples{256};       ///< input to planner
   LatestValue<OperatorSettings> settings;  ///< main to planner
-  LatestValue<HandReport> hand;            ///< planner to control
-  LatestValue<Plan> plan;                  ///< planner to control
-  LatestValue<ControlReport> report;       ///< control to planner
-  LatestValue<Plan> followed;              ///< control to planner: what is followed since the last change
-  LatestValue<ControlView> control_view;   ///< control to main
-  LatestValue<PlannerView> planner_view;   ///< planner to main
+  /// main to planner, to control, and to the writer
+  LatestValue<Obstacles> obstacles_to_plan, obstacles_to_control, obstacles_to_watch;
+  LatestValue<HandReport> hand;           ///< planner to control
+  LatestValue<Plan> plan;                 ///< planner to control
+  LatestValue<ControlReport> report;      ///< control to planner
+  LatestValue<Plan> followed;             ///< control to planner: what is followed since the last change
+  LatestValue<ControlView> control_view;  ///< control to main
+  LatestValue<PlannerView> planner_view;  ///< planner to main
   Asked asked;
   std::atomic<const char*> failure{nullptr};  ///< any thread that cannot go on, for good: static text for people
   std::atomic<std::uint64_t> holder{0};       ///< any thread: counts whose hand it is; each must open its clutch first

@@ -215,6 +215,8 @@ void LiveSession::drain() {
   empty(rings.targets, taps_.target, nothing);
   empty(rings.settings, taps_.settings, nothing);
   empty(rings.steps, taps_.step, nothing);
+  Obstacles obstacles;
+  if (links_->obstacles_to_watch.read(obstacles)) monitor_.set_obstacles(obstacles);
   TappedCommand tapped;
   while (rings.commands.pop(tapped)) {
     monitor_.update(tapped.command, tapped.anew);
@@ -295,6 +297,15 @@ void LiveSession::refresh() {
   stopped_at_rest_ =
       control_view_.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
   stops_ = control_view_.stops;
+}
+
+Status LiveSession::set_obstacles(Obstacles obstacles) {
+  if (Status s = check(obstacles); !s) return s.error();
+  obstacles.version = ++world_;
+  links_->obstacles_to_control.write(obstacles);
+  links_->obstacles_to_plan.write(obstacles);
+  links_->obstacles_to_watch.write(obstacles);
+  return Done{};
 }
 
 Status LiveSession::set_planner_rate(double rate_hz) {

@@ -87,6 +87,11 @@ class LiveSession {
   /// Weights, scale, yaw; one thread at a time.
   void set(const OperatorSettings& settings) { links_->settings.write(settings); }
 
+  /// What stands around the arm from here on. At the next cycle the plan that is followed is looked at anew, and left
+  /// for the shortest stop where it would touch. One thread at a time. Fails, and changes nothing, on obstacles that
+  /// cannot be, with the reason.
+  Status set_obstacles(Obstacles obstacles);
+
   /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
   /// would take the planner for late, or beyond the arm's.
   Status set_planner_rate(double rate_hz);
@@ -135,6 +140,7 @@ class LiveSession {
   ControlView control_view_;
   PlannerView planner_view_;
   LiveSummary summary_;
+  std::uint64_t world_ = 0;  ///< versions of obstacles so far
   Time started_{0}, engaged_since_{0};
 
   mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner

@@ -110,9 +110,11 @@ std::string to_text(const MonitorResult& r, const RobotModel& model, const Cell&
                         model.bodies[r.nearest[0]].name, model.bodies[r.nearest[1]].name);
   }
   if (r.nearest_obstacle[0] >= 0) {
-    text += fmt::format("\nobstacles          touched by {} commands; smallest distance {:.3g} mm ({}, {})", r.touching,
-                        1e3 * r.smallest_distance, model.bodies[r.nearest_obstacle[0]].name,
-                        cell.objects[r.nearest_obstacle[1]].name);
+    text +=
+        fmt::format("\nobstacles          touched by {} commands; smallest distance {:.3g} mm ({}, {})", r.touching,
+                    1e3 * r.smallest_distance, model.bodies[r.nearest_obstacle[0]].name,
+                    r.nearest_obstacle[1] < std::ssize(cell.objects) ? cell.objects[r.nearest_obstacle[1]].name
+                                                                     : fmt::format("object {}", r.nearest_obstacle[1]));
   }
   if (r.beyond_limits > 0) {
     text += fmt::format("\nbeyond a limit     by {:.3g} mrad, {:.3g} rad/s, {:.3g} rad/s^2; steps of {:.3g} mrad",

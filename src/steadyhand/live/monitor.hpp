@@ -47,6 +47,8 @@ class Monitor {
   /// @param anew the arm was restarted where it stands: the command need not continue those before
   void update(const JointCommand& command, bool anew = false);
   void update(const JointState& state);
+  /// From the next command on.
+  void set_obstacles(const Obstacles& obstacles) { obstacles_ = obstacles; }
   void reset_liquid() { liquid_.reset(); }
 
   const MonitorResult& result() const { return result_; }

@@ -56,6 +56,8 @@ Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
                                                            Links& links, const Clock& clock) {
   PlanningSettings resolved = settings;
+  // They may come while the session runs.
+  if (resolved.ocp.obstacle_rows == 0) resolved.ocp.obstacle_rows = kUsualObstacleRows;
   double& overlap = resolved.planner.check.overlap_between_nodes;
   const double inflated = inflation(model, overlap);
   overlap = std::min(overlap, inflated);
@@ -95,6 +97,7 @@ PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, con
 void PlanningStage::step(Time now) {
   (void)links_->report.read(report_);
   apply_settings(now);
+  apply_obstacles();
   const Time start = next_start(now);
 
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
@@ -141,6 +144,14 @@ void PlanningStage::apply_settings(Time now) {
   retargeter_.set_yaw(settings.yaw);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
   links_->taps.settings.push({now, settings});
+}
+
+void PlanningStage::apply_obstacles() {
+  Obstacles& obstacles = settings_.planner.obstacles;
+  if (!links_->obstacles_to_plan.read(obstacles)) return;
+  // Whoever sent them has checked them.
+  (void)scaled_.planner->set_obstacles(obstacles);
+  if (after_first_moves_) (void)after_first_moves_->planner->set_obstacles(obstacles);
 }
 
 /// With those at rest nothing draws the arm anywhere, it loses its speed and rights the glass as fast as the liquid
@@ -231,6 +242,7 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
   if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
   make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
+  stop_.world = settings_.planner.obstacles.version;
   if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm, settings_.planner.obstacles) ==
       PlanFault::kNone)
     send(stop_);
@@ -240,6 +252,7 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
 void PlanningStage::plan_standing(const JointCommand& at_start) {
   if (!solve(at_start.stamp.made, weights_)) return;
   make_straight_stop(scaled_.arm.model(), at_start, 0.0, stop_);
+  stop_.world = settings_.planner.obstacles.version;
   send(stop_);
 }
 

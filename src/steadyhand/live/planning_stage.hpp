@@ -69,6 +69,7 @@ class PlanningStage {
                 std::optional<ScaledPlanner> after_first_moves, const Reach& reach);
   Time next_start(Time now) const;
   void apply_settings(Time now);
+  void apply_obstacles();
   void set_weights(std::span<const JointVector> weights);
   void take_hand(Time now, const Pose& X_base_tool);
   void change_holder(std::uint64_t holder);

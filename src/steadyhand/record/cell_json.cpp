@@ -9,6 +9,7 @@ std::string cell_json(const Cell& cell) {
   for (const CellObject& object : cell.objects) {
     OrderedJson json = {{"name", object.name}};
     json.update(shape_json(object.shape, object.origin));
+    json["velocity"] = numbers_json(object.velocity);
     json["margin"] = object.margin;
     json["color"] = object.color;
     json["holds_only_tool"] = object.holds_only_tool;

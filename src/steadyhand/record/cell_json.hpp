@@ -6,7 +6,8 @@
 
 namespace steadyhand {
 
-/// {"name", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/formulation.md, "margin", "color",
+/// {"name", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/formulation.md, "velocity", "margin",
+/// "color",
 /// "holds_only_tool"}]}. One line.
 std::string cell_json(const Cell& cell);
 

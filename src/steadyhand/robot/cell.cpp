@@ -42,6 +42,7 @@ Result<Obstacles> obstacles_of(const Cell& cell, const RobotModel& model) {
     if (const Status status = check(object.shape); !status) return refuse_object(status.error().message);
     Obstacle& obstacle = obstacles.list[obstacles.count++];
     obstacle.shape = object.shape.inflated(object.margin);
+    obstacle.velocity = object.velocity;
     obstacle.margin = object.margin;
     obstacle.at = {object.origin.translation(), object.origin.linear()};
     if (object.holds_only_tool) {

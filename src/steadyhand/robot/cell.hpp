@@ -13,6 +13,7 @@ struct CellObject {
   std::string name;                            ///< for people
   Shape shape;                                 ///< without its margin
   Eigen::Isometry3d origin;                    ///< of the shape's frame, in the base
+  Vector3 velocity = Vector3::Zero();          ///< m/s, base frame
   double margin = 0.01;                        ///< m, kept around it
   std::vector<std::string> may_be_touched_by;  ///< bodies or links of the arm
   bool holds_only_tool = false;                ///< all but the bodies on the tool's link may touch it

@@ -1,0 +1,159 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "support/virtual_session.hpp"
+
+namespace steadyhand {
+namespace {
+
+constexpr double kMargin = 0.01;  // m
+
+Obstacle solid(const Shape& shape, const Vector3& p, const Vector3& velocity = Vector3::Zero()) {
+  return {shape.inflated(kMargin), {p, Matrix3::Identity()}, velocity, kMargin, {}};
+}
+
+Obstacles world(const std::vector<Obstacle>& list) {
+  Obstacles result;
+  for (const Obstacle& each : list) result.list[result.count++] = each;
+  return result;
+}
+
+/// Following a hand that sweeps.
+struct Among : testing::Test {
+  VirtualSession session;
+
+  void follow(const Vector3& extent = {0.1, 0.3, 0.1}) {
+    session.run(0.2);
+    ASSERT_TRUE(session.grip());
+    session.hand = sweeping(extent, 1.0);
+    session.run(1.0);
+  }
+  /// Gripped by a hand that stands, and then goes to `way` (m) in `duration` s from its next call on.
+  void stand() {
+    session.run(0.2);
+    ASSERT_TRUE(session.grip());
+    session.run(1.0);
+  }
+  void lead(const Vector3& way, double duration) {
+    session.hand = [from = lead_, way, begin = session.now(), duration](double t) {
+      const double s = std::clamp((t - begin) / duration, 0.0, 1.0);
+      Pose pose;
+      pose.p = from + s * s * (3.0 - 2.0 * s) * way;
+      return pose;
+    };
+    lead_ += way;
+  }
+  Vector3 glass() { return session.glass(session.last_command.q).p; }
+  const MonitorResult& seen() const { return session.monitor().result(); }
+
+ private:
+  Vector3 lead_ = Vector3::Zero();
+};
+
+/// At many instants of a motion, right before it or so near that it cannot stop: as far as the limits allow it does not
+/// touch, and what it cannot help it does slowly.
+TEST_F(Among, WhatAppearsOnTheWay) {
+  follow({0.1, 0.5, 0.1});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> ahead(0.05, 0.4), pause(0.2, 0.7);
+  int deep = 0, appeared = 0;
+  for (int i = 0; i < 40; ++i) {
+    session.set_obstacles(kNoObstacles);
+    session.run(pause(random));
+    const JointCommand& command = session.last_command;
+    const Vector3 from = glass(), velocity = (session.glass(command.q + 0.001 * command.dq).p - from) / 0.001;
+    if (velocity.norm() < 0.2) continue;
+    const double distance = ahead(random);
+    const Obstacles there = world({solid(Shape::sphere(0.05), from + distance * velocity.normalized())});
+    Kinematics arm(ur5e());
+    arm.set_position(command.q);
+    double nearest = 1e9;
+    for (int b = 0; b < static_cast<int>(ur5e().bodies.size()); ++b) {
+      if (ur5e().bodies[b].link > 0) nearest = std::min(nearest, gap(arm, b, there.list[0].shape, there.list[0].at));
+    }
+    // To a stop straight on at the limits' least, 15 rad/s^2 with a metre of lever.
+    const double needed = velocity.squaredNorm() / (2.0 * 5.0) + 0.005;
+    if (nearest < needed) continue;
+    ++appeared;
+    const std::uint64_t before = seen().touching;
+    session.set_obstacles(there);
+    session.run(1.0);
+    deep += seen().touching > before;
+  }
+  EXPECT_GT(appeared, 8);
+  EXPECT_EQ(deep, 0);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+}
+
+/// It comes off as the hand leads it away, and goes no deeper.
+TEST_F(Among, WhatAppearsInsideTheArm) {
+  stand();
+  const Vector3 p = glass();
+  session.set_obstacles(world({solid(Shape::sphere(0.03), p)}));
+  session.run(0.1);
+  const double deep = seen().smallest_distance;
+  EXPECT_LT(deep, 0.0);
+  session.run(1.0);
+  EXPECT_GT(seen().smallest_distance, deep - 1e-3) << "no deeper";
+  lead({0.0, 0.0, 0.25}, 1.0);
+  session.run(2.0);
+  EXPECT_GT(glass().z(), p.z() + 0.1) << "it comes off";
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+}
+
+/// At 1 m/s from the sides, over the glass and under it: it gives way.
+TEST_F(Among, WhatFliesAtTheArm) {
+  stand();
+  int escaped = 0;
+  for (const Vector3& from :
+       {Vector3(0.0, 1.0, 0.06), Vector3(0.0, -1.0, 0.06), Vector3(0.0, 1.0, -0.07), Vector3(0.0, -1.0, -0.07)}) {
+    const std::uint64_t before = seen().touching;
+    Obstacles coming = world({solid(Shape::sphere(0.04), glass() + from, -Vector3(from.x(), from.y(), 0.0))});
+    coming.time = session.clock().now();
+    session.set_obstacles(coming);
+    session.run(2.0);
+    escaped += seen().touching == before;
+    session.set_obstacles(kNoObstacles);
+    session.run(1.0);
+  }
+  EXPECT_EQ(escaped, 4);
+  session.expect_safe();
+}
+
+TEST_F(Among, WhatDisappears) {
+  stand();
+  session.set_obstacles(world({solid(Shape::box({0.4, 0.8, 0.1}), {0.75, 0.0, 0.19})}));
+  lead({0.0, 0.0, -0.25}, 1.0);
+  session.run(2.0);
+  const double held = glass().z();
+  session.set_obstacles(kNoObstacles);
+  session.run(2.0);
+  EXPECT_LT(glass().z(), held - 0.05) << "it follows again";
+  session.expect_safe();
+}
+
+TEST_F(Among, SixtyFourThatMoveAboutAllTheTime) {
+  follow();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int i = 0; i < 60; ++i) {
+    std::vector<Obstacle> list;
+    while (list.size() < Obstacles::kMost) {
+      const Shape shapes[] = {Shape::sphere(0.05), Shape::capsule(0.1, 0.03), Shape::box({0.05, 0.1, 0.02})};
+      list.push_back(solid(shapes[list.size() % 3], {unit(random), unit(random), 0.5 + 0.5 * unit(random)},
+                           0.3 * Vector3(unit(random), unit(random), unit(random))));
+    }
+    Obstacles all = world(list);
+    all.time = session.clock().now();
+    session.set_obstacles(all);
+    session.run(0.1);
+  }
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+}
+
+}  // namespace
+}  // namespace steadyhand
