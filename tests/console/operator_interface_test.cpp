@@ -24,11 +24,11 @@ struct DeskBefore : testing::Test {
     Recording still;
     still.samples.resize(2);
     still.samples[1].stamp.hand = std::chrono::seconds(1);
-    operator_interface = std::make_unique<OperatorInterface>(*session, profiles, 1, RetargetSettings{},
-                                                             std::vector<NamedRecording>{{"still", still}});
+    operator_interface = std::make_unique<OperatorInterface>(
+        *session, profiles, 1, RetargetSettings{}, std::vector<NamedRecording>{{"still", still}}, ur5e(), Cell{});
   }
   Status ask(Kind kind, const std::string& text = "", double value = 0.0) {
-    return operator_interface->apply({kind, text, value}, clock.now());
+    return operator_interface->apply({kind, text, value, {}}, clock.now());
   }
 
   SessionClock clock;

@@ -117,7 +117,7 @@ TEST(Messages, WritesTheServersFixtures) {
                  {"calm", "Lateral specific force", "s^3/m^2", 1, 0.0, 20.0, false, true}};
   facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
   facts.recordings = {"reach"};
-  EXPECT_EQ(Json::parse(welcome_message(facts, 3)), expected["welcome"]);
+  EXPECT_EQ(Json::parse(welcome_message(facts, facts.cell, 3)), expected["welcome"]);
   EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);
   EXPECT_EQ(Json::parse(lease_message({3, true, false, 5, from_seconds(7.5)})), expected["lease"]);
   EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);

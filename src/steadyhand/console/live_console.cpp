@@ -52,9 +52,9 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
       callbacks_(std::move(callbacks)),
       session_(std::move(session)) {
   for (const NamedRecording& recording : settings_.recordings) recordings_.push_back(recording.name);
-  operator_interface_ =
-      std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
-                                          settings_.live.planning.retarget, std::exchange(settings_.recordings, {}));
+  operator_interface_ = std::make_unique<OperatorInterface>(
+      *session_, settings_.profiles, settings_.profile, settings_.live.planning.retarget,
+      std::exchange(settings_.recordings, {}), model, settings_.live.cell);
 }
 
 LiveConsole::~LiveConsole() {
@@ -174,7 +174,8 @@ Time LiveConsole::poll(Time now) {
   say_notices();
   if (server_ && now - shown_ >= kPublishPeriod) {
     shown_ = now;
-    server_->publish({session_->snapshot(), operator_interface_->controls(), recorder_->recording()});
+    server_->publish(
+        {session_->snapshot(), operator_interface_->controls(), recorder_->recording(), operator_interface_->cell()});
   }
   return due;
 }

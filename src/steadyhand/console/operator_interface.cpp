@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "steadyhand/config/nearest.hpp"
+#include "steadyhand/record/cell_json.hpp"
 
 namespace steadyhand {
 
@@ -26,8 +27,13 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 }  // namespace
 
 OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile,
-                                     const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
-    : session_(&session), profiles_(std::move(profiles)), recordings_(std::move(recordings)) {
+                                     const RetargetSettings& retarget, std::vector<NamedRecording> recordings,
+                                     const RobotModel& model, Cell cell)
+    : session_(&session),
+      profiles_(std::move(profiles)),
+      recordings_(std::move(recordings)),
+      model_(&model),
+      cell_(std::move(cell)) {
   controls_.scale = retarget.scale;
   controls_.yaw = retarget.yaw;
   (void)set_profile(profiles_[profile].name);
@@ -75,6 +81,8 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       if (request.value != 0.0 && request.value != 1.0) return bad_value("record", "0 or 1");
       on_record_(request.value == 1.0);
       return Done{};
+    case Kind::kObject:
+      return set_object(request, now);
   }
   return Error{"unknown request"};
 }
@@ -87,6 +95,36 @@ Status OperatorInterface::set_profile(const std::string& name) {
   weights_ = *std::move(weights);
   controls_.profile = *index;
   send();
+  return Done{};
+}
+
+/// The object comes, moves or goes; what moves by itself has gone on meanwhile.
+Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
+  Cell changed = cell_;
+  for (CellObject& object : changed.objects) {
+    object.origin.pretranslate(to_seconds(now - cell_time_) * object.velocity);
+  }
+  const auto found = std::find_if(changed.objects.begin(), changed.objects.end(),
+                                  [&](const CellObject& object) { return object.name == request.text; });
+  if (request.object) {
+    CellObject& object = found != changed.objects.end() ? *found : changed.objects.emplace_back();
+    const std::vector<std::string> may_touch = object.may_be_touched_by;
+    const std::string color = object.color;
+    object = *request.object;
+    object.may_be_touched_by = may_touch;
+    object.color = color;
+  } else if (found != changed.objects.end()) {
+    changed.objects.erase(found);
+  } else {
+    return Error{fmt::format("there is no object '{}'", request.text)};
+  }
+  Result<Obstacles> obstacles = obstacles_of(changed, *model_);
+  if (!obstacles) return obstacles.error();
+  obstacles->time = now;
+  if (Status s = session_->set_obstacles(*obstacles); !s) return s;
+  cell_ = std::move(changed);
+  cell_time_ = now;
+  cell_json_ = std::make_shared<const std::string>(cell_json(cell_));
   return Done{};
 }
 
@@ -162,6 +200,11 @@ Time OperatorInterface::poll(Time now) {
   OperatorSample sample;
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);
   return playback_ ? playback_->due() : Time::max();
+}
+
+std::shared_ptr<const std::string> OperatorInterface::cell() const {
+  const std::lock_guard lock(mutex_);
+  return cell_json_;
 }
 
 SessionControls OperatorInterface::controls() const {

@@ -27,9 +27,9 @@ struct NamedRecording {
 /// the server falls silent, through which a stop would come. Only a request begins it again.
 class OperatorInterface {
  public:
-  /// The session must outlive it. @param profile index of the profile that the session began with
+  /// Session and model must outlive it. @param profile index of the profile that the session began with
   OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
-                    std::vector<NamedRecording> recordings);
+                    std::vector<NamedRecording> recordings, const RobotModel& model, Cell cell);
 
   /// Who begins and ends recordings when the operator asks for it; until then that is refused.
   void on_record(std::function<void(bool)> call);
@@ -47,9 +47,12 @@ class OperatorInterface {
   Time poll(Time now);
 
   SessionControls controls() const;
+  /// What stands around the arm, as JSON; null until a request has changed it. Another pointer is another cell.
+  std::shared_ptr<const std::string> cell() const;
 
  private:
   Status set_profile(const std::string& name);
+  Status set_object(const OperatorRequest& request, Time now);
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
   void end_playback();
@@ -61,6 +64,10 @@ class OperatorInterface {
   std::vector<NamedRecording> recordings_;
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
   SessionControls controls_;
+  const RobotModel* model_;
+  Cell cell_;
+  Time cell_time_{0};  ///< at which what moves is where it says
+  std::shared_ptr<const std::string> cell_json_;
   std::optional<Playback> playback_;
   std::uint64_t halts_ = 0;  ///< LiveSession::halts when it began
   std::optional<Time> server_alive_;

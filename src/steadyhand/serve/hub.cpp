@@ -119,6 +119,13 @@ void Hub::tick(Time now) {
 
 void Hub::broadcast_state(const OperatorView& view) {
   arm_led_ = view.state == SupervisionState::kEngaged || view.state == SupervisionState::kHolding;
+  if (view.cell && view.cell != cell_) {
+    cell_ = view.cell;
+    const std::string changed = cell_message(*cell_);
+    for (auto& [id, client] : clients_) {
+      if (client.greeted && !client.closed) send(client, changed);
+    }
+  }
   std::shared_ptr<const std::string> message;
   for (auto& [id, client] : clients_) {
     if (!client.greeted || client.closed) continue;
@@ -142,7 +149,7 @@ void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, 
   if (client.greeted) return refuse(client, Refusal::kMalformed, "hello was said already");
   client.greeted = true;
   client.useful = now;
-  send(client, welcome_message(facts_, id));
+  send(client, welcome_message(facts_, cell_ ? *cell_ : facts_.cell, id));
   if (pairing_.known(message.token)) {
     client.token = message.token;
     send(client, paired_message(client.token));
@@ -219,7 +226,7 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id) {
     return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
   }
-  const auto& [kind, text, value] = message.request;
+  const auto& [kind, text, value, object] = message.request;
   const auto named = [&text = text](const auto& entry) { return entry.name == text; };
   if (kind == OperatorRequest::Kind::kProfile && std::none_of(facts_.profiles.begin(), facts_.profiles.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no profile has this name");

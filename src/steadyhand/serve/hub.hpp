@@ -118,6 +118,7 @@ class Hub {
   void send(Client& client, std::string message);
 
   const ServerFacts& facts_;
+  std::shared_ptr<const std::string> cell_;  ///< the newest that clients know; null: that of the facts
   const ServerCallbacks& callbacks_;
   double max_rate_hz_;
   std::size_t max_clients_;

@@ -97,12 +97,14 @@ class Reader {
     if (!error_) error_ = Error{std::move(message)};
   }
 
+  bool has(const char* key) const { return object_.contains(key); }
   bool failed() const { return error_.has_value(); }
 
-  /// `type` counts as used.
-  std::optional<Error> finish() {
-    if (!error_ && used_ + 1 != object_.size()) {
-      error_ = Error{fmt::format("{} member(s) that this type of message does not have", object_.size() - used_ - 1)};
+  /// @param known members that were read elsewhere: `type`
+  std::optional<Error> finish(std::size_t known = 1) {
+    if (!error_ && used_ + known != object_.size()) {
+      error_ =
+          Error{fmt::format("{} member(s) that this type of message does not have", object_.size() - used_ - known)};
     }
     return error_;
   }
@@ -113,19 +115,22 @@ class Reader {
   std::optional<Error> error_;
 };
 
-SampleMessage read_sample(Reader& reader) {
-  SampleMessage message;
-  message.sequence = reader.count("sequence");
-  message.t = reader.number("t_s", -kLongest, kLongest);
+Pose read_pose(Reader& reader) {
   const auto p = reader.numbers<3>("p", kFarthest);
   const auto q = reader.numbers<4>("q", 2.0);
-  message.sample.X_operator_hand.p = {p[0], p[1], p[2]};
   const Quaternion orientation(q[3], q[0], q[1], q[2]);
   const double norm = orientation.norm();
   if (!(std::abs(norm - 1.0) <= kNormTolerance)) {
     reader.fail(fmt::format("'q' must be a unit quaternion x, y, z, w; its norm is {:g}", norm));
   }
-  message.sample.X_operator_hand.q = orientation.normalized();
+  return {{p[0], p[1], p[2]}, orientation.normalized()};
+}
+
+SampleMessage read_sample(Reader& reader) {
+  SampleMessage message;
+  message.sequence = reader.count("sequence");
+  message.t = reader.number("t_s", -kLongest, kLongest);
+  message.sample.X_operator_hand = read_pose(reader);
   message.sample.clutch = reader.flag("clutch");
   message.sample.tracked = reader.flag("tracked");
   message.sample.emulated = reader.flag("emulated");
@@ -139,12 +144,46 @@ struct RequestName {
   bool text;   // takes 'text'
   bool value;  // takes 'value'
 };
+
+/// Where an object stands and how large it is.
+CellObject read_object(const Json& json, const std::string& name, Reader& outer) {
+  CellObject object;
+  object.name = name;
+  Reader reader(json);
+  const std::string shape = reader.text("shape", 16);
+  const auto size = [&](const char* key) { return reader.number(key, 0.0, kFarthest); };
+  if (shape == "sphere") {
+    object.shape = Shape::sphere(size("radius"));
+  } else if (shape == "capsule" || shape == "cylinder") {
+    const double radius = size("radius"), half = 0.5 * size("length");
+    object.shape = shape == "capsule" ? Shape::capsule(half, radius) : Shape::cylinder(radius, half);
+  } else if (shape == "box") {
+    const auto sizes = reader.numbers<3>("size", kFarthest);
+    const double rounding = reader.number_or("rounding", 0.0, kFarthest, 0.0);
+    object.shape = Shape::box(0.5 * Vector3(sizes[0], sizes[1], sizes[2]) - Vector3::Constant(rounding), rounding);
+  } else if (shape == "half_space") {
+    object.shape = Shape::half_space();
+  } else {
+    reader.fail("'shape' must be sphere, capsule, cylinder, box or half_space");
+  }
+  const Pose pose = read_pose(reader);
+  object.origin = Eigen::Translation3d(pose.p) * pose.q;
+  if (reader.has("velocity")) {
+    const auto velocity = reader.numbers<3>("velocity", kFarthest);
+    object.velocity = {velocity[0], velocity[1], velocity[2]};
+  }
+  object.margin = reader.number_or("margin", 0.0, 1.0, object.margin);
+  const Status good = check(object.shape);
+  if (!reader.failed() && !good) reader.fail(good.error().message);
+  if (auto error = reader.finish(0)) outer.fail("object: " + error->message);
+  return object;
+}
 constexpr RequestName kRequests[] = {
     {"stop", RequestKind::kStop, false, false},      {"reset", RequestKind::kReset, false, false},
     {"profile", RequestKind::kProfile, true, false}, {"weight", RequestKind::kWeight, true, true},
     {"scale", RequestKind::kScale, false, true},     {"yaw", RequestKind::kYaw, false, true},
     {"rate", RequestKind::kRate, false, true},       {"playback", RequestKind::kPlayback, true, false},
-    {"record", RequestKind::kRecord, false, true},
+    {"record", RequestKind::kRecord, false, true},   {"object", RequestKind::kObject, true, false},
 };
 
 RequestMessage read_request(Reader& reader) {
@@ -158,11 +197,20 @@ RequestMessage read_request(Reader& reader) {
       const bool sign = known.kind == RequestKind::kYaw;
       message.request.value = reader.number("value", sign ? -kLargestValue : 0.0, kLargestValue);
     }
+    if (known.kind == RequestKind::kObject) {
+      const Json* object = reader.member("object");
+      if (message.request.text.empty()) reader.fail("'text' must be the object's name");
+      if (object && object->is_object()) {
+        message.request.object = read_object(*object, message.request.text, reader);
+      } else if (object && !object->is_null()) {
+        reader.fail("'object' must be an object, or null: no longer there");
+      }
+    }
     return message;
   }
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
-      "rate, playback, record");
+      "rate, playback, record, object");
   return message;
 }
 
@@ -273,7 +321,7 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
       "sample, request, ping"};
 }
 
-std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
+std::string welcome_message(const ServerFacts& facts, std::string_view cell, std::uint64_t client) {
   Message json("welcome");
   json->member("version", kProtocolVersion);
   json->member("client", client);
@@ -315,9 +363,16 @@ std::string welcome_message(const ServerFacts& facts, std::uint64_t client) {
   json->member("fill", facts.glass.fill);
   json->end_object();
   json->key("cell");
-  json->raw(facts.cell.empty() ? "null" : facts.cell);
+  json->raw(cell.empty() ? "null" : cell);
   json->key("robot");
   json->raw(facts.robot.empty() ? "null" : facts.robot);
+  return json.end();
+}
+
+std::string cell_message(std::string_view cell) {
+  Message json("cell");
+  json->key("cell");
+  json->raw(cell);
   return json.end();
 }
 

@@ -57,7 +57,10 @@ Result<ClientMessage> parse_client_message(std::string_view text);
 /// Why a client's message was not obeyed.
 enum class Refusal { kMalformed, kVersion, kUnpaired, kCode, kNoLease, kTaken, kTooMany, kFull, kLate, kUnknown };
 
-std::string welcome_message(const ServerFacts& facts, std::uint64_t client);
+/// @param cell what stands around the arm now, as ServerFacts::cell
+std::string welcome_message(const ServerFacts& facts, std::string_view cell, std::uint64_t client);
+/// It has changed.
+std::string cell_message(std::string_view cell);
 std::string paired_message(std::string_view token);
 /// The lease as one client sees it.
 struct LeaseView {

@@ -2,9 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "steadyhand/live/snapshot.hpp"
+#include "steadyhand/robot/cell.hpp"
 
 /// What an operator's page and the program tell each other, see docs/protocol.md.
 namespace steadyhand {
@@ -21,10 +24,12 @@ struct OperatorRequest {
     kRate,      ///< `value`: planning steps a second, Hz
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
     kRecord,    ///< `value` 0 or 1: whether the session is recorded
+    kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
   };
   Kind kind = Kind::kStop;
   std::string text;
   double value = 0.0;
+  std::optional<CellObject> object;
 };
 
 /// What the operator has chosen.
@@ -41,6 +46,7 @@ struct SessionControls {
 struct OperatorView : SessionSnapshot {
   SessionControls controls;
   bool recording = false;
+  std::shared_ptr<const std::string> cell;  ///< what stands around the arm, as ServerFacts::cell; null: as that
 };
 
 }  // namespace steadyhand
