@@ -144,6 +144,33 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   assert.deepEqual(page.complaints, []);
 });
 
+test('a box is added, dragged over the floor, and removed', async () => {
+  page = await open();
+  await ready(page);
+  const box = () => page.evaluate(() => globalThis.steadyhand.session.welcome.cell.objects.find((object) => object.name === 'box 1') ?? null);
+  await until(async () => (await box()) ?? (await page.click('#add-box'), false), 'the box');
+  const begin = await box();
+  const place = () => page.evaluate(() => {
+    const { stage } = globalThis.steadyhand, at = stage.surroundings.solid('box 1').getWorldPosition(stage.view.camera.position.clone()).project(stage.view.camera);
+    const { left, top, width, height } = document.querySelector('#scene').getBoundingClientRect();
+    return [left + (width * (at.x + 1)) / 2, top + (height * (1 - at.y)) / 2];
+  });
+  await until(async () => {
+    const [x, y] = await place();
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 30, y, { steps: 4 });
+    await page.mouse.move(x + 60, y, { steps: 4 });
+    await page.mouse.up();
+    const now = await box();
+    return Math.hypot(now.origin[0][3] - begin.origin[0][3], now.origin[1][3] - begin.origin[1][3]) > 0.02;
+  }, 'the box to follow the mouse');
+  assert.ok(Math.abs((await box()).origin[2][3] - begin.origin[2][3]) < 1e-6, 'over the floor');
+  await shot(page, 'box');
+  await until(async () => !(await box()) || (await page.click('#remove-object'), false), 'the box to go');
+  assert.deepEqual(page.complaints, []);
+});
+
 test('a recording appears in the list, its report opens, and it replays in the scene', async () => {
   page = await open();
   const first = await state(page);

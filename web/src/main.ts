@@ -4,6 +4,7 @@ import { Hand } from './hand';
 import { Drag } from './input/drag';
 import { Gamepads, Keys } from './input/keys';
 import { listenForShortcuts } from './input/shortcuts';
+import { Objects } from './input/objects';
 import { Headset } from './input/xr';
 import { element, Panel } from './panel';
 import { Plots } from './plots';
@@ -31,6 +32,7 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
     if (message.recording !== recorded) void recordings.refresh();
     recorded = message.recording;
   }
+  if (message.type === 'cell') stage.surroundings.setCell(message.cell);
   if (message.type !== 'welcome') return;
   panel.offer(message);
   // The same server after a lost connection: what is drawn goes on.
@@ -38,7 +40,7 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (told === shown) return;
   shown = told;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
-  stage.setCell(cell);
+  stage.surroundings.setCell(cell);
   if (robot) void stage.setRobot(robot, glass);
 }, (status) => {
   session.connectionBecame(status);
@@ -55,6 +57,9 @@ const panel = new Panel(session, connection, hand);
 const wantLease = () => panel.takeOver();
 const stop = () => panel.stop();
 const drag = new Drag(stage, hand, session, wantLease, canvas);
+const objects = new Objects(stage, drag, session, connection, canvas);
+element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
+element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);
 const gamepads = new Gamepads(hand, session, wantLease, stop, now);
@@ -108,6 +113,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   headset.update(frame, t);
   drag.show(!headset.session && !session.past && (session.mayDrive(t) || (!session.yours && session.mayTake && !session.isStale(t))));
   drag.follow();
+  objects.draw();
   recordings.player?.advance(dt);
   if (recordings.player) stage.showPast(recordings.player.q());
   else if (session.state) stage.show(session.state, session.isStale(t), t);

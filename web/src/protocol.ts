@@ -18,6 +18,7 @@ export type ClientMessage =
   | { type: 'answer'; grant: boolean }
   | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number }
   | { type: 'request'; kind: RequestKind; text?: string; value?: number }
+  | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 
 export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
@@ -99,10 +100,13 @@ export interface Robot {
   pairs: [number, number][];
 }
 
-/** Something solid around the arm; `origin` is in the base's frame. A half-space is all with z <= 0. `color`: "#rrggbb", "" or "none". */
-export type CellObject = { name: string; origin: number[][]; margin: number; color: string; holds_only_tool: boolean } & (
-  { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
-  { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' });
+/** As of Body; a half-space is all with z <= 0. */
+type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
+  { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' };
+/** Something solid around the arm; `origin` is in the base's frame, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
+export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean } & Shape;
+/** How a client says where one stands. */
+export type PlacedShape = { p: Vec3; q: Quat; margin?: number; velocity?: Vec3 } & Shape;
 export interface Cell { name: string; objects: CellObject[] }
 
 /** The glass and its liquid, m; radius and height are inside. */
@@ -126,12 +130,13 @@ export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease'
 export type ServerMessage =
   | WelcomeMessage
   | StateMessage
+  | { type: 'cell'; cell: Cell }
   | { type: 'paired'; token: string }
   | { type: 'lease'; holder: number; yours: boolean; takeable: boolean; asker: number; grant_s: Measure }
   | { type: 'pong'; t_s: number; now_s: number }
   | { type: 'error'; code: Refusal; message: string };
 
-const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'paired', 'lease', 'pong', 'error']);
+const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error']);
 
 /** null: nothing that a server of this version says. */
 export function decode(text: string): ServerMessage | null {

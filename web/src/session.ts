@@ -56,6 +56,7 @@ export class Session {
   take(message: ServerMessage, now: number): void {
     switch (message.type) {
       case 'welcome': this.welcome = message; break;
+      case 'cell': if (this.welcome) this.welcome = { ...this.welcome, cell: message.cell }; break;
       case 'state':
         this.state = message;
         this.#stateAt = now;

@@ -1,7 +1,7 @@
 import * as THREE from 'three';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { SCENE_FROM_ROBOT } from '../frames';
-import type { Cell, GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
+import type { GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
 import { blindRenderer } from './blind';
 import { Ghost, Glass } from './glass';
@@ -53,7 +53,7 @@ export class Stage {
   readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
   readonly #reach: THREE.Mesh;
   readonly #spill: Spill;
-  readonly #surroundings = new Surroundings();
+  readonly surroundings = new Surroundings();
   readonly #backdrop = new THREE.Color();
   readonly #target = new THREE.Vector3(); // world frame
   #shownAt = 0;
@@ -101,7 +101,7 @@ export class Stage {
       new THREE.MeshBasicMaterial({ color: 0x2f7fd0, wireframe: true, transparent: true, opacity: 0.08 }));
     this.#reach.visible = false;
     this.#trail.paint(0x8a94a0);
-    this.base.add(this.#surroundings, this.ghost, this.#trail, this.#path, this.#reach);
+    this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#reach);
     this.#now(false);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.#pace = new Pace(software ? COARSEST : 0);
@@ -123,10 +123,6 @@ export class Stage {
     this.#reach.scale.setScalar(reach);
     this.#reach.position.set(0, 0, robot.joints[0]?.origin[2]?.[3] ?? 0);
     await arm.loadMeshes(`./arms/${robot.name}.glb`);
-  }
-
-  setCell(cell: Cell | null): void {
-    this.#surroundings.setCell(cell);
   }
 
   setDark(dark: boolean): void {
@@ -181,7 +177,7 @@ export class Stage {
     this.#now(true);
     this.arm?.pose(state.q);
     this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
-    this.#surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
+    this.surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
     place(this.ghost, state.target);
     this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
     this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);

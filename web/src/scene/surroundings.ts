@@ -9,45 +9,100 @@ const PLAIN = 0x8b9bb0, TOUCHED = 0xe0a100;
 const surfaceOf = (object: CellObject, grown: number): THREE.BufferGeometry => {
   switch (object.shape) {
     case 'half_space': return new THREE.PlaneGeometry(SIZE, SIZE).translate(0, 0, grown);
-    case 'box': return geometryOf({ ...object, link: 0, size: object.size.map((s) => s + 2 * grown) as [number, number, number], rounding: object.rounding + grown });
+    case 'box': return geometryOf({ ...object, link: 0, size: [object.size[0] + 2 * grown, object.size[1] + 2 * grown, object.size[2] + 2 * grown], rounding: object.rounding + grown });
     case 'cylinder': return geometryOf({ ...object, link: 0, length: object.length + 2 * grown, radius: object.radius + grown });
     default: return geometryOf({ ...object, link: 0, radius: object.radius + grown });
   }
 };
 
-/** What stands around the arm, in its base's frame: each object, and fainter the margin that is kept around it. */
+/** Something that stands around the arm, and fainter the margin that is kept around it. */
+class Solid extends THREE.Group {
+  readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial>;
+  readonly #margin: THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
+
+  constructor(public object: CellObject) {
+    super();
+    const plane = object.shape === 'half_space';
+    this.surface = new THREE.Mesh(surfaceOf(object, 0), new THREE.MeshStandardMaterial({
+      color: new THREE.Color(object.color.startsWith('#') ? object.color : PLAIN), roughness: 0.8, side: THREE.DoubleSide,
+      transparent: plane, opacity: plane ? 0.45 : 1, depthWrite: !plane,
+    }));
+    this.surface.receiveShadow = true;
+    this.surface.castShadow = !plane;
+    this.surface.visible = object.color !== 'none' && !object.holds_only_tool;
+    this.#margin = new THREE.Mesh(surfaceOf(object, object.margin), new THREE.MeshBasicMaterial({
+      color: TOUCHED, transparent: true, opacity: 0.16, depthWrite: false, side: THREE.DoubleSide,
+    }));
+    this.#margin.visible = false;
+    this.add(this.surface, this.#margin);
+    this.stand(object);
+  }
+
+  stand(object: CellObject): void {
+    this.object = object;
+    toMatrix(object.origin).decompose(this.position, this.quaternion, this.scale);
+  }
+
+  touched(now: boolean): void { this.#margin.visible = now; }
+
+  free(): void {
+    for (const mesh of [this.surface, this.#margin]) {
+      mesh.geometry.dispose();
+      mesh.material.dispose();
+    }
+  }
+}
+
+const looks = ({ origin: _, velocity: __, ...rest }: CellObject): string => JSON.stringify(rest);
+
+/** What stands around the arm, in its base's frame. */
 export class Surroundings extends THREE.Group {
-  #margins: THREE.Mesh[] = [];
+  #solids: Solid[] = [];
   #touched = -1;
+  readonly #hits: THREE.Intersection[] = [];
 
   setCell(cell: Cell | null): void {
-    this.clear();
-    this.#touched = -1;
-    this.#margins = (cell?.objects ?? []).map((object) => {
-      const plane = object.shape === 'half_space';
-      const solid = new THREE.Mesh(surfaceOf(object, 0), new THREE.MeshStandardMaterial({
-        color: new THREE.Color(object.color.startsWith('#') ? object.color : PLAIN), roughness: 0.8, side: THREE.DoubleSide,
-        transparent: plane, opacity: plane ? 0.45 : 1, depthWrite: !plane,
-      }));
-      solid.receiveShadow = true;
-      solid.castShadow = !plane;
-      const margin = new THREE.Mesh(surfaceOf(object, object.margin), new THREE.MeshBasicMaterial({
-        color: TOUCHED, transparent: true, opacity: 0.16, depthWrite: false, side: THREE.DoubleSide,
-      }));
-      for (const mesh of [solid, margin]) toMatrix(object.origin).decompose(mesh.position, mesh.quaternion, mesh.scale);
-      solid.visible = object.color !== 'none' && !object.holds_only_tool;
-      margin.visible = false;
-      this.add(solid, margin);
-      return margin;
+    const before = new Map(this.#solids.map((solid) => [looks(solid.object), solid]));
+    this.#solids = (cell?.objects ?? []).map((object) => {
+      const same = before.get(looks(object));
+      if (!same) return new Solid(object);
+      before.delete(looks(object));
+      same.stand(object);
+      return same;
     });
+    for (const gone of before.values()) gone.free();
+    this.clear();
+    for (const solid of this.#solids) {
+      solid.touched(false);
+      this.add(solid);
+    }
+    this.#touched = -1;
   }
 
   /** Which object holds the arm back; -1: none. */
   touch(index: number): void {
     if (index === this.#touched) return;
-    const before = this.#margins[this.#touched], now = this.#margins[index];
-    if (before) before.visible = false;
-    if (now) now.visible = true;
+    this.#solids[this.#touched]?.touched(false);
+    this.#solids[index]?.touched(true);
     this.#touched = index;
+  }
+
+  get objects(): CellObject[] { return this.#solids.map((solid) => solid.object); }
+  solid(name: string): THREE.Object3D | undefined { return this.#solids.find((solid) => solid.object.name === name); }
+
+  /** The object that a ray meets first, and where, world frame; planes are not met. */
+  under(ray: THREE.Raycaster, where: THREE.Vector3): CellObject | null {
+    let nearest = Infinity, found: CellObject | null = null;
+    for (const { surface, object } of this.#solids) {
+      if (!surface.visible || object.shape === 'half_space') continue;
+      this.#hits.length = 0;
+      ray.intersectObject(surface, false, this.#hits);
+      const hit = this.#hits[0];
+      if (!hit || hit.distance >= nearest) continue;
+      nearest = hit.distance;
+      found = object;
+      where.copy(hit.point);
+    }
+    return found;
   }
 }

@@ -1,0 +1,108 @@
+import * as THREE from 'three';
+import type { Connection } from '../connection';
+import type { CellObject, PlacedShape } from '../protocol';
+import type { Stage } from '../scene/stage';
+import type { Session } from '../session';
+import type { Drag } from './drag';
+
+/** s, between two places that the server is told while an object is dragged. */
+const TELL_EVERY = 0.05;
+/** Of a box that is added, m, and where. */
+const SIZE = 0.2, BESIDE = new THREE.Vector3(0.45, 0.45, 0.1);
+
+const shapeOf = ({ name: _, origin: __, color: ___, holds_only_tool: ____, velocity: _____, ...shape }: CellObject) => shape;
+
+/** What stands around the arm, moved over the floor by mouse and touch: of who has the arm. */
+export class Objects {
+  readonly #ray = new THREE.Raycaster();
+  readonly #pointer = new THREE.Vector2();
+  readonly #floor = new THREE.Plane();
+  readonly #from = new THREE.Vector3();
+  readonly #to = new THREE.Vector3();
+  readonly #start = new THREE.Vector3();
+  #held: CellObject | null = null;
+  #last = '';
+  #toldAt = 0;
+  #moved = false;
+
+  constructor(private readonly stage: Stage, private readonly drag: Drag, private readonly session: Session,
+              private readonly connection: Connection, canvas: HTMLCanvasElement) {
+    // Before the camera's own listener, which must not turn the view with it.
+    canvas.addEventListener('pointerdown', (event) => this.#grab(event, canvas), { capture: true });
+    addEventListener('pointermove', (event) => this.#move(event, canvas));
+    for (const end of ['pointerup', 'pointercancel', 'blur'] as const) addEventListener(end, () => this.#release());
+  }
+
+  addBox(): void {
+    if (!this.session.yours) return;
+    const names = new Set(this.stage.surroundings.objects.map((object) => object.name));
+    let number = 1;
+    while (names.has(`box ${number}`)) ++number;
+    this.#last = `box ${number}`;
+    this.#tell(this.#last, { shape: 'box', size: [SIZE, SIZE, SIZE], rounding: 0.005, p: [BESIDE.x, BESIDE.y, BESIDE.z], q: [0, 0, 0, 1] });
+  }
+
+  /** The one that was added or dragged last. */
+  remove(): void {
+    if (!this.session.yours || !this.#last) return;
+    this.#tell(this.#last, null);
+    this.#last = '';
+  }
+
+  /** Every frame: the held one stays under the pointer, whatever the server has heard. */
+  draw(): void {
+    if (!this.#held) return;
+    this.stage.surroundings.solid(this.#held.name)?.position.copy(this.#to);
+    const t = performance.now() / 1000;
+    if (!this.#moved || t - this.#toldAt < TELL_EVERY) return;
+    this.#toldAt = t;
+    this.#place();
+  }
+
+  #aim(event: PointerEvent, canvas: HTMLCanvasElement): void {
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    this.#pointer.set((2 * (event.clientX - left)) / width - 1, 1 - (2 * (event.clientY - top)) / height);
+    this.#ray.setFromCamera(this.#pointer, this.stage.view.camera);
+  }
+
+  #grab(event: PointerEvent, canvas: HTMLCanvasElement): void {
+    if (!this.session.yours || this.session.past || event.button !== 0 || this.drag.controls.axis !== null) return;
+    this.#aim(event, canvas);
+    this.#held = this.stage.surroundings.under(this.#ray, this.#from);
+    if (!this.#held) return;
+    event.stopPropagation();
+    this.stage.view.orbit.enabled = false;
+    this.#last = this.#held.name;
+    this.#floor.setFromNormalAndCoplanarPoint(new THREE.Vector3(0, 1, 0), this.#from);
+    this.stage.base.worldToLocal(this.#from);
+    this.#start.copy(this.stage.surroundings.solid(this.#last)!.position);
+    this.#to.copy(this.#start);
+    this.#moved = false;
+  }
+
+  #move(event: PointerEvent, canvas: HTMLCanvasElement): void {
+    if (!this.#held) return;
+    this.#aim(event, canvas);
+    if (!this.#ray.ray.intersectPlane(this.#floor, this.#to)) return;
+    this.stage.base.worldToLocal(this.#to).sub(this.#from).add(this.#start);
+    this.#moved = true;
+  }
+
+  #release(): void {
+    if (!this.#held) return;
+    if (this.#moved) this.#place();
+    this.#held = null;
+    this.stage.view.orbit.enabled = true;
+  }
+
+  #place(): void {
+    const held = this.#held!, q = this.stage.surroundings.solid(held.name)?.quaternion;
+    if (!q) return;
+    this.#moved = false;
+    this.#tell(held.name, { ...shapeOf(held), p: [this.#to.x, this.#to.y, this.#to.z], q: [q.x, q.y, q.z, q.w] } as PlacedShape);
+  }
+
+  #tell(name: string, object: PlacedShape | null): void {
+    this.connection.send({ type: 'request', kind: 'object', text: name, object });
+  }
+}
