@@ -116,7 +116,7 @@ function(steadyhand_campaigns name)
 endfunction()
 if(STEADYHAND_SANITIZE)
   steadyhand_campaigns(collision Shapes/EachPair.HasTheDistanceThatASearchFinds/*)
-  steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes*)
+  steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor*)
   steadyhand_campaigns(live AskedStop.BesideAReset* AskedStop.SparesTheLiquid* Gaps.* HandToCommand.* Motion.Singularities*
                        Motion.WhereTheHandIs* Pushed.*At250Hz)
 endif()

@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"key", "object: []\n", "cell.yaml:1: unknown key 'object'; did you mean 'objects'?"},
         Refusal{"no_name", "objects: [{sphere: {radius: 1}}]\n", "key 'objects[0].name' is missing"},
-        Refusal{"empty_name", "objects: [{name: '', sphere: {radius: 1}}]\n", "an object has no name"},
+        Refusal{"empty_name", "objects: [{name: '', sphere: {radius: 1}}]\n", "objects[0].name is empty"},
         Refusal{"no_shape", "objects: [{name: a}]\n",
                 "objects[0].shape must be one of sphere, capsule, box, cylinder and half_space"},
         Refusal{"size", "objects: [{name: a, box: {size: [1, 0, 1]}}]\n", "objects[0].box.size[1] is 0"},
