@@ -25,7 +25,7 @@ struct PlanStep {
   int iterations = 0;                           ///< of the solver
   double solve_time_us = 0;                     ///< wall clock, us
   PlanOrigin status = PlanOrigin::kSolved;      ///< anything but kSolved counts as a failure
-  double smallest_sphere_distance_m = 0;        ///< m, surface to surface, over all pairs and the plan's nodes
+  double smallest_sphere_distance_m = 0;        ///< m, surface to surface, over all pairs and the nodes of the horizon
   bool engaged = false;                         ///< the arm followed the hand
 };
 

@@ -22,7 +22,9 @@ PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& i
     step.shares[i] = evaluation_.objective_share(static_cast<int>(i));
   }
   step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();
-  for (int k = 0; k <= plan.intervals; ++k) {
+  // Behind the horizon there is only a stop, which the next plan replaces.
+  const int now = static_cast<int>(std::clamp(to_seconds(at - plan.start) / plan.dt, 0.0, 1.0 * plan.intervals));
+  for (int k = now; k <= std::min(now + evaluation_.ocp().horizon(), plan.intervals); ++k) {
     arm_.set_position(plan.x[k].head(plan.joints));
     step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, clearance(arm_));
   }
