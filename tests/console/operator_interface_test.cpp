@@ -24,8 +24,8 @@ struct DeskBefore : testing::Test {
     Recording still;
     still.samples.resize(2);
     still.samples[1].stamp.hand = std::chrono::seconds(1);
-    operator_interface = std::make_unique<OperatorInterface>(
-        *session, profiles, 1, RetargetSettings{}, std::vector<NamedRecording>{{"still", still}}, ur5e(), Cell{});
+    operator_interface = std::make_unique<OperatorInterface>(*session, profiles, 1, RetargetSettings{},
+                                                             std::vector<NamedRecording>{{"still", still}});
   }
   Status ask(Kind kind, const std::string& text = "", double value = 0.0) {
     return operator_interface->apply({kind, text, value, {}}, clock.now());
@@ -91,6 +91,81 @@ TEST_F(Desk, ARecordingEndsWhenTheServerFallsSilent) {
   clock.advance(0.02);
   EXPECT_EQ(operator_interface->poll(clock.now()), Time::max());
   EXPECT_EQ(operator_interface->controls().playback, -1);
+}
+
+CellObject ball(const Vector3& p, const Vector3& velocity = Vector3::Zero()) {
+  CellObject object;
+  object.shape = Shape::sphere(0.1);
+  object.origin = Eigen::Translation3d(p) * Eigen::Isometry3d::Identity();
+  object.velocity = velocity;
+  return object;
+}
+
+/// A desk with a table of which the glass may touch the top.
+struct DeskWithTable : Desk {
+  DeskWithTable() {
+    CellObject table = ball({0, 0, -0.5});
+    table.name = "table";
+    table.color = "#123456";
+    table.may_be_touched_by = {"wrist_3_link"};
+    EXPECT_TRUE(session->set_cell({"desk", {table}}, clock.now()));
+  }
+  Status set(const std::string& name, const std::optional<CellObject>& object) {
+    return operator_interface->apply({Kind::kObject, name, 0.0, object}, clock.now());
+  }
+  Cell cell() const { return session->cell(clock.now()); }
+  double x(int object) const { return cell().objects.at(object).origin.translation().x(); }
+};
+
+TEST_F(DeskWithTable, ObjectsComeMoveAndGo) {
+  EXPECT_EQ(operator_interface->cell(), nullptr) << "nobody has changed it";
+  ASSERT_TRUE(set("ball", ball({2, 0, 0})));
+  ASSERT_EQ(cell().objects.size(), 2u);
+  EXPECT_EQ(cell().objects[1].name, "ball");
+  const auto told = operator_interface->cell();
+  EXPECT_NE(told->find("\"ball\""), std::string::npos) << *told;
+  ASSERT_TRUE(set("ball", ball({3, 0, 0})));
+  EXPECT_EQ(cell().objects.size(), 2u);
+  EXPECT_EQ(x(1), 3.0);
+  EXPECT_NE(operator_interface->cell(), told);
+  ASSERT_TRUE(set("ball", {}));
+  EXPECT_EQ(cell().objects.size(), 1u);
+  EXPECT_EQ(operator_interface->cell()->find("\"ball\""), std::string::npos) << *operator_interface->cell();
+}
+
+TEST_F(DeskWithTable, WhatMovesByItselfGoesOnWhileOthersChange) {
+  ASSERT_TRUE(set("ball", ball({2, 0, 0}, {0.5, 0, 0})));
+  clock.advance(2.0);
+  EXPECT_NEAR(x(1), 3.0, 1e-9);
+  ASSERT_TRUE(set("other", ball({0, 3, 0})));
+  EXPECT_NEAR(x(1), 3.0, 1e-9);
+  clock.advance(2.0);
+  EXPECT_NEAR(x(1), 4.0, 1e-9);
+}
+
+TEST_F(DeskWithTable, WhatIsMovedKeepsItsColourAndWhoMayTouchIt) {
+  ASSERT_TRUE(set("table", ball({0, 0, -0.6})));
+  EXPECT_EQ(cell().objects[0].origin.translation().z(), -0.6);
+  EXPECT_EQ(cell().objects[0].color, "#123456");
+  EXPECT_EQ(cell().objects[0].may_be_touched_by, std::vector<std::string>{"wrist_3_link"});
+}
+
+TEST_F(DeskWithTable, RefusesObjectsThatCannotBeAndKeepsTheCell) {
+  EXPECT_FALSE(set("ball", {})) << "there is none to remove";
+  CellObject bad = ball({0, 0, 0});
+  bad.shape = Shape::sphere(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(set("ball", bad));
+  bad = ball({0, 0, std::numeric_limits<double>::infinity()});
+  EXPECT_FALSE(set("ball", bad));
+  bad = ball({0, 0, 0});
+  bad.margin = -1.0;
+  EXPECT_FALSE(set("ball", bad));
+  EXPECT_EQ(operator_interface->cell(), nullptr);
+  for (int i = 1; i < Obstacles::kMost; ++i) ASSERT_TRUE(set("ball " + std::to_string(i), ball({2, 0, 0})));
+  const Status status = set("one more", ball({2, 0, 0}));
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.error().message.find("64"), std::string::npos) << status.error().message;
+  EXPECT_EQ(static_cast<int>(cell().objects.size()), Obstacles::kMost);
 }
 
 /// A desk before a session that runs.

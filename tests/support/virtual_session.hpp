@@ -70,7 +70,8 @@ class VirtualSession {
     control.arm_delay = arm_->info().delay;
     control.obstacles = options.obstacles;
     control_ = std::make_unique<ControlStage>(model_, control, control_side_);
-    monitor_ = std::make_unique<Monitor>(model_, GlassSettings{}, options.obstacles);
+    monitor_ = std::make_unique<Monitor>(model_, GlassSettings{});
+    watch(options.obstacles);
     next_step_ = next_sample_ = clock_.now();
   }
   /// At 50 Hz, where a test takes a moment; STEADYHAND_TEST_RATE runs all of them at another rate.
@@ -169,7 +170,7 @@ class VirtualSession {
     obstacles.version = ++world_;
     control_side_.obstacles_to_control.write(obstacles);
     planner_side_.obstacles_to_plan.write(obstacles);
-    monitor_->set_obstacles(obstacles);
+    watch(obstacles);
   }
   void fail(const char* why) { control_side_.failure = why; }
   void ask_reset() { control_side_.asked.reset(); }
@@ -207,6 +208,12 @@ class VirtualSession {
   Links planner_side_, control_side_;  ///< what lies between them is the solve time
   std::unique_ptr<PlanningStage> planning_;
   std::unique_ptr<ControlStage> control_;
+  void watch(const Obstacles& obstacles) {
+    std::vector<std::string> names;
+    for (int i = 0; i < obstacles.count; ++i) names.push_back("object " + std::to_string(i));
+    monitor_->set_obstacles(obstacles, std::move(names));
+  }
+
   std::unique_ptr<Monitor> monitor_;
   Kinematics kinematics_{model_};
   Plan plan_, followed_;

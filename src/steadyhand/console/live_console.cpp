@@ -52,9 +52,9 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
       callbacks_(std::move(callbacks)),
       session_(std::move(session)) {
   for (const NamedRecording& recording : settings_.recordings) recordings_.push_back(recording.name);
-  operator_interface_ = std::make_unique<OperatorInterface>(
-      *session_, settings_.profiles, settings_.profile, settings_.live.planning.retarget,
-      std::exchange(settings_.recordings, {}), model, settings_.live.cell);
+  operator_interface_ =
+      std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
+                                          settings_.live.planning.retarget, std::exchange(settings_.recordings, {}));
 }
 
 LiveConsole::~LiveConsole() {

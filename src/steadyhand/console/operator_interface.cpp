@@ -27,13 +27,8 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 }  // namespace
 
 OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile,
-                                     const RetargetSettings& retarget, std::vector<NamedRecording> recordings,
-                                     const RobotModel& model, Cell cell)
-    : session_(&session),
-      profiles_(std::move(profiles)),
-      recordings_(std::move(recordings)),
-      model_(&model),
-      cell_(std::move(cell)) {
+                                     const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
+    : session_(&session), profiles_(std::move(profiles)), recordings_(std::move(recordings)) {
   controls_.scale = retarget.scale;
   controls_.yaw = retarget.yaw;
   (void)set_profile(profiles_[profile].name);
@@ -98,33 +93,25 @@ Status OperatorInterface::set_profile(const std::string& name) {
   return Done{};
 }
 
-/// The object comes, moves or goes; what moves by itself has gone on meanwhile.
+/// The object comes, moves or goes.
 Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
-  Cell changed = cell_;
-  for (CellObject& object : changed.objects) {
-    object.origin.pretranslate(to_seconds(now - cell_time_) * object.velocity);
-  }
+  Cell changed = session_->cell(now);
   const auto found = std::find_if(changed.objects.begin(), changed.objects.end(),
                                   [&](const CellObject& object) { return object.name == request.text; });
   if (request.object) {
     CellObject& object = found != changed.objects.end() ? *found : changed.objects.emplace_back();
-    const std::vector<std::string> may_touch = object.may_be_touched_by;
-    const std::string color = object.color;
-    object = *request.object;
-    object.may_be_touched_by = may_touch;
-    object.color = color;
+    const CellObject before = std::exchange(object, *request.object);
+    object.name = request.text;
+    object.may_be_touched_by = before.may_be_touched_by;
+    object.holds_only_tool = before.holds_only_tool;
+    object.color = before.color;
   } else if (found != changed.objects.end()) {
     changed.objects.erase(found);
   } else {
     return Error{fmt::format("there is no object '{}'", request.text)};
   }
-  Result<Obstacles> obstacles = obstacles_of(changed, *model_);
-  if (!obstacles) return obstacles.error();
-  obstacles->time = now;
-  if (Status s = session_->set_obstacles(*obstacles); !s) return s;
-  cell_ = std::move(changed);
-  cell_time_ = now;
-  cell_json_ = std::make_shared<const std::string>(cell_json(cell_));
+  if (Status s = session_->set_cell(changed, now); !s) return s;
+  cell_json_ = std::make_shared<const std::string>(cell_json(changed));
   return Done{};
 }
 

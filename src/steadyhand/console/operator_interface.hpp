@@ -27,9 +27,9 @@ struct NamedRecording {
 /// the server falls silent, through which a stop would come. Only a request begins it again.
 class OperatorInterface {
  public:
-  /// Session and model must outlive it. @param profile index of the profile that the session began with
+  /// The session must outlive it. @param profile index of the profile that the session began with
   OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
-                    std::vector<NamedRecording> recordings, const RobotModel& model, Cell cell);
+                    std::vector<NamedRecording> recordings);
 
   /// Who begins and ends recordings when the operator asks for it; until then that is refused.
   void on_record(std::function<void(bool)> call);
@@ -64,9 +64,6 @@ class OperatorInterface {
   std::vector<NamedRecording> recordings_;
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
   SessionControls controls_;
-  const RobotModel* model_;
-  Cell cell_;
-  Time cell_time_{0};  ///< at which what moves is where it says
   std::shared_ptr<const std::string> cell_json_;
   std::optional<Playback> playback_;
   std::uint64_t halts_ = 0;  ///< LiveSession::halts when it began

@@ -106,13 +106,12 @@ struct Asked {
 
 /// Everything that the threads of a session share. Each member has one writer and one reader, but for the counters.
 struct Links {
-  SpscRing<HeldSample> samples{256};       ///< input to planner
-  LatestValue<OperatorSettings> settings;  ///< main to planner
-  /// main to planner, to control, and to the writer
-  LatestValue<Obstacles> obstacles_to_plan, obstacles_to_control, obstacles_to_watch;
-  LatestValue<HandReport> hand;           ///< planner to control
-  LatestValue<Plan> plan;                 ///< planner to control
-  LatestValue<ControlReport> report;      ///< control to planner
+  SpscRing<HeldSample> samples{256};                               ///< input to planner
+  LatestValue<OperatorSettings> settings;                          ///< main to planner
+  LatestValue<Obstacles> obstacles_to_plan, obstacles_to_control;  ///< main to planner and to control
+  LatestValue<HandReport> hand;                                    ///< planner to control
+  LatestValue<Plan> plan;                                          ///< planner to control
+  LatestValue<ControlReport> report;                               ///< control to planner
   LatestValue<Plan> followed;             ///< control to planner: what is followed since the last change
   LatestValue<ControlView> control_view;  ///< control to main
   LatestValue<PlannerView> planner_view;  ///< planner to main

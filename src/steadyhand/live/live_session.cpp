@@ -66,9 +66,10 @@ LiveSession::LiveSession(const RobotModel& model, const LiveSettings& settings, 
       arm_(&arm),
       clock_(&clock),
       links_(std::make_unique<Links>()),
-      monitor_(model, settings.glass, settings.control.obstacles),
+      monitor_(model, settings.glass),
       planner_rate_hz_(settings.planner_rate_hz),
-      arm_kinematics_(model) {
+      arm_kinematics_(model),
+      cell_(settings.cell) {
   settings_.control.arm_delay = arm.info().delay;
   settings_.control.check.command_rate_hz = arm.info().rate_hz;
   settings_.control.supervisor.planner_late_after =
@@ -87,6 +88,7 @@ void LiveSession::start(LiveTaps taps) {
     if (const std::string& why = awake_.emplace().refused(); !why.empty()) warn(why);
   }
   started_ = clock_->now();
+  (void)set_cell(cell_, started_);
   running_ = draining_ = true;
   writer_thread_ = std::thread([this] { run_writer(); });
   planner_thread_ = std::thread([this] { run_planner(); });
@@ -215,8 +217,7 @@ void LiveSession::drain() {
   empty(rings.targets, taps_.target, nothing);
   empty(rings.settings, taps_.settings, nothing);
   empty(rings.steps, taps_.step, nothing);
-  Obstacles obstacles;
-  if (links_->obstacles_to_watch.read(obstacles)) monitor_.set_obstacles(obstacles);
+  see_cell();
   TappedCommand tapped;
   while (rings.commands.pop(tapped)) {
     monitor_.update(tapped.command, tapped.anew);
@@ -224,6 +225,22 @@ void LiveSession::drain() {
   }
   empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
   empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
+}
+
+/// A cell that is new is told before the commands that know it.
+void LiveSession::see_cell() {
+  std::optional<Obstacles> obstacles;
+  Cell cell;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!fresh_obstacles_) return;
+    obstacles = std::exchange(fresh_obstacles_, std::nullopt);
+    cell = cell_;
+  }
+  if (taps_.cell) taps_.cell(obstacles->time, cell);
+  std::vector<std::string> names;
+  for (const CellObject& object : cell.objects) names.push_back(object.name);
+  monitor_.set_obstacles(*obstacles, std::move(names));
 }
 
 void LiveSession::count(const SupervisionChange& change) {
@@ -299,13 +316,23 @@ void LiveSession::refresh() {
   stops_ = control_view_.stops;
 }
 
-Status LiveSession::set_obstacles(Obstacles obstacles) {
-  if (Status s = check(obstacles); !s) return s.error();
-  obstacles.version = ++world_;
-  links_->obstacles_to_control.write(obstacles);
-  links_->obstacles_to_plan.write(obstacles);
-  links_->obstacles_to_watch.write(obstacles);
+Status LiveSession::set_cell(const Cell& cell, Time at) {
+  Result<Obstacles> obstacles = obstacles_of(cell, *model_);
+  if (!obstacles) return obstacles.error();
+  const std::lock_guard lock(mutex_);
+  obstacles->time = at;
+  obstacles->version = ++world_;
+  links_->obstacles_to_control.write(*obstacles);
+  links_->obstacles_to_plan.write(*obstacles);
+  cell_ = cell;
+  cell_at_ = at;
+  fresh_obstacles_ = *obstacles;
   return Done{};
+}
+
+Cell LiveSession::cell(Time at) const {
+  const std::lock_guard lock(mutex_);
+  return cell_after(cell_, to_seconds(at - cell_at_));
 }
 
 Status LiveSession::set_planner_rate(double rate_hz) {

@@ -38,6 +38,8 @@ struct LiveTaps {
   std::function<void(const OperatorSample&)> sample;
   std::function<void(const Target&)> target;
   std::function<void(const AppliedSettings&)> settings;
+  /// What stands around the arm from a time on, which is also when what moves is where it says; first as it begins.
+  std::function<void(Time, const Cell&)> cell;
   std::function<void(const PlanningRecord&)> step;
   std::function<void(const JointCommand&)> command;
   std::function<void(const JointState&)> state;
@@ -88,9 +90,12 @@ class LiveSession {
   void set(const OperatorSettings& settings) { links_->settings.write(settings); }
 
   /// What stands around the arm from here on. At the next cycle the plan that is followed is looked at anew, and left
-  /// for the shortest stop where it would touch. One thread at a time. Fails, and changes nothing, on obstacles that
-  /// cannot be, with the reason.
-  Status set_obstacles(Obstacles obstacles);
+  /// for the shortest stop where it would touch. Any thread. Fails, and changes nothing, where obstacles_of does, with
+  /// the reason.
+  /// @param at session's clock: what moves is there then
+  Status set_cell(const Cell& cell, Time at);
+  /// The same as it is at a time, once the session has started. Any thread.
+  Cell cell(Time at) const;
 
   /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
   /// would take the planner for late, or beyond the arm's.
@@ -117,6 +122,7 @@ class LiveSession {
   void run_planner();
   void run_writer();
   void drain();
+  void see_cell();
   void refresh();
   void count(const SupervisionChange& change);
   void warn(const std::string& line);
@@ -140,10 +146,13 @@ class LiveSession {
   ControlView control_view_;
   PlannerView planner_view_;
   LiveSummary summary_;
-  std::uint64_t world_ = 0;  ///< versions of obstacles so far
   Time started_{0}, engaged_since_{0};
 
   mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
+  Cell cell_;
+  Time cell_at_{0};
+  std::optional<Obstacles> fresh_obstacles_;  ///< of the cell, which the writer has not seen
+  std::uint64_t world_ = 0;                   ///< versions of the cell so far
   SessionSnapshot snapshot_;
   bool stopped_at_rest_ = false;
   std::uint64_t stops_ = 0;  ///< that stopped_at_rest_ takes into account

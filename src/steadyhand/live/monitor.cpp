@@ -32,8 +32,13 @@ bool note(double excess, double tolerance, double& most) {
 
 }  // namespace
 
-Monitor::Monitor(const RobotModel& model, const GlassSettings& glass, const Obstacles& obstacles)
-    : commanded_(model), measured_(model), obstacles_(obstacles), liquid_(glass) {}
+Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
+    : commanded_(model), measured_(model), liquid_(glass) {}
+
+void Monitor::set_obstacles(const Obstacles& obstacles, std::vector<std::string> names) {
+  obstacles_ = obstacles;
+  names_ = std::move(names);
+}
 
 void Monitor::update(const JointCommand& command, bool anew) {
   const RobotModel& model = commanded_.model();
@@ -66,20 +71,15 @@ void Monitor::update(const JointCommand& command, bool anew) {
 
 /// After commanded_.set_position.
 void Monitor::look_at_obstacles(Time now) {
-  const RobotModel& model = commanded_.model();
   const double t = to_seconds(now - obstacles_.time);
   bool touches = false;
-  for (int o = 0; o < obstacles_.count; ++o) {
-    const Obstacle& obstacle = obstacles_.list[o];
-    const Placed there = placed_after(obstacle, t);
-    for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
-      if (model.bodies[i].link == 0 || obstacle.ignores[i]) continue;
-      const double distance = gap(commanded_, i, obstacle.shape, there) + obstacle.margin;
-      touches |= distance < -kOverlap;
-      if (distance >= result_.smallest_distance) continue;
-      result_.smallest_distance = distance;
-      result_.nearest_obstacle = {i, o};
-    }
+  for (int i = 0; i < obstacles_.count; ++i) {
+    const auto [body, distance] = nearest_body(commanded_, obstacles_.list[i], t);
+    touches |= distance < -kOverlap;
+    if (distance >= result_.smallest_distance) continue;
+    result_.smallest_distance = distance;
+    result_.nearest_body = body;
+    result_.nearest_obstacle = names_[i];
   }
   result_.touching += touches;
 }
@@ -102,19 +102,16 @@ void Monitor::update(const JointState& state) {
   ++result_.states;
 }
 
-std::string to_text(const MonitorResult& r, const RobotModel& model, const Cell& cell) {
+std::string to_text(const MonitorResult& r, const RobotModel& model) {
   std::string text = fmt::format("commands           {} looked at, {} beyond a limit, {} in contact", r.commands,
                                  r.beyond_limits, r.in_contact);
   if (r.nearest[0] >= 0) {
     text += fmt::format("; smallest gap {:.3g} mm ({}, {})", 1e3 * r.smallest_clearance,
                         model.bodies[r.nearest[0]].name, model.bodies[r.nearest[1]].name);
   }
-  if (r.nearest_obstacle[0] >= 0) {
-    text +=
-        fmt::format("\nobstacles          touched by {} commands; smallest distance {:.3g} mm ({}, {})", r.touching,
-                    1e3 * r.smallest_distance, model.bodies[r.nearest_obstacle[0]].name,
-                    r.nearest_obstacle[1] < std::ssize(cell.objects) ? cell.objects[r.nearest_obstacle[1]].name
-                                                                     : fmt::format("object {}", r.nearest_obstacle[1]));
+  if (r.nearest_body >= 0) {
+    text += fmt::format("\nobstacles          touched by {} commands; smallest distance {:.3g} mm ({}, {})", r.touching,
+                        1e3 * r.smallest_distance, model.bodies[r.nearest_body].name, r.nearest_obstacle);
   }
   if (r.beyond_limits > 0) {
     text += fmt::format("\nbeyond a limit     by {:.3g} mrad, {:.3g} rad/s, {:.3g} rad/s^2; steps of {:.3g} mrad",

@@ -2,10 +2,11 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "steadyhand/arm/liquid.hpp"
+#include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/robot/cell.hpp"
 #include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
@@ -30,11 +31,11 @@ struct MonitorResult {
   // ---- of obstacles, without their margins, and the bodies that must not touch them
   std::uint64_t touching = 0;                                          ///< commands that let any overlap
   double smallest_distance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
-  std::array<int, 2> nearest_obstacle{-1, -1};                         ///< body and obstacle at that
+  int nearest_body = -1;                                               ///< at that; < 0: there was no obstacle
+  std::string nearest_obstacle;                                        ///< its name, at that
 };
 /// In two lines or more, for people.
-/// @param cell whose objects the obstacles are
-std::string to_text(const MonitorResult& result, const RobotModel& model, const Cell& cell = {});
+std::string to_text(const MonitorResult& result, const RobotModel& model);
 
 /// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
 /// independent witness of what the session did. It also carries the liquid, driven by the glass as measured. One
@@ -42,13 +43,13 @@ std::string to_text(const MonitorResult& result, const RobotModel& model, const 
 class Monitor {
  public:
   /// The model must outlive it.
-  Monitor(const RobotModel& model, const GlassSettings& glass, const Obstacles& obstacles = kNoObstacles);
+  Monitor(const RobotModel& model, const GlassSettings& glass);
 
   /// @param anew the arm was restarted where it stands: the command need not continue those before
   void update(const JointCommand& command, bool anew = false);
   void update(const JointState& state);
-  /// From the next command on.
-  void set_obstacles(const Obstacles& obstacles) { obstacles_ = obstacles; }
+  /// From the next command on. @param names of the obstacles, for people
+  void set_obstacles(const Obstacles& obstacles, std::vector<std::string> names);
   void reset_liquid() { liquid_.reset(); }
 
   const MonitorResult& result() const { return result_; }
@@ -63,6 +64,7 @@ class Monitor {
 
   Kinematics commanded_, measured_;
   Obstacles obstacles_;
+  std::vector<std::string> names_;
   Liquid liquid_;
   MonitorResult result_;
   JointCommand last_command_;

@@ -23,6 +23,11 @@ bool ignore(const RobotModel& model, const std::string& name, Obstacle& obstacle
 
 }  // namespace
 
+Cell cell_after(Cell cell, double t) {
+  for (CellObject& object : cell.objects) object.origin.pretranslate(t * object.velocity);
+  return cell;
+}
+
 Result<Obstacles> obstacles_of(const Cell& cell, const RobotModel& model) {
   const auto refuse = [&](const std::string& reason) { return Error{fmt::format("cell '{}': {}", cell.name, reason)}; };
   if (std::ssize(cell.objects) > Obstacles::kMost) {

@@ -10,14 +10,14 @@ namespace steadyhand {
 
 /// Something solid that stands around an arm.
 struct CellObject {
-  std::string name;                            ///< for people
-  Shape shape;                                 ///< without its margin
-  Eigen::Isometry3d origin;                    ///< of the shape's frame, in the base
-  Vector3 velocity = Vector3::Zero();          ///< m/s, base frame
-  double margin = 0.01;                        ///< m, kept around it
-  std::vector<std::string> may_be_touched_by;  ///< bodies or links of the arm
-  bool holds_only_tool = false;                ///< all but the bodies on the tool's link may touch it
-  std::string color;                           ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
+  std::string name;                              ///< for people
+  Shape shape;                                   ///< without its margin
+  Eigen::Isometry3d origin;                      ///< of the shape's frame, in the base
+  Vector3 velocity = Vector3::Zero();            ///< m/s, base frame
+  double margin = 0.01;                          ///< m, kept around it
+  std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm
+  bool holds_only_tool = false;                  ///< all but the bodies on the tool's link may touch it
+  std::string color{};                           ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
 };
 
 /// What stands around an arm, by name.
@@ -25,6 +25,9 @@ struct Cell {
   std::string name;                 ///< for people
   std::vector<CellObject> objects;  ///< each of its own name
 };
+
+/// The cell as it is `t` s later: what moves has gone on.
+Cell cell_after(Cell cell, double t);
 
 /// The objects as a planner takes them, in the same order, with their margins. Fails on more than there may be, on
 /// sizes and numbers that cannot be, on two of one name, and on bodies or links that the arm does not have, with the

@@ -12,6 +12,18 @@ double gap(const Kinematics& arm, int body, const Shape& other, const Placed& th
   return distance(other, there, arm.model().bodies[body].shape, arm.body(body));
 }
 
+NearestBody nearest_body(const Kinematics& arm, const Obstacle& obstacle, double t) {
+  const std::vector<Body>& bodies = arm.model().bodies;
+  const Placed there = placed_after(obstacle, t);
+  NearestBody nearest;
+  for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
+    if (bodies[i].link == 0 || obstacle.ignores[i]) continue;
+    const double distance = gap(arm, i, obstacle.shape, there) + obstacle.margin;
+    if (distance < nearest.distance) nearest = {i, distance};
+  }
+  return nearest;
+}
+
 NearestPair nearest_pair(const Kinematics& arm) {
   NearestPair nearest;
   for (const BodyPair& pair : arm.model().pairs) {

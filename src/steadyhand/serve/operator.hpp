@@ -29,7 +29,7 @@ struct OperatorRequest {
   Kind kind = Kind::kStop;
   std::string text;
   double value = 0.0;
-  std::optional<CellObject> object;
+  std::optional<CellObject> object = std::nullopt;
 };
 
 /// What the operator has chosen.
