@@ -39,7 +39,7 @@ def bursts(world, random, clients):
 
 
 def change_a_setting(world, random, client):
-    kind = random.choice(("profile", "weight", "scale", "yaw", "rate", "record", "refused"))
+    kind = random.choice(("profile", "weight", "scale", "yaw", "rate", "record", "object", "object", "refused"))
     if kind == "profile":
         request(client, kind, text=random.choice(PROFILES))
     elif kind == "weight":
@@ -53,8 +53,20 @@ def change_a_setting(world, random, client):
         request(client, kind, value=random.choice((20.0, 50.0, 100.0, 250.0, 500.0)))
     elif kind == "record" and world.may_stop_recording:
         request(client, kind, value=random.choice((0, 1, 1)))
+    elif kind == "object":
+        request(client, kind, text=f"object {random.randrange(4)}", object=some_object(random))
     else:
         request(client, "rate", value=1e5)  # refused, on the terminal
+
+
+def some_object(random):
+    """Something solid somewhere around the arm, or in it, that may fly; half of the time it goes away."""
+    if random.random() < 0.5:
+        return None
+    sizes = random.choice(({"shape": "sphere", "radius": 0.1}, {"shape": "box", "size": [0.3, 0.2, 0.1]}, {"shape": "capsule", "radius": 0.05, "length": 0.4}))
+    place = [random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(0, 1)]
+    flight = [random.choice((0, 0, random.uniform(-1, 1))) for _ in range(3)]
+    return sizes | {"p": place, "q": [0, 0, 0, 1], "velocity": flight, "margin": random.choice((0, 0.01, 0.1))}
 
 
 def operator(world, random):
