@@ -80,6 +80,37 @@ TEST_F(Recorded, EverythingIsInTheFileAndTimesCountFromTheBegin) {
   EXPECT_TRUE(recorder.take_notices().empty());
 }
 
+/// In force when a file begins, and each change.
+TEST_F(Recorded, EveryFileTellsWhatStandsAroundTheArm) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  taps.cell(now, {"desk", {}});
+  run(taps, 0.5);
+  taps.cell(now, {"desk", {{"ball", Shape::sphere(0.1), Eigen::Isometry3d::Identity()}}});
+  run(taps, 0.5);
+  recorder.ask(false);
+  run(taps, 0.1);
+  recorder.ask(true);
+  run(taps, 0.1);
+  recorder.finish({});
+  const auto told = [](const fs::path& path) {
+    std::vector<std::string> cells;
+    const auto overview = read_mcap(path, [&](const McapMessage& message) -> Status {
+      if (message.topic == "/cell") cells.emplace_back(message.data);
+      return Done{};
+    });
+    EXPECT_TRUE(overview);
+    return cells;
+  };
+  ASSERT_EQ(files().size(), 2u);
+  const auto first = told(files()[0]), second = told(files()[1]);
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(first[0].find("ball"), std::string::npos) << first[0];
+  EXPECT_NE(first[1].find("ball"), std::string::npos) << first[1];
+  ASSERT_EQ(second.size(), 1u);
+  EXPECT_NE(second[0].find("ball"), std::string::npos) << second[0];
+}
+
 TEST_F(Recorded, CommandsOfALongSessionAreReadMergedWithoutLosingTheLargest) {
   SessionRecorder recorder = make();
   const LiveTaps taps = recorder.taps();

@@ -22,6 +22,7 @@ Json encode(const Arguments&... arguments) {
 
 /// Empty if `value` is what the schema says, and nothing that it does not mention; otherwise where it differs.
 std::string differs(const Json& value, const Json& schema, const std::string& where = "") {
+  if (schema.is_boolean()) return "";
   const std::string type = schema["type"];
   const bool fits = type == "object"    ? value.is_object()
                     : type == "array"   ? value.is_array()
@@ -84,6 +85,7 @@ TEST(JsonMessages, FitTheirSchemas) {
   check(encode(some_plan(), std::span<const Pose>(path)), plan_schema());
   check(encode(command), joint_command_schema());
   check(encode(state), joint_state_schema());
+  check(encode(Time(7), Cell{"desk", {{"ball", Shape::sphere(0.1), Eigen::Isometry3d::Identity()}}}), cell_schema());
   for (int i = 0; i < 100; ++i) check(encode(test::random_step(random), test::names()), plan_step_schema());
 }
 

@@ -17,6 +17,36 @@
 namespace steadyhand {
 namespace {
 
+/// At the time of the step, to where the object is then.
+TEST(StepDescriber, TellsHowFarObjectsAre) {
+  std::mt19937 random(1);
+  const RobotModel model = random_arm(3, random);
+  const Ocp ocp(model, {});
+  StepDescriber describer(ocp);
+  CellObject object;
+  object.name = "ball";
+  object.shape = Shape::sphere(0.1);
+  object.origin = Eigen::Translation3d(50.0, 0.0, 0.0) * Eigen::Isometry3d::Identity();
+  object.velocity = {1.0, 0.0, 0.0};
+  ASSERT_TRUE(describer.set_cell({"desk", {object}}, from_seconds(1.0)));
+  Plan plan;
+  plan.joints = 3;
+  plan.intervals = 1;
+  plan.x[0] = plan.x[1] = StateVector::Zero(6);
+  plan.u[0] = JointVector::Zero(3);
+  OcpInstance instance;
+  instance.weights = *ocp.weights({});
+  const auto distance = [&](double t) {
+    const PlanStep step = describer.describe(plan, from_seconds(t), instance, Trajectory(3, ocp.horizon()));
+    EXPECT_EQ(step.object_distances.at(0).first, "ball");
+    return step.object_distances.at(0).second;
+  };
+  EXPECT_NEAR(distance(3.0) - distance(1.0), 2.0, 1e-3);
+  EXPECT_GT(distance(1.0), 40.0);
+  object.shape = Shape::sphere(-1.0);
+  EXPECT_FALSE(describer.set_cell({"desk", {object}}, Time(0)));
+}
+
 class ObjectivesOf : public testing::TestWithParam<int> {};
 
 /// Every objective's share gets into step, plan.csv and recording, and out of this again, under its name.

@@ -92,9 +92,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   settings.pipeline.retarget = options.retarget;
   if (!options.solver.empty()) settings.pipeline.planner.solver = options.solver;
   settings.changes = options.changes;
-  const Result<Obstacles> obstacles = obstacles_of(cell, model);
-  if (!obstacles) return obstacles.error();
-  settings.pipeline.planner.obstacles = *obstacles;
+  settings.cell = cell;
 
   const fs::path folder = options.out / profile.name;
   std::error_code failed;

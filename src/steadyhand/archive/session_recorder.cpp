@@ -171,6 +171,7 @@ LiveTaps SessionRecorder::taps() {
     if (change.is_failure) fault_ = change;
   };
   taps.settings = [this](const AppliedSettings& applied) { write_settings(applied); };
+  taps.cell = [this](Time at, const Cell& cell) { take_cell(at, cell); };
   taps.step = [this](const PlanningRecord& record) { write_step(record); };
   taps.look = [this](const SessionSnapshot& snapshot) { look(snapshot); };
   return taps;
@@ -186,6 +187,13 @@ void SessionRecorder::write_settings(const AppliedSettings& applied) {
   change.scale = applied.settings.scale;
   change.yaw = applied.settings.yaw;
   write(change);
+}
+
+void SessionRecorder::take_cell(Time at, const Cell& cell) {
+  cell_ = cell;
+  cell_at_ = at - begin_;
+  (void)describer_.set_cell(cell, at);  // which the session has looked at
+  write(cell_at_, cell);
 }
 
 void SessionRecorder::write_step(const PlanningRecord& record) {
@@ -227,9 +235,12 @@ void SessionRecorder::look(const SessionSnapshot& now) {
   if (!wanted_ && file_) end_file();
   const Time at = now.now - begin_;
   if (at < Time(0)) return;
-  if (begins && operator_settings_) {
-    operator_settings_->at = at;
-    write(*operator_settings_);
+  if (begins) {
+    if (operator_settings_) {
+      operator_settings_->at = at;
+      write(*operator_settings_);
+    }
+    if (cell_) write(at, cell_after(*cell_, to_seconds(at - cell_at_)));
   }
   write(at, now.liquid);
   if (flight_) flight_->liquid.push({at, now.liquid});
@@ -271,6 +282,10 @@ void SessionRecorder::write_flight() {
     const auto put = [&](const auto& message) {
       if (status) status = file->write(message);
     };
+    if (status && cell_) {
+      const Time first = std::max(cell_at_, fault.at - from_seconds(settings_.flight_seconds));
+      status = file->write(first, cell_after(*cell_, to_seconds(first - cell_at_)));
+    }
     flight_->samples.for_each(put);
     flight_->targets.for_each(put);
     flight_->steps.for_each(put);

@@ -79,6 +79,7 @@ class SessionRecorder {
   template <typename Message>
   Message from_begin(Message message) const;
   void write_settings(const AppliedSettings& applied);
+  void take_cell(Time at, const Cell& cell);
   void write_step(const PlanningRecord& record);
   void look(const SessionSnapshot& snapshot);
   /// Why there is no room for a recording; empty if there is.
@@ -105,6 +106,8 @@ class SessionRecorder {
   Time next_plan_{0}, next_statistics_{0};
   ActiveConstraint constraint_;
   std::optional<SettingsChange> operator_settings_;  ///< in force
+  std::optional<Cell> cell_;                         ///< the same, as it was at `cell_at_` since the begin
+  Time cell_at_{0};
 
   struct Flight {
     explicit Flight(double seconds);

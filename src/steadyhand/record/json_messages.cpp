@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "steadyhand/record/cell_json.hpp"
+
 namespace steadyhand {
 namespace {
 
@@ -139,6 +141,10 @@ void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names) {
   json->member("solve_time_us", step.solve_time_us);
   json->member("smallest_sphere_distance_m", step.smallest_sphere_distance_m);
   json->member("engaged", step.engaged);
+  json->key("object_distances_m");
+  json->begin_object();
+  for (const auto& [name, distance] : step.object_distances) json->member(name, distance);
+  json->end_object();
 }
 
 void append_json(JsonBuffer& out, const SupervisionChange& change) {
@@ -172,6 +178,12 @@ void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {
   json->member("kind", to_string(constraint.kind));
   json->member("first", constraint.first);
   json->member("second", constraint.second);
+}
+
+void append_json(JsonBuffer& out, Time at, const Cell& cell) {
+  Message json(out, at);
+  json->key("cell");
+  json->raw(cell_json(cell));
 }
 
 void append_json(JsonBuffer& out, const SessionStatistics& s) {

@@ -9,6 +9,7 @@
 #include "steadyhand/record/settings_change.hpp"
 #include "steadyhand/record/statistics.hpp"
 #include "steadyhand/record/step.hpp"
+#include "steadyhand/robot/cell.hpp"
 #include "steadyhand/supervise/state.hpp"
 
 /// The arrow structs as JSON, one object each, in SI units; schemas.hpp describes them. Numbers are the shortest that
@@ -27,6 +28,7 @@ void append_json(JsonBuffer& out, const SupervisionChange& change);
 void append_json(JsonBuffer& out, const SettingsChange& change);
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
+void append_json(JsonBuffer& out, Time at, const Cell& cell);
 void append_json(JsonBuffer& out, const SessionStatistics& statistics);
 
 }  // namespace steadyhand

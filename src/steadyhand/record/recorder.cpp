@@ -38,6 +38,7 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   operator_settings_ = add("/operator_settings", operator_settings_schema());
   liquid_ = add("/liquid", liquid_schema());
   active_constraint_ = add("/active_constraint", active_constraint_schema());
+  cell_ = add("/cell", cell_schema());
   statistics_ = add("/statistics", statistics_schema());
 }
 
@@ -102,6 +103,11 @@ Status Recorder::write(Time at, const LiquidState& liquid) {
 Status Recorder::write(Time at, const ActiveConstraint& constraint) {
   append_json(message_, at, constraint);
   return send(active_constraint_, {at, at});
+}
+
+Status Recorder::write(Time at, const Cell& cell) {
+  append_json(message_, at, cell);
+  return send(cell_, {at, at});
 }
 
 Status Recorder::write(const SessionStatistics& statistics) {

@@ -38,6 +38,7 @@ class Recorder {
   Status write(const SettingsChange& change);                 ///< /operator_settings
   Status write(Time at, const LiquidState& liquid);           ///< /liquid
   Status write(Time at, const ActiveConstraint& constraint);  ///< /active_constraint
+  Status write(Time at, const Cell& cell);                    ///< /cell
   Status write(const SessionStatistics& statistics);          ///< /statistics
   /// A named table of text.
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
@@ -57,7 +58,8 @@ class Recorder {
   RunNames names_;
   JsonBuffer message_;
   std::uint16_t operator_sample_, target_, reference_, plan_, joint_command_, joint_state_, plan_step_;
-  std::uint16_t supervision_ = 0, operator_settings_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0;
+  std::uint16_t supervision_ = 0, operator_settings_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0,
+                cell_ = 0;
 };
 
 }  // namespace steadyhand

@@ -117,7 +117,11 @@ Schema plan_step_schema() {
                  {"status", text("solved, feasible or previous")},
                  {"solve_time_us", number("wall clock, us")},
                  {"smallest_sphere_distance_m", number("surface to surface, over all pairs and nodes, m")},
-                 {"engaged", flag("the arm followed the hand")}});
+                 {"engaged", flag("the arm followed the hand")},
+                 {"object_distances_m",
+                  described({{"type", "object"}, {"additionalProperties", {{"type", "number"}}}},
+                            "of each object around the arm, without its margin, to the bodies that must not touch it; "
+                            "null: all may")}});
 }
 
 Schema supervision_schema() {
@@ -153,6 +157,13 @@ Schema active_constraint_schema() {
                  {"kind", text("none, position, velocity, acceleration, self_collision or reach")},
                  {"first", {{"type", "integer"}}},
                  {"second", {{"type", "integer"}}}});
+}
+
+Schema cell_schema() {
+  const OrderedJson any = {{"type", "object"}, {"additionalProperties", true}};
+  const OrderedJson cell = object("cell", {{"name", text("for people")}, {"objects", array(any, "see docs/cells.md")}});
+  return finish("steadyhand.Cell", "What stands around the arm, from here on",
+                {{"timestamp", time("since when; what moves is there then")}, {"cell", cell}});
 }
 
 Schema statistics_schema() {

@@ -22,6 +22,7 @@ Schema supervision_schema();
 Schema operator_settings_schema();
 Schema liquid_schema();
 Schema active_constraint_schema();
+Schema cell_schema();
 Schema statistics_schema();
 
 }  // namespace steadyhand

@@ -95,6 +95,10 @@ PlanStep plan_step(const Json& json, const std::vector<std::string>& terms) {
   step.solve_time_us = read_number(json.at("solve_time_us"));
   step.smallest_sphere_distance_m = read_number(json.at("smallest_sphere_distance_m"));
   step.engaged = json.at("engaged").get<bool>();
+  if (const auto distances = json.find("object_distances_m"); distances != json.end()) {
+    for (const auto& [name, distance] : distances->items())
+      step.object_distances.emplace_back(name, read_number(distance));
+  }
   return step;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "steadyhand/core/arrows.hpp"
@@ -27,6 +28,8 @@ struct PlanStep {
   PlanOrigin status = PlanOrigin::kSolved;      ///< anything but kSolved counts as a failure
   double smallest_sphere_distance_m = 0;        ///< m, surface to surface, over all pairs and the nodes of the horizon
   bool engaged = false;                         ///< the arm followed the hand
+  /// Of each object of the cell, by name: m at `t_s`, without its margin, to the bodies that must not touch it.
+  std::vector<std::pair<std::string, double>> object_distances;
 };
 
 /// What a run's steps and joints are called; the same for every step.

@@ -8,6 +8,15 @@
 
 namespace steadyhand {
 
+Status StepDescriber::set_cell(const Cell& cell, Time at) {
+  Result<Obstacles> obstacles = obstacles_of(cell, arm_.model());
+  if (!obstacles) return obstacles.error();
+  cell_ = cell;
+  obstacles_ = *obstacles;
+  obstacles_.time = at;
+  return Done{};
+}
+
 PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& instance, const Trajectory& trajectory) {
   const JointCommand command = sample(plan, at);
   PlanStep step;
@@ -29,6 +38,10 @@ PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& i
     step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, clearance(arm_));
   }
   arm_.set_position(command.q);
+  for (int i = 0; i < obstacles_.count; ++i) {
+    const double distance = nearest_body(arm_, obstacles_.list[i], to_seconds(at - obstacles_.time)).distance;
+    step.object_distances.emplace_back(cell_.objects[i].name, distance);
+  }
   arm_.set_motion(command.dq, command.ddq);
   step.X_base_planned = {arm_.p(), Quaternion(arm_.R())};
   step.local_acceleration = arm_.local_acceleration();

@@ -2,6 +2,7 @@
 
 #include "steadyhand/ocp/evaluation.hpp"
 #include "steadyhand/record/step.hpp"
+#include "steadyhand/robot/cell.hpp"
 
 namespace steadyhand {
 
@@ -11,6 +12,8 @@ class StepDescriber {
   /// The Ocp must outlive it.
   explicit StepDescriber(const Ocp& ocp) : evaluation_(ocp), arm_(ocp.model()) {}
 
+  /// What stands around the arm from here on: as it is at a time, in the clock of `describe`. None at first.
+  Status set_cell(const Cell& cell, Time at);
   /// Motion, distances and shares of the objective; what the solver did and where the target was is left to the caller.
   /// @param trajectory the solution of the instance
   PlanStep describe(const Plan& plan, Time at, const OcpInstance& instance, const Trajectory& trajectory);
@@ -20,6 +23,8 @@ class StepDescriber {
  private:
   Evaluation evaluation_;
   Kinematics arm_;
+  Cell cell_;
+  Obstacles obstacles_;  ///< its objects, in the same order
   std::vector<Pose> path_;
 };
 

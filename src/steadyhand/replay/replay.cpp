@@ -14,7 +14,9 @@ namespace {
 class Run {
  public:
   Run(const ReplaySettings& settings, Pipeline& pipeline, const ReplayTaps& taps)
-      : settings_(settings), taps_(taps), pipeline_(pipeline), describer_(pipeline.planner().ocp()) {}
+      : settings_(settings), taps_(taps), pipeline_(pipeline), describer_(pipeline.planner().ocp()) {
+    (void)describer_.set_cell(settings.cell, Time(0));  // it has been looked at
+  }
 
   /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
   Status step(Time now, Time next, ReplayResult& result) {
@@ -113,7 +115,11 @@ Result<ReplayResult> replay(const RobotModel& model, const Recording& recording,
     return Error{fmt::format("recording: sample {} is at {} s, and that before it at {} s; times must increase", i,
                              to_seconds(now), to_seconds(before))};
   }
-  auto pipeline = Pipeline::make(model, settings.pipeline);
+  const Result<Obstacles> obstacles = obstacles_of(settings.cell, model);
+  if (!obstacles) return obstacles.error();
+  PipelineSettings around = settings.pipeline;
+  around.planner.obstacles = *obstacles;
+  auto pipeline = Pipeline::make(model, around);
   if (!pipeline) return pipeline.error();
 
   ReplayResult result;

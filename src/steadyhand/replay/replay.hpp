@@ -15,6 +15,7 @@ namespace steadyhand {
 
 struct ReplaySettings {
   PipelineSettings pipeline;
+  Cell cell;                       ///< what stands around the arm, in place of the planner's obstacles
   double command_rate_hz = 500.0;  ///< of the arm
   /// What the operator changed on the way, in order; times count from the recording's first sample.
   std::vector<SettingsChange> changes;

@@ -284,6 +284,19 @@ const objectiveCharts = profiles.map((profile, i) => {
   return chart;
 });
 
+document.getElementById('around').hidden = profiles.every((profile) => profile.objects.length === 0);
+profiles.forEach((profile, i) => {
+  if (profile.objects.length === 0) return;
+  addChart({
+    figure: addFigure('objects', i),
+    columns: [profile.t, ...profile.object_distances],
+    unit: 'mm',
+    plugins: [lineMarks([{ at: 0, text: 'contact', color: 'limit' }])],
+    range: including(0),
+    series: profile.objects.map((label, object) => ({ label, color: () => color(`joint-${(object % 8) + 1}`), width: 1.3 })),
+  });
+});
+
 profiles.forEach((profile, i) => {
   addChart({
     figure: addFigure('speeds', i),

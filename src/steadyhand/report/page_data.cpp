@@ -85,6 +85,25 @@ void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per
   curve("iterations", Keep::kLargest, [&](std::size_t i) { return steps[i].iterations; });
   curve("distance", Keep::kSmallest, [&](std::size_t i) { return 1e3 * steps[i].smallest_sphere_distance_m; });
 
+  std::vector<std::string> objects;  // that were there at any time
+  for (const PlanStep& step : steps) {
+    for (const auto& [name, distance] : step.object_distances) {
+      if (std::find(objects.begin(), objects.end(), name) == objects.end()) objects.push_back(name);
+    }
+  }
+  json.member("objects", objects);
+  json.key("object_distances");
+  json.begin_array();
+  for (const std::string& object : objects) {
+    write_curve(json, steps.size(), per_point, Keep::kSmallest, [&](std::size_t i) {
+      for (const auto& [name, distance] : steps[i].object_distances) {
+        if (name == object) return 1e3 * distance;
+      }
+      return std::numeric_limits<double>::quiet_NaN();
+    });
+  }
+  json.end_array();
+
   std::vector<double> failures;
   for (const PlanStep& step : steps) {
     if (step.status != PlanOrigin::kSolved) failures.push_back(step.t_s);
