@@ -118,8 +118,9 @@ if(STEADYHAND_SANITIZE)
   steadyhand_campaigns(collision Shapes/EachPair.HasTheDistanceThatASearchFinds/*)
   steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor* Obstacles.AreNotTouched
                        Obstacles.GivesWayToWhatMoves)
-  steadyhand_campaigns(live Among.SixtyFour* Among.WhatAppearsOnTheWay Pushed.IntoTable* AskedStop.BesideAReset* AskedStop.SparesTheLiquid* Gaps.* HandToCommand.* Motion.Singularities*
-                       Motion.WhereTheHandIs* Pushed.*At250Hz)
+  steadyhand_campaigns(live Among.SixtyFour* Among.WhatAppearsOnTheWay AskedStop.BesideAReset* AskedStop.SparesTheLiquid*
+                       Faults.* Gap.* Gaps.* HandToCommand.* Motion.ALimitOfPosition* Motion.Singularities*
+                       Motion.WhereTheHandIs* Pushed.*)
 endif()
 
 # Everything that `ctest` runs, but for what only `./steadyhand test --long` builds.
