@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
+#include "steadyhand/config/cell_formats.hpp"
 #include "steadyhand/config/shape_reader.hpp"
 
 namespace steadyhand {
@@ -60,11 +62,24 @@ void add_keep_in(YamlMap map, double margin, Cell& cell) {
 
 }  // namespace
 
+std::string hex_color(const std::vector<double>& rgb) {
+  const auto byte = [&](int i) { return static_cast<int>(std::lround(255.0 * std::clamp(rgb.at(i), 0.0, 1.0))); };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
+}
+
 Result<Cell> load_cell(const std::filesystem::path& file) {
+  if (file.extension() == ".scene") return load_moveit_scene(file);
+  if (file.extension() == ".urdf") return load_urdf_cell(file);
   Result<YamlMap> opened = YamlMap::open(file);
   if (!opened) return opened.error();
   YamlMap& map = *opened;
   Cell cell;
+  if (is_curobo_world(map)) {
+    cell.name = file.stem().string();
+    read_curobo_world(map, cell);
+    if (Status status = map.finish(); !status) return status.error();
+    return cell;
+  }
   cell.name = map.text("name", file.stem().string());
   const double margin = map.number("margin", kMargins, CellObject().margin);
   if (map.has("objects")) {
