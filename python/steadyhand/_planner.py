@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, flag, number
+from ._cell import CellLike, as_cell
 from ._documented import document
 from ._options import Weights, options, weights_of
 from ._objective import Objective, bound
@@ -22,8 +23,9 @@ class Plan:
     of the optimal control problem, then a stop. K intervals, n joints; rad where a joint turns, m where it slides.
     """
 
-    def __init__(self, native: Any, robot: Robot) -> None:
+    def __init__(self, native: Any, robot: Robot, object_names: list[str]) -> None:
         self._native = native
+        self._object_names = object_names
         self.q: Array = native.q
         """(K + 1, n), rad (m): positions at start + k dt."""
         self.dq: Array = native.dq
@@ -40,8 +42,8 @@ class Plan:
         self.fault: str = native.fault
         """Which check the solution failed, or "none"."""
         self.active: str = native.active
-        """What holds the arm back over the horizon: "reach", "self_collision", "position", "velocity", "acceleration", or
-        "none"."""
+        """What holds the arm back over the horizon: "reach", "self_collision", "obstacle", "position", "velocity",
+        "acceleration", or "none"."""
         self.solve_us: float = native.solve_us
         """us of wall time that the solver took."""
         self.iterations: int = native.iterations
@@ -54,10 +56,12 @@ class Plan:
 
     @property
     def active_names(self) -> tuple[str, ...]:
-        """The joint that is at its limit, or the two bodies that are nearest: who `active` is about."""
+        """The joint that is at its limit, the two bodies that are nearest, or the body and the object: who `active` is about."""
         kind, indices = self.active, [i for i in self._native.active_between if i >= 0]
         if kind == "self_collision":
             return tuple(self._robot.description["bodies"][i]["name"] for i in indices)
+        if kind == "obstacle":
+            return self._robot.description["bodies"][indices[0]]["name"], self._object_names[indices[1]]
         return tuple(self._robot.joint_names[i] for i in indices)
 
     @property
@@ -103,12 +107,24 @@ class _Stages:
         """What is in force: by name of the term, a vector as long as the term has weights."""
         return self._stages.weights
 
+    def _plan(self, native: Any) -> Plan:
+        return Plan(native, self.robot, self._stages.object_names)
+
     def set_weights(self, weights: Weights) -> None:
         """For the next plans: by name of the term a number, or as many as the term has. Terms that are not named stay.
 
         Raises SteadyhandError for a term that there is not, listing those that there are, another count, or a negative weight.
         """
         self._stages.set_weights(weights_of(weights))
+
+    def set_cell(self, cell: CellLike, t: float) -> None:
+        """What stands around the arm from the next plan on, in place of what did.
+
+        cell: a Cell, or what Cell() takes; [] for nothing. t: s, on the clock of the plans: when what moves is where it says.
+        Raises SteadyhandError for a cell that does not fit the robot, and where none was given at first: [] says that there will
+        be one.
+        """
+        self._stages.set_cell(as_cell(cell)._native, number("t", t, "seconds"))
 
     def reset(self, q: ArrayLike | None = None, t: float = 0.0) -> None:
         """The arm stands at q from time t on, and what was planned is forgotten.
@@ -120,8 +136,12 @@ class _Stages:
         self._stages.reset(q, number("t", t, "seconds"))
 
 
-def _make(robot: Robot, profile: str | os.PathLike[str], given: dict[str, Any], objectives: Iterable[Objective]) -> Any:
+def _make(
+    robot: Robot, profile: str | os.PathLike[str], given: dict[str, Any], objectives: Iterable[Objective], cell: CellLike | None
+) -> Any:  # fmt: skip
     given["objectives"] = bound(objectives, robot)
+    if cell is not None:
+        given["cell"] = as_cell(cell)._native
     return opened("profile", profile, lambda name: _native.Stages.make(robot._native, name, given))
 
 
@@ -138,6 +158,7 @@ class Planner(_Stages):
     velocity_scale, acceleration_scale: above 0, to 1: share of the robot's limits.
     window: s of targets from which their velocity is estimated.
     objectives: terms of the caller's own, steadyhand.Objective; at most 16 with those that there are.
+    cell: what stands around the arm, a Cell or what Cell() takes: "table", or a list of Object. None: nothing, for good; []: nothing yet.
 
     Raises SteadyhandError (a ValueError) for unknown robots, profiles, terms and solvers, listing those that there are, for
     numbers out of range, and for files that are refused, with the reason; FileNotFoundError for a path where nothing is.
@@ -163,13 +184,14 @@ class Planner(_Stages):
         acceleration_scale: float | None = None,
         window: float | None = None,
         objectives: Iterable[Objective] = (),
+        cell: CellLike | None = None,
     ) -> None:
         self.robot = as_robot(robot)
         given = options(
             weights=weights, horizon=horizon, dt=dt, solver=solver, tolerance=tolerance, time_budget_us=time_budget_us,
             velocity_scale=velocity_scale, acceleration_scale=acceleration_scale, window=window,
         )  # fmt: skip
-        self._stages = _make(self.robot, profile, given, objectives)
+        self._stages = _make(self.robot, profile, given, objectives, cell)
 
     def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> Plan:
         """The plan from time t on.
@@ -191,7 +213,7 @@ class Planner(_Stages):
 
     def plan(self, t: float) -> Plan:
         """The plan from time t on, after targets by aim(). t: s; must not go back. Before any target the arm stays."""
-        return Plan(self._stages.plan(number("t", t, "seconds")), self.robot)
+        return self._plan(self._stages.plan(number("t", t, "seconds")))
 
     def follow(self, T_base_tool: ArrayLike, t: float) -> Plan:
         """The plan from time t on, towards poses of the caller's own prediction instead of a target.
@@ -200,7 +222,7 @@ class Planner(_Stages):
         Raises as update().
         """
         reference = array("T_base_tool", T_base_tool, (self.horizon, 4, 4), what="a pose for each node of the horizon")
-        return Plan(self._stages.follow(reference, number("t", t, "seconds")), self.robot)
+        return self._plan(self._stages.follow(reference, number("t", t, "seconds")))
 
 
 class Pipeline(_Stages):
@@ -236,6 +258,7 @@ class Pipeline(_Stages):
         acceleration_scale: float | None = None,
         window: float | None = None,
         objectives: Iterable[Objective] = (),
+        cell: CellLike | None = None,
     ) -> None:
         self.robot = as_robot(robot)
         given = options(
@@ -243,7 +266,7 @@ class Pipeline(_Stages):
             weights=weights, horizon=horizon, dt=dt, solver=solver, tolerance=tolerance, time_budget_us=time_budget_us,
             velocity_scale=velocity_scale, acceleration_scale=acceleration_scale, window=window,
         )  # fmt: skip
-        self._stages = _make(self.robot, profile, given, objectives)
+        self._stages = _make(self.robot, profile, given, objectives, cell)
 
     def feed(self, T_operator_hand: ArrayLike, t: float, clutch: bool = True) -> None:
         """The hand at time t. The arm engages with the clutch, and lets go with it.
@@ -262,7 +285,7 @@ class Pipeline(_Stages):
     @property
     def plan(self) -> Plan:
         """The one that is followed."""
-        return Plan(self._stages.last_plan(), self.robot)
+        return self._plan(self._stages.last_plan())
 
     @property
     def target(self) -> Array:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, flags, number, text
+from ._cell import CellLike, as_cell
 from ._documented import document
 from ._options import Weights, options
 from ._objective import Objective, bound
@@ -65,6 +66,8 @@ class Steps:
     """(m,), m: smallest distance between bodies over the plan."""
     engaged: np.ndarray
     """(m,), bool: whether the arm followed the hand."""
+    object_distances: dict[str, Array]
+    """By name of an object around the arm, (m,), m: from it, without its margin, to the arm; NaN while it was not there."""
 
 
 @dataclass(frozen=True)
@@ -198,6 +201,7 @@ def replay(
     solver: str | None = None,
     weights: Weights | None = None,
     objectives: Iterable[Objective] = (),
+    cell: CellLike | None = None,
 ) -> Replay:
     """Sends a recorded hand through the pipeline, in the recording's time, as the command `steadyhand replay` does.
 
@@ -205,7 +209,8 @@ def replay(
     are the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and, if need be, clutch (m,).
     profile: as Planner's; "tracking" if it is not given. rate: Hz, plans, 1 to 500; 20 if it is not given.
     track: which of an A-Frame file. start, until: s after the file's first sample. scale to rotation_frame: as Retargeter's.
-    weights, objectives: as Planner's.
+    weights, objectives: as Planner's. cell: a Cell or what Cell() takes; if it is not given, as in the command: that of the session
+    by its name, else "pedestal", the floor and the column that an arm stands on.
 
     Python's lock is released meanwhile. Raises SteadyhandError (a ValueError) for what the command refuses, in its words;
     FileNotFoundError for a path where nothing is.
@@ -224,10 +229,12 @@ def replay(
         begin = number("start", start, "seconds")
         if _native.is_session(text("the name of the recording", os.fspath(recording))):
             hand, profile = _session_hand(recording, begin, end, profile, given)
+            cell = _session_cell(recording) if cell is None else cell
         else:
             hand = opened("recording", recording, lambda path: _native.load_hand(path, text("track", track), begin, end))
     else:
         hand = _from_arrays(recording)
+    given["cell"] = as_cell("pedestal" if cell is None else cell)._native
     profile = "tracking" if profile is None else profile
     answer = opened("profile", profile, lambda name: _native.replay(hand, model._native, name, given))
     return Replay(
@@ -254,6 +261,11 @@ def _session_hand(path: Any, begin: float, end: float, profile: Any, given: dict
         given.setdefault("yaw", math.radians(float(run["yaw_deg"])))
     given["ramp"], given["accept_emulated"] = _native.live_ramp, True  # the live gate has judged them
     return _native.load_session_hand(os.fspath(path), begin, end, run.get("accept_emulated") == "true"), profile
+
+
+def _session_cell(path: Any) -> str | None:
+    name = _native.session_run(os.fspath(path)).get("cell")
+    return name if name == "none" or name in _native.names_in("cells") else None
 
 
 def read_recording(path: str | os.PathLike[str], *, track: str = "", start: float = 0.0, until: float | None = None) -> Hand:

@@ -99,6 +99,10 @@ def test_a_session_reads_back_as_it_was_replayed(replay, replayed):
             theirs = getattr(getattr(session, part), key)
             if key in ("solve_us", "shares"):
                 continue
+            if key == "object_distances":
+                assert set(ours) == set(theirs) == {"floor", "column", "foot"}
+                assert all((ours[name] == theirs[name]).all() for name in ours)
+                continue
             if key.startswith("T_"):
                 assert np.abs(ours - theirs).max() < 1e-9
             else:

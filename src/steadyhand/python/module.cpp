@@ -123,6 +123,7 @@ NB_MODULE(_native, module) {
   });
   nanobind::module_::import_("atexit").attr("register")(nanobind::cpp_function(&python::end_threads));
   python::bind_robot(module);
+  python::bind_cell(module);
   python::bind_planner(module);
   python::bind_objective(module);
   python::bind_stages(module);

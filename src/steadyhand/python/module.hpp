@@ -23,6 +23,7 @@ namespace nb = nanobind;
 
 // One file each, NAME.cpp.
 void bind_robot(nb::module_& module);
+void bind_cell(nb::module_& module);
 void bind_planner(nb::module_& module);
 void bind_stages(nb::module_& module);
 void bind_objective(nb::module_& module);

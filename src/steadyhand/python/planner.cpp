@@ -47,8 +47,10 @@ nb::tuple to_tuple(const JointCommand& command) {
 /// What Planner and Pipeline of Python are made of.
 class Stages {
  public:
-  Stages(const Robot& robot, const PipelineSettings& settings)
-      : pipeline_(value_of(Pipeline::make(*robot.model, settings))),
+  Stages(const Robot& robot, const PipelineSettings& settings, const Cell& cell)
+      : cell_(cell),
+        obstacles_(settings.planner.obstacles),
+        pipeline_(value_of(Pipeline::make(*robot.model, settings))),
         weights_(settings.ocp.weights),
         arm_(pipeline_->model()),
         reach_(compute_reach(pipeline_->model())) {}
@@ -124,6 +126,23 @@ class Stages {
     last_ = now;
   }
 
+  /// @param t s, when what moves is where it says
+  void set_cell(const Cell& cell, double t) {
+    const Turn turn(busy_);
+    Obstacles obstacles = value_of(obstacles_of(cell, pipeline_->model()));
+    obstacles.time = to_time(t, "t");
+    if (obstacles.count > 0 && pipeline_->planner().ocp().obstacle_rows() == 0)
+      throw Refused("it was made without a cell; cell=[] says that there will be one");
+    check(pipeline_->planner().set_obstacles(obstacles));
+    obstacles_ = obstacles;
+    cell_ = cell;
+  }
+  nb::list object_names() const {
+    nb::list names;
+    for (const CellObject& object : cell_.objects) names.append(to_text(object.name));
+    return names;
+  }
+
   /// Those that are not named stay.
   void set_weights(const Weights& weights) {
     const Turn turn(busy_);
@@ -171,13 +190,15 @@ class Stages {
     const int nodes = planner.ocp().horizon();
     return {planner.plan(),
             nodes,
-            active_constraint(planner.plan(), nodes, planner.instance().reference, reach_, arm_),
+            active_constraint(planner.plan(), nodes, planner.instance().reference, reach_, arm_, obstacles_),
             planner.fault(),
             solution.time_us,
             solution.objective,
             solution.iterations};
   }
 
+  Cell cell_;
+  Obstacles obstacles_;  ///< its objects
   std::unique_ptr<Pipeline> pipeline_;
   Weights weights_;
   Kinematics arm_;
@@ -187,9 +208,15 @@ class Stages {
 };
 
 std::unique_ptr<Stages> make_stages(const Robot& robot, const std::string& profile, const nb::dict& options) {
-  const PipelineSettings settings = pipeline_settings(profile, options);
+  PipelineSettings settings = pipeline_settings(profile, options);
+  Cell cell;
+  if (options.contains("cell")) {
+    cell = nb::cast<const Cell&>(options["cell"]);
+    settings.planner.obstacles = value_of(obstacles_of(cell, *robot.model));
+    settings.ocp.obstacle_rows = kUsualObstacleRows;
+  }
   const Unlocked unlocked;
-  return std::make_unique<Stages>(robot, settings);
+  return std::make_unique<Stages>(robot, settings, cell);
 }
 
 int traverse_stages(PyObject* self, visitproc visit, void* arg) {
@@ -247,6 +274,8 @@ void bind_planner(nb::module_& module) {
       .def("update", &Stages::update)
       .def("last_plan", &Stages::last_plan)
       .def("reset", &Stages::reset)
+      .def("set_cell", &Stages::set_cell)
+      .def_prop_ro("object_names", &Stages::object_names)
       .def("set_weights", &Stages::set_weights)
       .def_prop_ro("weights", &Stages::weights)
       .def_prop_ro("target", &Stages::target)

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <limits>
+#include <map>
 
 #include "steadyhand/input/sample_list.hpp"
 #include "steadyhand/python/objective.hpp"
@@ -82,6 +83,23 @@ nb::dict columns_of(const std::vector<JointState>& states, std::size_t n) {
   return columns;
 }
 
+/// By name a column; not a number where an object was not there.
+nb::dict object_distances(const std::vector<PlanStep>& steps) {
+  nb::dict columns;
+  std::map<std::string, double*> rows;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    for (const auto& [name, distance] : steps[i].object_distances) {
+      double*& row = rows[name];
+      if (row == nullptr) {
+        columns[to_text(name)] = make_array({steps.size()}, row);
+        std::fill_n(row, steps.size(), std::numeric_limits<double>::quiet_NaN());
+      }
+      row[i] = distance;
+    }
+  }
+  return columns;
+}
+
 nb::dict columns_of(const std::vector<PlanStep>& steps, const RunNames& names) {
   const std::size_t n = names.joints.size();
   nb::dict columns;
@@ -104,6 +122,7 @@ nb::dict columns_of(const std::vector<PlanStep>& steps, const RunNames& names) {
   columns["status"] = status;
   columns["clearance"] = numbers(steps, [](const auto& s) { return s.smallest_sphere_distance_m; });
   columns["engaged"] = numbers(steps, [](const auto& s) { return s.engaged; });
+  columns["object_distances"] = object_distances(steps);
   return columns;
 }
 
@@ -147,6 +166,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
   ReplaySettings settings;
   settings.pipeline = pipeline_settings(profile, options);
   settings.changes = hand.changes;
+  settings.cell = nb::cast<const Cell&>(options["cell"]);
   if (options.contains("yaw_fixed"))
     for (SettingsChange& change : settings.changes) change.yaw = settings.pipeline.retarget.yaw;
   if (options.contains("scale_fixed"))
