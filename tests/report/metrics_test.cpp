@@ -138,6 +138,17 @@ TEST(Metrics, KeepTheirOrderAndForgetTheOrderOfSteps) {
   }
 }
 
+TEST(Metrics, TheNearestObjectCounts) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  ReportInput input = test::sample_input();
+  std::vector<PlanStep>& steps = input.profiles[0].steps;
+  const auto smallest = [&] { return evaluate(steps, {}, input.profiles[0].limits).object_distance; };
+  EXPECT_EQ(smallest(), std::numeric_limits<double>::infinity());
+  steps.at(3).object_distances = {{"table", 0.2}, {"all may touch it", nan}};
+  steps.at(5).object_distances = {{"table", 0.3}, {"ball", -0.1}};
+  EXPECT_EQ(smallest(), -0.1);
+}
+
 TEST(RollAngle, IsTheTurnAboutX) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1, 1);

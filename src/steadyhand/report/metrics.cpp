@@ -31,7 +31,7 @@ double largest_ratio(const JointVector& values, const JointVector& limits) {
 Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> commands, const JointLimits& limits) {
   Metrics m;
   m.steps = static_cast<int>(steps.size());
-  m.vertical_min = m.smallest_distance = std::numeric_limits<double>::infinity();
+  m.vertical_min = m.smallest_distance = m.object_distance = std::numeric_limits<double>::infinity();
 
   std::vector<double> lateral, solve;
   int engaged = 0;
@@ -45,6 +45,8 @@ Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> 
     m.failures += step.status != PlanOrigin::kSolved;
     m.vertical_min = std::min(m.vertical_min, step.local_acceleration.z());
     m.smallest_distance = std::min(m.smallest_distance, step.smallest_sphere_distance_m);
+    for (const auto& [name, distance] : step.object_distances)
+      m.object_distance = std::min(m.object_distance, distance);
     m.speed_ratio_max = std::max(m.speed_ratio_max, largest_ratio(step.dq, limits.velocity_max));
     m.acceleration_ratio_max = std::max(m.acceleration_ratio_max, largest_ratio(step.ddq, limits.acceleration_max));
     if (!step.engaged) continue;

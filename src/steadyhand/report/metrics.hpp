@@ -37,6 +37,7 @@ struct Metrics {
   int iterations_max = 0;
   int failures = 0;                   ///< steps whose status is not kSolved
   double smallest_distance = 0;       ///< m, between the bodies of a pair; below 0 they overlap
+  double object_distance = 0;         ///< m, smallest, of what stands around the arm; infinite where nothing does
   double speed_ratio_max = 0;         ///< largest |dq| / limit over joints and commands; 1 is at the limit
   double acceleration_ratio_max = 0;  ///< largest |ddq| / limit
 };

@@ -293,7 +293,7 @@ profiles.forEach((profile, i) => {
     unit: 'mm',
     plugins: [lineMarks([{ at: 0, text: 'contact', color: 'limit' }])],
     range: including(0),
-    series: profile.objects.map((label, object) => ({ label, color: () => color(`joint-${(object % 8) + 1}`), width: 1.3 })),
+    series: profile.objects.map((label, object) => ({ label, color: () => color(`term-${(object % 8) + 1}`), width: 1.3 })),
   });
 });
 
