@@ -120,6 +120,7 @@ TEST(Metrics, KeepTheirOrderAndForgetTheOrderOfSteps) {
   std::mt19937 random(6);
   for (unsigned seed = 0; seed < 20; ++seed) {
     ProfileResult run = test::sample_profile("p", "P", 0.1, 0.5, 3000, seed, 2 + 0.3 * seed);
+    for (PlanStep& step : run.steps) step.object_distances = {{"table", 1e-3 * static_cast<double>(random() % 1000)}};
     const Metrics m = evaluate(run.steps, run.commands, run.limits);
     EXPECT_LE(m.lateral_mean, m.lateral_p99);
     EXPECT_LE(m.position_rms, m.position_max);
