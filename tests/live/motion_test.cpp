@@ -192,6 +192,46 @@ TEST_P(Pushed, IntoTableWallAndBoxItSlidesAlongAndComesOffCalmly) {
   }
 }
 
+/// What is long lies along a wall, what is flat on it: no corner is the nearest for long, yet plans go on calmly.
+TEST_P(Pushed, ALongAndAFlatBodyLieAlongAWallAndATable) {
+  const struct {
+    const char* name;
+    Shape glass;
+    Obstacles obstacles;
+    Vector3 away, across;
+  } pushes[] = {
+      {"capsule, wall", Shape::capsule(0.08, 0.05), only(Shape::half_space(), {0.75, 0.0, 0.0}, -Vector3::UnitX()),
+       {0.35, 0.0, 0.0}, {0.0, 0.2, 0.1}},
+      {"capsule, box", Shape::capsule(0.08, 0.05), only(Shape::box({0.05, 0.6, 0.6}), {0.8, 0.0, 0.4}),
+       {0.35, 0.0, 0.0}, {0.0, 0.2, 0.1}},
+      {"box, table", Shape::box({0.06, 0.06, 0.06}, 0.01),
+       only(Shape::half_space(), {0.0, 0.0, 0.22}), {0.0, 0.0, -0.35}, {0.08, 0.2, 0.0}}};
+  for (const auto& [name, glass, obstacles, away, across] : pushes) {
+    SCOPED_TRACE(name);
+    RobotModel model = ur5e();
+    Obstacles there = obstacles;
+    for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+      Body& body = model.bodies[i];
+      if (body.name == "glass_bottom") {
+        body.shape = glass;
+        body.origin = model.tool.origin;
+      } else {
+        there.list[0].ignores.set(i);  // its turn has come in other tests
+      }
+    }
+    VirtualSession::Options options = VirtualSession::Options::at_rate(GetParam());
+    options.model = &model;
+    VirtualSession pushed(options);
+    pushed.set_obstacles(there);
+    const PushResult result = push_and_return(pushed, away, across);
+    EXPECT_LE(result.longest_freeze, 2.0 / GetParam());
+    EXPECT_LE(result.fastest, kCalm);
+    EXPECT_GT(pushed.monitor().result().smallest_distance, kKept - 0.001);
+    EXPECT_LT(pushed.monitor().result().smallest_distance, kKept + 0.002) << "it was pushed there";
+    EXPECT_LE(pushed.planner_view.failed, pushed.planner_view.solves / 1000);
+  }
+}
+
 /// Joints that may hardly move: the arm goes to their limits, and to the last digit no further.
 TEST(Motion, ALimitOfPositionIsKeptToTheLastDigit) {
   RobotModel model = ur5e();

@@ -28,6 +28,16 @@ Shape Shape::inflated(double margin) const {
   return result;
 }
 
+int Shape::corners() const {
+  if (kind == ShapeKind::kBox) return 8;
+  return kind == ShapeKind::kCapsule && core.z() > 0.0 ? 2 : 0;
+}
+
+Vector3 Shape::corner(int index) const {
+  if (kind == ShapeKind::kCapsule) return {0.0, 0.0, index == 0 ? -core.z() : core.z()};
+  return {index & 1 ? core.x() : -core.x(), index & 2 ? core.y() : -core.y(), index & 4 ? core.z() : -core.z()};
+}
+
 std::string_view to_string(ShapeKind kind) {
   switch (kind) {
     case ShapeKind::kSphere:

@@ -39,6 +39,10 @@ struct Shape {
   /// All with z <= 0.
   static Shape half_space() { return {ShapeKind::kHalfSpace, Vector3::Zero(), 0.0}; }
 
+  /// How many corners the core has: 2 of a capsule, 8 of a box. 0: it is a point, or round.
+  int corners() const;
+  /// m, in the shape's frame; index below corners().
+  Vector3 corner(int index) const;
   /// Whether it is all that is near a point or a segment.
   bool is_round() const { return kind == ShapeKind::kSphere || kind == ShapeKind::kCapsule; }
   /// m, no point of the solid is further from the origin; infinite for a half-space.

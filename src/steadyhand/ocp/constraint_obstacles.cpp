@@ -1,5 +1,6 @@
 #include <array>
 #include <limits>
+#include <utility>
 
 #include "steadyhand/ocp/constraints.hpp"
 
@@ -22,10 +23,10 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
 
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {
-    const auto& [body, obstacle, depth] = node.near[row];
-    if (body < 0) return S(kFar);
-    return depth + proximity_value(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
-                                   node.arm.body(body));
+    const NearObstacle& near = node.near[row];
+    if (near.body < 0) return S(kFar);
+    const auto [shape, there] = solid(node, near);
+    return near.depth + proximity_value(near.obstacle.shape, placed_after(near.obstacle, node.time), shape, there);
   }
 
   template <typename S>
@@ -58,9 +59,17 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
   }
   template <typename S>
   ProximityOf<S> proximity_at(const NodeOf<S>& node, int row) const {
-    const auto& [body, obstacle, depth] = node.near[row];
-    return proximity(obstacle.shape, placed_after(obstacle, node.time), model_->bodies[body].shape,
-                     node.arm.body(body));
+    const NearObstacle& near = node.near[row];
+    const auto [shape, there] = solid(node, near);
+    return proximity(near.obstacle.shape, placed_after(near.obstacle, node.time), shape, there);
+  }
+  /// What of the body the row is about.
+  template <typename S>
+  std::pair<Shape, PlacedOf<S>> solid(const NodeOf<S>& node, const NearObstacle& near) const {
+    const Shape& shape = model_->bodies[near.body].shape;
+    const PlacedOf<S> there = node.arm.body(near.body);
+    if (near.corner < 0) return {shape, there};
+    return {Shape::sphere(shape.radius), at_corner(shape, there, near.corner)};
   }
 
   const RobotModel* model_;

@@ -25,6 +25,10 @@ struct NearObstacle {
   int body = -1;  ///< of the model; -1: none, and the rest is not looked at
   Obstacle obstacle;
   double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
+  /// The ball around one corner of the body's core (Shape::corner), in place of the whole body; -1: the whole. Which
+  /// corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance leads;
+  /// a row for each corner does not.
+  int corner = -1;
 };
 /// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
 using NearObstacles = std::vector<NearObstacle>;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "steadyhand/robot/gaps.hpp"
 
@@ -9,26 +10,45 @@ namespace steadyhand {
 
 namespace {
 
+constexpr int kMostParts = 9;  // of a body: the whole and its corners
 constexpr double kNear = 0.1;  // m; within a solve a plan goes further from its guess only where it is not yet near one
+
+/// A body, or the ball around a corner of it.
+std::pair<Shape, Placed> solid(const Kinematics& arm, int body, int corner) {
+  const Shape& shape = arm.model().bodies[body].shape;
+  if (corner < 0) return {shape, arm.body(body)};
+  return {Shape::sphere(shape.radius), at_corner(shape, arm.body(body), corner)};
+}
 
 }  // namespace
 
-ObstacleRows::ObstacleRows(const Ocp& ocp) : ocp_(ocp), constraint_(0), by_row_(ocp.obstacle_rows(), {-1, -1, 0.0}) {
+ObstacleRows::ObstacleRows(const Ocp& ocp)
+    : ocp_(ocp), constraint_(0), by_row_(ocp.obstacle_rows(), {-1, -1, -1, 0.0}) {
   while (constraint_ < std::ssize(ocp.constraints()) && ocp.constraints()[constraint_]->name() != "obstacles") {
     ++constraint_;
   }
-  if (!by_row_.empty()) pairs_.reserve(ocp.model().bodies.size() * Obstacles::kMost);
+  if (!by_row_.empty()) pairs_.reserve(ocp.model().bodies.size() * kMostParts * Obstacles::kMost);
+}
+
+/// To a half-space the corners of a flat or long body are all that matters; along a box they come beside the whole.
+void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const int corners = ocp_.model().bodies[body].shape.corners();
+  const ShapeKind other = sweep.shape(obstacle).kind;
+  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kFar});
+  if (other != ShapeKind::kHalfSpace && other != ShapeKind::kBox) return;
+  for (int corner = 0; corner < corners; ++corner) pairs_.push_back({body, obstacle, corner, kFar});
 }
 
 void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch) {
   pairs_.clear();
-  sweep.for_each_near(
-      [&](int body, int obstacle) { pairs_.push_back({body, obstacle, std::numeric_limits<double>::infinity()}); });
+  sweep.for_each_near([&](int body, int obstacle) { add_pair(sweep, body, obstacle); });
   for (int k = 1; k <= ocp_.horizon(); ++k) {
     scratch.set_position(guess.x[k].head(ocp_.dof()));
     for (Pair& pair : pairs_) {
       const Placed there = sweep.placed(pair.obstacle, k * ocp_.dt());
-      pair.gap = std::min(pair.gap, gap(scratch, pair.body, sweep.shape(pair.obstacle), there));
+      const auto [shape, at] = solid(scratch, pair.body, pair.corner);
+      pair.gap = std::min(pair.gap, distance(sweep.shape(pair.obstacle), there, shape, at));
     }
   }
   std::erase_if(pairs_, [](const Pair& pair) { return !(pair.gap < kNear); });
@@ -49,7 +69,9 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap
   sweep.find(ocp_.horizon() * ocp_.dt(), kNear, LinkLengths::Zero().eval());
   find_pairs(sweep, guess, scratch);
 
-  const auto same = [](const Pair& a, const Pair& b) { return a.body == b.body && a.obstacle == b.obstacle; };
+  const auto same = [](const Pair& a, const Pair& b) {
+    return a.body == b.body && a.obstacle == b.obstacle && a.corner == b.corner;
+  };
   for (Pair& old : by_row_) {  // those that stay keep their rows
     const auto found = std::find_if(pairs_.begin(), pairs_.end(), [&](const Pair& pair) { return same(pair, old); });
     if (found == pairs_.end()) {
@@ -71,10 +93,11 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap
     NearObstacle& near = instance.near[i];
     near.body = by_row_[i].body;
     if (near.body < 0) continue;
+    near.corner = by_row_[i].corner;
     near.obstacle = sweep.at_start(by_row_[i].obstacle);
     // What has come over the arm may be left, and entered no further.
-    const double value = proximity_value(near.obstacle.shape, near.obstacle.at, ocp_.model().bodies[near.body].shape,
-                                         scratch.body(near.body));
+    const auto [shape, at] = solid(scratch, near.body, near.corner);
+    const double value = proximity_value(near.obstacle.shape, near.obstacle.at, shape, at);
     near.depth = value < -overlap ? -value : 0.0;
   }
 }

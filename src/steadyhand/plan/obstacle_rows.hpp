@@ -7,7 +7,8 @@
 
 namespace steadyhand {
 
-/// Which pairs of a body and an obstacle the next problem sees, and in which row: those that come nearest on the guess.
+/// Which pairs of a body, or a corner of it, and an obstacle the next problem sees, and in which row: those that come
+/// nearest on the guess.
 /// A pair that stays near keeps its row, so that the row's multipliers go on. Memory is taken by the constructor.
 class ObstacleRows {
  public:
@@ -24,8 +25,10 @@ class ObstacleRows {
   /// A pair that may come near.
   struct Pair {
     int body, obstacle;
+    int corner;  ///< NearObstacle::corner
     double gap;  ///< m, the smallest on the guess
   };
+  void add_pair(const ObstacleSweep& sweep, int body, int obstacle);
   void find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch);
 
   const Ocp& ocp_;

@@ -43,7 +43,14 @@ NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
     double depth = 0.0;
     if (json[i].contains("depth")) depth = json::number(json[i]["depth"], entry + ".depth");
     if (depth < 0.0) json::fail(entry + ".depth", fmt::format("is {}; it must be 0 or more", depth));
-    result.push_back({body.get<int>(), obstacle, depth});
+    int corner = -1;
+    if (json[i].contains("corner")) {
+      const OrderedJson& index = json[i]["corner"];
+      if (!index.is_number_integer() || index < -1 || index > 7)
+        json::fail(entry + ".corner", fmt::format("is {}; it must be the index of a corner, or -1", index.dump()));
+      corner = index.get<int>();
+    }
+    result.push_back({body.get<int>(), obstacle, depth, corner});
   }
   return result;
 }
@@ -136,6 +143,7 @@ OrderedJson to_json(const ProblemRecord& problem) {
         obstacle.shape, Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R))));
     entry["velocity"] = numbers_json(obstacle.velocity);
     entry["depth"] = near.depth;
+    if (near.corner >= 0) entry["corner"] = near.corner;
     json["obstacles"].push_back(std::move(entry));
   }
   for (const auto& [name, values] : problem.weights) {
