@@ -97,7 +97,7 @@ class Stage:
         self.p_ref, self.R_ref = ca.SX.sym("p_ref", 3), ca.SX.sym("R_ref", 3, 3)
         self.w = ca.SX.sym("w", weights_size(self.n))
         # The order of pack_weights.
-        sizes = np.cumsum([0, 3, 1, self.n, self.n, 1, 1])
+        sizes = np.cumsum([0, 3, 3, self.n, self.n, 1, 1])
         self.w_position, self.w_orientation, self.w_velocity, self.w_acceleration, self.w_lateral, self.w_vertical = (
             self.w[a:b] for a, b in zip(sizes[:-1], sizes[1:])
         )
@@ -105,12 +105,12 @@ class Stage:
 
 
 def weights_size(n):
-    return 6 + 2 * n
+    return 8 + 2 * n
 
 
 def pack_weights(weights, n):
     """In the order of Stage.w. One number stands for all entries and an absent term has weight 0, as in `solve`."""
-    sizes = {"position": 3, "orientation": 1, "velocity": n, "acceleration": n, "lateral": 1, "vertical": 1}
+    sizes = {"position": 3, "orientation": 3, "velocity": n, "acceleration": n, "lateral": 1, "vertical": 1}
     return np.concatenate(
         [np.broadcast_to(np.array(weights.get(name, 0.0), dtype=float), size) for name, size in sizes.items()]
     )
@@ -144,7 +144,7 @@ class Formulation:
         # Residuals and weights: each term is sum(weight * residual^2). `peers.py` hands them to Gauss-Newton.
         self.residuals = {
             "position": (position - s.p_ref, s.w_position),
-            "orientation": (ca.vec(ca.SX(ca.DM.eye(3)) - rotation @ s.R_ref.T), ca.repmat(s.w_orientation, 9, 1)),
+            "orientation": (ca.vec(rotation - s.R_ref), ca.vec(ca.repmat(s.w_orientation.T, 3, 1))),
             "velocity": (s.dq, s.w_velocity),
             "acceleration": (s.u, s.w_acceleration),
             "lateral": (excess[:2], ca.repmat(s.w_lateral, 2, 1)),

@@ -32,7 +32,9 @@ struct Fixture {
     for (int i = 0; i < kRows; ++i) {
       const int body = i == 0 ? -1 : static_cast<int>(random_() % model_.bodies.size());
       const Placed at{3.0 * Vector3::Random(), Quaternion::UnitRandom().toRotationMatrix()};
-      instance_.near.push_back({body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i});
+      const int corners = body < 0 ? 0 : model_.bodies[body].shape.corners();
+      const int corner = i % 2 == 0 || corners == 0 ? -1 : static_cast<int>(random_() % corners);
+      instance_.near.push_back({body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i, corner});
     }
     evaluation_.set_instance(instance_);
   }
@@ -97,6 +99,8 @@ struct Fixture {
     OcpSettings settings;
     settings.horizon = 2;
     settings.obstacle_rows = kRows;
+    for (const auto& optional : optional_objectives()) settings.weights[optional->name()] = {1.0};
+    add_optional_objectives(settings);
     return settings;
   }
 
@@ -216,6 +220,7 @@ TEST(Terms, StateTermsIgnoreTheAcceleration) {
 TEST(Terms, OrientationIsTheFrobeniusNorm) {
   Fixture f(6, 6);
   f.weigh(1);
+  f.instance_.weights[1].setConstant(1.7);
   f.move(f.random_z());
   const Matrix3 R = f.evaluation_.arm(f.kNode).R(), R_ref = f.instance_.reference.R[f.kNode - 1];
   const double expected =
@@ -223,11 +228,28 @@ TEST(Terms, OrientationIsTheFrobeniusNorm) {
   EXPECT_NEAR(f.evaluation_.objective(f.kNode), expected, 1e-12);
 }
 
+/// The tool's z alone: turns about it cost nothing.
+TEST(Terms, OrientationMayLeaveATurnFree) {
+  Fixture f(6, 6);
+  f.weigh(1);
+  f.instance_.weights[1] = Vector3(0.0, 0.0, 2.0);
+  f.move(f.random_z());
+  const Matrix3 R = f.evaluation_.arm(f.kNode).R();
+  for (const double turn : {0.0, 1.0, M_PI}) {
+    f.instance_.reference.R[f.kNode - 1] = R * Eigen::AngleAxisd(turn, Vector3::UnitZ());
+    f.evaluation_.set_instance(f.instance_);
+    EXPECT_NEAR(f.evaluation_.objective(f.kNode), 0.0, 1e-12);
+  }
+  f.instance_.reference.R[f.kNode - 1] = R * Eigen::AngleAxisd(0.3, Vector3::UnitX());
+  f.evaluation_.set_instance(f.instance_);
+  EXPECT_NEAR(f.evaluation_.objective(f.kNode), f.ocp_.dt() * 2.0 * 2.0 * (1.0 - std::cos(0.3)), 1e-12);
+}
+
 TEST(Weights, BadOnesAreRefusedByName) {
   Fixture f(6, 7);
   for (const auto& [weights, expected] :
        std::vector<std::pair<std::map<std::string, std::vector<double>>, std::string>>{
-           {{{"posture", {1.0}}}, "unknown term 'posture'"},
+           {{{"comfort", {1.0}}}, "unknown term 'comfort'"},
            {{{"lateral", {-1.0}}}, "'lateral' is -1"},
            {{{"velocity", {1.0, 2.0}}}, "'velocity' has 2 numbers"},
            {{{"vertical", {std::nan("")}}}, "'vertical' is nan"}}) {

@@ -175,3 +175,44 @@ def test_the_interpreter_ends_though_daemon_threads_plan(objectives, pause):
     for _ in range(3):
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, env=environment)
         assert (done.returncode, done.stderr) == (0, "")
+
+
+def tool_turn(robot, q, T):
+    """How far tool axes x, y, z are from those of T, rad."""
+    return np.arccos(np.clip(np.sum(robot.fk(q)[:3, :3] * T[:3, :3], axis=0), -1, 1))
+
+
+def test_the_turn_about_the_glass_may_be_left_free(robot):
+    """The hand turns the glass about its own axis by a quarter turn and goes sideways: free, the arm keeps to the opening."""
+    T = target(robot, y=0.2)
+    T[:3, :3] = T[:3, :3] @ steadyhand.pose(quat_xyzw=[0, 0, 0.5**0.5, 0.5**0.5])[:3, :3]
+    turns = {}
+    for weight in (5.0, (0.0, 0.0, 5.0)):
+        planner = steadyhand.Planner(robot, "tracking", weights={"orientation": weight})
+        for i in range(80):
+            plan = planner.update(T, 0.05 * i)
+        assert np.abs(robot.fk(plan.q[0])[:3, 3] - T[:3, 3]).max() < 0.02
+        turns[weight] = tool_turn(robot, plan.q[0], T)
+    assert turns[5.0].max() < 0.1, "followed"
+    free = turns[(0.0, 0.0, 5.0)]
+    assert free[2] < 0.02 and free[0] > 1.0, "upright, and not turned"
+
+
+def test_posture_draws_the_joints_home_where_the_task_leaves_them_a_choice(robot):
+    """With the orientation free three joints are left over: after a detour they come back, and without the term they do not."""
+    left = {}
+    for weight in (0.0, 0.1):
+        planner = steadyhand.Planner(robot, "tracking", weights={"orientation": 0.0, "posture": weight})
+        for i in range(160):
+            far = i < 80
+            plan = planner.update(target(robot, x=-0.2 * far, y=0.5 * far, z=0.3 * far), 0.05 * i)
+        assert np.abs(robot.fk(plan.q[0])[:3, 3] - target(robot)[:3, 3]).max() < 0.02
+        left[weight] = np.abs(plan.q[0] - robot.home).max()
+    assert left[0.1] < 0.02 and left[0.0] > 5 * left[0.1]
+
+
+def test_posture_is_a_term_only_where_it_is_named(robot):
+    assert "posture" not in steadyhand.Planner(robot).weights
+    assert steadyhand.Planner(robot, weights={"posture": 0.5}).weights["posture"].tolist() == [0.5] * 6
+    with pytest.raises(steadyhand.SteadyhandError, match="'posture' has 2 numbers, it needs 1 or 6"):
+        steadyhand.Planner(robot, weights={"posture": [1, 2]})

@@ -70,7 +70,10 @@ Result<Profile> load_profile(const std::string& name, const Places& places, cons
   }
   profile.ocp.objectives = objectives;
   YamlMap weights = file.map("weights");
-  for (const std::string& term : weights.keys()) read_weight(weights, term, objectives, profile.ocp);
+  Objectives known = objectives;
+  for (const auto& optional : optional_objectives()) known.push_back(optional);
+  for (const std::string& term : weights.keys()) read_weight(weights, term, known, profile.ocp);
+  add_optional_objectives(profile.ocp);
   if (Status status = file.finish(); !status) return status.error();
   return profile;
 }

@@ -16,6 +16,17 @@ Objectives default_objectives() {
           make_acceleration_objective(), make_lateral_objective(),     make_vertical_objective()};
 }
 
+Objectives optional_objectives() { return {make_posture_objective()}; }
+
+void add_optional_objectives(OcpSettings& settings) {
+  for (const auto& optional : optional_objectives()) {
+    const auto is_there = [&](const auto& objective) { return objective && objective->name() == optional->name(); };
+    const bool named = settings.weights.count(optional->name()) > 0;
+    if (named && std::none_of(settings.objectives.begin(), settings.objectives.end(), is_there))
+      settings.objectives.push_back(optional);
+  }
+}
+
 std::vector<ConstraintMaker> default_constraints() {
   return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision, make_obstacles};
 }
@@ -148,6 +159,10 @@ Status Ocp::check(const OcpInstance& instance) const {
     if (near.body < -1 || near.body >= std::ssize(model_->bodies)) {
       return Error{fmt::format("an obstacle is near body {}; the bodies are 0 to {}, and -1 is none", near.body,
                                model_->bodies.size() - 1)};
+    }
+    if (near.body >= 0 && (near.corner < -1 || near.corner >= std::max(0, model_->bodies[near.body].shape.corners()))) {
+      return Error{fmt::format("an obstacle is near corner {} of body '{}', which has {}", near.corner,
+                               model_->bodies[near.body].name, model_->bodies[near.body].shape.corners())};
     }
     const Obstacle& obstacle = near.obstacle;
     if (near.body >= 0 && !(obstacle.at.p.allFinite() && obstacle.at.R.allFinite() && obstacle.velocity.allFinite())) {

@@ -22,6 +22,8 @@ using ConstraintMaker = std::function<std::shared_ptr<const Constraint>(const Ro
 
 /// Those of docs/formulation.md: a new one is added there (ocp.cpp), in one line.
 Objectives default_objectives();
+/// More of them, which a problem has where its weights name them.
+Objectives optional_objectives();
 std::vector<ConstraintMaker> default_constraints();
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
@@ -40,5 +42,8 @@ struct OcpSettings {
   Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
   std::vector<ConstraintMaker> constraints = default_constraints();
 };
+
+/// Adds the optional objectives that the weights name and `objectives` has not.
+void add_optional_objectives(OcpSettings& settings);
 
 }  // namespace steadyhand

@@ -56,6 +56,7 @@ PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& o
   take(options, "weights", weights);
   for (const auto& [name, values] : weights) settings.ocp.weights[name] = values;
   for (auto& objective : objectives_of(options)) settings.ocp.objectives.push_back(objective);
+  add_optional_objectives(settings.ocp);
   take(options, "solver", settings.planner.solver);
   take_positive(options, "tolerance", 0.1, settings.planner.tolerance);
   take(options, "time_budget_us", settings.planner.budget.time_us);

@@ -32,10 +32,12 @@ Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std
   }
   int rows = static_cast<int>(problem.near.size());
   if (rows > 0) rows = std::max(rows, kUsualObstacleRows);
+  OcpSettings settings;
+  settings.weights = problem.weights;
+  add_optional_objectives(settings);
   if (!prepared.ocp || prepared.ocp->horizon() != problem.horizon || prepared.ocp->obstacle_rows() != rows ||
       prepared.ocp->position_margin() != problem.position_margin || prepared.ocp->dt() != problem.dt ||
-      prepared.tolerance != problem.tolerance) {
-    OcpSettings settings;
+      prepared.ocp->objectives().size() != settings.objectives.size() || prepared.tolerance != problem.tolerance) {
     settings.horizon = problem.horizon;
     settings.dt = problem.dt;
     settings.obstacle_rows = rows;
