@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "steadyhand/plan/straight_stop.hpp"
 #include "support/virtual_session.hpp"
 
 namespace steadyhand {
@@ -152,6 +153,57 @@ TEST_F(Among, SixtyFourThatMoveAboutAllTheTime) {
     session.run(0.1);
   }
   EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+}
+
+/// As a stream of positions that somebody measures: in each cycle another world, and none of them in the way.
+TEST_F(Among, WhatChangesInEachCycleFarAwayHoldsNothingUp) {
+  double away = 5.0;
+  session.around_control = [&](bool begins) {
+    if (begins) session.set_obstacles(world({solid(Shape::sphere(0.05), {away += 1e-4, 5.0, 5.0})}));
+  };
+  follow();
+  const std::uint64_t plans = session.view.plans, rejected = session.view.rejected_plans;
+  session.run(2.0);
+  EXPECT_GT(session.view.plans - plans, 1.9 * session.options().planner_rate_hz);
+  EXPECT_EQ(session.view.rejected_plans, rejected);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  session.expect_safe();
+}
+
+/// Asked for at many instants, while in each cycle others of 64 objects stand around the arm, or over it.
+TEST_F(Among, AStopWinsHoweverMuchChanges) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  int moved = 0;
+  session.hand = sweeping({0.1, 0.3, 0.1}, 2.0);
+  session.run(0.2);
+  for (int trial = 0; trial < 12; ++trial) {
+    ASSERT_TRUE(session.grip()) << session.view.reason;
+    session.run(1.0 + 0.07 * trial);
+    moved += session.last_command.dq.cwiseAbs().maxCoeff() > 0.2;
+    session.around_control = [&, over = trial % 2 == 1](bool begins) {
+      if (!begins) return;
+      std::vector<Obstacle> list;
+      while (list.size() < Obstacles::kMost) {
+        list.push_back(solid(Shape::sphere(over ? 0.3 : 0.05), over ? (glass() + 0.05 * vector()).eval() : vector(),
+                             10.0 * vector()));
+      }
+      Obstacles all = world(list);
+      all.time = session.clock().now();
+      session.set_obstacles(all);
+    };
+    const double soft = ControlSettings().soft_stop, hardest = stop_time(ur5e(), session.last_command.dq);
+    session.ask_stop();
+    EXPECT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kStopping && session.at_rest(); },
+                                  soft + hardest + 0.3));
+    session.around_control = [](bool) {};
+    session.set_obstacles(kNoObstacles);
+    session.ask_reset();
+    session.run(0.1);
+  }
+  EXPECT_GT(moved, 8);
   session.expect_safe();
 }
 

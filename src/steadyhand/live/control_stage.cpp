@@ -142,8 +142,7 @@ void ControlStage::take_plan(Time now) {
                       state == SupervisionState::kHolding || soft_;
   const bool continues = pending_.start > last_.stamp.made &&
                          same(tracker_.update(pending_.start), sample(pending_, pending_.start), kContinuity);
-  const bool knows_all = pending_.world >= settings_.obstacles.version;
-  if (!wanted || !continues || !knows_all) {
+  if (!wanted || !continues || !knows_obstacles(pending_, now)) {
     ++view_.rejected_plans;
     return;
   }
@@ -154,6 +153,12 @@ void ControlStage::take_plan(Time now) {
     last_hand_counted_ = pending_.stamp.hand;
     links_->latency_us.add(1e6 * to_seconds(now - pending_.stamp.hand));
   }
+}
+
+/// Made for what there is, or as good for it: while objects change faster than plans are made, there are no others.
+bool ControlStage::knows_obstacles(const Plan& plan, Time now) {
+  return plan.world >= settings_.obstacles.version ||
+         check_way(plan, now, settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone;
 }
 
 void ControlStage::follow(const Plan& plan) {

@@ -42,6 +42,7 @@ class ControlStage {
  private:
   void take_obstacles(Time now);
   void take_plan(Time now);
+  bool knows_obstacles(const Plan& plan, Time now);
   void follow(const Plan& plan);
   void remember(const JointCommand& command);
   void resume(const JointCommand& carried_on);
