@@ -179,6 +179,37 @@ TEST(Obstacles, APlanMayLeadOutOfOne) {
 }
 
 /// What the boxes leave out is not near.
+/// What moves fast elsewhere makes what stands near the arm no less certain.
+TEST(Obstacles, AreNotMixedUp) {
+  Loop loop(10);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  Kinematics arm(loop.model);
+  int near = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    Plan plan;
+    stand(random_joints(6, 2.0, random), from_seconds(3.0), plan);
+    arm.set_position(plan.x[0].head(6));
+    const std::size_t last = loop.model.bodies.size() - 1;
+    const Vector3 there = arm.body(static_cast<int>(last)).p + 0.3 * vector();
+    const double distance = smallest_gap(arm, cell({obstacle(Shape::sphere(0.01), there)}), Time(0));
+    if (distance < 0.01 || clearance(arm) < 0.01) continue;
+    plan.intervals = 2;  // nothing moves, for a while
+    plan.u[0] = plan.u[1] = JointVector::Zero(6);
+    plan.x[1] = plan.x[2] = plan.x[0];
+    const Obstacle touches = obstacle(Shape::sphere(0.01 + distance - 1e-4), there);
+    Obstacles both = cell({touches, obstacle(Shape::sphere(0.01), 500.0 * vector(), 50.0 * vector())});
+    both.time = plan.start;
+    PlanCheckSettings settings;
+    settings.overlap_between_nodes = 0.0;
+    EXPECT_EQ(check_plan(plan, plan.x[0], settings, arm, cell({touches})), PlanFault::kNone);
+    EXPECT_EQ(check_plan(plan, plan.x[0], settings, arm, both), PlanFault::kNone);
+    ++near;
+  }
+  EXPECT_GT(near, 200);
+}
+
 TEST(Obstacles, NothingNearIsLeftOut) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);

@@ -37,7 +37,9 @@ LinkPairs least_radii(const RobotModel& model) {
     const Body &first = model.bodies[i], &second = model.bodies[j];
     include(first.link, second.link, first.shape.radius + second.shape.radius);
   }
-  for (const Body& body : model.bodies) include(kObstacleRow, body.link, body.shape.radius);
+  for (const Body& body : model.bodies) {
+    for (const int row : {kStandingRow, kMovingRow}) include(row, body.link, body.shape.radius);
+  }
   return least;
 }
 
@@ -51,7 +53,7 @@ struct Motion {
 /// joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k and l
 /// of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
 Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration,
-               double obstacle_speed) {
+               const LinkLengths& obstacle_speed) {
   const int n = static_cast<int>(speed.size());
   Motion most;
   for (int j = 1; j <= n; ++j) {
@@ -64,8 +66,9 @@ Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVec
       }
     }
   }
-  most.speed.row(kObstacleRow) = most.speed.row(0) + obstacle_speed;
-  most.acceleration.row(kObstacleRow) = most.acceleration.row(0);
+  most.speed.row(kStandingRow) = most.speed.row(0);
+  most.speed.row(kMovingRow) = most.speed.row(0) + obstacle_speed.transpose();
+  for (const int row : {kStandingRow, kMovingRow}) most.acceleration.row(row) = most.acceleration.row(0);
   return most;
 }
 
@@ -87,7 +90,11 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
 LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t) {
   const RobotModel& model = kinematics.model();
   LinkPairs smallest = LinkPairs::Constant(kFar);
-  if (obstacles.count() > 0) smallest.row(kObstacleRow) = obstacle_gaps(obstacles, kinematics, t).min(kFar).transpose();
+  if (obstacles.count() > 0) {
+    const ObstacleGaps around = obstacle_gaps(obstacles, kinematics, t);
+    smallest.row(kStandingRow) = around.standing.min(kFar).transpose();
+    smallest.row(kMovingRow) = around.moving.min(kFar).transpose();
+  }
   for (const BodyPair& pair : model.pairs) {
     double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
     least = std::min(least, gap(kinematics, pair));
@@ -98,7 +105,7 @@ LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, dou
 PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest) {
   const auto below = (gaps < smallest).eval();
   if (!below.any()) return PlanFault::kNone;
-  return below.row(kObstacleRow).any() ? PlanFault::kObstacle : PlanFault::kSelfCollision;
+  return below.bottomRows<2>().any() ? PlanFault::kObstacle : PlanFault::kSelfCollision;
 }
 
 GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,

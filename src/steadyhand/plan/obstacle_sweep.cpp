@@ -21,9 +21,7 @@ Vector3 half_size(const Shape& shape, const Placed& at) {
 }  // namespace
 
 ObstacleSweep::ObstacleSweep(const RobotModel& model, const Obstacles& obstacles, Time start)
-    : model_(&model), obstacles_(&obstacles), since_(to_seconds(start - obstacles.time)) {
-  for (const Obstacle& obstacle : obstacles.all()) fastest_ = std::max(fastest_, obstacle.velocity.norm());
-}
+    : model_(&model), obstacles_(&obstacles), since_(to_seconds(start - obstacles.time)) {}
 
 void ObstacleSweep::pass(const Kinematics& arm) {
   for (std::size_t i = 0; i < model_->bodies.size(); ++i) {
@@ -44,6 +42,7 @@ bool ObstacleSweep::may_meet(const Box& body, const Obstacle& obstacle, double d
 }
 
 void ObstacleSweep::find(double duration, double margin, const LinkLengths& stray) {
+  fastest_.setZero();
   for (std::size_t i = 0; i < model_->bodies.size(); ++i) {
     near_[i] = 0;
     const int link = model_->bodies[i].link;
@@ -52,6 +51,7 @@ void ObstacleSweep::find(double duration, double margin, const LinkLengths& stra
       const Obstacle& obstacle = obstacles_->list[o];
       if (obstacle.ignores[i] || !may_meet(ways_[i], obstacle, duration, margin + stray[link])) continue;
       near_[i] |= std::uint64_t{1} << o;
+      fastest_[link] = std::max(fastest_[link], obstacle.velocity.norm());
     }
   }
 }
@@ -62,10 +62,11 @@ Obstacle ObstacleSweep::at_start(int obstacle) const {
   return result;
 }
 
-LinkLengths obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t) {
-  LinkLengths smallest = LinkLengths::Constant(std::numeric_limits<double>::infinity());
+ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t) {
+  const auto none = LinkLengths::Constant(std::numeric_limits<double>::infinity());
+  ObstacleGaps smallest{none, none};
   sweep.for_each_near([&](int body, int obstacle) {
-    double& least = smallest[arm.model().bodies[body].link];
+    double& least = (sweep.moves(obstacle) ? smallest.moving : smallest.standing)[arm.model().bodies[body].link];
     least = std::min(least, gap(arm, body, sweep.shape(obstacle), sweep.placed(obstacle, t)));
   });
   return smallest;

@@ -25,12 +25,13 @@ class ObstacleSweep {
   /// link is ever further than `stray` (m) from where it passed.
   void find(double duration, double margin, const LinkLengths& stray);
 
-  int count() const { return obstacles_->count; }  ///< of obstacles
-  double fastest() const { return fastest_; }      ///< m/s, of the obstacles
+  int count() const { return obstacles_->count; }          ///< of obstacles
+  const LinkLengths& fastest() const { return fastest_; }  ///< m/s, of what find() left of the obstacles, for each link
   /// With its margin.
   const Shape& shape(int obstacle) const { return obstacles_->list[obstacle].shape; }
   /// Where it is in the base, t (s) after the motion's beginning.
   Placed placed(int obstacle, double t) const { return placed_after(obstacles_->list[obstacle], since_ + t); }
+  bool moves(int obstacle) const { return !obstacles_->list[obstacle].velocity.isZero(0.0); }
   /// As it is at the motion's beginning.
   Obstacle at_start(int obstacle) const;
 
@@ -50,15 +51,19 @@ class ObstacleSweep {
 
   const RobotModel* model_;
   const Obstacles* obstacles_;
-  double fastest_ = 0.0;
+  LinkLengths fastest_ = LinkLengths::Zero();
   double since_;  ///< s, from the obstacles' time to the motion's beginning
   std::array<Box, kMaxBodies> ways_;
   std::array<std::uint64_t, kMaxBodies> near_{};  ///< bit o of a body: obstacle o
   static_assert(Obstacles::kMost <= 64);
 };
 
-/// Smallest gap of each link to what find() left of the obstacles, t (s) after the motion's beginning, m; infinity
-/// where there is none. Call set_position before.
-LinkLengths obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t);
+/// Smallest gaps of each link to obstacles, m; infinity where there is none.
+struct ObstacleGaps {
+  LinkLengths standing, moving;  ///< to those without a velocity, and to the others
+};
+
+/// To what find() left of the obstacles, t (s) after the motion's beginning. Call set_position before.
+ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t);
 
 }  // namespace steadyhand
