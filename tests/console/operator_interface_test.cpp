@@ -117,6 +117,18 @@ struct DeskWithTable : Desk {
   double x(int object) const { return cell().objects.at(object).origin.translation().x(); }
 };
 
+/// They are at the end of the world, where they are in nobody's way, and no reason to refuse what others do.
+TEST_F(DeskWithTable, WhatHasFlownOutOfTheCellHoldsNothingUp) {
+  ASSERT_TRUE(set("one", ball({2, 0, 0}, {100, 0, 0})));
+  ASSERT_TRUE(set("other", ball({0, 2, 0}, {0, 60, 80})));
+  clock.advance(3600.0);
+  ASSERT_TRUE(set("table", ball({0, 0, -0.7})));
+  EXPECT_NEAR(x(1), Obstacles::kFarthest, 1e-5);
+  clock.advance(3600.0);
+  EXPECT_TRUE(set("one", {}));
+  EXPECT_TRUE(set("other", {}));
+}
+
 TEST_F(DeskWithTable, ObjectsComeMoveAndGo) {
   EXPECT_EQ(operator_interface->cell(), nullptr) << "nobody has changed it";
   ASSERT_TRUE(set("ball", ball({2, 0, 0})));

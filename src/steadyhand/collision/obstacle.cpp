@@ -6,7 +6,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kFarthest = 1e3;   // m
+constexpr double kFarthest = Obstacles::kFarthest;
 constexpr double kFastest = 100.0;  // m/s
 
 bool is_rotation(const Matrix3& R) {

@@ -31,6 +31,7 @@ PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
 /// What stands in the arm's cell. Of a fixed size: it goes from thread to thread.
 struct Obstacles {
   static constexpr int kMost = 64;
+  static constexpr double kFarthest = 1e3;  ///< m, from the base, at `time`
 
   std::uint64_t version = 0;  ///< of these obstacles: grows with each change while a session runs
   Time time{0};               ///< at which they are where they say

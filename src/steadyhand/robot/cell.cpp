@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <set>
 
 namespace steadyhand {
@@ -21,10 +23,24 @@ bool ignore(const RobotModel& model, const std::string& name, Obstacle& obstacle
   return found;
 }
 
+/// s, until what moves is as far away as an object may be; infinite if it stands.
+double leaves_after(const CellObject& object) {
+  constexpr double kFarthest = (1.0 - 1e-9) * Obstacles::kFarthest;  // m, less rounding
+  const Vector3& p = object.origin.translation();
+  const double a = object.velocity.squaredNorm(), b = p.dot(object.velocity);
+  const double c = p.squaredNorm() - kFarthest * kFarthest;
+  if (!(a > 0.0)) return std::numeric_limits<double>::infinity();
+  return c < 0.0 ? (std::sqrt(b * b - a * c) - b) / a : 0.0;
+}
+
 }  // namespace
 
 Cell cell_after(Cell cell, double t) {
-  for (CellObject& object : cell.objects) object.origin.pretranslate(t * object.velocity);
+  for (CellObject& object : cell.objects) {
+    const double left = leaves_after(object);
+    object.origin.pretranslate(std::min(t, left) * object.velocity);
+    if (t >= left) object.velocity.setZero();
+  }
   return cell;
 }
 

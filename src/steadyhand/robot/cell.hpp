@@ -26,7 +26,7 @@ struct Cell {
   std::vector<CellObject> objects;  ///< each of its own name
 };
 
-/// The cell as it is `t` s later: what moves has gone on.
+/// The cell as it is `t` s later: what moves has gone on, and stands where it came to Obstacles::kFarthest.
 Cell cell_after(Cell cell, double t);
 
 /// The objects as a planner takes them, in the same order, with their margins. Fails on more than there may be, on
