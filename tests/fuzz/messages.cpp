@@ -30,7 +30,10 @@ class Session {
   explicit Session(bool with_lease) : with_lease_(with_lease) {
     callbacks_.now = [this] { return now_; };
     callbacks_.on_sample = [this](const OperatorSample& sample) { check(sample); };
-    callbacks_.on_request = [this](const OperatorRequest& request) { check(request); };
+    callbacks_.on_request = [this](const OperatorRequest& request) {
+      check(request);
+      return Status(Done{});
+    };
     callbacks_.on_lease = [this](std::uint64_t client) { require(client == 0 || with_lease_, "no lease unpaired"); };
     callbacks_.on_pairing = [](const auto&) {};
     require(static_cast<bool>(hub_.prepare()), "random numbers");

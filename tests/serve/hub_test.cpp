@@ -65,7 +65,10 @@ class HubTest : public testing::Test {
     facts_.terms = {{"lateral", "Liquid", "1"}};
     callbacks_.now = [this] { return now_; };
     callbacks_.on_sample = [this](const OperatorSample& sample) { samples_.push_back(sample); };
-    callbacks_.on_request = [this](const OperatorRequest& request) { requests_.push_back(request); };
+    callbacks_.on_request = [this](const OperatorRequest& request) {
+      requests_.push_back(request);
+      return answer_;
+    };
     callbacks_.on_lease = [this](std::uint64_t client) { leases_.push_back(client); };
     callbacks_.on_pairing = [this](const auto&) { ++codes_shown_; };
     EXPECT_TRUE(hub_.prepare());
@@ -95,6 +98,7 @@ class HubTest : public testing::Test {
   Hub hub_{facts_, callbacks_, 250.0, kPlaces};
   std::vector<OperatorSample> samples_;
   std::vector<OperatorRequest> requests_;
+  Status answer_ = Done{};  ///< to the requests
   std::vector<std::uint64_t> leases_;
   int codes_shown_ = 0;
 };
@@ -535,6 +539,20 @@ TEST_F(HubTest, ChecksNamesAndScale) {
   say(id, {{"type", "request"}, {"kind", "playback"}, {"text", "reach"}});
   say(id, {{"type", "request"}, {"kind", "profile"}, {"text", "tracking"}});
   EXPECT_EQ(requests_.size(), 2u);
+}
+
+TEST_F(HubTest, WhatTheSessionCannotDoIsToldToWhoAskedForIt) {
+  FakeOutbox a;
+  const auto id = pair(a);
+  say(id, {{"type", "take"}});
+  answer_ = Error{"65 objects; there may be at most 64"};
+  say(id, {{"type", "request"}, {"kind", "object"}, {"text", "box"}, {"object", nullptr}});
+  ASSERT_EQ(requests_.size(), 1u);
+  EXPECT_EQ(a.last_error(), "unknown");
+  EXPECT_EQ(a.last_words(), "65 objects; there may be at most 64");
+  const std::size_t told = a.messages.size();
+  for (int i = 0; i < 50; ++i) say(id, {{"type", "request"}, {"kind", "reset"}});
+  EXPECT_EQ(a.messages.size(), told) << "once a second";
 }
 
 /// Mutated good messages and noise from clients that may not command, 100,000 of them: none moves anything.

@@ -41,6 +41,7 @@ class ServerTest : public testing::Test {
     callbacks.on_request = [this](const OperatorRequest& r) {
       if (throws_) throw std::bad_alloc();
       tell([&] { requests_.push_back(r); });
+      return Status(Done{});
     };
     callbacks.on_lease = [this](std::uint64_t c) {
       tell([&] {

@@ -34,13 +34,14 @@ class Campaign {
                         sample.stamp.hand <= now_ && now_ - sample.stamp.hand <= Hub::kOldest;
       judge(good);
     };
-    callbacks_.on_request = [this](const OperatorRequest& request) {
+    callbacks_.on_request = [this](const OperatorRequest& request) -> Status {
       using Kind = OperatorRequest::Kind;
-      if (request.kind == Kind::kStop) return;
+      if (request.kind == Kind::kStop) return Done{};
       const bool known = request.kind == Kind::kWeight    ? request.text == "lateral"
                          : request.kind == Kind::kProfile ? request.text == "tracking"
                                                           : request.text.empty();
       judge(known && std::isfinite(request.value) && std::abs(request.value) <= 1e6);
+      return Done{};
     };
     callbacks_.on_lease = [this](std::uint64_t client) { wrong_ += client != 0 && client != leader_; };
     callbacks_.on_pairing = [](const auto&) {};

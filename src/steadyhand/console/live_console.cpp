@@ -137,7 +137,9 @@ Status LiveConsole::open_page() {
   };
   callbacks.on_sample = [this](const OperatorSample& sample) { operator_interface_->hand(sample); };
   callbacks.on_request = [this](const OperatorRequest& request) {
-    if (Status s = operator_interface_->apply(request, clock_->now()); !s) say("refused: " + s.error().message + "\n");
+    Status done = operator_interface_->apply(request, clock_->now());
+    if (!done) say("refused: " + done.error().message + "\n");
+    return done;
   };
   callbacks.on_lease = [this](std::uint64_t client) {
     if (callbacks_.on_lease) callbacks_.on_lease(client);

@@ -222,7 +222,7 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
   callbacks_.on_sample(sample);
 }
 
-void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time) {
+void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now) {
   if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id) {
     return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
   }
@@ -241,7 +241,9 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if ((kind == OperatorRequest::Kind::kScale || kind == OperatorRequest::Kind::kRate) && value <= 0.0) {
     return refuse(client, Refusal::kMalformed, "'value' of a scale or rate must be above 0");
   }
-  callbacks_.on_request(message.request);
+  if (const Status done = callbacks_.on_request(message.request); !done) {
+    complain(client, Refusal::kUnknown, done.error().message, now);
+  }
 }
 
 void Hub::handle(std::uint64_t, Client& client, const PingMessage& message, Time now) {

@@ -186,6 +186,16 @@ constexpr RequestName kRequests[] = {
     {"record", RequestKind::kRecord, false, true},   {"object", RequestKind::kObject, true, false},
 };
 
+/// Text in UTF-8 that a terminal shows as it is.
+bool is_name(std::string_view text) {
+  unsigned char before = 0;
+  for (const unsigned char c : text) {
+    if (c < 0x20 || c == 0x7f || (before == 0xc2 && c < 0xa0)) return false;  // 0xc2: up to U+00BF, C1 below U+00A0
+    before = c;
+  }
+  return !text.empty();
+}
+
 RequestMessage read_request(Reader& reader) {
   RequestMessage message;
   const std::string name = reader.text("kind", 32);
@@ -199,7 +209,7 @@ RequestMessage read_request(Reader& reader) {
     }
     if (known.kind == RequestKind::kObject) {
       const Json* object = reader.member("object");
-      if (message.request.text.empty()) reader.fail("'text' must be the object's name");
+      if (!is_name(message.request.text)) reader.fail("'text' must be the object's name, without control characters");
       if (object && object->is_object()) {
         message.request.object = read_object(*object, message.request.text, reader);
       } else if (object && !object->is_null()) {

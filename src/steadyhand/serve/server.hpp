@@ -74,8 +74,8 @@ struct ServerCallbacks {
   /// The lease holder's hand. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both of the
   /// session's clock. Finite, in order, at most 250 ms old; one that lets go later counts as of its arrival.
   std::function<void(const OperatorSample&)> on_sample;
-  /// kStop comes from any client, everything else from the lease holder.
-  std::function<void(const OperatorRequest&)> on_request;
+  /// kStop comes from any client, everything else from the lease holder. Who asked is told what could not be done.
+  std::function<Status(const OperatorRequest&)> on_request;
   /// Another client commands from now on; 0: nobody does. The arm must disengage.
   std::function<void(std::uint64_t client)> on_lease;
   /// A code was used up: these addresses carry the next one. The loopback's comes first.
