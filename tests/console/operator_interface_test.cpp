@@ -1,5 +1,6 @@
 #include "steadyhand/console/operator_interface.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -151,6 +152,9 @@ TEST_F(DeskWithTable, WhatMovesByItselfGoesOnWhileOthersChange) {
   EXPECT_NEAR(x(1), 3.0, 1e-9);
   ASSERT_TRUE(set("other", ball({0, 3, 0})));
   EXPECT_NEAR(x(1), 3.0, 1e-9);
+  EXPECT_NE(operator_interface->cell()->find(fmt::format("\"at_s\":{:.1f}", to_seconds(clock.now()))),
+            std::string::npos)
+      << "who comes later cannot tell else where it is: " << *operator_interface->cell();
   clock.advance(2.0);
   EXPECT_NEAR(x(1), 4.0, 1e-9);
 }

@@ -253,6 +253,24 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
   await inState(watcher, 'ready');
 });
 
+test('a page that comes back draws what stands around the arm by now', async (t) => {
+  const operator = await open(), wire = await cable();
+  t.after(wire.remove);
+  await ready(operator);
+  page = await open({ watch: true, cable: wire });
+  const drawn = () => page.evaluate(() => globalThis.steadyhand.stage.surroundings.objects.some(({ name }) => name === 'ball'));
+  const ball = { shape: 'sphere', radius: 0.05, p: [1.5, 0, 0.5], q: [0, 0, 0, 1] };
+  const tell = (object) => say(operator, { type: 'request', kind: 'object', text: 'ball', object });
+  await until(async () => (await drawn()) || (await ready(operator), await tell(ball), false), 'the ball');
+  wire.swallow(); // it hears nothing of what happens now
+  await ready(operator);
+  await tell(null);
+  await until(() => operator.evaluate(() => !globalThis.steadyhand.session.welcome.cell.objects.some(({ name }) => name === 'ball')), 'the ball to go');
+  wire.cut();
+  await until(async () => !(await drawn()), 'the picture of it to go');
+  assert.deepEqual(operator.complaints, []);
+});
+
 test('a finger leads the arm on a phone, and a gamepad leads and stops it', IN_CHROMIUM, async () => {
   const phone = await open({
     context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true },

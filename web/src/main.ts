@@ -35,12 +35,12 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   if (message.type === 'cell') stage.surroundings.setCell(message.cell);
   if (message.type !== 'welcome') return;
   panel.offer(message);
+  const { robot, cell, glass, profiles } = message, told = JSON.stringify([robot?.name, glass, profiles]);
+  stage.surroundings.setCell(cell);
   // The same server after a lost connection: what is drawn goes on.
-  const { robot, cell, glass, profiles } = message, told = JSON.stringify([robot?.name, cell, glass, profiles]);
   if (told === shown) return;
   shown = told;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
-  stage.surroundings.setCell(cell);
   if (robot) void stage.setRobot(robot, glass);
 }, (status) => {
   session.connectionBecame(status);
@@ -113,10 +113,10 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   headset.update(frame, t);
   drag.show(!headset.session && !session.past && (session.mayDrive(t) || (!session.yours && session.mayTake && !session.isStale(t))));
   drag.follow();
-  objects.draw();
   recordings.player?.advance(dt);
   if (recordings.player) stage.showPast(recordings.player.q());
   else if (session.state) stage.show(session.state, session.isStale(t), t);
+  objects.draw();
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);

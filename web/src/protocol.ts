@@ -107,7 +107,8 @@ type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinde
 export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean } & Shape;
 /** How a client says where one stands. */
 export type PlacedShape = { p: Vec3; q: Quat; margin?: number; velocity?: Vec3 } & Shape;
-export interface Cell { name: string; objects: CellObject[] }
+/** @property at_s when, on the session's clock, what moves is where it says; nothing moves in a cell without it. */
+export interface Cell { name: string; at_s?: number; objects: CellObject[] }
 
 /** The glass and its liquid, m; radius and height are inside. */
 export interface GlassSize { radius: number; height: number; fill: number }

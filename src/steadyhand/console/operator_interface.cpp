@@ -111,7 +111,7 @@ Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
     return Error{fmt::format("there is no object '{}'", request.text)};
   }
   if (Status s = session_->set_cell(changed, now); !s) return s;
-  cell_json_ = std::make_shared<const std::string>(cell_json(changed));
+  cell_json_ = std::make_shared<const std::string>(cell_json(changed, now));
   return Done{};
 }
 

@@ -4,7 +4,7 @@
 
 namespace steadyhand {
 
-std::string cell_json(const Cell& cell) {
+std::string cell_json(const Cell& cell, std::optional<Time> at) {
   OrderedJson objects = OrderedJson::array();
   for (const CellObject& object : cell.objects) {
     OrderedJson json = {{"name", object.name}};
@@ -15,8 +15,10 @@ std::string cell_json(const Cell& cell) {
     json["holds_only_tool"] = object.holds_only_tool;
     objects.push_back(std::move(json));
   }
-  return OrderedJson{{"name", cell.name}, {"objects", objects}}.dump(-1, ' ', false,
-                                                                     OrderedJson::error_handler_t::replace);
+  OrderedJson json = {{"name", cell.name}};
+  if (at) json["at_s"] = to_seconds(*at);
+  json["objects"] = std::move(objects);
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 }  // namespace steadyhand

@@ -9,6 +9,8 @@ import type { Drag } from './drag';
 const TELL_EVERY = 0.05;
 /** Of a box that is added, m, and where. */
 const SIZE = 0.2, BESIDE = new THREE.Vector3(0.45, 0.45, 0.1);
+/** m from the base: up to where objects are dragged. A pointer near the horizon is on the floor a mile away. */
+const FURTHEST = 5;
 
 const shapeOf = ({ name: _, origin: __, color: ___, holds_only_tool: ____, velocity: _____, ...shape }: CellObject) => shape;
 
@@ -21,6 +23,8 @@ export class Objects {
   readonly #to = new THREE.Vector3();
   readonly #start = new THREE.Vector3();
   #held: CellObject | null = null;
+  /** Of the mouse or finger that holds it. */
+  #pointerId = 0;
   #last = '';
   #toldAt = 0;
   #moved = false;
@@ -30,11 +34,14 @@ export class Objects {
     // Before the camera's own listener, which must not turn the view with it.
     canvas.addEventListener('pointerdown', (event) => this.#grab(event, canvas), { capture: true });
     addEventListener('pointermove', (event) => this.#move(event, canvas));
-    for (const end of ['pointerup', 'pointercancel', 'blur'] as const) addEventListener(end, () => this.#release());
+    for (const end of ['pointerup', 'pointercancel'] as const) addEventListener(end, (event) => { if (event.pointerId === this.#pointerId) this.#release(); });
+    addEventListener('blur', () => this.#release());
   }
 
+  get #may(): boolean { return this.session.yours && !this.session.past; }
+
   addBox(): void {
-    if (!this.session.yours) return;
+    if (!this.#may) return;
     const names = new Set(this.stage.surroundings.objects.map((object) => object.name));
     let number = 1;
     while (names.has(`box ${number}`)) ++number;
@@ -44,7 +51,7 @@ export class Objects {
 
   /** The one that was added or dragged last. */
   remove(): void {
-    if (!this.session.yours || !this.#last) return;
+    if (!this.#may || !this.#last) return;
     this.#tell(this.#last, null);
     this.#last = '';
   }
@@ -52,6 +59,7 @@ export class Objects {
   /** Every frame: the held one stays under the pointer, whatever the server has heard. */
   draw(): void {
     if (!this.#held) return;
+    if (!this.#may) return this.#release();
     this.stage.surroundings.solid(this.#held.name)?.position.copy(this.#to);
     const t = performance.now() / 1000;
     if (!this.#moved || t - this.#toldAt < TELL_EVERY) return;
@@ -66,11 +74,12 @@ export class Objects {
   }
 
   #grab(event: PointerEvent, canvas: HTMLCanvasElement): void {
-    if (!this.session.yours || this.session.past || event.button !== 0 || this.drag.controls.axis !== null) return;
+    if (this.#held || !this.#may || event.button !== 0 || this.drag.controls.axis !== null) return;
     this.#aim(event, canvas);
     this.#held = this.stage.surroundings.under(this.#ray, this.#from);
     if (!this.#held) return;
     event.stopPropagation();
+    this.#pointerId = event.pointerId;
     this.stage.view.orbit.enabled = false;
     this.#last = this.#held.name;
     this.#floor.setFromNormalAndCoplanarPoint(new THREE.Vector3(0, 1, 0), this.#from);
@@ -81,16 +90,19 @@ export class Objects {
   }
 
   #move(event: PointerEvent, canvas: HTMLCanvasElement): void {
-    if (!this.#held) return;
+    if (!this.#held || event.pointerId !== this.#pointerId) return;
     this.#aim(event, canvas);
     if (!this.#ray.ray.intersectPlane(this.#floor, this.#to)) return;
     this.stage.base.worldToLocal(this.#to).sub(this.#from).add(this.#start);
+    const out = Math.hypot(this.#to.x, this.#to.y), most = Math.max(FURTHEST, Math.hypot(this.#start.x, this.#start.y));
+    if (out > most) this.#to.set((this.#to.x * most) / out, (this.#to.y * most) / out, this.#to.z);
     this.#moved = true;
   }
 
   #release(): void {
     if (!this.#held) return;
-    if (this.#moved) this.#place();
+    if (this.#may && this.#moved) this.#place();
+    if (!this.#may) this.stage.surroundings.standAsTold(this.#held.name);
     this.#held = null;
     this.stage.view.orbit.enabled = true;
   }

@@ -43,6 +43,12 @@ class Solid extends THREE.Group {
     toMatrix(object.origin).decompose(this.position, this.quaternion, this.scale);
   }
 
+  /** As it is so many s after it stood where it says. */
+  goOn(t: number): void {
+    const { velocity: [x, y, z], origin } = this.object;
+    if (x || y || z) this.position.set(origin[0]![3]! + t * x, origin[1]![3]! + t * y, origin[2]![3]! + t * z);
+  }
+
   touched(now: boolean): void { this.#margin.visible = now; }
 
   free(): void {
@@ -59,6 +65,8 @@ const looks = ({ origin: _, velocity: __, ...rest }: CellObject): string => JSON
 export class Surroundings extends THREE.Group {
   #solids: Solid[] = [];
   #touched = -1;
+  /** s, on the session's clock. */
+  #at = 0;
   readonly #hits: THREE.Intersection[] = [];
 
   setCell(cell: Cell | null): void {
@@ -77,6 +85,12 @@ export class Surroundings extends THREE.Group {
       this.add(solid);
     }
     this.#touched = -1;
+    this.#at = cell?.at_s ?? 0;
+  }
+
+  /** What moves by itself has gone on. @param now s, on the session's clock */
+  goOn(now: number): void {
+    for (let i = 0; i < this.#solids.length; ++i) this.#solids[i]!.goOn(now - this.#at);
   }
 
   /** Which object holds the arm back; -1: none. */
@@ -89,6 +103,8 @@ export class Surroundings extends THREE.Group {
 
   get objects(): CellObject[] { return this.#solids.map((solid) => solid.object); }
   solid(name: string): THREE.Object3D | undefined { return this.#solids.find((solid) => solid.object.name === name); }
+  /** Where the server has it. */
+  standAsTold(name: string): void { for (const solid of this.#solids) if (solid.object.name === name) solid.stand(solid.object); }
 
   /** The object that a ray meets first, and where, world frame; planes are not met. */
   under(ray: THREE.Raycaster, where: THREE.Vector3): CellObject | null {

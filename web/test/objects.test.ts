@@ -1,0 +1,131 @@
+import * as THREE from 'three';
+import { beforeEach, describe, expect, it, vi } from 'vitest';
+import type { Connection } from '../src/connection';
+import type { Drag } from '../src/input/drag';
+import { Objects } from '../src/input/objects';
+import type { CellObject, ClientMessage } from '../src/protocol';
+import type { Stage } from '../src/scene/stage';
+import { Surroundings } from '../src/scene/surroundings';
+import type { Session } from '../src/session';
+
+const at = (x: number, y: number, z: number): number[][] => [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]];
+const box = (name: string, x: number, velocity: [number, number, number] = [0, 0, 0]): CellObject =>
+  ({ name, shape: 'box', size: [0.2, 0.2, 0.2], rounding: 0, origin: at(x, 0, 0.1), velocity, margin: 0.01, color: '', holds_only_tool: false });
+
+type Listener = (event: object) => void;
+type Placed = { text: string; object: { p: [number, number, number] } | null };
+
+/** A page of 400 by 300 whose camera looks down at the floor, the base's z up, from 1.5 m before it. */
+class Page {
+  readonly told: Placed[] = [];
+  readonly surroundings = new Surroundings();
+  readonly session = { yours: true, past: false };
+  readonly objects: Objects;
+  readonly #heard = new Map<string, Listener>();
+  #at = 0;
+
+  constructor(objects: CellObject[]) {
+    const camera = new THREE.PerspectiveCamera(60, 4 / 3, 0.01, 100);
+    camera.position.set(0, 1, 1.5);
+    camera.lookAt(0, 0.1, 0);
+    const base = new THREE.Group();
+    base.rotation.x = -Math.PI / 2;
+    base.add(this.surroundings);
+    this.surroundings.setCell({ name: 'test', objects });
+    for (const each of [camera, base]) each.updateMatrixWorld(true);
+    const listen = (type: string, listener: Listener) => { this.#heard.set(type, listener); };
+    vi.stubGlobal('addEventListener', listen);
+    vi.spyOn(performance, 'now').mockImplementation(() => (this.#at += 1000));
+    const canvas = { addEventListener: listen, getBoundingClientRect: () => ({ left: 0, top: 0, width: 400, height: 300 }) };
+    this.objects = new Objects(
+      { surroundings: this.surroundings, base, view: { camera, orbit: { enabled: true } } } as unknown as Stage,
+      { controls: { axis: null } } as unknown as Drag, this.session as unknown as Session,
+      { send: (message: ClientMessage) => { this.told.push(message as unknown as Placed); } } as unknown as Connection, canvas as unknown as HTMLCanvasElement);
+  }
+
+  pointer(type: string, clientX: number, clientY: number, pointerId = 1): void {
+    this.#heard.get(type)!({ clientX, clientY, pointerId, button: 0, stopPropagation: () => {} });
+  }
+  x(name: string): number { return this.surroundings.solid(name)!.position.x; }
+}
+
+describe('objects', () => {
+  let page: Page;
+  beforeEach(() => { page = new Page([box('box', 0)]); });
+
+  it('are told where they are dragged', () => {
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointermove', 240, 150);
+    page.objects.draw();
+    expect(page.told.map(({ text }) => text)).toEqual(['box']);
+    expect(page.told[0]!.object!.p[0]).toBeGreaterThan(0.1);
+    expect(page.told[0]!.object!.p[2]).toBeCloseTo(0.1, 9);
+    expect(page.x('box')).toBe(page.told[0]!.object!.p[0]);
+  });
+
+  it('stay in the cell when the pointer is at the horizon, where nobody would find them again', () => {
+    page.pointer('pointerdown', 200, 150);
+    for (let y = 150; y > 0; y -= 0.125) {
+      page.pointer('pointermove', 200, y);
+      page.objects.draw();
+    }
+    const far = page.told.map(({ object }) => Math.hypot(...object!.p));
+    expect(Math.max(...far)).toBeLessThan(5.1);
+    expect(Math.max(...far)).toBeGreaterThan(4.9);
+  });
+
+  it.each(['yours', 'past'] as const)('stand where the server has them when the arm is no longer ours: %s', (fact) => {
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointermove', 240, 150);
+    page.objects.draw();
+    const told = page.told.length;
+    page.session[fact] = fact === 'past';
+    page.pointer('pointermove', 280, 150);
+    page.objects.draw();
+    page.pointer('pointerup', 280, 150);
+    page.objects.addBox();
+    page.objects.remove();
+    expect(page.told.length).toBe(told);
+    expect(page.x('box')).toBe(0);
+  });
+
+  it('are held by one finger: another does not take them along', () => {
+    page.pointer('pointerdown', 200, 150, 1);
+    page.pointer('pointermove', 210, 150, 1);
+    page.objects.draw();
+    const { x } = page.surroundings.solid('box')!.position;
+    page.pointer('pointerdown', 300, 200, 2);
+    page.pointer('pointermove', 330, 200, 2);
+    page.objects.draw();
+    expect(page.x('box')).toBe(x);
+    page.pointer('pointerup', 330, 200, 2);
+    page.pointer('pointermove', 220, 150, 1);
+    page.objects.draw();
+    expect(page.x('box')).toBeGreaterThan(x);
+  });
+
+  it('that go while they are dragged are not brought back', () => {
+    page.pointer('pointerdown', 200, 150);
+    page.surroundings.setCell({ name: 'test', objects: [] });
+    page.pointer('pointermove', 240, 150);
+    page.objects.draw();
+    page.pointer('pointerup', 240, 150);
+    expect(page.told).toEqual([]);
+  });
+
+  it('that move by themselves go on, from where they were when the cell was told', () => {
+    page.surroundings.setCell({ name: 'test', at_s: 100, objects: [box('ball', 0, [0.5, 0, 0]), box('box', 1)] });
+    page.surroundings.goOn(104);
+    expect([page.x('ball'), page.x('box')]).toEqual([2, 1]);
+  });
+
+  it('have whatever name their file gave them', () => {
+    const names = ['__proto__', 'constructor', '<b>x</b>', 'toString'];
+    page.surroundings.setCell({ name: 'test', objects: names.map((name, i) => box(name, i)) });
+    expect(names.map((name) => page.x(name))).toEqual([0, 1, 2, 3]);
+    page.surroundings.touch(3);
+    page.surroundings.setCell({ name: 'test', objects: [] });
+    page.surroundings.touch(2);
+    expect(page.surroundings.objects).toEqual([]);
+  });
+});
