@@ -126,6 +126,51 @@ TEST(LoadRobot, ABareUrdfRaisesDoubts) {
   EXPECT_TRUE(doubts_about(*complete).empty());
 }
 
+/// Five joints, and behind them two fingers that slide along z, the right one twice as far as the left.
+std::string gripper() {
+  const std::string slides = "<axis xyz='0 0 1'/><limit lower='0.01' upper='0.04' velocity='1' effort='1'/>";
+  return urdf_robot(urdf_serial_arm(5) + urdf_link("left_finger") + urdf_link("right_finger") +
+                    urdf_joint("left", "prismatic", "l5", "left_finger", slides) +
+                    urdf_joint("right", "prismatic", "l5", "right_finger", slides + "<mimic joint='left' multiplier='2'/>"));
+}
+
+TEST(LoadRobot, FingersStandWhereTheFileSays) {
+  const auto at = [](const std::map<std::string, double>& locked) {
+    const auto model = load_text(gripper(), [&](RobotSettings& settings) {
+      settings.locked = locked;
+      settings.bodies = {ball("left", "left_finger", Vector3::Zero(), 0.01),
+                         ball("right", "right_finger", Vector3::Zero(), 0.01)};
+    });
+    EXPECT_TRUE(model) << model.error().message;
+    EXPECT_EQ(model->dof(), 5) << "the arm ends where the fingers part ways";
+    return *model;
+  };
+  const auto slid = [](const RobotModel& model, int body) {
+    EXPECT_EQ(model.bodies[body].link, 5);
+    const Eigen::Isometry3d joint = Eigen::Translation3d(0.3, 0.0, 0.0) * Eigen::AngleAxisd(1.2, Vector3::UnitX());
+    return Vector3(joint.inverse() * model.bodies[body].origin.translation());
+  };
+  const RobotModel named = at({{"left", 0.015}}), silent = at({}), both = at({{"left", 0.015}, {"right", 0.04}});
+  EXPECT_TRUE(slid(named, 0).isApprox(Vector3(0.0, 0.0, 0.015), 1e-9));
+  EXPECT_TRUE(slid(named, 1).isApprox(Vector3(0.0, 0.0, 0.030), 1e-9)) << "it mimics";
+  EXPECT_TRUE(named.assumptions.empty());
+  EXPECT_TRUE(slid(both, 1).isApprox(Vector3(0.0, 0.0, 0.040), 1e-9));
+  EXPECT_TRUE(slid(silent, 0).isApprox(Vector3(0.0, 0.0, 0.010), 1e-9)) << "the limit next to 0";
+  ASSERT_EQ(silent.assumptions.size(), 1u);
+  EXPECT_NE(silent.assumptions[0].find("taken to stand: left at 0.01;"), std::string::npos) << silent.assumptions[0];
+}
+
+/// A branch of fewer joints is another arm, not a gripper; and a tool may be carried before the chain's end.
+TEST(LoadRobot, TheChainMayEndEarlier) {
+  const auto two_arms = load_text(urdf_robot(urdf_serial_arm(3) + urdf_link("other") + urdf_joint("j", "revolute", "l1", "other")));
+  ASSERT_TRUE(two_arms) << two_arms.error().message;
+  EXPECT_EQ(two_arms->dof(), 3);
+  EXPECT_EQ(two_arms->assumptions.size(), 1u);
+  const auto short_arm = load_text(urdf_robot(urdf_serial_arm(3)), [](RobotSettings& s) { s.tool_link = "l2"; });
+  ASSERT_TRUE(short_arm) << short_arm.error().message;
+  EXPECT_EQ(short_arm->dof(), 2);
+}
+
 struct Refusal {
   const char* name;
   std::string urdf;
@@ -202,12 +247,14 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"floating", one_joint("floating", ""), "joint 'j1' is floating"},
         Refusal{"planar", one_joint("planar", "<axis xyz='0 0 1'/>"), "joint 'j1' is planar"},
         Refusal{"mimic", one_joint("revolute", kRevolute + "<mimic joint='other'/>"), "mimics 'other'"},
-        Refusal{"branch",
-                urdf_robot(urdf_serial_arm(3) + urdf_link("finger") + urdf_joint("grip", "prismatic", "l1", "finger")),
-                "joint 'grip' (prismatic) moves link 'finger', which is not on the chain from 'l0' to tool link 'l3'; "
-                "steadyhand drives serial arms: make this joint fixed, as a gripper's fingers are"},
-        Refusal{"tool_not_at_the_end", urdf_robot(urdf_serial_arm(3)), "choose tool link 'l3'",
-                [](auto& s) { s.tool_link = "l2"; }},
+        Refusal{"locked_unknown", gripper(), "locked joint 'grip' is no joint of the URDF; beside the chain move: left, right",
+                [](auto& s) { s.locked = {{"grip", 0.0}}; }},
+        Refusal{"locked_on_the_chain", gripper(), "locked joint 'j2' is on the chain to the tool",
+                [](auto& s) { s.locked = {{"j2", 0.0}}; }},
+        Refusal{"locked_beyond", gripper(), "locked joint 'left' is at 0.09; it goes from 0.01 to 0.04",
+                [](auto& s) { s.locked = {{"left", 0.09}}; }},
+        Refusal{"locked_nan", gripper(), "locked joint 'left' is at nan",
+                [](auto& s) { s.locked = {{"left", std::nan("")}}; }},
         Refusal{"unknown_tool_link", urdf_robot(urdf_serial_arm(2)),
                 "no link 'hand' to carry the tool; its links: l0, l1, l2", [](auto& s) { s.tool_link = "hand"; }},
         Refusal{"zero_axis",

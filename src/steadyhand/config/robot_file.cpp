@@ -67,6 +67,10 @@ Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& pl
   settings.name = robot.text("name", file.stem().string());
   read_urdf_place(robot, file, places, settings);
   if (robot.has("tool")) read_tool(robot.map("tool"), settings);
+  if (robot.has("locked")) {
+    YamlMap locked = robot.map("locked");
+    for (const std::string& joint : locked.keys()) settings.locked[joint] = locked.number(joint, Interval::any());
+  }
   settings.home = robot.optional_numbers("home", Interval::any());
   settings.acceleration_max = robot.optional_numbers("acceleration_max", Interval::positive());
   settings.velocity_max = robot.optional_numbers("velocity_max", Interval::positive());

@@ -1,6 +1,7 @@
 #include "steadyhand/robot/loading.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +24,13 @@ class ModelBuilder {
     model.name = settings_.name.empty() ? chain_.robot_name : settings_.name;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
+    if (!chain_.assumed.empty()) {
+      std::vector<std::string> standing;
+      for (const auto& [joint, value] : chain_.assumed) standing.push_back(fmt::format("{} at {:.3g}", joint, value));
+      model.assumptions.push_back(fmt::format(
+          "joints beside the chain to '{}' are taken to stand: {}; 'locked' in a robot file says where (docs/robots.md)",
+          chain_.tool_link, fmt::join(standing, ", ")));
+    }
     for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
                             &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
@@ -179,7 +187,7 @@ class ModelBuilder {
 }  // namespace
 
 Result<RobotModel> load_robot(const RobotSettings& settings) {
-  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link);
+  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked);
   if (!chain) return chain.error();
   ModelBuilder builder(settings, *chain);
   if (Status status = builder.run(); !status) return status.error();
@@ -188,7 +196,7 @@ Result<RobotModel> load_robot(const RobotSettings& settings) {
 
 std::vector<std::string> doubts_about(const RobotModel& model) {
   constexpr double kUpright = 10.0;  // degrees
-  std::vector<std::string> doubts;
+  std::vector<std::string> doubts = model.assumptions;
   if (model.pairs.empty()) {
     doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/robots.md)", model.name,
                                  model.bodies.empty() ? "bodies" : "pairs of bodies"));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +28,8 @@ struct RobotSettings {
   std::filesystem::path urdf;      ///< the file
   std::string tool_name = "tool";  ///< for messages
   std::string tool_link;  ///< URDF link that carries the tool and ends the chain; empty: the end of the longest chain
+  /// Where moving joints beside the chain stand, by name, rad (m); see read_urdf_chain.
+  std::map<std::string, double> locked;
   Eigen::Isometry3d tool_origin = Eigen::Isometry3d::Identity();  ///< in the frame of tool_link
   std::optional<std::vector<double>> home;                        ///< n, rad (m); absent: the middle of the limits
   std::optional<std::vector<double>> acceleration_max;            ///< n, rad/s^2 (m/s^2); absent: kDefaultAcceleration
@@ -39,7 +42,7 @@ struct RobotSettings {
 };
 
 /// Reads the URDF and joins it with the settings. Refuses, with the reason: a file that is missing or is no URDF, a
-/// chain with a loop, moving joints beside the chain to the tool, 0 or more than 8 moving joints, joint types
+/// chain with a loop, 0 or more than 8 moving joints on the way to the tool, joint types
 /// other than revolute, continuous, prismatic and fixed, missing meshes, limits that are absent or empty, wrong sizes,
 /// bodies on unknown links or without size, and a home pose outside the limits or in self-collision.
 Result<RobotModel> load_robot(const RobotSettings& settings);

@@ -56,6 +56,7 @@ struct RobotModel {
   JointVector acceleration_max;         ///< rad/s^2 (m/s^2)
   std::vector<Body> bodies;             ///< that cover the arm and what it holds
   std::vector<BodyPair> pairs;          ///< of bodies that are kept apart
+  std::vector<std::string> assumptions{};  ///< for people: what nobody has said, a line each
 
   int dof() const { return static_cast<int>(joints.size()); }  ///< n
 };

@@ -72,6 +72,29 @@ const urdf::Link* longest_chain_end(const urdf::ModelInterface& model) {
   return best;
 }
 
+bool anything_moves(const urdf::Link& link) {
+  return std::any_of(link.child_links.begin(), link.child_links.end(), [](const urdf::LinkSharedPtr& child) {
+    return moves(*child->parent_joint) || anything_moves(*child);
+  });
+}
+
+/// Where the arm of a URDF ends that does not say it.
+const urdf::Link* arm_end(const urdf::ModelInterface& model) {
+  constexpr int kLeast = 4;  // moving joints: what parts ways before is another arm
+  const urdf::Link* end = longest_chain_end(model);
+  if (end == nullptr) return end;
+  int moving = 0;
+  for (const urdf::Joint* joint : path_to(model, *end)) {
+    const urdf::Link* link = model.getLink(joint->parent_link_name).get();
+    const auto ways = std::count_if(link->child_links.begin(), link->child_links.end(), [](const auto& child) {
+      return moves(*child->parent_joint) || anything_moves(*child);
+    });
+    if (moving >= kLeast && ways > 1) return link;
+    moving += moves(*joint);
+  }
+  return end;
+}
+
 /// Reads one moving joint of the chain. `X_link_parent`: what fixed joints stand between.
 Result<Joint> read_joint(const std::string& file, const urdf::Joint& urdf_joint,
                          const Eigen::Isometry3d& X_link_parent) {
@@ -126,59 +149,108 @@ Status check_origins_finite(const std::string& file, const urdf::ModelInterface&
   return Done{};
 }
 
-/// The link that every moving joint moves, if there is one: the end of a serial arm.
-std::string end_of_all_joints(const urdf::ModelInterface& model) {
-  const urdf::Link* end = longest_chain_end(model);
-  if (end == nullptr) return {};
-  const auto path = path_to(model, *end);
-  const std::set<const urdf::Joint*> on_path(path.begin(), path.end());
-  const bool serial = std::all_of(model.joints_.begin(), model.joints_.end(), [&](const auto& entry) {
-    return !moves(*entry.second) || on_path.contains(entry.second.get());
-  });
-  return serial ? end->name : std::string();
+/// Where moving joints beside the chain stand.
+class Locks {
+ public:
+  Locks(const std::string& file, const urdf::ModelInterface& model, const std::set<const urdf::Joint*>& chain,
+        const std::map<std::string, double>& named)
+      : file_(file), model_(model), chain_(chain), named_(named) {}
+
+  /// Why the names and values that were given cannot be.
+  Status check() const {
+    for (const auto& [name, value] : named_) {
+      const auto refuse = [&](const std::string& reason) {
+        return Error{fmt::format("{}: locked joint '{}' {}", file_, name, reason)};
+      };
+      const urdf::JointConstSharedPtr joint = model_.getJoint(name);
+      if (!joint) return refuse("is no joint of the URDF; beside the chain move: " + beside());
+      if (!moves(*joint)) return refuse("is fixed");
+      if (chain_.contains(joint.get())) return refuse("is on the chain to the tool; beside it move: " + beside());
+      const auto [low, high] = range(*joint);
+      if (!(value >= low && value <= high)) return refuse(fmt::format("is at {}; it goes from {} to {}", value, low, high));
+    }
+    return Done{};
+  }
+  /// rad (m). `assumed` notes what nobody has said.
+  double at(const urdf::Joint& joint, std::map<std::string, double>& assumed) const {
+    if (const auto found = named_.find(joint.name); found != named_.end()) return found->second;
+    const urdf::JointMimic* mimic = joint.mimic.get();
+    const urdf::JointConstSharedPtr other = mimic ? model_.getJoint(mimic->joint_name) : nullptr;
+    if (other && !chain_.contains(other.get()) && !other->mimic)
+      return mimic->multiplier * at(*other, assumed) + mimic->offset;
+    const auto [low, high] = range(joint);
+    return assumed[joint.name] = std::clamp(0.0, low, high);
+  }
+
+ private:
+  static std::pair<double, double> range(const urdf::Joint& joint) {
+    if (joint.type == urdf::Joint::CONTINUOUS || !joint.limits || !(joint.limits->lower <= joint.limits->upper))
+      return {-kContinuousLimit, kContinuousLimit};
+    return {joint.limits->lower, joint.limits->upper};
+  }
+  std::string beside() const {
+    std::vector<std::string> names;
+    for (const auto& [name, joint] : model_.joints_) {
+      if (moves(*joint) && !chain_.contains(joint.get())) names.push_back(name);
+    }
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+  }
+
+  const std::string& file_;
+  const urdf::ModelInterface& model_;
+  const std::set<const urdf::Joint*>& chain_;
+  const std::map<std::string, double>& named_;
+};
+
+/// What a joint does at a value, rad (m).
+Result<Eigen::Isometry3d> motion(const std::string& file, const urdf::Joint& joint, double value) {
+  const Vector3 axis(joint.axis.x, joint.axis.y, joint.axis.z);
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  if (value == 0.0) return X;
+  const bool turns = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS;
+  if ((!turns && joint.type != urdf::Joint::PRISMATIC) || !(std::abs(axis.norm() - 1.0) <= kAxisTolerance)) {
+    return Error{fmt::format("{}: joint '{}' ({}) can stand at 0 only, not at {}", file, joint.name, type_name(joint), value)};
+  }
+  if (turns) {
+    X.linear() = Eigen::AngleAxisd(value, axis.normalized()).toRotationMatrix();
+  } else {
+    X.translation() = value * axis.normalized();
+  }
+  return X;
 }
 
-Status check_side_branches(const std::string& file, const urdf::ModelInterface& model,
-                           const std::set<const urdf::Joint*>& chain, const std::string& tool_link) {
-  const std::string serial_end = end_of_all_joints(model);
-  for (const auto& [name, joint] : model.joints_) {
-    if (chain.contains(joint.get()) || !moves(*joint)) continue;
-    const std::string help = serial_end.empty() ? "make this joint fixed, as a gripper's fingers are to the planner"
-                                                : "choose tool link '" + serial_end + "', which all joints move";
-    return Error{fmt::format(
-        "{}: joint '{}' ({}) moves link '{}', which is not on the chain from '{}' to tool link '{}'; steadyhand drives "
-        "serial arms: {}",
-        file, name, type_name(*joint), joint->child_link_name, model.getRoot()->name, tool_link, help)};
+/// Of every link, and which joints are taken to stand where.
+Status add_frames(const std::string& file, const urdf::ModelInterface& model, const Locks& locks,
+                  const std::set<const urdf::Joint*>& on_chain, UrdfChain& chain) {
+  for (const auto& [name, link] : model.links_) {
+    UrdfChain::Frame frame;
+    for (const urdf::Joint* joint : path_to(model, *link)) {
+      if (on_chain.contains(joint) && moves(*joint)) {
+        frame = {frame.link + 1, Eigen::Isometry3d::Identity()};
+        continue;
+      }
+      frame.X_link_frame = frame.X_link_frame * to_eigen(joint->parent_to_joint_origin_transform);
+      if (!moves(*joint)) continue;
+      const Result<Eigen::Isometry3d> moved = motion(file, *joint, locks.at(*joint, chain.assumed));
+      if (!moved) return moved.error();
+      frame.X_link_frame = frame.X_link_frame * *moved;
+    }
+    chain.frames.emplace(name, frame);
   }
   return Done{};
 }
 
-std::map<std::string, UrdfChain::Frame> link_frames(const urdf::ModelInterface& model) {
-  std::map<std::string, UrdfChain::Frame> frames;
-  for (const auto& [name, link] : model.links_) {
-    UrdfChain::Frame frame;
-    for (const urdf::Joint* joint : path_to(model, *link)) {
-      if (moves(*joint)) {
-        frame = {frame.link + 1, Eigen::Isometry3d::Identity()};
-      } else {
-        frame.X_link_frame = frame.X_link_frame * to_eigen(joint->parent_to_joint_origin_transform);
-      }
-    }
-    frames.emplace(name, frame);
-  }
-  return frames;
-}
-
 }  // namespace
 
-Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::string& tool_link) {
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::string& tool_link,
+                                  const std::map<std::string, double>& locked) {
   const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path);
   if (!parsed) return parsed.error();
   const urdf::ModelInterface& model = **parsed;
   const std::string file = path.string();
   if (Status status = check_origins_finite(file, model); !status) return status.error();
 
-  const urdf::Link* tool = tool_link.empty() ? longest_chain_end(model) : model.getLink(tool_link).get();
+  const urdf::Link* tool = tool_link.empty() ? arm_end(model) : model.getLink(tool_link).get();
   if (tool == nullptr) {
     std::vector<std::string> names;
     for (const auto& [name, link] : model.links_) names.push_back(name);
@@ -209,8 +281,9 @@ Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::
                              chain.link_names[0], tool->name, chain.joints.size(), kMaxJoints)};
   }
   const std::set<const urdf::Joint*> on_chain(joints.begin(), joints.end());
-  if (Status status = check_side_branches(file, model, on_chain, tool->name); !status) return status.error();
-  chain.frames = link_frames(model);
+  const Locks locks(file, model, on_chain, locked);
+  if (Status status = locks.check(); !status) return status.error();
+  if (Status status = add_frames(file, model, locks, on_chain, chain); !status) return status.error();
   return chain;
 }
 

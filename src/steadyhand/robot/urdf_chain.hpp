@@ -32,15 +32,21 @@ struct UrdfChain {
   std::vector<UrdfLimits> limits;       ///< n
   std::vector<std::string> link_names;  ///< n + 1; first the root link, whose frame is the base
   std::map<std::string, Frame> frames;  ///< of every link of the URDF
+  /// Moving joints beside the chain that nobody has placed, and where they are taken to stand, rad (m).
+  std::map<std::string, double> assumed;
 };
 
 /// Continuous joints turn without end; the solver's bounds are finite. Their limit is so far out, 100 turns either way,
 /// that no session meets it.
 inline constexpr double kContinuousLimit = 200.0 * M_PI;
 
-/// Reads the chain from the root link to `tool_link` (empty: the end of the chain with most moving joints). Side
-/// branches may only have fixed joints. Revolute, continuous, prismatic and fixed joints, 1 to kMaxJoints moving ones;
-/// an axis may miss unit length by 1 % and is normalised. Not read: mimic (refused), safety_controller, dynamics.
-Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link);
+/// Reads the chain from the root link to `tool_link`. Empty: the end of the chain with most moving joints, but no
+/// further than where, behind four of them, moving joints part ways, as a gripper's fingers do. Revolute, continuous,
+/// prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; an axis may miss unit length by 1 %
+/// and is normalised. Not read: safety_controller, dynamics.
+/// @param locked where moving joints beside the chain stand, rad (m), by name. One that mimics another follows it; the
+///        others stand at 0, or at their limit next to it.
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
+                                  const std::map<std::string, double>& locked = {});
 
 }  // namespace steadyhand
