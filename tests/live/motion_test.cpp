@@ -199,13 +199,21 @@ TEST_P(Pushed, ALongAndAFlatBodyLieAlongAWallAndATable) {
     Shape glass;
     Obstacles obstacles;
     Vector3 away, across;
-  } pushes[] = {
-      {"capsule, wall", Shape::capsule(0.08, 0.05), only(Shape::half_space(), {0.75, 0.0, 0.0}, -Vector3::UnitX()),
-       {0.35, 0.0, 0.0}, {0.0, 0.2, 0.1}},
-      {"capsule, box", Shape::capsule(0.08, 0.05), only(Shape::box({0.05, 0.6, 0.6}), {0.8, 0.0, 0.4}),
-       {0.35, 0.0, 0.0}, {0.0, 0.2, 0.1}},
-      {"box, table", Shape::box({0.06, 0.06, 0.06}, 0.01),
-       only(Shape::half_space(), {0.0, 0.0, 0.22}), {0.0, 0.0, -0.35}, {0.08, 0.2, 0.0}}};
+  } pushes[] = {{"capsule, wall",
+                 Shape::capsule(0.08, 0.05),
+                 only(Shape::half_space(), {0.75, 0.0, 0.0}, -Vector3::UnitX()),
+                 {0.35, 0.0, 0.0},
+                 {0.0, 0.2, 0.1}},
+                {"capsule, box",
+                 Shape::capsule(0.08, 0.05),
+                 only(Shape::box({0.05, 0.6, 0.6}), {0.8, 0.0, 0.4}),
+                 {0.35, 0.0, 0.0},
+                 {0.0, 0.2, 0.1}},
+                {"box, table",
+                 Shape::box({0.06, 0.06, 0.06}, 0.01),
+                 only(Shape::half_space(), {0.0, 0.0, 0.22}),
+                 {0.0, 0.0, -0.35},
+                 {0.08, 0.2, 0.0}}};
   for (const auto& [name, glass, obstacles, away, across] : pushes) {
     SCOPED_TRACE(name);
     RobotModel model = ur5e();

@@ -34,7 +34,8 @@ struct Fixture {
       const Placed at{3.0 * Vector3::Random(), Quaternion::UnitRandom().toRotationMatrix()};
       const int corners = body < 0 ? 0 : model_.bodies[body].shape.corners();
       const int corner = i % 2 == 0 || corners == 0 ? -1 : static_cast<int>(random_() % corners);
-      instance_.near.push_back({body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i, corner});
+      instance_.near.push_back(
+          {body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i, corner});
     }
     evaluation_.set_instance(instance_);
   }

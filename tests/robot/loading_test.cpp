@@ -129,9 +129,10 @@ TEST(LoadRobot, ABareUrdfRaisesDoubts) {
 /// Five joints, and behind them two fingers that slide along z, the right one twice as far as the left.
 std::string gripper() {
   const std::string slides = "<axis xyz='0 0 1'/><limit lower='0.01' upper='0.04' velocity='1' effort='1'/>";
-  return urdf_robot(urdf_serial_arm(5) + urdf_link("left_finger") + urdf_link("right_finger") +
-                    urdf_joint("left", "prismatic", "l5", "left_finger", slides) +
-                    urdf_joint("right", "prismatic", "l5", "right_finger", slides + "<mimic joint='left' multiplier='2'/>"));
+  return urdf_robot(
+      urdf_serial_arm(5) + urdf_link("left_finger") + urdf_link("right_finger") +
+      urdf_joint("left", "prismatic", "l5", "left_finger", slides) +
+      urdf_joint("right", "prismatic", "l5", "right_finger", slides + "<mimic joint='left' multiplier='2'/>"));
 }
 
 TEST(LoadRobot, FingersStandWhereTheFileSays) {
@@ -162,7 +163,8 @@ TEST(LoadRobot, FingersStandWhereTheFileSays) {
 
 /// A branch of fewer joints is another arm, not a gripper; and a tool may be carried before the chain's end.
 TEST(LoadRobot, TheChainMayEndEarlier) {
-  const auto two_arms = load_text(urdf_robot(urdf_serial_arm(3) + urdf_link("other") + urdf_joint("j", "revolute", "l1", "other")));
+  const auto two_arms =
+      load_text(urdf_robot(urdf_serial_arm(3) + urdf_link("other") + urdf_joint("j", "revolute", "l1", "other")));
   ASSERT_TRUE(two_arms) << two_arms.error().message;
   EXPECT_EQ(two_arms->dof(), 3);
   EXPECT_EQ(two_arms->assumptions.size(), 1u);
@@ -247,7 +249,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"floating", one_joint("floating", ""), "joint 'j1' is floating"},
         Refusal{"planar", one_joint("planar", "<axis xyz='0 0 1'/>"), "joint 'j1' is planar"},
         Refusal{"mimic", one_joint("revolute", kRevolute + "<mimic joint='other'/>"), "mimics 'other'"},
-        Refusal{"locked_unknown", gripper(), "locked joint 'grip' is no joint of the URDF; beside the chain move: left, right",
+        Refusal{"locked_unknown", gripper(),
+                "locked joint 'grip' is no joint of the URDF; beside the chain move: left, right",
                 [](auto& s) { s.locked = {{"grip", 0.0}}; }},
         Refusal{"locked_on_the_chain", gripper(), "locked joint 'j2' is on the chain to the tool",
                 [](auto& s) { s.locked = {{"j2", 0.0}}; }},

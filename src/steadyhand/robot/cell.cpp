@@ -25,10 +25,10 @@ bool ignore(const RobotModel& model, const std::string& name, Obstacle& obstacle
 
 /// s, until what moves is as far away as an object may be; infinite if it stands.
 double leaves_after(const CellObject& object) {
-  constexpr double kFarthest = (1.0 - 1e-9) * Obstacles::kFarthest;  // m, less rounding
+  constexpr double kEnd = (1.0 - 1e-9) * Obstacles::kFarthest;  // m, less rounding
   const Vector3& p = object.origin.translation();
   const double a = object.velocity.squaredNorm(), b = p.dot(object.velocity);
-  const double c = p.squaredNorm() - kFarthest * kFarthest;
+  const double c = p.squaredNorm() - kEnd * kEnd;
   if (!(a > 0.0)) return std::numeric_limits<double>::infinity();
   return c < 0.0 ? (std::sqrt(b * b - a * c) - b) / a : 0.0;
 }

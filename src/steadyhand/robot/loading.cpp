@@ -27,9 +27,10 @@ class ModelBuilder {
     if (!chain_.assumed.empty()) {
       std::vector<std::string> standing;
       for (const auto& [joint, value] : chain_.assumed) standing.push_back(fmt::format("{} at {:.3g}", joint, value));
-      model.assumptions.push_back(fmt::format(
-          "joints beside the chain to '{}' are taken to stand: {}; 'locked' in a robot file says where (docs/robots.md)",
-          chain_.tool_link, fmt::join(standing, ", ")));
+      model.assumptions.push_back(
+          fmt::format("joints beside the chain to '{}' are taken to stand: {}; 'locked' in a robot file says where "
+                      "(docs/robots.md)",
+                      chain_.tool_link, fmt::join(standing, ", ")));
     }
     for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
                             &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {

@@ -45,17 +45,17 @@ using BodyPair = std::pair<int, int>;
 
 /// A serial arm. Never changes after loading; every thread may read it.
 struct RobotModel {
-  std::string name;                     ///< for tables and files
-  std::vector<Joint> joints;            ///< n of them, from the base
-  std::vector<std::string> link_names;  ///< n + 1, the URDF's name of the link that each joint moves; first the base
-  Tool tool;                            ///< on the last link
-  JointVector home;                     ///< rad (m)
-  JointVector position_min;             ///< rad (m)
-  JointVector position_max;             ///< rad (m)
-  JointVector velocity_max;             ///< rad/s (m/s)
-  JointVector acceleration_max;         ///< rad/s^2 (m/s^2)
-  std::vector<Body> bodies;             ///< that cover the arm and what it holds
-  std::vector<BodyPair> pairs;          ///< of bodies that are kept apart
+  std::string name;                        ///< for tables and files
+  std::vector<Joint> joints;               ///< n of them, from the base
+  std::vector<std::string> link_names;     ///< n + 1, the URDF's name of the link that each joint moves; first the base
+  Tool tool;                               ///< on the last link
+  JointVector home;                        ///< rad (m)
+  JointVector position_min;                ///< rad (m)
+  JointVector position_max;                ///< rad (m)
+  JointVector velocity_max;                ///< rad/s (m/s)
+  JointVector acceleration_max;            ///< rad/s^2 (m/s^2)
+  std::vector<Body> bodies;                ///< that cover the arm and what it holds
+  std::vector<BodyPair> pairs;             ///< of bodies that are kept apart
   std::vector<std::string> assumptions{};  ///< for people: what nobody has said, a line each
 
   int dof() const { return static_cast<int>(joints.size()); }  ///< n

@@ -167,7 +167,8 @@ class Locks {
       if (!moves(*joint)) return refuse("is fixed");
       if (chain_.contains(joint.get())) return refuse("is on the chain to the tool; beside it move: " + beside());
       const auto [low, high] = range(*joint);
-      if (!(value >= low && value <= high)) return refuse(fmt::format("is at {}; it goes from {} to {}", value, low, high));
+      if (!(value >= low && value <= high))
+        return refuse(fmt::format("is at {}; it goes from {} to {}", value, low, high));
     }
     return Done{};
   }
@@ -209,7 +210,8 @@ Result<Eigen::Isometry3d> motion(const std::string& file, const urdf::Joint& joi
   if (value == 0.0) return X;
   const bool turns = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS;
   if ((!turns && joint.type != urdf::Joint::PRISMATIC) || !(std::abs(axis.norm() - 1.0) <= kAxisTolerance)) {
-    return Error{fmt::format("{}: joint '{}' ({}) can stand at 0 only, not at {}", file, joint.name, type_name(joint), value)};
+    return Error{
+        fmt::format("{}: joint '{}' ({}) can stand at 0 only, not at {}", file, joint.name, type_name(joint), value)};
   }
   if (turns) {
     X.linear() = Eigen::AngleAxisd(value, axis.normalized()).toRotationMatrix();
