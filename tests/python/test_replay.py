@@ -216,7 +216,7 @@ PROFILE = "name: mine\nlabel: Mine\nweights:\n  position: 500\n"
 
 
 @pytest.mark.parametrize("text, words", [
-    (PROFILE + "  posture: 1\n", ["mine.yaml:5", "posture", "vertical"]),
+    (PROFILE + "  comfort: 1\n", ["mine.yaml:5", "comfort", "vertical"]),
     (PROFILE + "  lateral: -1\n", ["mine.yaml:5", "lateral", "-1"]),
     (PROFILE + "horizon: 0\n", ["horizon", "0"]),
     (PROFILE + "dt: soon\n", ["dt", "soon"]),

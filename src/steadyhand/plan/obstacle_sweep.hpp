@@ -60,7 +60,8 @@ class ObstacleSweep {
 
 /// Smallest gaps of each link to obstacles, m; infinity where there is none.
 struct ObstacleGaps {
-  LinkLengths standing, moving;  ///< to those without a velocity, and to the others
+  LinkLengths standing;  ///< to those without a velocity
+  LinkLengths moving;    ///< to the others
 };
 
 /// To what find() left of the obstacles, t (s) after the motion's beginning. Call set_position before.
