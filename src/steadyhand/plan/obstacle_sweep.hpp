@@ -31,6 +31,7 @@ class ObstacleSweep {
   const Shape& shape(int obstacle) const { return obstacles_->list[obstacle].shape; }
   /// Where it is in the base, t (s) after the motion's beginning.
   Placed placed(int obstacle, double t) const { return placed_after(obstacles_->list[obstacle], since_ + t); }
+  /// Whether it has a velocity.
   bool moves(int obstacle) const { return !obstacles_->list[obstacle].velocity.isZero(0.0); }
   /// As it is at the motion's beginning.
   Obstacle at_start(int obstacle) const;
