@@ -15,17 +15,21 @@ bool is_rotation(const Matrix3& R) {
 
 }  // namespace
 
+Status check(const Obstacle& obstacle) {
+  if (const Status s = check(obstacle.shape); !s) return s.error();
+  if (!(obstacle.at.p.norm() <= kFarthest)) return Error{fmt::format("must be within {} m of the base", kFarthest)};
+  if (!is_rotation(obstacle.at.R)) return Error{"must have a rotation matrix for its orientation"};
+  if (!(obstacle.velocity.norm() <= kFastest)) return Error{fmt::format("must not be faster than {} m/s", kFastest)};
+  return Done{};
+}
+
 Status check(const Obstacles& obstacles) {
   if (obstacles.count < 0 || obstacles.count > Obstacles::kMost) {
     return Error{fmt::format("{} obstacles; there may be at most {}", obstacles.count, Obstacles::kMost)};
   }
   for (int i = 0; i < obstacles.count; ++i) {
-    const Obstacle& obstacle = obstacles.list[i];
-    const auto refuse = [&](std::string_view reason) { return Error{fmt::format("obstacle {}: {}", i, reason)}; };
-    if (const Status s = check(obstacle.shape); !s) return refuse(s.error().message);
-    if (!(obstacle.at.p.norm() <= kFarthest)) return refuse(fmt::format("must be within {} m of the base", kFarthest));
-    if (!is_rotation(obstacle.at.R)) return refuse("must have a rotation matrix for its orientation");
-    if (!(obstacle.velocity.norm() <= kFastest)) return refuse(fmt::format("must not be faster than {} m/s", kFastest));
+    if (const Status s = check(obstacles.list[i]); !s)
+      return Error{fmt::format("obstacle {}: {}", i, s.error().message)};
   }
   return Done{};
 }

@@ -42,7 +42,10 @@ struct Obstacles {
 };
 inline const Obstacles kNoObstacles;
 
-/// Why there are no such obstacles: count, sizes, numbers that are not finite, frames that are no rotations. Or Done.
+/// Why there is no such obstacle: sizes, numbers that are not finite, a frame that is no rotation, too far or too fast.
+/// Or Done.
+Status check(const Obstacle& obstacle);
+/// The same of each, and of how many they are.
 Status check(const Obstacles& obstacles);
 
 }  // namespace steadyhand

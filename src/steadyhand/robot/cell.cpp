@@ -66,6 +66,7 @@ Result<Obstacles> obstacles_of(const Cell& cell, const RobotModel& model) {
     obstacle.velocity = object.velocity;
     obstacle.margin = object.margin;
     obstacle.at = {object.origin.translation(), object.origin.linear()};
+    if (const Status status = check(obstacle); !status) return refuse_object(status.error().message);
     if (object.holds_only_tool) {
       for (std::size_t i = 0; i < model.bodies.size(); ++i) {
         if (model.bodies[i].link != model.dof()) obstacle.ignores.set(i);
@@ -77,7 +78,6 @@ Result<Obstacles> obstacles_of(const Cell& cell, const RobotModel& model) {
       }
     }
   }
-  if (const Status status = check(obstacles); !status) return refuse(status.error().message);
   return obstacles;
 }
 
