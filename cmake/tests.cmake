@@ -119,7 +119,8 @@ if(STEADYHAND_SANITIZE)
   steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor* Obstacles.AreNotTouched
                        Obstacles.GivesWayToWhatMoves)
   steadyhand_campaigns(live Among.SixtyFour* Among.WhatAppearsOnTheWay AskedStop.BesideAReset* AskedStop.SparesTheLiquid*
-                       Faults.* Gap.* Gaps.* HandToCommand.* Motion.ALimitOfPosition* Motion.Singularities*
+                       Faults.* Gap.* Gaps.* HandToCommand.* Motion.ALimitOfPosition* Motion.ALongAnd*
+                       Motion.Singularities*
                        Motion.WhereTheHandIs* Pushed.*)
 endif()
 

@@ -153,10 +153,13 @@ def test_demo_drives_it_and_leaves_it_at_rest(tmp_path):
     with controller() as (address, process):
         arguments = ["--headless", "--hand-on-hardware", "--seconds", "5", "--arm", "ur", "--host", address, "--yes", "--sessions", tmp_path]
         result = subprocess.run([PROGRAM, "demo", *arguments], capture_output=True, text=True, timeout=120)
-        # On a machine that is busy with other things the arm may stop for want of set-points, and that ends the program.
-        assert result.returncode == 0 or "ended because the arm was stopped" in result.stdout, result.stderr
+        # On a machine that is busy with other things the arm may stop for want of set-points, and that ends the program;
+        # or it was away for longer than the controller bridges at a quarter of the acceleration, which is told, and stops it.
+        stopped = "ended because the arm was stopped" in result.stdout
+        assert result.returncode == 0 or stopped, result.stderr
         assert "will MOVE" in result.stdout and "Universal Robots, software 5.12.0" in result.stdout, result.stdout
-        assert " 0 beyond a limit, 0 in contact" in result.stdout, result.stdout
+        away = stopped and "a command is beyond an acceleration limit" in result.stdout and " 0 deadlines missed" not in result.stdout
+        assert away or " 0 beyond a limit, 0 in contact" in result.stdout, result.stdout
         process.send_signal(signal.SIGTERM)
         out, _ = process.communicate(timeout=20)
         speed = float(out.split("largest speed ")[1].split()[0])

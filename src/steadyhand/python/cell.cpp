@@ -57,7 +57,7 @@ void bind_cell(nb::module_& module) {
                      for (const CellObject& object : cell.objects) names.append(to_text(object.name));
                      return names;
                    })
-      .def_prop_ro("json", &cell_json)
+      .def_prop_ro("json", [](const Cell& cell) { return cell_json(cell); })
       .def("add", &add_object)
       .def("distances", [](const Cell& cell, Robot& robot, const Row& q) { return distances(robot, cell, q); });
 }
