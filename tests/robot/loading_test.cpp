@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "robot/urdf_text.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/urdf_chain.hpp"
 #include "support/bodies.hpp"
 #include "support/temporary_folder.hpp"
@@ -162,6 +162,32 @@ TEST(LoadRobot, FingersStandWhereTheFileSays) {
 }
 
 /// A branch of fewer joints is another arm, not a gripper; and a tool may be carried before the chain's end.
+/// All is where the mount has it, and gravity goes on down the base's z.
+TEST(LoadRobot, AnArmMayHang) {
+  const Eigen::Isometry3d mount =
+      Eigen::Translation3d(0.3, -0.2, 1.5) * Eigen::AngleAxisd(2.5, Vector3(1, 2, 0.5).normalized());
+  const auto load = [](const Eigen::Isometry3d& at) {
+    const auto model = load_text(urdf_robot(urdf_serial_arm(4)), [&](RobotSettings& settings) {
+      settings.mount = at;
+      settings.bodies = {ball("on_root", "l0", {0.1, 0.2, 0.3}, 0.05), ball("on_arm", "l3", {0.1, 0.2, 0.3}, 0.05)};
+    });
+    EXPECT_TRUE(model) << model.error().message;
+    return *model;
+  };
+  const RobotModel standing = load(Eigen::Isometry3d::Identity()), hanging = load(mount);
+  Kinematics one(standing), other(hanging);
+  const JointVector q = JointVector::LinSpaced(4, -1.0, 0.7);
+  one.set_position(q);
+  other.set_position(q);
+  EXPECT_TRUE(other.p().isApprox(mount * one.p(), 1e-12));
+  EXPECT_TRUE(other.R().isApprox(mount.linear() * one.R(), 1e-12));
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(other.body(i).p.isApprox(mount * one.body(i).p, 1e-12)) << i;
+  other.set_motion(JointVector::Zero(4), JointVector::Zero(4));
+  EXPECT_TRUE(other.local_acceleration().isApprox(other.R().transpose() * kGravity, 1e-12));
+  EXPECT_NEAR(clearance(other), clearance(one), 1e-12);
+  EXPECT_TRUE(hanging.mount.isApprox(mount));
+}
+
 TEST(LoadRobot, TheChainMayEndEarlier) {
   const auto two_arms =
       load_text(urdf_robot(urdf_serial_arm(3) + urdf_link("other") + urdf_joint("j", "revolute", "l1", "other")));

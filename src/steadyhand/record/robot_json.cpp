@@ -37,17 +37,20 @@ OrderedJson describe(const RobotModel& model) {
   }
   OrderedJson pairs = OrderedJson::array();
   for (const BodyPair& pair : model.pairs) pairs.push_back(OrderedJson::array({pair.first, pair.second}));
-  return {{"name", model.name},
-          {"joints", joints},
-          {"tool", {{"name", model.tool.name}, {"origin", rows_json(model.tool.origin)}}},
-          {"home", numbers_json(model.home)},
-          {"position_min", numbers_json(model.position_min)},
-          {"position_max", numbers_json(model.position_max)},
-          {"velocity_max", numbers_json(model.velocity_max)},
-          {"acceleration_max", numbers_json(model.acceleration_max)},
-          {"spheres", spheres},
-          {"bodies", bodies},
-          {"pairs", pairs}};
+  OrderedJson json = {{"name", model.name},
+                      {"joints", joints},
+                      {"tool", {{"name", model.tool.name}, {"origin", rows_json(model.tool.origin)}}},
+                      {"home", numbers_json(model.home)},
+                      {"position_min", numbers_json(model.position_min)},
+                      {"position_max", numbers_json(model.position_max)},
+                      {"velocity_max", numbers_json(model.velocity_max)},
+                      {"acceleration_max", numbers_json(model.acceleration_max)},
+                      {"spheres", spheres},
+                      {"bodies", bodies},
+                      {"pairs", pairs}};
+  if (model.meshes != model.name) json["meshes"] = model.meshes;
+  if (!model.mount.matrix().isIdentity(0.0)) json["mount"] = rows_json(model.mount);
+  return json;
 }
 
 }  // namespace

@@ -35,6 +35,16 @@ double leaves_after(const CellObject& object) {
 
 }  // namespace
 
+Cell in_base(Cell cell, const RobotModel& model) {
+  for (CellObject& object : cell.objects) {
+    if (!object.in_root) continue;
+    object.origin = model.mount * object.origin;
+    object.velocity = model.mount.linear() * object.velocity;
+    object.in_root = false;
+  }
+  return cell;
+}
+
 Cell cell_after(Cell cell, double t) {
   for (CellObject& object : cell.objects) {
     const double left = leaves_after(object);
@@ -44,7 +54,8 @@ Cell cell_after(Cell cell, double t) {
   return cell;
 }
 
-Result<Obstacles> obstacles_of(const Cell& cell, const RobotModel& model) {
+Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
+  const Cell cell = in_base(given, model);
   const auto refuse = [&](const std::string& reason) { return Error{fmt::format("cell '{}': {}", cell.name, reason)}; };
   if (std::ssize(cell.objects) > Obstacles::kMost) {
     return refuse(fmt::format("{} objects; there may be at most {}", cell.objects.size(), Obstacles::kMost));

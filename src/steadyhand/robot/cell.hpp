@@ -12,8 +12,9 @@ namespace steadyhand {
 struct CellObject {
   std::string name;                              ///< for people
   Shape shape;                                   ///< without its margin
-  Eigen::Isometry3d origin;                      ///< of the shape's frame, in the base
-  Vector3 velocity = Vector3::Zero();            ///< m/s, base frame
+  Eigen::Isometry3d origin;                      ///< of the shape's frame, in the base, or the root
+  bool in_root = false;                          ///< origin and velocity are in the frame of the URDF's root
+  Vector3 velocity = Vector3::Zero();            ///< m/s, in the same frame
   double margin = 0.01;                          ///< m, kept around it
   std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm
   bool holds_only_tool = false;                  ///< all but the bodies on the tool's link may touch it
@@ -25,6 +26,9 @@ struct Cell {
   std::string name;                 ///< for people
   std::vector<CellObject> objects;  ///< each of its own name
 };
+
+/// The cell with all its objects in the base, where the arm's mount has its root.
+Cell in_base(Cell cell, const RobotModel& model);
 
 /// The cell as it is `t` s later: what moves has gone on, and stands where it came to Obstacles::kFarthest.
 Cell cell_after(Cell cell, double t);

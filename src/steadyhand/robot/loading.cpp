@@ -22,6 +22,7 @@ class ModelBuilder {
 
   Status run() {
     model.name = settings_.name.empty() ? chain_.robot_name : settings_.name;
+    model.meshes = settings_.meshes.empty() ? model.name : settings_.meshes;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
     if (!chain_.assumed.empty()) {
@@ -32,8 +33,9 @@ class ModelBuilder {
                       "(docs/robots.md)",
                       chain_.tool_link, fmt::join(standing, ", ")));
     }
-    for (const auto step : {&ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
-                            &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
+    for (const auto step :
+         {&ModelBuilder::add_mount, &ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
+          &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
     }
     return Done{};
@@ -44,6 +46,13 @@ class ModelBuilder {
  private:
   Error refuse(const std::string& reason) const { return {fmt::format("robot '{}': {}", model.name, reason)}; }
   const char* unit(int k) const { return model.joints[k].type == JointType::kRevolute ? "rad" : "m"; }
+
+  Status add_mount() {
+    if (Status status = check_origin("the mount", settings_.mount); !status) return status;
+    model.mount = settings_.mount;
+    model.joints.front().origin = model.mount * model.joints.front().origin;
+    return Done{};
+  }
 
   Status add_tool() {
     const Eigen::Isometry3d& origin = settings_.tool_origin;
@@ -138,7 +147,8 @@ class ModelBuilder {
         return refuse(fmt::format("two bodies are called '{}'", body.name));
       }
       const auto& [link, X_link_frame] = frame->second;
-      model.bodies.push_back({body.name, link, body.shape, X_link_frame * body.origin});
+      const Eigen::Isometry3d origin = X_link_frame * body.origin;
+      model.bodies.push_back({body.name, link, body.shape, link == 0 ? model.mount * origin : origin});
     }
     return Done{};
   }

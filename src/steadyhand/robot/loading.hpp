@@ -24,9 +24,11 @@ struct RobotSettings {
     Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape, in that link's frame
   };
 
-  std::string name;                ///< empty: the URDF's
-  std::filesystem::path urdf;      ///< the file
-  std::string tool_name = "tool";  ///< for messages
+  std::string name;                                         ///< empty: the URDF's
+  std::string meshes;                                       ///< whose the page draws; empty: those of the robot's name
+  std::filesystem::path urdf;                               ///< the file
+  Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< of the URDF's root in the base, whose z is up
+  std::string tool_name = "tool";                           ///< for messages
   std::string tool_link;  ///< URDF link that carries the tool and ends the chain; empty: the end of the longest chain
   /// Where moving joints beside the chain stand, by name, rad (m); see read_urdf_chain.
   std::map<std::string, double> locked;

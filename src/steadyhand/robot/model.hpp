@@ -12,7 +12,8 @@ namespace steadyhand {
 /// Turns about its axis, or slides along it.
 enum class JointType { kRevolute, kPrismatic };
 
-/// Joint k (0-based) moves link k + 1 relative to link k: T_{k+1} = T_k * origin * motion(axis, q_k).
+/// Joint k (0-based) moves link k + 1 relative to link k: T_{k+1} = T_k * origin * motion(axis, q_k). T_0 is the
+/// identity: link 0 does not move, and its frame is the base.
 struct Joint {
   std::string name;                                          ///< the URDF's
   JointType type = JointType::kRevolute;                     ///< a continuous one is revolute with far limits
@@ -30,7 +31,7 @@ struct Tool {
 /// A solid that covers part of a link.
 struct Body {
   std::string name;                                          ///< for messages and pairs
-  int link = 0;                                              ///< 0 is the base, k the link behind joint k - 1
+  int link = 0;                                              ///< 0 does not move, k is the link behind joint k - 1
   Shape shape;                                               ///< not a half-space
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape's frame, in the link's
 
@@ -45,7 +46,10 @@ using BodyPair = std::pair<int, int>;
 
 /// A serial arm. Never changes after loading; every thread may read it.
 struct RobotModel {
-  std::string name;                        ///< for tables and files
+  std::string name;    ///< for tables and files
+  std::string meshes;  ///< whose the page draws: a robot's name
+  /// Of the URDF's root in the base, whose z is up; the first joint's origin and the bodies on link 0 have it.
+  Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();
   std::vector<Joint> joints;               ///< n of them, from the base
   std::vector<std::string> link_names;     ///< n + 1, the URDF's name of the link that each joint moves; first the base
   Tool tool;                               ///< on the last link

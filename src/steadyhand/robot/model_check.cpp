@@ -30,6 +30,8 @@ Status check_joints(const RobotModel& model) {
                                joint.name)};
     }
   }
+  if (!is_rigid(model.mount))
+    return Error{fmt::format("robot '{}': the mount is no rotation and finite position", model.name)};
   if (!is_rigid(model.tool.origin))
     return Error{fmt::format("robot '{}': the tool's origin is no rotation and finite position", model.name)};
   if (static_cast<int>(model.link_names.size()) != n + 1) {
