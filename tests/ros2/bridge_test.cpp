@@ -15,6 +15,7 @@ using namespace std::chrono_literals;
 class Ros2BridgeTest : public testing::Test {
  protected:
   Ros2BridgeTest() : random(2), model(random_arm(6, random, false)) {
+    model.mount = Eigen::Translation3d(0.1, 0.2, 1.5) * Eigen::AngleAxisd(M_PI, Vector3::UnitX());
     settings.domain = isolated_ros2_domain();
     settings.prefix = "left_";
     settings.hand = "/hand" + std::to_string(getpid());
@@ -85,11 +86,13 @@ TEST_F(Ros2BridgeTest, ShowsTargetPathAndLiquid) {
   }));
   bridge->publish(snapshot);
   peer.reset();  // whose callbacks use what is here
-  EXPECT_LT((target.p - snapshot.target.X_base_tool.p).norm(), 1e-12);
-  EXPECT_LT(target.q.angularDistance(snapshot.target.X_base_tool.q), 1e-12);
-  EXPECT_EQ(path, (std::vector<double>{0.0, 1.0, 2.0}));
+  const Pose X_base_root{model.mount.translation(), Quaternion(model.mount.linear())};
+  EXPECT_LT((X_base_root * target.p - snapshot.target.X_base_tool.p).norm(), 1e-12);
+  EXPECT_LT((X_base_root * target).q.angularDistance(snapshot.target.X_base_tool.q), 1e-7);
+  ASSERT_EQ(path.size(), 3u);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(path[k], k - 0.1, 1e-12);
   ASSERT_EQ(markers.size(), 2u);
-  EXPECT_LT((markers[0].p - snapshot.X_base_tool.p).norm(), 1e-12);
+  EXPECT_LT((X_base_root * markers[0].p - snapshot.X_base_tool.p).norm(), 1e-12);
   EXPECT_NEAR(markers[1].q.angularDistance(markers[0].q), 0.1, 1e-9);
   EXPECT_EQ(frames, std::vector<std::string>(4, frame));
 }
@@ -104,12 +107,13 @@ TEST_F(Ros2BridgeTest, PosesAreAHandThatGripsWhileTheyCome) {
     bridge->poll(clock.now());
   }
   ASSERT_EQ(samples.size(), 10u);
+  const Pose in_base = Pose{model.mount.translation(), Quaternion(model.mount.linear())} * pose;
   EXPECT_FALSE(samples.front().clutch);  // a fresh grip begins open
   for (const OperatorSample& sample : samples) {
     EXPECT_TRUE(sample.tracked);
     EXPECT_TRUE(sample.clutch || &sample == &samples.front());
-    EXPECT_LT((sample.X_operator_hand.p - pose.p).norm(), 1e-12);
-    EXPECT_LT(sample.X_operator_hand.q.angularDistance(pose.q), 1e-12);
+    EXPECT_LT((sample.X_operator_hand.p - in_base.p).norm(), 1e-12);
+    EXPECT_LT(sample.X_operator_hand.q.angularDistance(in_base.q), 1e-7);
   }
   for (int i = 0; i < 50; ++i) {
     clock.advance(0.02);

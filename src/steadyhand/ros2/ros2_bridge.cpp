@@ -32,6 +32,7 @@ Result<std::unique_ptr<Ros2Bridge>> Ros2Bridge::open(const RobotModel& model, co
 Ros2Bridge::Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings,
                        const Clock& clock, OnHand on_hand)
     : glass_(glass),
+      X_base_root_{model.mount.translation(), Quaternion(model.mount.linear())},
       clock_(&clock),
       on_hand_(std::move(on_hand)),
       frame_(settings.prefix + model.link_names.front()),
@@ -74,6 +75,7 @@ void Ros2Bridge::take_pose(const PoseStampedMessage& message) {
     return;
   }
   sample.X_operator_hand.q.normalize();
+  sample.X_operator_hand = X_base_root_ * sample.X_operator_hand;
   const Time now = clock_->now(), theirs = time_of(message.header.stamp);
   if (theirs < theirs_) offset_.reset();  // their clock was set back, or another sends: the filter would wait for it
   theirs_ = theirs;
@@ -99,13 +101,17 @@ void Ros2Bridge::publish(const SessionSnapshot& snapshot) {
   show_liquid(snapshot);
 }
 
+geometry_msgs_msg_dds__Pose_ Ros2Bridge::in_root(const Pose& pose) const {
+  return message_of(X_base_root_.inverse() * pose);
+}
+
 void Ros2Bridge::show_target(const SessionSnapshot& snapshot) {
-  (void)target_.send({header_, message_of(snapshot.target.X_base_tool)});
+  (void)target_.send({header_, in_root(snapshot.target.X_base_tool)});
 }
 
 void Ros2Bridge::show_path(const SessionSnapshot& snapshot) {
   std::vector<PoseStampedMessage> poses;
-  for (int k = 0; k < snapshot.path_nodes; ++k) poses.push_back({header_, message_of(snapshot.path[k])});
+  for (int k = 0; k < snapshot.path_nodes; ++k) poses.push_back({header_, in_root(snapshot.path[k])});
   PathMessage path{};
   path.header = header_;
   path.poses = sequence_of<decltype(path.poses)>(poses);
@@ -121,7 +127,7 @@ void Ros2Bridge::show_liquid(const SessionSnapshot& snapshot) {
     marker.ns = names_[i].data();
     marker.type = kCylinder;
     marker.scale = {2.0 * glass_.radius, 2.0 * glass_.radius, i == 0 ? glass_.height : kSurface};
-    marker.pose = message_of(snapshot.X_base_tool);
+    marker.pose = in_root(snapshot.X_base_tool);
     marker.texture_resource = marker.text = marker.mesh_resource = marker.mesh_file.filename = nothing_.data();
     marker.texture.header = header_;
     marker.texture.format = nothing_.data();
@@ -130,7 +136,7 @@ void Ros2Bridge::show_liquid(const SessionSnapshot& snapshot) {
   const Pose X_tool_surface{{0.0, 0.0, glass_.fill - 0.5 * glass_.height},
                             Quaternion(Eigen::AngleAxisd(snapshot.liquid.tilt_x, Vector3::UnitX()) *
                                        Eigen::AngleAxisd(snapshot.liquid.tilt_y, Vector3::UnitY()))};
-  markers[1].pose = message_of(snapshot.X_base_tool * X_tool_surface);
+  markers[1].pose = in_root(snapshot.X_base_tool * X_tool_surface);
   markers[1].color = snapshot.liquid.spilled ? std_msgs_msg_dds__ColorRGBA_{0.9f, 0.2f, 0.1f, 0.9f}
                                              : std_msgs_msg_dds__ColorRGBA_{0.2f, 0.5f, 0.9f, 0.9f};
   MarkerArrayMessage array{};

@@ -44,8 +44,11 @@ class Ros2Bridge {
   void show_target(const SessionSnapshot& snapshot);
   void show_path(const SessionSnapshot& snapshot);
   void show_liquid(const SessionSnapshot& snapshot);
+  /// As ROS has it: in the frame of the URDF's root.
+  geometry_msgs_msg_dds__Pose_ in_root(const Pose& pose) const;
 
   GlassSettings glass_;
+  Pose X_base_root_;
   const Clock* clock_;
   OnHand on_hand_;
   std::string frame_, nothing_;

@@ -28,7 +28,7 @@ Chain chain_of(const UrKinematics& k, const Frame& base) {
 
 Chain chain_of(const RobotModel& model) {
   Chain chain;
-  Frame pose = Frame::Identity();
+  Frame pose = model.mount.inverse();
   for (int i = 0; i < 6; ++i) chain[i] = pose = pose * model.joints[i].origin;
   chain[6] = pose;  // the last link's frame is the flange's
   return chain;
@@ -45,7 +45,7 @@ Result<RobotModel> calibrate(const RobotModel& model, const UrKinematics& kinema
     const Chain measured = chain_of(kinematics, Frame(Eigen::AngleAxisd(turn, Vector3::UnitZ())));
     RobotModel made = model;
     UrDeviation d;
-    Frame last = Frame::Identity();
+    Frame last = model.mount.inverse();
     for (int i = 0; i < 6; ++i) {
       const Vector3 axis = measured[i].linear().col(2), before = nominal[i].linear() * model.joints[i].axis;
       const Vector3 point = measured[i].translation();
