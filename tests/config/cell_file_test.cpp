@@ -69,12 +69,30 @@ TEST(CellFile, SaysWhatStandsThere) {
   EXPECT_EQ(nearest({0.3, 0.0, 0.15}).first, "keep_in -z");
 }
 
+/// In the frame of the URDF's root a cell goes with the arm.
+TEST(CellFile, MayStandInTheFrameOfTheRoot) {
+  RobotModel model = arm_of_the_cell();
+  model.mount = Eigen::Translation3d(0, 0, 1) * Eigen::AngleAxisd(M_PI, Vector3::UnitX());
+  const TemporaryFolder folder;
+  for (const auto& [frame, place] :
+       {std::pair("base", Vector3(0.1, 0.2, 0.3)), std::pair("root", Vector3(0.1, -0.2, 0.7))}) {
+    const auto cell = load_cell(folder.write(
+        "cell.yaml",
+        fmt::format("frame: {}\nobjects: [{{name: a, sphere: {{center: [0.1, 0.2, 0.3], radius: 0.1}}}}]\n", frame)));
+    ASSERT_TRUE(cell) << cell.error().message;
+    EXPECT_TRUE(obstacles_of(*cell, model)->list[0].at.p.isApprox(place, 1e-12)) << frame;
+    EXPECT_TRUE(in_base(*cell, model).objects[0].origin.translation().isApprox(place, 1e-12)) << frame;
+  }
+}
+
 /// None of them touches the arm where it begins.
 TEST(CellFile, OursAreReadAndLeaveTheArmFree) {
-  const RobotModel model = arm_of_the_cell();
-  Kinematics arm(model);
-  arm.set_position(model.home);
   for (const std::string& name : names_in(kPlaces, "cells")) {
+    const auto opened = open_robot(name == "ceiling" ? "ur5e_ceiling" : "ur5e", kPlaces);
+    ASSERT_TRUE(opened) << opened.error().message;
+    const RobotModel& model = *opened;
+    Kinematics arm(model);
+    arm.set_position(model.home);
     const auto cell = open_cell(name, kPlaces);
     ASSERT_TRUE(cell) << cell.error().message;
     const auto obstacles = obstacles_of(*cell, model);
@@ -88,9 +106,9 @@ TEST(CellFile, OursAreReadAndLeaveTheArmFree) {
   EXPECT_TRUE(open_cell("none", kPlaces)->objects.empty());
   const auto missing = open_cell("tabel", kPlaces);
   ASSERT_FALSE(missing);
-  EXPECT_NE(
-      missing.error().message.find("cell 'tabel' is neither a file nor one of the names in cells/: pedestal, table"),
-      std::string::npos)
+  EXPECT_NE(missing.error().message.find(
+                "cell 'tabel' is neither a file nor one of the names in cells/: ceiling, pedestal, table"),
+            std::string::npos)
       << missing.error().message;
 }
 

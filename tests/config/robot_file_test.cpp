@@ -110,6 +110,51 @@ TEST(RobotFile, AHomePoseInSelfCollisionNamesTheBodies) {
   EXPECT_TRUE(names_the_bodies.Matches(model.error().message)) << model.error().message;
 }
 
+/// What a file does not say, the one that it extends says.
+TEST(RobotFile, OneExtendsAnother) {
+  const RobotModel whole = ur5e();
+  const TemporaryFolder folder;
+  const fs::path mine = folder.write("mine.yaml",
+                                     "extends: ur5e\nmount: {xyz: [0, 0, 1], rpy: [0, 0, 0]}\n"
+                                     "velocity_max: [1, 1, 1, 1, 1, 1]\n");
+  const auto model = open_robot(mine.string(), kPlaces);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->name, "mine");
+  EXPECT_EQ(model->meshes, "ur5e");
+  EXPECT_EQ(model->velocity_max, JointVector::Ones(6));
+  EXPECT_EQ(model->acceleration_max, whole.acceleration_max);
+  EXPECT_EQ(model->home, whole.home);
+  EXPECT_EQ(model->tool.name, "glass");
+  EXPECT_EQ(model->pairs, whole.pairs);
+  const auto bodies = open_robot(
+      folder
+          .write("beside.yaml", "extends: mine.yaml\nbodies: [{name: b, link: wrist_3_link, sphere: {radius: 0.1}}]\n")
+          .string(),
+      kPlaces);
+  ASSERT_TRUE(bodies) << bodies.error().message;
+  EXPECT_EQ(bodies->bodies.size(), 1u);
+  EXPECT_EQ(bodies->mount.translation(), Vector3::UnitZ());
+  for (const auto& [name, text, reason] :
+       {std::tuple("self.yaml", "extends: self.yaml\n", "more than 8 files extend each other"),
+        std::tuple("of_nobody.yaml", "extends: ur55\n", "'extends': robot 'ur55' is neither"),
+        std::tuple("no_mount.yaml", "extends: ur5e\nmount: {xyz: [0, 0, .nan], rpy: [0, 0, 0]}\n", "mount.xyz"),
+        std::tuple("half_mount.yaml", "extends: ur5e\nmount: {rpy: [0, 0, 0]}\n", "key 'mount.xyz' is missing")}) {
+    const auto refused = open_robot(folder.write(name, text).string(), kPlaces);
+    ASSERT_FALSE(refused) << name;
+    EXPECT_NE(refused.error().message.find(reason), std::string::npos) << refused.error().message;
+  }
+}
+
+TEST(RobotFile, UnderTheCeilingTheGlassStandsUpright) {
+  const auto model = open_robot("ur5e_ceiling", kPlaces);
+  ASSERT_TRUE(model) << model.error().message;
+  Kinematics arm(*model);
+  arm.set_position(model->home);
+  EXPECT_GT(arm.R()(2, 2), 0.9999);
+  EXPECT_NEAR(arm.p().z(), 1.1, 0.01);
+  EXPECT_TRUE(doubts_about(*model).empty());
+}
+
 class RobotFileRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(RobotFileRefuses, WithTheReason) {

@@ -101,6 +101,19 @@ def test_commands_at_500_hz_are_smooth_and_inside(bundled, arm):
                 assert abs(moved - 0.001 * (now["dq"][i] + before["dq"][i])) <= 1e-5
 
 
+def test_an_arm_under_the_ceiling_follows_as_one_on_a_pedestal(bundled, tmp_path):
+    folder, _ = bundled
+    arguments = ("--robot", "ur5e_ceiling", "--cell", "ceiling", "--profile", "waiter", "--out", tmp_path)
+    result = run("replay", *arguments)
+    assert result.returncode == 0, result.stderr
+    hanging, standing = rows(tmp_path, "waiter"), rows(folder, "waiter")
+    assert len(hanging) == len(standing)
+    assert all(step["status"] == "solved" for step in hanging)
+    assert position_rms(hanging) < 1.5 * position_rms(standing)
+    # The glass is held the right way up, and gravity pulls down in it.
+    assert mean(float(step["local_acceleration_z_m_s2"]) for step in hanging) > 9.0
+
+
 def test_every_arrow_is_recorded(bundled):
     folder, _ = bundled
     with open(folder / "waiter" / "session.mcap", "rb") as file:

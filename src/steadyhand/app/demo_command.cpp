@@ -161,7 +161,7 @@ Status run(Options options, int& exit_code) {
   if (!model) return model.error();
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
-  settings.live.cell = *std::move(cell);
+  settings.live.cell = in_base(*std::move(cell), *model);
   int chosen = 0;
   const Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();

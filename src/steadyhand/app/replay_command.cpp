@@ -195,9 +195,10 @@ Status run_replay(ReplayOptions options) {
   if (!recording) return recording.error();
   const Result<RobotModel> model = open_robot(options.robot, places);
   if (!model) return model.error();
-  const Result<Cell> cell = open_cell(options.cell, places);
-  if (!cell) return cell.error();
-  if (const Result<Obstacles> obstacles = obstacles_of(*cell, *model); !obstacles) return obstacles.error();
+  const Result<Cell> opened = open_cell(options.cell, places);
+  if (!opened) return opened.error();
+  const Cell cell = in_base(*opened, *model);
+  if (const Result<Obstacles> obstacles = obstacles_of(cell, *model); !obstacles) return obstacles.error();
   for (const std::string& doubt : doubts_about(*model)) std::cout << "note: " << doubt << "\n";
   std::vector<Profile> profiles;
   for (const std::string& name : options.profiles) {
@@ -216,7 +217,7 @@ Status run_replay(ReplayOptions options) {
   report.command = options.command;
   ProgressBar bar(static_cast<int>(profiles.size()));
   for (const Profile& profile : profiles) {
-    Result<ProfileResult> result = run_profile(options, *model, *cell, *recording, profile, bar);
+    Result<ProfileResult> result = run_profile(options, *model, cell, *recording, profile, bar);
     if (!result) return result.error();
     report.profiles.push_back(*std::move(result));
     bar.next();

@@ -60,6 +60,19 @@ void add_keep_in(YamlMap map, double margin, Cell& cell) {
   }
 }
 
+/// Whether the file's poses are in the frame of the URDF's root.
+bool read_frame(YamlMap& map) {
+  const std::string frame = map.text("frame", "base");
+  if (frame != "base" && frame != "root") map.fail("frame", "must be base or root");
+  return frame == "root";
+}
+
+Result<Cell> in_root(Result<Cell> cell) {
+  if (!cell) return cell;
+  for (CellObject& object : cell->objects) object.in_root = true;
+  return cell;
+}
+
 }  // namespace
 
 std::string hex_color(const std::vector<double>& rgb) {
@@ -68,26 +81,28 @@ std::string hex_color(const std::vector<double>& rgb) {
 }
 
 Result<Cell> load_cell(const std::filesystem::path& file) {
-  if (file.extension() == ".scene") return load_moveit_scene(file);
-  if (file.extension() == ".urdf") return load_urdf_cell(file);
+  if (file.extension() == ".scene") return in_root(load_moveit_scene(file));
+  if (file.extension() == ".urdf") return in_root(load_urdf_cell(file));
   Result<YamlMap> opened = YamlMap::open(file);
   if (!opened) return opened.error();
   YamlMap& map = *opened;
   Cell cell;
+  bool of_root = false;
   if (is_curobo_world(map)) {
     cell.name = file.stem().string();
     read_curobo_world(map, cell);
-    if (Status status = map.finish(); !status) return status.error();
-    return cell;
+    of_root = true;
+  } else {
+    cell.name = map.text("name", file.stem().string());
+    of_root = read_frame(map);
+    const double margin = map.number("margin", kMargins, CellObject().margin);
+    if (map.has("objects")) {
+      for (YamlMap& object : map.maps("objects")) cell.objects.push_back(read_object(object, margin));
+    }
+    if (map.has("keep_in")) add_keep_in(map.map("keep_in"), margin, cell);
   }
-  cell.name = map.text("name", file.stem().string());
-  const double margin = map.number("margin", kMargins, CellObject().margin);
-  if (map.has("objects")) {
-    for (YamlMap& object : map.maps("objects")) cell.objects.push_back(read_object(object, margin));
-  }
-  if (map.has("keep_in")) add_keep_in(map.map("keep_in"), margin, cell);
   if (Status status = map.finish(); !status) return status.error();
-  return cell;
+  return of_root ? in_root(std::move(cell)) : cell;
 }
 
 Result<Cell> open_cell(const std::string& name, const Places& places) {

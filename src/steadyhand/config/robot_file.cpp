@@ -26,13 +26,20 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
   }
 }
 
+Eigen::Isometry3d read_origin(YamlMap map) {
+  return Eigen::Translation3d(read_vector(map, "xyz")) * read_rpy(map, "rpy");
+}
+
 void read_tool(YamlMap tool, RobotSettings& settings) {
   settings.tool_name = tool.text("name", "tool");
   settings.tool_link = tool.text("link");
-  settings.tool_origin = Eigen::Translation3d(read_vector(tool, "xyz")) * read_rpy(tool, "rpy");
+  settings.tool_origin = read_origin(tool);
 }
 
+/// Those of a file that this one extends are replaced, not added to.
 void read_bodies(YamlMap& robot, RobotSettings& settings) {
+  if (robot.has("bodies") || robot.has("spheres")) settings.bodies.clear();
+  if (robot.has("bodies") || robot.has("spheres") || robot.has("pairs")) settings.pairs.reset();
   if (robot.has("bodies")) {
     for (YamlMap& body : robot.maps("bodies")) {
       const PlacedShape read = read_shape(body, ShapesFor::kArm);
@@ -57,28 +64,59 @@ void read_bodies(YamlMap& robot, RobotSettings& settings) {
   }
 }
 
-}  // namespace
+constexpr int kMostExtensions = 8;
 
-Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places) {
+Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places, int extensions);
+
+/// What the file that this one extends says; nothing where it extends none.
+Result<RobotSettings> load_extended(YamlMap& robot, const fs::path& file, const Places& places, int extensions) {
+  const std::string extended = robot.text("extends", "");
+  if (extended.empty()) return RobotSettings();
+  const auto refuse = [&](const std::string& reason) {
+    return Error{fmt::format("{}: 'extends': {}", file.string(), reason)};
+  };
+  if (extensions == kMostExtensions) return refuse(fmt::format("more than {} files extend each other", extensions));
+  const fs::path beside = file.parent_path() / extended;
+  const bool is_path = extended.find('/') != std::string::npos || beside.extension() == ".yaml";
+  const Result<fs::path> found = find_named_file(places, "robots", is_path ? beside.string() : extended);
+  if (!found) return refuse("robot " + found.error().message);
+  return load_robot_settings(*found, places, extensions + 1);
+}
+
+Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places, int extensions) {
   Result<YamlMap> opened = YamlMap::open(file);
   if (!opened) return opened.error();
   YamlMap& robot = *opened;
-  RobotSettings settings;
+  Result<RobotSettings> extended = load_extended(robot, file, places, extensions);
+  if (!extended) return extended.error();
+  RobotSettings settings = *std::move(extended);
+  const bool is_whole = settings.urdf.empty();
   settings.name = robot.text("name", file.stem().string());
-  read_urdf_place(robot, file, places, settings);
+  if (is_whole) settings.meshes = settings.name;
+  if (is_whole || robot.has("urdf")) read_urdf_place(robot, file, places, settings);
+  if (robot.has("mount")) settings.mount = read_origin(robot.map("mount"));
   if (robot.has("tool")) read_tool(robot.map("tool"), settings);
   if (robot.has("locked")) {
     YamlMap locked = robot.map("locked");
     for (const std::string& joint : locked.keys()) settings.locked[joint] = locked.number(joint, Interval::any());
   }
-  settings.home = robot.optional_numbers("home", Interval::any());
-  settings.acceleration_max = robot.optional_numbers("acceleration_max", Interval::positive());
-  settings.velocity_max = robot.optional_numbers("velocity_max", Interval::positive());
-  settings.position_min = robot.optional_numbers("position_min", Interval::any());
-  settings.position_max = robot.optional_numbers("position_max", Interval::any());
+  const auto read = [&](const char* key, Interval range, std::optional<std::vector<double>>& numbers) {
+    if (robot.has(key)) numbers = robot.optional_numbers(key, range);
+  };
+  read("home", Interval::any(), settings.home);
+  read("acceleration_max", Interval::positive(), settings.acceleration_max);
+  read("velocity_max", Interval::positive(), settings.velocity_max);
+  read("position_min", Interval::any(), settings.position_min);
+  read("position_max", Interval::any(), settings.position_max);
   read_bodies(robot, settings);
   if (Status status = robot.finish(); !status) return status.error();
   return settings;
+}
+
+}  // namespace
+
+Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& places) {
+  return load_robot_settings(file, places, 0);
 }
 
 Result<RobotModel> open_robot(const std::string& name, const Places& places) {
