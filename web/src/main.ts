@@ -32,11 +32,11 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
     if (message.recording !== recorded) void recordings.refresh();
     recorded = message.recording;
   }
-  if (message.type === 'cell') stage.surroundings.setCell(message.cell);
+  if (message.type === 'cell') stage.setCell(message.cell);
   if (message.type !== 'welcome') return;
   panel.offer(message);
   const { robot, cell, glass, profiles } = message, told = JSON.stringify([robot?.name, glass, profiles]);
-  stage.surroundings.setCell(cell);
+  stage.setCell(cell);
   // The same server after a lost connection: what is drawn goes on.
   if (told === shown) return;
   shown = told;

@@ -91,8 +91,11 @@ export type Body = { name: string; link: number; origin: number[][] } & (
   { shape: 'box'; size: Vec3; rounding: number });
 
 /** What `steadyhand describe` prints. */
+/** @property meshes whose are drawn, if not its own @property mount of the URDF's root in the base, if it is not there */
 export interface Robot {
   name: string;
+  meshes?: string;
+  mount?: number[][];
   joints: { name: string; origin: number[][]; axis: Vec3 }[];
   tool: { name: string; origin: number[][] };
   home: number[];

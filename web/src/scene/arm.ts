@@ -72,9 +72,11 @@ export class Arm extends THREE.Group {
   readonly #bodies: THREE.Mesh<THREE.BufferGeometry, Bubble>[] = [];
   #bodiesShown = false;
   readonly #nearest: [number, number] = [-1, -1];
+  readonly #mount = new THREE.Matrix4();
 
   constructor(robot: Robot, glass: GlassSize) {
     super();
+    if (robot.mount) this.#mount.copy(toMatrix(robot.mount));
     let parent: THREE.Object3D = this;
     this.#links.push(this.#frame(this));
     parent = this.#links[0] as THREE.Group;
@@ -112,6 +114,7 @@ export class Arm extends THREE.Group {
         const node = gltf.scene.getObjectByName(`link${k}`);
         if (!node) return;
         node.traverse((part) => { part.castShadow = true; part.receiveShadow = true; });
+        if (k === 0) node.applyMatrix4(this.#mount);
         link.add(node);
         this.meshes.push(node);
       });

@@ -33,6 +33,7 @@ void main() {
 export class Room extends THREE.Group {
   readonly #floor: THREE.ShaderMaterial;
   readonly #pedestal = new THREE.MeshStandardMaterial({ roughness: 0.42, metalness: 0.1 });
+  readonly #column: THREE.Mesh;
   readonly #shadow = new THREE.ShadowMaterial({ opacity: 0.26 });
 
   constructor() {
@@ -59,11 +60,13 @@ export class Room extends THREE.Group {
     const profile = new THREE.SplineCurve(outline.slice(4, 12).map(([x, y]) => new THREE.Vector2(x, y))).getPoints(40);
     const turned = [...outline.slice(0, 4).map(([x, y]) => new THREE.Vector2(x, y)), ...profile,
       ...outline.slice(12).map(([x, y]) => new THREE.Vector2(x, y))];
-    const pedestal = new THREE.Mesh(new THREE.LatheGeometry(turned, 72), this.#pedestal);
-    pedestal.position.z = BEHIND;
-    pedestal.castShadow = pedestal.receiveShadow = true;
-    this.add(ground, pedestal);
+    this.#column = new THREE.Mesh(new THREE.LatheGeometry(turned, 72), this.#pedestal);
+    this.#column.position.z = BEHIND;
+    this.#column.castShadow = this.#column.receiveShadow = true;
+    this.add(ground, this.#column);
   }
+
+  showPedestal(shown: boolean): void { this.#column.visible = shown; }
 
   setDark(dark: boolean): void {
     (this.#floor.uniforms.ground!.value as THREE.Color).setHex(dark ? 0x1b2027 : 0xe3e8ee);

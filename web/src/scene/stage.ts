@@ -1,8 +1,9 @@
 import * as THREE from 'three';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { SCENE_FROM_ROBOT } from '../frames';
-import type { GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
+import type { Cell, GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
+import { toMatrix } from './body';
 import { blindRenderer } from './blind';
 import { Ghost, Glass } from './glass';
 import { COARSEST, Pace } from './pace';
@@ -121,8 +122,17 @@ export class Stage {
     let reach = 0;
     for (const joint of robot.joints.slice(2)) reach += Math.hypot(joint.origin[0]![3]!, joint.origin[1]![3]!, joint.origin[2]![3]!);
     this.#reach.scale.setScalar(reach);
-    this.#reach.position.set(0, 0, robot.joints[0]?.origin[2]?.[3] ?? 0);
-    await arm.loadMeshes(`./arms/${robot.name}.glb`);
+    if (robot.joints[0]) this.#reach.position.setFromMatrixPosition(toMatrix(robot.joints[0].origin));
+    await arm.loadMeshes(`./arms/${robot.meshes ?? robot.name}.glb`);
+  }
+
+  setCell(cell: Cell | null): void {
+    this.surroundings.setCell(cell);
+    // What the cell has and does not colour is ours to draw: the floor under all, and the pedestal.
+    const ours = (cell?.objects ?? []).filter((object) => object.color === 'none');
+    const floors = ours.filter((object) => object.shape === 'half_space' && object.origin[2]![2]! > 0.999);
+    this.base.position.y = floors.length > 0 ? -Math.min(...floors.map((floor) => floor.origin[2]![3]!)) : TABLE;
+    this.#room.showPedestal(floors.length === 0 || ours.some((object) => object.name === 'column'));
   }
 
   setDark(dark: boolean): void {
