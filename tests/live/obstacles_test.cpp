@@ -156,6 +156,34 @@ TEST_F(Among, SixtyFourThatMoveAboutAllTheTime) {
   session.expect_safe();
 }
 
+/// A ball comes along y at the arm that is led away from it, faster: from where it would take an arm of 5 m/s^2 a few
+/// mm to be as fast, and the margin has 10 mm for that.
+TEST_F(Among, WhatComesIsLeftBehindByAHandThatLeadsAway) {
+  stand();
+  for (const auto& [speed, left] : {std::pair(0.1, 0.001), std::pair(0.3, 0.02)}) {
+    SCOPED_TRACE(speed);
+    const Vector3 from = glass();
+    Obstacle ball = solid(Shape::sphere(0.05), from + Vector3(0.0, -1.0, 0.05), {0.0, speed, 0.0});
+    Kinematics arm(ur5e());
+    arm.set_position(session.last_command.q);
+    const auto nearest = [&] { return nearest_body(arm, ball, 0.0).distance - ball.margin; };
+    while (nearest() > left) ball.at.p.y() += 0.001;
+    lead({0.0, 0.35, 0.0}, 1.0);
+    session.run(0.1);
+    const std::uint64_t before = seen().touching;
+    Obstacles coming = world({ball});
+    coming.time = session.clock().now();
+    session.set_obstacles(coming);
+    session.run(1.0);
+    EXPECT_EQ(seen().touching, before);
+    EXPECT_GT(glass().y() - from.y(), 0.2);
+    session.set_obstacles(kNoObstacles);
+    lead({0.0, -0.35, 0.0}, 1.0);
+    session.run(2.0);
+  }
+  session.expect_safe();
+}
+
 /// As a stream of positions that somebody measures: in each cycle another world, and none of them in the way.
 TEST_F(Among, WhatChangesInEachCycleFarAwayHoldsNothingUp) {
   double away = 5.0;
