@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "steadyhand/plan/gaps.hpp"
+#include "steadyhand/plan/straight_stop.hpp"
 
 namespace steadyhand {
 
@@ -138,16 +139,17 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   const LinkPairs reach = levers(model);
   ObstacleSweep sweep(model, obstacles, plan.start + from_seconds(passed));
   if (obstacles.count > 0) find_near(plan, first, reach, kinematics, sweep);
-  Moment node = after({-into, plan.x[first].head(n), plan.x[first].tail(n), {}}, plan.u[first], into);
-  node.t = 0.0;
-  kinematics.set_position(node.q);
-  node.gaps = gaps(kinematics, sweep, 0.0);
+  Moment start = after({-into, plan.x[first].head(n), plan.x[first].tail(n), {}}, plan.u[first], into);
+  start.t = 0.0;
+  kinematics.set_position(start.q);
+  start.gaps = gaps(kinematics, sweep, 0.0);
   // What is beyond now may come back, and go no further.
   const double overlap = std::max(settings.tolerance, settings.overlap_between_nodes);
-  const LinkPairs smallest = -(settings.tolerance - node.gaps).max(overlap);
+  const LinkPairs usual = -(settings.tolerance - start.gaps).max(overlap);
+  LinkPairs smallest = usual;
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
-  const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, node.dq));
-  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, node.q, node.dq));
+  const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, start.dq));
+  const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, start.q, start.dq));
   GapsBetween gaps_between(kinematics, sweep, reach, smallest);
   const auto fault_at = [&](Moment& moment) {
     kinematics.set_position(moment.q);
@@ -157,14 +159,34 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
     if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
     return PlanFault::kNone;
   };
+  // What comes at the arm may come as near as if the arm braked at once, which it may always do.
+  const auto let_come = [&](const Moment& first_moment, const Moment& middle, const Moment& last_moment) {
+    smallest = usual;
+    for (const double t : {first_moment.t, middle.t, last_moment.t}) {
+      kinematics.set_position(straight_stop_at(model, start.q, start.dq, t));
+      smallest.row(kMovingRow) =
+          smallest.row(kMovingRow).min(gaps(kinematics, sweep, t).row(kMovingRow) - settings.tolerance);
+    }
+  };
+  const bool some_move = (sweep.fastest() > 0.0).any();
+  Moment node = start;
   for (int k = first; k < plan.intervals; ++k) {
     const double left = k == first ? plan.dt - into : plan.dt;
     Moment middle = after(node, plan.u[k], 0.5 * left);
     Moment next{node.t + left, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
-    PlanFault fault = fault_at(middle);
-    if (fault == PlanFault::kNone) fault = fault_at(next);
-    if (fault == PlanFault::kNone) fault = gaps_between.look(node, middle, plan.u[k]);
-    if (fault == PlanFault::kNone) fault = gaps_between.look(middle, next, plan.u[k]);
+    const auto fault_on_the_way = [&] {
+      PlanFault fault = fault_at(middle);
+      if (fault == PlanFault::kNone) fault = fault_at(next);
+      if (fault == PlanFault::kNone) fault = gaps_between.look(node, middle, plan.u[k]);
+      if (fault == PlanFault::kNone) fault = gaps_between.look(middle, next, plan.u[k]);
+      return fault;
+    };
+    smallest = usual;
+    PlanFault fault = fault_on_the_way();
+    if (fault == PlanFault::kObstacle && some_move) {
+      let_come(node, middle, next);
+      fault = fault_on_the_way();
+    }
     if (fault != PlanFault::kNone) return fault;
     node = next;
   }

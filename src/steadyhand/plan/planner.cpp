@@ -150,8 +150,10 @@ const Plan& Planner::update(const Reference& reference) {
 
   // Between the solution's last node and rest lies a stop that the problem does not know: it may need to begin earlier.
   fault_ = PlanFault::kNotFinite;
-  // Without an iteration, for lack of time, what is feasible is the guess: nothing was planned.
-  const bool improved = solution_.status == SolveStatus::kFeasible && solution_.iterations > 0;
+  // Without an iteration, for lack of time, what is feasible is the guess: nothing was planned. What violates the
+  // constraints least may pass the check: no arm is at once out of the way of what comes at it.
+  const bool improved = solution_.iterations > 0 &&
+                        (solution_.status == SolveStatus::kFeasible || solution_.status == SolveStatus::kInfeasible);
   if (solution_.status == SolveStatus::kSolved || improved) {
     for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
       make_plan(reference, intervals);

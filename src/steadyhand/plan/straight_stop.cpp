@@ -9,6 +9,11 @@ double stop_time(const RobotModel& model, const JointVector& dq) {
   return (dq.cwiseAbs().array() / model.acceleration_max.array()).maxCoeff();
 }
 
+JointVector straight_stop_at(const RobotModel& model, const JointVector& q, const JointVector& dq, double t) {
+  const double time = stop_time(model, dq), braking = std::min(t, time);
+  return time > 0.0 ? JointVector(q + braking * (1.0 - 0.5 * braking / time) * dq) : q;
+}
+
 void make_straight_stop(const RobotModel& model, const JointCommand& from, double duration, Plan& plan) {
   constexpr double kInterval = 0.02;   // s: how densely check_plan looks at distances
   constexpr double kShortest = 0.001;  // s: from next to no speed a stop would take next to no time
