@@ -109,8 +109,13 @@ Segments<S> closest(const Shape& first, const PlacedOf<S>& at, const Shape& seco
   const Vector3Of<S> centers = there.p - at.p;
   if (a_half == 0.0 && b_half == 0.0) return {centers, there.p, {Vector3Of<S>::Zero(), Vector3Of<S>::Zero()}};
   const Vector3Of<S> a = axis_of(first, at), b = axis_of(second, there);
-  S s, t;
-  closest_on_segments<S>(centers, a, a_half, b, b_half, s, t);
+  S s = 0.0, t = 0.0;
+  if (b_half == 0.0)
+    s = clamp(S(a.dot(centers)), S(a_half));
+  else if (a_half == 0.0)
+    t = clamp(S(-b.dot(centers)), S(b_half));
+  else
+    closest_on_segments<S>(centers, a, a_half, b, b_half, s, t);
   return {centers + t * b - s * a, there.p + t * b, {inside(s, a_half) * a, inside(t, b_half) * b}};
 }
 
