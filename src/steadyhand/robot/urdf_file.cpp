@@ -78,6 +78,10 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::str
     return Error{fmt::format("{} is not a usable URDF: its elements stand {} deep inside each other, {} is the most",
                              file.string(), depth, kMaxDepth)};
   }
+  if (text.find("<xacro:") != std::string::npos) {
+    return Error{fmt::format("{} is not a usable URDF: it holds xacro macros; expand it with `xacro {} > arm.urdf`",
+                             file.string(), file.filename().string())};
+  }
   Messages messages;
   urdf::ModelInterfaceSharedPtr model;
   std::string reason;
@@ -126,21 +130,6 @@ void take_apart(urdf::ModelInterface& model) {
   }
 }
 
-std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& name) {
-  const auto existing = [](const fs::path& path) -> std::optional<fs::path> {
-    std::error_code error;
-    if (fs::is_regular_file(path, error)) return path;
-    return std::nullopt;
-  };
-  if (name.starts_with("file://")) return existing(folder / name.substr(7));
-  if (!name.starts_with("package://")) return existing(folder / name);
-  const std::string inside = name.substr(10);
-  for (fs::path above = folder;; above = above.parent_path()) {
-    if (const auto found = existing(above / inside)) return found;
-    if (above == above.parent_path()) return std::nullopt;
-  }
-}
-
 Status check_meshes(const fs::path& file, const urdf::ModelInterface& model) {
   std::error_code error;
   const fs::path folder = fs::absolute(file, error).parent_path();
@@ -162,6 +151,21 @@ Status check_meshes(const fs::path& file, const urdf::ModelInterface& model) {
 }
 
 }  // namespace
+
+std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& name) {
+  const auto existing = [](const fs::path& path) -> std::optional<fs::path> {
+    std::error_code error;
+    if (fs::is_regular_file(path, error)) return path;
+    return std::nullopt;
+  };
+  if (name.starts_with("file://")) return existing(folder / name.substr(7));
+  if (!name.starts_with("package://")) return existing(folder / name);
+  const std::string inside = name.substr(10);
+  for (fs::path above = folder;; above = above.parent_path()) {
+    if (const auto found = existing(above / inside)) return found;
+    if (above == above.parent_path()) return std::nullopt;
+  }
+}
 
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file) {
   const Result<std::string> text = read_text(file);

@@ -3,6 +3,8 @@
 #include <urdf_world/types.h>
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "steadyhand/core/result.hpp"
 
@@ -15,5 +17,8 @@ namespace steadyhand {
 /// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
 /// looked for in the URDF's folder and those above it.
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file);
+
+/// The file that a mesh's name in a URDF stands for, if there is one. folder: the URDF's, absolute
+std::optional<std::filesystem::path> find_mesh(const std::filesystem::path& folder, const std::string& name);
 
 }  // namespace steadyhand
