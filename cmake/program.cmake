@@ -1,6 +1,6 @@
 # The program `steadyhand`.
 file(GLOB app_sources CONFIGURE_DEPENDS src/steadyhand/app/*.cpp)
-list(FILTER app_sources EXCLUDE REGEX "/(command_line|run|progress_bar|describe_command|replay_command|solve_command).cpp")
+list(FILTER app_sources EXCLUDE REGEX "/(command_line|run|progress_bar|robot_choice|describe_command|replay_command|solve_command).cpp")
 add_executable(steadyhand ${app_sources})
 steadyhand_cold(steadyhand)
 set_target_properties(steadyhand PROPERTIES UNITY_BUILD OFF)  # each command has Options of its own

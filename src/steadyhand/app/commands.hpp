@@ -19,6 +19,7 @@ void add_demo_command(CommandLine& app, Command& chosen, int& exit_code);
 void add_check_command(CommandLine& app, Command& chosen, int& exit_code);
 void add_replay_command(CommandLine& app, Command& chosen);
 void add_report_command(CommandLine& app, Command& chosen);
+void add_fit_command(CommandLine& app, Command& chosen);
 void add_describe_command(CommandLine& app, Command& chosen);
 void add_solve_command(CommandLine& app, Command& chosen);
 

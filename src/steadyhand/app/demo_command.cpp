@@ -7,15 +7,16 @@
 
 #include "steadyhand/app/arm_choice.hpp"
 #include "steadyhand/app/commands.hpp"
+#include "steadyhand/app/robot_choice.hpp"
 #include "steadyhand/app/ros2_side.hpp"
 #include "steadyhand/app/settings_options.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/console/live_console.hpp"
 #include "steadyhand/console/output_queue.hpp"
 #include "steadyhand/console/stop_signals.hpp"
 #include "steadyhand/live/realtime.hpp"
+#include "steadyhand/robot/loading.hpp"
 
 namespace steadyhand {
 
@@ -37,7 +38,7 @@ struct Options {
   std::string input;
   RecordingOptions range;
   std::string page;
-  bool headless = false, no_browser = false;
+  bool headless = false, no_browser = false, no_fit = false;
   bool keep_going = false, hand_on_hardware = false;
   double seconds = 0.0;  ///< 0: until Ctrl-C
   SettingsOptions settings;
@@ -157,7 +158,7 @@ Status run(Options options, int& exit_code) {
   settings.server.page_folder = options.page;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
-  Result<RobotModel> model = open_robot(settings.robot, places);
+  Result<RobotModel> model = choose_robot(settings.robot, places, options.no_fit);
   if (!model) return model.error();
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
@@ -252,6 +253,7 @@ void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
   command->add_flag("--hand-on-hardware", options->hand_on_hardware,
                     "With --headless and a real arm, which else is refused: the recorded hand leads it");
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
+  command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
   command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
   command->add_option("--input", options->input,
                       "Recording that may play the hand (formats: see replay); default: bundled hands");

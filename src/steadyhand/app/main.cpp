@@ -22,6 +22,7 @@ constexpr const char* kExamples =
     "  ./steadyhand report SESSION.mcap           what was driven; without a session, those that there are\n"
     "  ./steadyhand describe ur5e                 the robot as JSON\n"
     "  ./steadyhand describe my_arm.urdf --pretty\n"
+    "  ./steadyhand fit my_arm.urdf --out my_arm.yaml   bodies that cover its meshes, as a robot file\n"
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
     "  ./steadyhand bench                         our solver beside its peers\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
@@ -60,6 +61,9 @@ int main(int argc, char** argv) {
   steadyhand::add_replay_command(app, command);
   steadyhand::add_report_command(app, command);
   steadyhand::add_describe_command(app, command);
+#ifdef STEADYHAND_FIT
+  steadyhand::add_fit_command(app, command);
+#endif
   steadyhand::add_solve_command(app, command);
   const steadyhand::Result<int> done = steadyhand::run(app, command, exit_code, argc, argv);
   return done ? *done : fail(done.error().message);

@@ -7,13 +7,18 @@
 
 namespace steadyhand {
 
-ProgressBar::ProgressBar(int runs)
-    : runs_(runs), terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()), drawn_(start_) {}
+ProgressBar::ProgressBar(int runs, std::string doing)
+    : doing_(std::move(doing)),
+      runs_(runs),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      start_(std::chrono::steady_clock::now()),
+      drawn_(start_) {}
 
 void ProgressBar::show(const std::string& run, double fraction) {
   if (!terminal_) {
-    if (announced_ != done_) fmt::print(stderr, "replaying {} ({} of {})\n", run, done_ + 1, runs_);
-    announced_ = done_;
+    if (announced_ == run) return;
+    announced_ = run;
+    fmt::print(stderr, "{} {}{}\n", doing_, run, runs_ > 1 ? fmt::format(" ({} of {})", done_ + 1, runs_) : "");
     return;
   }
   const auto now = std::chrono::steady_clock::now();

@@ -6,10 +6,11 @@
 namespace steadyhand {
 
 /// One line on stderr that is redrawn: which run, how far, and the time left, estimated from the time taken so far. Off
-/// a terminal it says one line per run instead.
+/// a terminal it says one line per run instead, or, of one run in steps, one per step.
 class ProgressBar {
  public:
-  explicit ProgressBar(int runs);
+  /// @param doing what is said of each run off a terminal
+  explicit ProgressBar(int runs, std::string doing = "replaying");
 
   /// @param fraction of the current run, 0..1
   void show(const std::string& run, double fraction);
@@ -18,7 +19,9 @@ class ProgressBar {
   void finish();
 
  private:
-  int runs_, done_ = 0, announced_ = -1;
+  std::string doing_;
+  std::string announced_;
+  int runs_, done_ = 0;
   bool terminal_;
   std::chrono::steady_clock::time_point start_, drawn_;
 };

@@ -10,15 +10,16 @@
 
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/progress_bar.hpp"
+#include "steadyhand/app/robot_choice.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/record/cell_json.hpp"
 #include "steadyhand/record/plan_csv.hpp"
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/replay/replay.hpp"
 #include "steadyhand/report/past_session.hpp"
 #include "steadyhand/report/report.hpp"
+#include "steadyhand/robot/loading.hpp"
 
 namespace steadyhand {
 
@@ -42,7 +43,7 @@ struct ReplayOptions {
   std::string translation_frame = "base", rotation_frame = "base";
   std::string solver;
   fs::path out = "out";
-  bool dump_problems = false;
+  bool dump_problems = false, no_fit = false;
   std::vector<SettingsChange> changes;  ///< of a session's settings
   std::string command;                  ///< as typed, for the report
   bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false,
@@ -193,7 +194,7 @@ Status run_replay(ReplayOptions options) {
     }
   }
   if (!recording) return recording.error();
-  const Result<RobotModel> model = open_robot(options.robot, places);
+  const Result<RobotModel> model = choose_robot(options.robot, places, options.no_fit);
   if (!model) return model.error();
   const Result<Cell> opened = open_cell(options.cell, places);
   if (!opened) return opened.error();
@@ -250,6 +251,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
   command->add_option("--robot", options->robot, "Name, robot file or URDF")->capture_default_str();
   command->add_option("--cell", options->cell, "What stands around the arm: name, cell file or none")
       ->capture_default_str();
+  command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
   command->add_option("--profile", options->profiles, "Names or files of profiles, one run each")
       ->capture_default_str();
   command->add_option("--rate", options->rate_hz, "Re-planning, Hz")->capture_default_str();

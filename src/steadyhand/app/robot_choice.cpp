@@ -1,0 +1,32 @@
+#include "steadyhand/app/robot_choice.hpp"
+
+#include <iostream>
+
+#include "steadyhand/config/robot_file.hpp"
+#ifdef STEADYHAND_FIT
+#include "steadyhand/app/progress_bar.hpp"
+#include "steadyhand/fit/cache.hpp"
+#endif
+
+namespace steadyhand {
+
+#ifdef STEADYHAND_FIT
+Result<RobotModel> choose_robot(const std::string& name, const Places& places, bool no_fit) {
+  if (no_fit) return open_robot(name, places);
+  ProgressBar bar(1, "fit:");
+  const auto say = [&](const std::string& line) {
+    bar.finish();
+    std::cerr << "steadyhand: " << line << "\n";
+  };
+  const auto show = [&](const std::string& what, double fraction) { bar.show(what, fraction); };
+  Result<RobotModel> model = open_fitted_robot(name, places, say, show);
+  bar.finish();
+  return model;
+}
+#else
+Result<RobotModel> choose_robot(const std::string& name, const Places& places, bool) {
+  return open_robot(name, places);
+}
+#endif
+
+}  // namespace steadyhand

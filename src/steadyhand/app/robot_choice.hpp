@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "steadyhand/config/places.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/robot/model.hpp"
+
+namespace steadyhand {
+
+/// The robot that a command is told to use. A bare URDF gets bodies fitted to its meshes, unless `no_fit`; what is done
+/// is said on stderr.
+Result<RobotModel> choose_robot(const std::string& name, const Places& places, bool no_fit);
+
+/// Help of the flag that sets no_fit.
+inline constexpr const char* kNoFitHelp = "A bare URDF goes without bodies: nothing keeps the arm off itself";
+
+}  // namespace steadyhand

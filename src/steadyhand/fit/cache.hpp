@@ -1,0 +1,20 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "steadyhand/config/places.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/robot/model.hpp"
+
+namespace steadyhand {
+
+/// As open_robot(), but that a bare URDF with geometry gets bodies: fitted to it, and kept in the folder
+/// $XDG_CACHE_HOME/steadyhand (~/.cache/steadyhand) for the next time, under what URDF and meshes hold.
+/// @param say one line of what was done, without line feed
+/// @param progress as FitSettings::progress; may be empty
+Result<RobotModel> open_fitted_robot(const std::string& name, const Places& places,
+                                     const std::function<void(const std::string&)>& say,
+                                     const std::function<void(const std::string&, double)>& progress);
+
+}  // namespace steadyhand

@@ -1,0 +1,128 @@
+#include "steadyhand/fit/mesh.hpp"
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <assimp/Importer.hpp>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kLargest = 1e3;  // m, from the origin
+
+/// Adds what a node and those below it show. False: too many triangles.
+bool collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above, Surface& surface) {
+  const aiMatrix4x4 here = above * node.mTransformation;
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;  // points and lines
+      Triangle triangle;
+      for (int c = 0; c < 3; ++c) {
+        if (face.mIndices[c] >= mesh.mNumVertices) return true;
+        const aiVector3D corner = here * mesh.mVertices[face.mIndices[c]];
+        triangle[c] = Vector3(corner.x, corner.y, corner.z);
+      }
+      if (surface.size() == kMaxTriangles) return false;
+      surface.push_back(triangle);
+    }
+  }
+  for (unsigned i = 0; i < node.mNumChildren; ++i) {
+    if (!collect(scene, *node.mChildren[i], here, surface)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<Surface> load_mesh(const std::filesystem::path& file) {
+  Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    return Error{fmt::format("{} cannot be read as a mesh: {}", file.string(),
+                             scene == nullptr ? importer.GetErrorString() : "it has no scene")};
+  }
+  Surface surface;
+  if (!collect(*scene, *scene->mRootNode, aiMatrix4x4(), surface)) {
+    return Error{fmt::format("{} has more than {} triangles; reduce it", file.string(), kMaxTriangles)};
+  }
+  if (surface.empty()) return Error{fmt::format("{} has no triangles", file.string())};
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    for (const Vector3& corner : surface[i]) {
+      if (corner.allFinite() && corner.norm() <= kLargest) continue;
+      return Error{fmt::format("{}: triangle {} has a corner at [{}, {}, {}] m; it must be finite and within {} m",
+                               file.string(), i, corner.x(), corner.y(), corner.z(), kLargest)};
+    }
+  }
+  return surface;
+}
+
+Surface box_surface(const Vector3& size) {
+  Surface surface;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-0.5, 0.5}) {
+      const auto corner = [&](double u, double v) {
+        Vector3 at;
+        at[axis] = side * size[axis];
+        at[(axis + 1) % 3] = u * size[(axis + 1) % 3];
+        at[(axis + 2) % 3] = v * size[(axis + 2) % 3];
+        return at;
+      };
+      surface.push_back({corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5)});
+      surface.push_back({corner(-0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)});
+    }
+  }
+  return surface;
+}
+
+Surface cylinder_surface(double radius, double length) {
+  constexpr int kSides = 64;
+  const double outer = radius / std::cos(M_PI / kSides), top = 0.5 * length;
+  Surface surface;
+  for (int i = 0; i < kSides; ++i) {
+    const double a = 2.0 * M_PI * i / kSides, b = 2.0 * M_PI * (i + 1) / kSides;
+    const Vector3 p(outer * std::cos(a), outer * std::sin(a), 0.0), q(outer * std::cos(b), outer * std::sin(b), 0.0);
+    const Vector3 up(0.0, 0.0, top);
+    surface.push_back({p - up, q - up, q + up});
+    surface.push_back({p - up, q + up, p + up});
+    for (const double side : {-1.0, 1.0}) surface.push_back({side * up, p + side * up, q + side * up});
+  }
+  return surface;
+}
+
+Surface ball_surface(double radius) {
+  Surface surface;
+  for (int sign = 0; sign < 8; ++sign) {
+    surface.push_back(
+        {Vector3(sign & 1 ? 1 : -1, 0, 0), Vector3(0, sign & 2 ? 1 : -1, 0), Vector3(0, 0, sign & 4 ? 1 : -1)});
+  }
+  for (int round = 0; round < 4; ++round) {
+    Surface finer;
+    for (const auto& [a, b, c] : surface) {
+      const Vector3 ab = (a + b).normalized(), bc = (b + c).normalized(), ca = (c + a).normalized();
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    surface = std::move(finer);
+  }
+  double inner = 1.0;  // of the ball within the faces' planes
+  for (const auto& [a, b, c] : surface) inner = std::min(inner, std::abs((b - a).cross(c - a).normalized().dot(a)));
+  for (Triangle& triangle : surface) {
+    for (Vector3& corner : triangle) corner *= radius / inner;
+  }
+  return surface;
+}
+
+Surface moved(Surface surface, const Eigen::Affine3d& motion) {
+  for (Triangle& triangle : surface) {
+    for (Vector3& corner : triangle) corner = motion * corner;
+  }
+  return surface;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/result.hpp"
+
+namespace steadyhand {
+
+/// Corners of a triangle, m.
+using Triangle = std::array<Vector3, 3>;
+/// The surface of something, in no order.
+using Surface = std::vector<Triangle>;
+
+/// Most triangles of one file.
+inline constexpr std::size_t kMaxTriangles = 4'000'000;
+
+/// Reads STL, OBJ, DAE or whatever else Assimp knows; node transforms are applied, Collada's units too, its up axis is
+/// not (as ROS does). Refuses, with the file's name and the reason: what cannot be read, has no triangles or more than
+/// kMaxTriangles, or a corner that is not finite or further away than 1 km.
+Result<Surface> load_mesh(const std::filesystem::path& file);
+
+// Solids about their frame's origin, as URDFs have them, by flat triangles that lie on or outside of them.
+Surface box_surface(const Vector3& size);                       ///< m, whole lengths
+Surface cylinder_surface(double radius, double length);         ///< m, along z
+Surface ball_surface(double radius);                            ///< m
+Surface moved(Surface surface, const Eigen::Affine3d& motion);  ///< every corner, by the motion
+
+}  // namespace steadyhand

@@ -1,0 +1,118 @@
+#include "steadyhand/fit/fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "steadyhand/fit/cover.hpp"
+
+namespace steadyhand {
+namespace {
+
+Points cube(double half) {
+  Points corners;
+  for (int i = 0; i < 8; ++i) corners.emplace_back(i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half);
+  return corners;
+}
+
+TEST(Hull, LeavesOutWhatIsInsideAndTwice) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> anywhere(-0.99, 0.99);
+  Points points = cube(1.0);
+  for (int i = 0; i < 500; ++i) points.emplace_back(anywhere(random), anywhere(random), anywhere(random));
+  const Points once = points;
+  points.insert(points.end(), once.begin(), once.end());
+  const Hull hull = convex_hull(points);
+  EXPECT_NEAR(hull.volume, 8.0, 1e-4);
+  EXPECT_EQ(hull.corners.size(), 8u);
+  for (const Triangle& t : hull.faces) {
+    const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    for (const Vector3& p : once) EXPECT_LE(normal.dot(p - t[0]), 1e-4);
+  }
+}
+
+TEST(Hull, OfFlatAndFewPointsIsNoCrash) {
+  EXPECT_TRUE(convex_hull({}).corners.empty());
+  EXPECT_EQ(convex_hull({Vector3::Ones(), Vector3::Ones()}).corners.size(), 1u);
+  EXPECT_LT(convex_hull({Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY(), Vector3(1, 1, 0)}).volume, 1e-4);
+}
+
+TEST(ConvexParts, OfAnAngleAreItsLegs) {
+  Surface angle = moved(box_surface({1.0, 0.1, 0.1}), Eigen::Affine3d(Eigen::Translation3d(0.45, 0.0, 0.0)));
+  const Surface leg = moved(box_surface({0.1, 1.0, 0.1}), Eigen::Affine3d(Eigen::Translation3d(0.0, 0.45, 0.0)));
+  angle.insert(angle.end(), leg.begin(), leg.end());
+  double volume = 0.0;
+  const std::vector<Hull> parts = convex_parts({angle}, 10, 0.004);
+  for (const Hull& part : parts) volume += part.volume;
+  EXPECT_GE(parts.size(), 2u);
+  EXPECT_LT(volume, 0.025);  // 0.019 is the angle's own, 0.0595 that of its hull
+}
+
+TEST(NearestPoints, OfCubesAreThoseOfPlanesAndCorners) {
+  const Points unit = cube(1.0);
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.translation() = Vector3(3.0, 0.5, 0.2);
+  EXPECT_NEAR(nearest_points(unit, unit, motion, 10.0).distance, 1.0, 1e-9);
+  EXPECT_GT(nearest_points(unit, unit, motion, 0.5).distance, 0.5);  // stops early
+  motion.translation() = Vector3(3.0, 3.0, 3.0);
+  const Nearest corners = nearest_points(unit, unit, motion, 10.0);
+  EXPECT_NEAR(corners.distance, std::sqrt(3.0), 1e-9);
+  EXPECT_NEAR((corners.first - Vector3::Ones()).norm(), 0.0, 1e-6);
+  EXPECT_NEAR((corners.second - Vector3::Constant(2.0)).norm(), 0.0, 1e-6);
+  motion.translation() = Vector3(1.0, 0.3, 0.1);
+  EXPECT_EQ(nearest_points(unit, unit, motion, 10.0).distance, 0.0);
+}
+
+TEST(Prove, GrowsUntilEachPieceIsHeld) {
+  const Surface plate = box_surface({0.4, 0.1, 0.02});
+  std::vector<Solid> solids(2);
+  for (int i = 0; i < 2; ++i) {
+    solids[i].shape = Shape::sphere(0.05);
+    solids[i].origin.translation().x() = i == 0 ? -0.1 : 0.1;
+  }
+  EXPECT_FALSE(is_covered(plate, solids));
+  prove(plate, solids);
+  EXPECT_TRUE(is_covered(plate, solids));
+  EXPECT_LT(solids[0].shape.radius, 0.13);
+  for (Solid& solid : solids) {
+    solid.shape.radius -= 1e-3;
+    EXPECT_FALSE(is_covered(plate, solids));
+    solid.shape.radius += 1e-3;
+  }
+}
+
+TEST(Cover, IsReadAsItIsWritten) {
+  Solid solid{Shape::capsule(0.1, 0.03)};
+  solid.origin = Eigen::Isometry3d(Eigen::Translation3d(0.1, 0.2, 0.3)) * Eigen::AngleAxisd(0.4, Vector3::UnitY());
+  const Solid once = rounded(solid);
+  EXPECT_EQ(as_written(once), as_written(rounded(once)));
+  EXPECT_NEAR(once.shape.core.z(), 0.1, 2e-5);
+  solid.shape = Shape::box({0.1, 0.05, 0.02}, 0.01);
+  EXPECT_EQ(as_written(rounded(solid)), as_written(rounded(rounded(solid))));
+}
+
+/// Links 0 to 2 along x, 1 m each, that turn about z; a ball at the base and one at the end, `offset` aside along z.
+RobotModel planar_arm(double offset) {
+  RobotModel model;
+  for (int k = 0; k < 2; ++k) {
+    Joint joint;
+    joint.origin.translation() = Vector3(1.0, 0.0, 0.0);
+    model.joints.push_back(joint);
+  }
+  model.position_min = JointVector::Constant(2, -M_PI);
+  model.position_max = JointVector::Constant(2, M_PI);
+  model.bodies = {Body::sphere("base", 0, Vector3::Zero(), 0.1),
+                  Body::sphere("end", 2, Vector3(0.0, 0.0, offset), 0.1)};
+  return model;
+}
+
+TEST(PairsThatMeet, LeavesOutOnlyWhatCannot) {
+  // The second joint is 1 m from the first, which is 1 m from the base's ball: it can come there, if not beside it.
+  EXPECT_EQ(pairs_that_meet(planar_arm(0.0), {{0, 1}}, 0.02).size(), 1u);
+  EXPECT_EQ(pairs_that_meet(planar_arm(0.21), {{0, 1}}, 0.02).size(), 1u);
+  EXPECT_EQ(pairs_that_meet(planar_arm(0.35), {{0, 1}}, 0.02).size(), 0u);
+}
+
+}  // namespace
+}  // namespace steadyhand
