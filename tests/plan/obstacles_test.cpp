@@ -209,6 +209,36 @@ TEST(Obstacles, WhatComesIsNotMet) {
   EXPECT_EQ(go(-5.0), PlanFault::kObstacle) << "it rises";
 }
 
+/// A shoulder that turns over a table stays as near to it as it is: just outside the margin, within it by less than
+/// plans may be, and by more.
+TEST(Obstacles, AShoulderNearATableHoldsNothingUp) {
+  int tried = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    Loop loop(seed, 0.2, kUsualObstacleRows);
+    loop.arm.set_position(loop.model.home);
+    const Joint& shoulder = loop.model.joints[0];
+    if (shoulder.type != JointType::kRevolute) continue;
+    Obstacle table = obstacle(Shape::half_space(), shoulder.origin.translation());
+    table.at.R = Quaternion::FromTwoVectors(Vector3::UnitZ(), shoulder.origin.linear() * shoulder.axis).matrix();
+    double of_shoulder = 1e9, of_others = 1e9;
+    for (std::size_t i = 0; i < loop.model.bodies.size(); ++i) {
+      const int link = loop.model.bodies[i].link;
+      double& least = link == 1 ? of_shoulder : of_others;
+      if (link > 0) least = std::min(least, gap(loop.arm, static_cast<int>(i), table.shape, table.at));
+    }
+    if (!(of_shoulder < 1e8) || of_others < of_shoulder + 0.1) continue;
+    ++tried;
+    for (const double inside : {-1e-6, 0.001, 0.004}) {
+      Obstacle raised = table;
+      raised.at.p += (of_shoulder + inside) * table.at.R.col(2);
+      const Swing result = swing(loop, cell({raised}), cell({raised}));
+      EXPECT_GE(result.solved, result.plans - 2) << seed << ", " << inside;  // other links may come near it, too
+      EXPECT_GE(result.least, -std::max(inside, 2e-3) - 1e-6) << seed << ", " << inside;
+    }
+  }
+  EXPECT_GT(tried, 2);
+}
+
 /// What the boxes leave out is not near.
 /// What moves fast elsewhere makes what stands near the arm no less certain.
 TEST(Obstacles, AreNotMixedUp) {

@@ -1,6 +1,7 @@
 #include "steadyhand/plan/obstacle_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -18,6 +19,16 @@ std::pair<Shape, Placed> solid(const Kinematics& arm, int body, int corner) {
   const Shape& shape = arm.model().bodies[body].shape;
   if (corner < 0) return {shape, arm.body(body)};
   return {Shape::sphere(shape.radius), at_corner(shape, arm.body(body), corner)};
+}
+
+/// Whether some joint changes how near a solid on this link is to an obstacle.
+bool can_part(const Kinematics& arm, int link, const Obstacle& obstacle, const Shape& shape, const Placed& at) {
+  constexpr double kStill = 1e-6;  // m/rad (m/m)
+  const ProximityOf<double> near = proximity(obstacle.shape, obstacle.at, shape, at);
+  for (int k = 0; k < link; ++k) {
+    if (std::abs(near.gradient.dot(arm.dpoint(k, near.point))) > kStill) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -99,6 +110,9 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap
     const auto [shape, at] = solid(scratch, near.body, near.corner);
     const double value = proximity_value(near.obstacle.shape, near.obstacle.at, shape, at);
     near.depth = value < -overlap ? -value : 0.0;
+    // A shoulder that turns over a table is as near to it as it is.
+    const int link = ocp_.model().bodies[near.body].link;
+    if (value < 0.0 && !can_part(scratch, link, near.obstacle, shape, at)) near.body = -1;
   }
 }
 
