@@ -15,6 +15,7 @@
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/fit/fit.hpp"
 #include "steadyhand/robot/urdf_file.hpp"
+#include "steadyhand/robot/xacro.hpp"
 
 namespace steadyhand {
 
@@ -53,7 +54,10 @@ Result<std::optional<std::string>> digest_of(const fs::path& urdf) {
   const fs::path folder = fs::absolute(urdf, error).parent_path();
   Digest digest;
   digest.add(fmt::format("{}", kVersion));
-  digest.add(bytes_of(urdf));
+  const std::string text = bytes_of(urdf);
+  const Result<std::string> whole = text.find("<xacro:") == std::string::npos ? text : expand_xacro(urdf);
+  if (!whole) return whole.error();
+  digest.add(*whole);
   bool any = false;
   const auto add = [&](const auto& elements) {
     for (const auto& element : elements) {

@@ -16,6 +16,8 @@
 #include <string>
 #include <string_view>
 
+#include "steadyhand/robot/xacro.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -77,10 +79,6 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::str
   if (const int depth = nesting_depth(text); depth > kMaxDepth) {
     return Error{fmt::format("{} is not a usable URDF: its elements stand {} deep inside each other, {} is the most",
                              file.string(), depth, kMaxDepth)};
-  }
-  if (text.find("<xacro:") != std::string::npos) {
-    return Error{fmt::format("{} is not a usable URDF: it holds xacro macros; expand it with `xacro {} > arm.urdf`",
-                             file.string(), file.filename().string())};
   }
   Messages messages;
   urdf::ModelInterfaceSharedPtr model;
@@ -168,7 +166,8 @@ std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& nam
 }
 
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file) {
-  const Result<std::string> text = read_text(file);
+  Result<std::string> text = read_text(file);
+  if (text && text->find("<xacro:") != std::string::npos) text = expand_xacro(file);
   if (!text) return text.error();
   Result<urdf::ModelInterfaceSharedPtr> model = parse(file, *text);
   if (!model) return model;

@@ -10,9 +10,10 @@
 
 namespace steadyhand {
 
-/// Parses a URDF and checks what urdfdom lets through. In the model that comes back every link hangs on the root by
-/// exactly one path, and every mesh file exists. Refuses, with the reason: a file that is missing, empty, no XML or no
-/// URDF, a loop, a link with two parents, several roots, a missing mesh. Prints nothing.
+/// Parses a URDF, or one with xacro macros (expand_xacro), and checks what urdfdom lets through. In the model that
+/// comes back every link hangs on the root by exactly one path, and every mesh file exists. Refuses, with the reason: a
+/// file that is missing, empty, no XML or no URDF, a loop, a link with two parents, several roots, a missing mesh.
+/// Prints nothing.
 ///
 /// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
 /// looked for in the URDF's folder and those above it.
