@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <iostream>
 #include <memory>
 #include <optional>
 
@@ -17,6 +18,10 @@
 #include "steadyhand/console/stop_signals.hpp"
 #include "steadyhand/live/realtime.hpp"
 #include "steadyhand/robot/loading.hpp"
+#include "steadyhand/serve/site.hpp"
+#ifdef STEADYHAND_FIT
+#include "steadyhand/fit/arm_scene.hpp"
+#endif
 
 namespace steadyhand {
 
@@ -148,6 +153,22 @@ void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) 
   }
 }
 
+/// The arm's meshes for the page, unless the page has them.
+#ifdef STEADYHAND_FIT
+void add_arm_scene(const std::string& name, const RobotModel& model, const Places& places, ServerSettings& server) {
+  const std::string path = "/arms/" + model.meshes + ".glb";
+  if (server.page_folder.empty() && Site::embedded().find(path) != nullptr) return;
+  Result<std::string> scene = arm_scene(name, places);
+  if (!scene) {
+    std::cerr << "note: the page draws only the arm's bodies: " << scene.error().message << "\n";
+  } else if (!scene->empty()) {
+    server.files[path] = *std::move(scene);
+  }
+}
+#else
+void add_arm_scene(const std::string&, const RobotModel&, const Places&, ServerSettings&) {}
+#endif
+
 Status run(Options options, int& exit_code) {
   const Places places = Places::standard();
   SessionSettings settings;
@@ -160,6 +181,7 @@ Status run(Options options, int& exit_code) {
   if (!recordings) return recordings.error();
   Result<RobotModel> model = choose_robot(settings.robot, places, options.no_fit);
   if (!model) return model.error();
+  if (!options.headless) add_arm_scene(settings.robot, *model, places, settings.server);
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), *model);

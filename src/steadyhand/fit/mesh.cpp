@@ -1,6 +1,7 @@
 #include "steadyhand/fit/mesh.hpp"
 
 #include <assimp/config.h>
+#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -14,11 +15,21 @@ namespace {
 
 constexpr double kLargest = 1e3;  // m, from the origin
 
+Vector3 color_of(const aiScene& scene, const aiMesh& mesh) {
+  aiColor4D color(1.0f, 1.0f, 1.0f, 1.0f);
+  if (mesh.mMaterialIndex < scene.mNumMaterials) {
+    (void)aiGetMaterialColor(scene.mMaterials[mesh.mMaterialIndex], AI_MATKEY_COLOR_DIFFUSE, &color);
+  }
+  return Vector3(color.r, color.g, color.b).cwiseMax(0.0).cwiseMin(1.0);
+}
+
 /// Adds what a node and those below it show. False: too many triangles.
-bool collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above, Surface& surface) {
+bool collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above, std::size_t& count,
+             std::vector<Painted>& parts) {
   const aiMatrix4x4 here = above * node.mTransformation;
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+    Surface& surface = parts.emplace_back(Painted{color_of(scene, mesh), {}}).surface;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
       if (face.mNumIndices != 3) continue;  // points and lines
@@ -28,19 +39,19 @@ bool collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above,
         const aiVector3D corner = here * mesh.mVertices[face.mIndices[c]];
         triangle[c] = Vector3(corner.x, corner.y, corner.z);
       }
-      if (surface.size() == kMaxTriangles) return false;
+      if (count++ == kMaxTriangles) return false;
       surface.push_back(triangle);
     }
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) {
-    if (!collect(scene, *node.mChildren[i], here, surface)) return false;
+    if (!collect(scene, *node.mChildren[i], here, count, parts)) return false;
   }
   return true;
 }
 
 }  // namespace
 
-Result<Surface> load_mesh(const std::filesystem::path& file) {
+Result<std::vector<Painted>> load_painted_mesh(const std::filesystem::path& file) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
@@ -48,18 +59,31 @@ Result<Surface> load_mesh(const std::filesystem::path& file) {
     return Error{fmt::format("{} cannot be read as a mesh: {}", file.string(),
                              scene == nullptr ? importer.GetErrorString() : "it has no scene")};
   }
-  Surface surface;
-  if (!collect(*scene, *scene->mRootNode, aiMatrix4x4(), surface)) {
+  std::vector<Painted> parts;
+  std::size_t count = 0;
+  if (!collect(*scene, *scene->mRootNode, aiMatrix4x4(), count, parts)) {
     return Error{fmt::format("{} has more than {} triangles; reduce it", file.string(), kMaxTriangles)};
   }
-  if (surface.empty()) return Error{fmt::format("{} has no triangles", file.string())};
-  for (std::size_t i = 0; i < surface.size(); ++i) {
-    for (const Vector3& corner : surface[i]) {
-      if (corner.allFinite() && corner.norm() <= kLargest) continue;
-      return Error{fmt::format("{}: triangle {} has a corner at [{}, {}, {}] m; it must be finite and within {} m",
-                               file.string(), i, corner.x(), corner.y(), corner.z(), kLargest)};
+  if (count == 0) return Error{fmt::format("{} has no triangles", file.string())};
+  std::size_t triangle = 0;
+  for (const Painted& part : parts) {
+    for (const Triangle& corners : part.surface) {
+      for (const Vector3& corner : corners) {
+        if (corner.allFinite() && corner.norm() <= kLargest) continue;
+        return Error{fmt::format("{}: triangle {} has a corner at [{}, {}, {}] m; it must be finite and within {} m",
+                                 file.string(), triangle, corner.x(), corner.y(), corner.z(), kLargest)};
+      }
+      ++triangle;
     }
   }
+  return parts;
+}
+
+Result<Surface> load_mesh(const std::filesystem::path& file) {
+  const Result<std::vector<Painted>> parts = load_painted_mesh(file);
+  if (!parts) return parts.error();
+  Surface surface;
+  for (const Painted& part : *parts) surface.insert(surface.end(), part.surface.begin(), part.surface.end());
   return surface;
 }
 

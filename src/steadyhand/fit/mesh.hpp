@@ -17,10 +17,18 @@ using Surface = std::vector<Triangle>;
 /// Most triangles of one file.
 inline constexpr std::size_t kMaxTriangles = 4'000'000;
 
+/// A surface of one colour.
+struct Painted {
+  Vector3 color;  ///< red, green and blue, 0 to 1, as displays take them
+  Surface surface;
+};
+
 /// Reads STL, OBJ, DAE or whatever else Assimp knows; node transforms are applied, Collada's units too, its up axis is
 /// not (as ROS does). Refuses, with the file's name and the reason: what cannot be read, has no triangles or more than
 /// kMaxTriangles, or a corner that is not finite or further away than 1 km.
 Result<Surface> load_mesh(const std::filesystem::path& file);
+/// The same with what its materials look like; white where there are none.
+Result<std::vector<Painted>> load_painted_mesh(const std::filesystem::path& file);
 
 // Solids about their frame's origin, as URDFs have them, by flat triangles that lie on or outside of them.
 Surface box_surface(const Vector3& size);                       ///< m, whole lengths

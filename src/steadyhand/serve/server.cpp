@@ -155,6 +155,7 @@ struct Server::Impl {
     } else {
       site = Site::embedded();
     }
+    for (const auto& [path, body] : settings.files) site.add(path, body);
     if (Status s = hub.prepare(); !s) return s;
     shared.hub = &hub;
     shared.site = &site;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,13 +18,14 @@ struct ServerSettings {
   std::uint16_t port = 8642;  ///< of loopback, plain HTTP; 0: any free one
   /// Also serve every interface of this machine over HTTPS, at `lan_port`.
   bool lan = false;
-  std::uint16_t lan_port = 8643;            ///< 0: any free one
-  std::filesystem::path state_folder;       ///< where the certificate is kept; empty: state_folder() of certificate.hpp
-  std::filesystem::path page_folder;        ///< serve this folder's files; empty: the page in the program itself
-  int max_clients = 96;                     ///< at once; one that is not paired makes room for the next
-  double max_rate_hz = 250.0;               ///< messages of one client; more are discarded, many more close it
-  bool accept_non_browser_clients = true;   ///< those that send no Origin header, such as scripts
-  Time timeout = std::chrono::seconds(15);  ///< with a peer that says or takes nothing
+  std::uint16_t lan_port = 8643;       ///< 0: any free one
+  std::filesystem::path state_folder;  ///< where the certificate is kept; empty: state_folder() of certificate.hpp
+  std::filesystem::path page_folder;   ///< serve this folder's files; empty: the page in the program itself
+  std::map<std::string, std::string> files;  ///< that the page has beside its own, by path ("/arms/fr3.glb")
+  int max_clients = 96;                      ///< at once; one that is not paired makes room for the next
+  double max_rate_hz = 250.0;                ///< messages of one client; more are discarded, many more close it
+  bool accept_non_browser_clients = true;    ///< those that send no Origin header, such as scripts
+  Time timeout = std::chrono::seconds(15);   ///< with a peer that says or takes nothing
 };
 
 /// What a client is told once, when it connects.

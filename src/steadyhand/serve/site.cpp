@@ -75,6 +75,10 @@ Result<Site> Site::load(const fs::path& folder) {
   return site;
 }
 
+void Site::add(const std::string& path, std::string body) {
+  if (!files_.contains(path)) files_[path] = make_file(path, std::move(body));
+}
+
 const SiteFile* Site::find(std::string_view target) const {
   target = target.substr(0, target.find_first_of("?#"));
   const auto found = files_.find(target == "/" ? std::string_view("/index.html") : target);

@@ -24,6 +24,9 @@ class Site {
   /// Every file below `folder`. Errors: no folder, no index.html, more than 64 MB.
   static Result<Site> load(const std::filesystem::path& folder);
 
+  /// A file more; one of the page's own at the same path stays.
+  void add(const std::string& path, std::string body);
+
   /// "/" is "/index.html"; a query is ignored. nullptr: there is none.
   const SiteFile* find(std::string_view target) const;
 
