@@ -147,7 +147,7 @@ def test_does_not_depend_on_the_locale(robot):
         ([], "a command is expected"),
         (["descrbe"], "unknown command 'descrbe'; did you mean 'describe'?"),
         (["describe"], "robot is required"),
-        (["describe", "ur55"], "'ur55' is neither a file nor one of the names in robots/: ur5e"),
+        (["describe", "ur55"], "'ur55' is neither a file nor one of the names in robots/: fr3"),
         (["describe", "no/such/arm.urdf"], "'no/such/arm.urdf'"),
         (["describe", "ur5e", "more"], "more"),
         (["describe", "ur5e", "--fast"], "--fast"),

@@ -1,0 +1,86 @@
+"""The robots that are shipped: each follows the bundled hand under each profile, inside its limits and off itself."""
+
+import csv
+import json
+import os
+import struct
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+PROFILES = ("tracking", "anti-slosh", "waiter")
+# Metres of the tool per metre of the hand: the hand goes as far as the arm reaches.
+ROBOTS = {"fr3": 0.4, "gen3": 0.5, "so101": 0.3}
+
+
+def run(*arguments, code=0):
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    assert done.returncode == code, done.stderr
+    return done
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_follows_the_bundled_hand(robot, tmp_path):
+    sys.path.insert(0, str(Path(PROGRAM).parent / "python"))
+    import steadyhand
+
+    printed = run("replay", "--robot", robot, "--scale", ROBOTS[robot], "--cell", "table", "--out", tmp_path).stdout
+    assert "note:" not in printed  # nothing is assumed: the glass stands upright, fingers are placed, bodies are there
+    arm = steadyhand.Robot(robot)
+    n = len(arm.home)
+    for profile in PROFILES:
+        with open(tmp_path / profile / "plan.csv", newline="") as file:
+            steps = list(csv.DictReader(file))
+        assert len(steps) == 220 and all(step["status"] == "solved" for step in steps), profile
+        for step in steps:
+            numbers = lambda name, unit: [float(step[f"{name}{i}_{unit}"]) for i in range(n)]
+            q = numbers("q", "rad")
+            assert all(low - 1e-6 <= x <= high + 1e-6 for low, x, high in zip(arm.position_min, q, arm.position_max))
+            assert all(abs(x) <= most + 1e-6 for x, most in zip(numbers("dq", "rad_s"), arm.velocity_max))
+            assert all(abs(x) <= most + 1e-6 for x, most in zip(numbers("ddq", "rad_s2"), arm.acceleration_max))
+            assert arm.clearance(q) > -1e-5
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_page_gets_the_arms_own_meshes(robot, tmp_path):
+    """As a browser would: a node for each link that shows anything, and every accessor inside the file."""
+    process = subprocess.Popen([PROGRAM, "demo", "--robot", robot, "--port", "0"], stdout=subprocess.PIPE, text=True)
+    try:
+        address = next(word for line in process.stdout for word in line.split() if word.startswith("http")).split("#")[0]
+        data = urllib.request.urlopen(f"{address}arms/{robot}.glb", timeout=20).read()
+    finally:
+        process.terminate()
+        process.wait(timeout=30)
+    assert data[:4] == b"glTF" and struct.unpack("<I", data[8:12])[0] == len(data)
+    length = struct.unpack("<I", data[12:16])[0]
+    scene, blob = json.loads(data[20 : 20 + length]), data[28 + length :]
+    links = {node["name"] for node in scene["nodes"] if "name" in node}
+    assert {f"link{k}" for k in range(1, 5)} <= links
+    for accessor in scene["accessors"]:
+        view = scene["bufferViews"][accessor["bufferView"]]
+        size = {"VEC3": 12, "SCALAR": 4}[accessor["type"]]
+        assert view["byteLength"] == accessor["count"] * size and view["byteOffset"] + view["byteLength"] <= len(blob)
+    triangles = sum(scene["accessors"][p["indices"]]["count"] // 3 for mesh in scene["meshes"] for p in mesh["primitives"])
+    assert 1000 < triangles <= 100_000
+
+
+def test_macros_are_expanded(tmp_path):
+    (tmp_path / "arm.urdf.xacro").write_text("""<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="made">
+      <xacro:macro name="part" params="k parent">
+        <link name="l${k}"/>
+        <joint name="j${k}" type="revolute"><parent link="${parent}"/><child link="l${k}"/><origin xyz="0 0 ${0.1 * k}"/>
+          <axis xyz="0 1 0"/><limit lower="-3" upper="3" velocity="2" effort="1"/></joint>
+      </xacro:macro>
+      <link name="base"/><xacro:part k="1" parent="base"/><xacro:part k="2" parent="l1"/></robot>""")
+    described = json.loads(run("describe", tmp_path / "arm.urdf.xacro").stdout)
+    assert [joint["origin"][2][3] for joint in described["joints"]] == [0.1, 0.2]
+    (tmp_path / "bad.xacro").write_text('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:part k="1"/></robot>')
+    assert "bad.xacro holds xacro macros, and cannot be expanded: xacro says" in run("describe", tmp_path / "bad.xacro", code=2).stderr
+    bare = dict(os.environ, PATH="/nowhere")
+    done = subprocess.run([PROGRAM, "describe", tmp_path / "arm.urdf.xacro"], capture_output=True, text=True, env=bare)
+    assert done.returncode == 2 and "no command 'xacro'" in done.stderr
