@@ -295,7 +295,7 @@ PROBLEM = {
 }  # fmt: skip
 P, R, V, T, F, S = steadyhand, "ur5e", ValueError, TypeError, FileNotFoundError, steadyhand.SteadyhandError
 BAD = [
-    (lambda: P.Robot("ur55"), S, "robot 'ur55' is neither a file nor one of the names in robots/: ur5e"),
+    (lambda: P.Robot("ur55"), S, "robot 'ur55' is neither a file nor one of the names in robots/: fr3"),
     (lambda: P.Robot("a/b.urdf"), F, "'a/b.urdf' is neither a file nor"),
     (lambda: P.Robot(5), T, "robot must be a name or the path of a file, not int"),
     (lambda: P.Robot(ROOT / "README.md"), S, "README.md"),
