@@ -24,6 +24,7 @@ void ProgressBar::show(const std::string& run, double fraction) {
   const auto now = std::chrono::steady_clock::now();
   if (now - drawn_ < std::chrono::milliseconds(50) && fraction < 1.0) return;
   drawn_ = now;
+  there_ = true;
   const double total = (done_ + fraction) / runs_;
   const double left = std::chrono::duration<double>(now - start_).count() * (1.0 - total) / total;
   constexpr int kWidth = 40;
@@ -34,7 +35,8 @@ void ProgressBar::show(const std::string& run, double fraction) {
 }
 
 void ProgressBar::finish() {
-  if (terminal_) fmt::print(stderr, "\r\033[K");
+  if (there_) fmt::print(stderr, "\r\033[K");
+  there_ = false;
 }
 
 }  // namespace steadyhand

@@ -15,14 +15,14 @@ class ProgressBar {
   /// @param fraction of the current run, 0..1
   void show(const std::string& run, double fraction);
   void next() { ++done_; }
-  /// Clears the line.
+  /// Clears the line, if there is one.
   void finish();
 
  private:
   std::string doing_;
   std::string announced_;
   int runs_, done_ = 0;
-  bool terminal_;
+  bool terminal_, there_ = false;
   std::chrono::steady_clock::time_point start_, drawn_;
 };
 
