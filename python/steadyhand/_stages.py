@@ -55,8 +55,9 @@ class Retargeter:
 
 
 class Predictor:
-    """What a target will do: on from the newest, at constant velocity and angular velocity, which are slopes of weighted
-    least-squares lines through the targets of the last `window` seconds.
+    """What a target will do. prediction="constant_velocity": on from the newest, at constant velocity and angular velocity, which
+    are slopes of weighted least-squares lines through the targets of the last `window` seconds. "decaying": on from where a Kalman
+    filter has it, with its velocity and acceleration, which decay.
 
     horizon: N, 1 to 128, poses of predict(). dt: s between them. window: s. max_gap: s without targets after which the hand
     counts as lost and rests. robot: whose reach predictions are clipped to; None: no reach. Raises as Retargeter.
@@ -70,6 +71,7 @@ class Predictor:
         window: float = 0.06,
         max_gap: float = 0.25,
         robot: Robot | str | os.PathLike[str] | None = None,
+        prediction: str = "constant_velocity",
     ) -> None:
         times = {key: number(key, value, "seconds") for key, value in (("dt", dt), ("window", window), ("max_gap", max_gap))}
         if not 0.0 < times["dt"] <= 10.0:
@@ -78,7 +80,7 @@ class Predictor:
             if not times[key] > 0.0:
                 raise ValueError(f"{key} is {times[key]:g}; it must be above 0")
         given = options(horizon=number("horizon", horizon), **times)
-        self._native: Any = _native.Predictor(None if robot is None else as_robot(robot)._native, **given)
+        self._native: Any = _native.Predictor(None if robot is None else as_robot(robot)._native, prediction=prediction, **given)
 
     def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
         """The next target: (4, 4) in the base, m, at t s. One that is not newer than the last is dropped; engaged=False forgets

@@ -56,6 +56,8 @@ TEST_P(ProfileRefuses, WithTheReason) {
 INSTANTIATE_TEST_SUITE_P(
     All, ProfileRefuses,
     testing::Values(
+        Refusal{"prediction", "prediction: sideways\nweights: {}\n",
+                "own.yaml:1: prediction is 'sideways'; it must be constant_velocity or decaying"},
         Refusal{"no_weights", "name: a\n", "own.yaml:1: key 'weights' is missing"},
         Refusal{"unknown_term", "weights:\n  position: 1\n  jerk: 2\n",
                 "own.yaml:3: weights.jerk is no term of the problem; known: position, orientation, velocity, "
@@ -79,9 +81,10 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Profile, AnUnknownNameListsTheKnownOnes) {
   const auto profile = load_profile("quick", kPlaces);
   ASSERT_FALSE(profile);
-  EXPECT_NE(profile.error().message.find("anti-slosh, tracking, waiter"), std::string::npos) << profile.error().message;
+  EXPECT_NE(profile.error().message.find("anti-slosh, follow, tracking, waiter"), std::string::npos)
+      << profile.error().message;
   EXPECT_EQ(load_profile("", kPlaces).error().message,
-            "profile '' is neither a file nor one of the names in profiles/: anti-slosh, tracking, waiter");
+            "profile '' is neither a file nor one of the names in profiles/: anti-slosh, follow, tracking, waiter");
 }
 
 TEST(Profile, AnObjectiveThatIsNullIsRefused) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <random>
+#include <vector>
 
 namespace steadyhand {
 namespace {
@@ -264,6 +267,111 @@ TEST(Predictor, PredictsNoFurtherThanAReferenceHolds) {
     Predictor predictor(settings);
     predictor.update(random.motion().at(0.0));
     EXPECT_EQ(predictor.predict(from_seconds(0.1)).nodes, given);
+  }
+}
+
+/// Reaches from rest to rest along minimum-jerk paths, as hands do, with what a network does to their stamps.
+struct Reaches {
+  std::vector<double> begin;
+  std::vector<Pose> place;
+
+  explicit Reaches(Random& random, int count = 12) {
+    double t = 0.0;
+    for (int i = 0; i < count; ++i) {
+      begin.push_back(t);
+      place.push_back({random.vector(0.4), rotation(random.vector(0.8))});
+      t += random.uniform(0.7, 1.4);
+    }
+  }
+  Pose at(double t) const {
+    std::size_t i = 0;
+    while (i + 2 < begin.size() && t >= begin[i + 1]) ++i;
+    const double s = std::clamp((t - begin[i]) / 0.7, 0.0, 1.0);
+    const double share = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+    const Vector3 turn = rotation_vector(place[i + 1].q * place[i].q.conjugate());
+    return {place[i].p + share * (place[i + 1].p - place[i].p), rotation(share * turn) * place[i].q};
+  }
+};
+
+struct Errors {
+  double position = 0.0, angle = 0.0;
+  int count = 0;
+};
+
+/// Over reaches at 90 Hz with noise, stalls of 80 ms and what comes in bursts behind them.
+Errors errors_on_reaches(Prediction model, double ahead) {
+  Random random(11);
+  Errors sum;
+  for (int trial = 0; trial < 30; ++trial) {
+    const Reaches reaches(random);
+    PredictorSettings settings;
+    settings.model = model;
+    Predictor predictor(settings);
+    double t = 0.0;
+    for (int i = 0; t < 8.0; ++i) {
+      t += i % 40 == 39 ? 0.08 : random.uniform(0.008, 0.014);
+      Target target;
+      target.stamp = {from_seconds(t), from_seconds(t)};
+      target.engaged = true;
+      target.X_base_tool = reaches.at(t);
+      target.X_base_tool.p += Vector3(random.normal(5e-4), random.normal(5e-4), random.normal(5e-4));
+      predictor.update(target);
+      const Pose guess = predictor.at(from_seconds(t + ahead)), truth = reaches.at(t + ahead);
+      sum.position += (guess.p - truth.p).squaredNorm();
+      sum.angle += std::pow(guess.q.angularDistance(truth.q), 2);
+      ++sum.count;
+    }
+  }
+  return sum;
+}
+
+TEST(DecayingPrediction, IsNearerThanConstantVelocityOnReaches) {
+  for (const double ahead : {0.1, 0.2, 0.4}) {
+    const Errors constant = errors_on_reaches(Prediction::kConstantVelocity, ahead);
+    const Errors decaying = errors_on_reaches(Prediction::kDecaying, ahead);
+    ASSERT_EQ(constant.count, decaying.count);
+    EXPECT_LT(decaying.position, 0.8 * constant.position) << ahead;
+    EXPECT_LT(decaying.angle, 0.8 * constant.angle) << ahead;
+  }
+}
+
+/// It finds the velocity of a hand that goes on, and then lets it decay: far ahead the hand rests.
+TEST(DecayingPrediction, ComesToRest) {
+  Random random(12);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Motion motion = random.motion();
+    PredictorSettings settings;
+    settings.model = Prediction::kDecaying;
+    Predictor predictor(settings);
+    double t = 0.0;
+    for (int i = 0; i < 200; ++i) predictor.update(motion.at(t += random.uniform(0.008, 0.014)));
+    EXPECT_LT((predictor.velocity() - motion.v).norm(), 0.01 + 0.01 * motion.v.norm());
+    EXPECT_LT((predictor.angular_velocity() - motion.w).norm(), 0.01 + 0.01 * motion.w.norm());
+    const Time now = from_seconds(t);
+    EXPECT_LT((predictor.at(now).p - motion.at(t).X_base_tool.p).norm(), 1e-3);
+    const Vector3 far = predictor.at(now + from_seconds(5.0)).p;
+    EXPECT_LT((predictor.at(now + from_seconds(50.0)).p - far).norm(), 1e-3);
+    EXPECT_LT((far - predictor.at(now).p - 0.4 * motion.v).norm(), 0.01 + 0.02 * motion.v.norm());
+  }
+}
+
+/// After a gap, a disengagement or a clock that was set, what was before does not count.
+TEST(DecayingPrediction, StartsAnewFromRest) {
+  for (const int how : {0, 1, 2}) {
+    Random random(13);
+    const Motion motion = random.motion();
+    PredictorSettings settings;
+    settings.model = Prediction::kDecaying;
+    Predictor predictor(settings);
+    double t = 100.0;
+    for (int i = 0; i < 50; ++i) predictor.update(motion.at(t += 0.011));
+    Target next = motion.at(t + 0.011);
+    if (how == 0) next = motion.at(t + 1.0);
+    if (how == 1) next.engaged = false;
+    if (how == 2) next = motion.at(t - 50.0);
+    predictor.update(next);
+    EXPECT_EQ(predictor.velocity(), Vector3::Zero()) << how;
+    EXPECT_LT((predictor.at(next.stamp.hand + from_seconds(0.3)).p - next.X_base_tool.p).norm(), 1e-12) << how;
   }
 }
 

@@ -101,6 +101,14 @@ def test_commands_at_500_hz_are_smooth_and_inside(bundled, arm):
                 assert abs(moved - 0.001 * (now["dq"][i] + before["dq"][i])) <= 1e-5
 
 
+def test_follow_is_nearer_to_the_hand_than_tracking(bundled, tmp_path):
+    result = run("replay", "--profile", "follow", "--out", tmp_path)
+    assert result.returncode == 0, result.stderr
+    followed = rows(tmp_path, "follow")
+    assert all(step["status"] == "solved" for step in followed)
+    assert position_rms(followed) < 0.85 * position_rms(rows(bundled[0], "tracking"))
+
+
 def test_an_arm_under_the_ceiling_follows_as_one_on_a_pedestal(bundled, tmp_path):
     folder, _ = bundled
     arguments = ("--robot", "ur5e_ceiling", "--cell", "ceiling", "--profile", "waiter", "--out", tmp_path)

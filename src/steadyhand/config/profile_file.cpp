@@ -58,6 +58,12 @@ Result<Profile> load_profile(const std::string& name, const Places& places, cons
   profile.label = file.text("label", profile.name);
   profile.ocp.horizon = file.integer("horizon", 1, kMaxHorizon, profile.ocp.horizon);
   profile.ocp.dt = file.number("dt", {0.0, 10.0, true}, profile.ocp.dt);
+  const std::string prediction = file.text("prediction", std::string(to_string(profile.prediction)));
+  if (const auto known = prediction_of(prediction)) {
+    profile.prediction = *known;
+  } else {
+    file.fail("prediction", fmt::format("is '{}'; it must be constant_velocity or decaying", prediction));
+  }
   profile.solver = file.text("solver", profile.solver);
   if (const auto& known = solver_names(); std::find(known.begin(), known.end(), profile.solver) == known.end()) {
     file.fail("solver", fmt::format("is '{}'; the solvers are {}", profile.solver, fmt::join(known, ", ")));

@@ -6,6 +6,7 @@
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/ocp/settings.hpp"
+#include "steadyhand/predict/predictor.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
@@ -15,13 +16,14 @@ struct Profile {
   std::string name;   ///< in paths and tables
   std::string label;  ///< for people
   OcpSettings ocp;
+  Prediction prediction = Prediction::kConstantVelocity;  ///< how the hand goes on
   std::string solver = kDefaultSolver;
   double tolerance = 1e-6;  ///< of the KKT conditions
 };
 
 /// A profile by name ("tracking") or path, that may weigh these objectives. Keys: name, label, weights, horizon, dt,
-/// solver, tolerance, limits. Refuses with file and line: keys and terms that do not exist (and lists those that do),
-/// negative weights, values out of range.
+/// prediction, solver, tolerance, limits. Refuses with file and line: keys and terms that do not exist (and lists those
+/// that do), negative weights, values out of range.
 Result<Profile> load_profile(const std::string& name, const Places& places = Places::standard(),
                              const Objectives& objectives = default_objectives());
 

@@ -36,6 +36,7 @@ Result<std::unique_ptr<LiveConsole>> LiveConsole::make(const RobotModel& model, 
   const Profile& profile = settings.profiles[static_cast<std::size_t>(settings.profile)];
   PlanningSettings& planning = settings.live.planning;
   planning.ocp = profile.ocp;
+  planning.predictor.model = profile.prediction;
   for (const Profile& each : settings.profiles) {  // the operator may choose them all
     for (const auto& [term, weights] : each.ocp.weights) planning.ocp.weights.try_emplace(term, 1, 0.0);
   }

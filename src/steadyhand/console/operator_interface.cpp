@@ -151,6 +151,7 @@ void OperatorInterface::send() {
   std::copy(weights_.begin(), weights_.end(), settings.weights.begin());
   settings.scale = controls_.scale;
   settings.yaw = controls_.yaw;
+  if (controls_.profile >= 0) settings.prediction = profiles_[controls_.profile].prediction;
   session_->set(settings);
   controls_.objectives = settings.objectives;
   for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i][0];

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 
 #include "steadyhand/arm/arm.hpp"
 #include "steadyhand/core/histogram.hpp"
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/core/spsc_ring.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
+#include "steadyhand/predict/predictor.hpp"
 #include "steadyhand/supervise/supervisor.hpp"
 
 namespace steadyhand {
@@ -54,6 +56,7 @@ struct OperatorSettings {
   int objectives = 0;                               ///< entries of weights in use; 0: the profile's stay
   double scale = 0.5;                               ///< metres of the tool for each metre of the hand
   double yaw = 0.0;                                 ///< rad
+  std::optional<Prediction> prediction;             ///< absent: as it is
 };
 
 /// They are in force from here on.

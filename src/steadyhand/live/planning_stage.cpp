@@ -142,6 +142,7 @@ void PlanningStage::apply_settings(Time now) {
   if (!links_->settings.read(settings)) return;
   retargeter_.set_scale(settings.scale);
   retargeter_.set_yaw(settings.yaw);
+  if (settings.prediction) predictor_.set_model(*settings.prediction);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
   links_->taps.settings.push({now, settings});
 }

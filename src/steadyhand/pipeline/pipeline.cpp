@@ -52,6 +52,7 @@ PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, 
 }
 
 PipelineSettings::PipelineSettings(const Profile& profile) : ocp(profile.ocp) {
+  predictor.model = profile.prediction;
   planner.solver = profile.solver;
   planner.tolerance = profile.tolerance;
 }

@@ -15,17 +15,15 @@ Time time_of(const Target& target) { return target.stamp.hand + target.look_ahea
 
 }  // namespace
 
-Vector3 rotation_vector(const Quaternion& q) {
-  const Vector3 v = q.w() < 0.0 ? Vector3(-q.vec()) : Vector3(q.vec());
-  const double sine = v.norm();
-  if (sine < 1e-12) return 2.0 * v;
-  return (2.0 * std::atan2(sine, std::abs(q.w())) / sine) * v;
+std::string_view to_string(Prediction prediction) {
+  return prediction == Prediction::kDecaying ? "decaying" : "constant_velocity";
 }
 
-Quaternion rotation(const Vector3& vector) {
-  const double angle = vector.norm();
-  if (angle < 1e-12) return Quaternion(1.0, 0.5 * vector.x(), 0.5 * vector.y(), 0.5 * vector.z()).normalized();
-  return Quaternion(Eigen::AngleAxisd(angle, vector / angle));
+std::optional<Prediction> prediction_of(std::string_view name) {
+  for (const Prediction each : {Prediction::kConstantVelocity, Prediction::kDecaying}) {
+    if (name == to_string(each)) return each;
+  }
+  return std::nullopt;
 }
 
 void Predictor::update(const Target& target) {
@@ -35,6 +33,11 @@ void Predictor::update(const Target& target) {
   if (count_ > 0 && late && target.engaged == newest_.engaged) return;
   const bool continues = target.engaged && newest_.engaged && std::abs(elapsed) <= settings_.max_gap;
   if (!continues) count_ = 0;
+  if (count_ == 0) {
+    filter_.start(target.X_base_tool);
+  } else {
+    filter_.update(target.X_base_tool, to_seconds(time_of(target) - time_of(newest_)));
+  }
   newest_ = target;
   head_ = (head_ + 1) % kCapacity;
   history_[head_] = target;
@@ -74,8 +77,17 @@ void Predictor::estimate() {
   angular_velocity_ = turn / spread;
 }
 
+Vector3 Predictor::velocity() const {
+  return settings_.model == Prediction::kDecaying ? filter_.velocity() : velocity_;
+}
+
+Vector3 Predictor::angular_velocity() const {
+  return settings_.model == Prediction::kDecaying ? filter_.angular_velocity() : angular_velocity_;
+}
+
 Pose Predictor::at(Time t) const {
   const double elapsed = to_seconds(t - time_of(newest_));
+  if (settings_.model == Prediction::kDecaying && count_ > 0) return filter_.ahead(elapsed);
   return {newest_.X_base_tool.p + elapsed * velocity_, rotation(elapsed * angular_velocity_) * newest_.X_base_tool.q};
 }
 

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "steadyhand/arm/liquid.hpp"
 #include "steadyhand/python/options.hpp"
 #include "steadyhand/python/robot.hpp"
@@ -24,12 +26,16 @@ void bind_retargeter(nb::module_& module) {
       .def("set_yaw", &Retargeter::set_yaw);
 }
 
-void make_predictor(Predictor* self, const Robot* robot, int horizon, double dt, double window, double max_gap) {
+void make_predictor(Predictor* self, const Robot* robot, int horizon, double dt, double window, double max_gap,
+                    const std::string& prediction) {
   PredictorSettings settings;
   settings.horizon = horizon;
   settings.dt = dt;
   settings.window = window;
   settings.max_gap = max_gap;
+  const auto model = prediction_of(prediction);
+  if (!model) throw Refused(fmt::format("prediction is '{}'; it must be constant_velocity or decaying", prediction));
+  settings.model = *model;
   if (robot != nullptr) {
     const Reach reach = compute_reach(*robot->model);
     settings.reach_center = reach.center;
@@ -54,7 +60,7 @@ nb::object predict(const Predictor& predictor, double t) {
 void bind_predictor(nb::module_& module) {
   nb::class_<Predictor>(module, "Predictor")
       .def("__init__", &make_predictor, nb::arg("robot").none(), nb::arg("horizon"), nb::arg("dt"), nb::arg("window"),
-           nb::arg("max_gap"))
+           nb::arg("max_gap"), nb::arg("prediction"))
       .def("update", &aim)
       .def("at",
            [](const Predictor& predictor, double t) {
