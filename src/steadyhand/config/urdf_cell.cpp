@@ -10,12 +10,6 @@ namespace steadyhand {
 
 namespace {
 
-Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
-  const urdf::Rotation& r = pose.rotation;
-  return Eigen::Translation3d(pose.position.x, pose.position.y, pose.position.z) *
-         Quaternion(r.w, r.x, r.y, r.z).normalized();
-}
-
 Result<Shape> shape_of(const urdf::Geometry& geometry) {
   switch (geometry.type) {
     case urdf::Geometry::SPHERE:

@@ -73,13 +73,6 @@ Drawn merged(const Surface& surface, double grid) {
   return drawn;
 }
 
-Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Quaternion(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).normalized().matrix();
-  T.translation() = Vector3(pose.position.x, pose.position.y, pose.position.z);
-  return T;
-}
-
 /// What one visual of a URDF shows, in its own frame.
 Result<std::vector<Painted>> show(const urdf::Visual& visual, const fs::path& folder) {
   const Vector3 plain(0.8, 0.8, 0.82);

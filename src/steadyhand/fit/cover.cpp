@@ -22,7 +22,6 @@ constexpr double kStep = 1e-5;       // m, of numbers that are written
 constexpr double kLeastCore = 1e-4;  // m, half extents of boxes
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-double uniform(std::mt19937& random) { return random() / 4294967296.0; }
 /// Sum of uniforms: the standard library's normal distribution differs from library to library.
 double normal(std::mt19937& random) {
   double sum = -6.0;

@@ -37,13 +37,6 @@ constexpr double kMargin = 0.02;        // m; pairs that cannot come so near are
 constexpr double kLeastCut = 0.004;     // of the volume, that a cut into convex parts must take away
 constexpr int kMostParts = 10;
 
-Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Quaternion(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).normalized().matrix();
-  T.translation() = Vector3(pose.position.x, pose.position.y, pose.position.z);
-  return T;
-}
-
 /// What one URDF link is made of, in its frame.
 struct Geometry {
   std::string source;
@@ -149,8 +142,6 @@ class Reader {
   const FitSettings& settings_;
   fs::path folder_;
 };
-
-double uniform(std::mt19937& random) { return random() / 4294967296.0; }
 
 /// Poses of all links in the base.
 std::vector<Eigen::Isometry3d> poses_at(const RobotModel& model, const JointVector& q) {

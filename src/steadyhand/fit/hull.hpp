@@ -1,10 +1,14 @@
 #pragma once
 
+#include <random>
 #include <vector>
 
 #include "steadyhand/fit/mesh.hpp"
 
 namespace steadyhand {
+
+/// From 0 to 1: the same in every standard library.
+inline double uniform(std::mt19937& random) { return random() / 4294967296.0; }
 
 using Points = std::vector<Vector3>;  ///< m
 

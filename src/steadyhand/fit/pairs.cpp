@@ -11,7 +11,7 @@ namespace steadyhand {
 namespace {
 
 constexpr int kSteps = 20'000;
-constexpr double kFinest = 1e-6;  // m
+constexpr double kLeastMove = 1e-6;  // m
 
 /// Searches the joints between two bodies for a place where they are near, and leaves out boxes of joint angles in
 /// which a bound on how far the second one can move shows that there is none.
@@ -65,7 +65,7 @@ class NearSearch {
     if (there < margin_) return true;
     const JointVector moves = half.cwiseProduct(reach_);
     if (there - moves.sum() > margin_) return false;
-    if (moves.sum() < kFinest) return true;  // along where they are just so near it would go on for ever
+    if (moves.sum() < kLeastMove) return true;  // along where they are just so near it would go on for ever
     int k = 0;
     moves.maxCoeff(&k);
     JointVector halved = half, lower = middle, upper = middle;

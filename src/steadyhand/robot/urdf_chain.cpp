@@ -39,14 +39,6 @@ const char* type_name(const urdf::Joint& joint) {
   }
 }
 
-Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
-  const urdf::Rotation& r = pose.rotation;
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Quaternion(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
-  T.translation() = Vector3(pose.position.x, pose.position.y, pose.position.z);
-  return T;
-}
-
 /// Joints from the root to a link.
 std::vector<const urdf::Joint*> path_to(const urdf::ModelInterface& model, const urdf::Link& link) {
   std::vector<const urdf::Joint*> path;

@@ -150,6 +150,13 @@ Status check_meshes(const fs::path& file, const urdf::ModelInterface& model) {
 
 }  // namespace
 
+Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Quaternion(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).normalized().matrix();
+  T.translation() = Vector3(pose.position.x, pose.position.y, pose.position.z);
+  return T;
+}
+
 std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& name) {
   const auto existing = [](const fs::path& path) -> std::optional<fs::path> {
     std::error_code error;

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <urdf_model/pose.h>
 #include <urdf_world/types.h>
 
 #include <filesystem>
 #include <optional>
 #include <string>
 
+#include "steadyhand/core/math.hpp"
 #include "steadyhand/core/result.hpp"
 
 namespace steadyhand {
@@ -18,6 +20,9 @@ namespace steadyhand {
 /// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
 /// looked for in the URDF's folder and those above it.
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file);
+
+/// A pose of a URDF.
+Eigen::Isometry3d to_eigen(const urdf::Pose& pose);
 
 /// The file that a mesh's name in a URDF stands for, if there is one. folder: the URDF's, absolute
 std::optional<std::filesystem::path> find_mesh(const std::filesystem::path& folder, const std::string& name);
