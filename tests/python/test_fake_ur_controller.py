@@ -103,7 +103,7 @@ def test_check_measures_without_moving():
         result = subprocess.run([PROGRAM, "check", "--host", address, "--seconds", "2"], capture_output=True, text=True, timeout=60)
         # On a machine that is busy with other things the verdict is what it is; then the exit code says so too.
         assert result.returncode == (1 if "NOT FIT" in result.stdout else 0), result.stderr
-        for words in ("software 5.12.0, RTDE 2, 500 Hz", "Robotmode: RUNNING", "Safetystatus: NORMAL", "round trip", "verdict"):
+        for words in ("software 5.12.0, RTDE 2, 500 Hz", "Robotmode: RUNNING", "Safetystatus: NORMAL", "round trip", "verdict", "cell               pedestal: the least margin is 10 mm"):
             assert words in result.stdout, result.stdout
         process.send_signal(signal.SIGTERM)
         out, _ = process.communicate(timeout=20)

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <future>
 #include <iostream>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -16,6 +17,7 @@
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/commissioning.hpp"
 #include "steadyhand/app/settings_options.hpp"
+#include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/console/stop_signals.hpp"
 #include "steadyhand/live/realtime.hpp"
@@ -240,6 +242,29 @@ std::string describe_home(const RobotModel& model, const std::array<double, 6>& 
       1e3 * clearance(kinematics), 1e3 * kinematics.p().z(), away * 180.0 / M_PI);
 }
 
+/// Whether margins are kept by the arm itself, or by its commands alone.
+/// @param tolerance rad (m), that each joint may be off its commands
+std::string describe_margins(const RobotModel& model, const Cell& cell, const std::array<double, 6>& q,
+                             double tolerance) {
+  if (cell.objects.empty()) return "";
+  Kinematics kinematics(model);
+  kinematics.set_position(Eigen::Map<const Eigen::Matrix<double, 6, 1>>(q.data()));
+  double off = 0.0, margin = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    double moved = 0.0;
+    for (int k = 0; k < model.bodies[i].link; ++k) {
+      moved += tolerance * kinematics.dpoint(k, kinematics.body(static_cast<int>(i)).p).norm();
+    }
+    off = std::max(off, moved);
+  }
+  for (const CellObject& object : cell.objects) margin = std::min(margin, object.margin);
+  return fmt::format(
+      "cell               {}: the least margin is {:.0f} mm; before the arm stops its joints may be {:g} rad off their "
+      "commands, and where it stands a body {:.0f} mm: margins are kept {}\n",
+      cell.name, 1e3 * margin, tolerance, 1e3 * off,
+      off < margin ? "by the arm, too" : "by what is commanded, not by the arm");
+}
+
 /// What the stage does, in words for who is asked whether it may.
 std::string describe_stage(Stage stage, double seconds) {
   const StageMotion m = motion_of(stage);
@@ -365,7 +390,10 @@ Status run(const Options& options, int& exit_code) {
   ArmChoice choice = options.arm;
   choice.complete(settings);
   if (Status s = take_calibration(choice, *model); !s) return s;
-  std::cout << describe_home(*model, measured->q);
+  const auto cell = open_cell(settings.cell);
+  if (!cell) return cell.error();
+  std::cout << describe_home(*model, measured->q)
+            << describe_margins(*model, *cell, measured->q, settings.live.control.path_tolerance);
   return Done{};
 }
 
