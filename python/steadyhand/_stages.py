@@ -116,34 +116,39 @@ class LiquidState(NamedTuple):
     """m, from the surface's highest point to the rim; negative: over the rim."""
     spilled: bool
     """It has gone over the rim since the last reset."""
+    spilled_share: float
+    """Of the liquid, since then."""
 
 
 class Liquid:
-    """The liquid in a cylindrical glass: its surface as a plane that swings like a pendulum at the frequency of the first
-    sloshing mode. radius, height, fill: m, inside the glass; damping: share of critical damping, 0 to 1. Raises as Retargeter.
+    """The liquid in a cylindrical glass: its surface as a plane that swings with the first sloshing mode, driven by the glass's
+    acceleration also along its axis. radius, height, fill: m, inside the glass; viscosity: m^2/s, kinematic, water's by default.
+    Raises as Retargeter.
     """
 
-    def __init__(self, radius: float = 0.035, height: float = 0.11, fill: float = 0.08, damping: float = 0.03) -> None:
+    def __init__(self, radius: float = 0.035, height: float = 0.1, fill: float = 0.09, viscosity: float = 1e-6) -> None:
         radius, height, fill = number("radius", radius, "metres"), number("height", height, "metres"), number("fill", fill, "metres")
-        damping = number("damping", damping)
-        if not (radius > 0.0 and 0.0 < fill < height and 0.0 <= damping <= 1.0):
+        viscosity = number("viscosity", viscosity, "m^2/s")
+        if not (radius > 0.0 and 0.0 < fill < height and 0.0 <= viscosity <= 1.0):
             raise ValueError(
-                f"a glass of radius {radius:g} m and height {height:g} m, filled to {fill:g} m, with damping {damping:g}: radius and fill "
-                "must be above 0, the fill below the height, the damping from 0 to 1"
+                f"a glass of radius {radius:g} m and height {height:g} m, filled to {fill:g} m, with a viscosity of {viscosity:g} m^2/s: "
+                "radius and fill must be above 0, the fill below the height, the viscosity from 0 to 1"
             )
-        self._native = _native.Liquid(radius, height, fill, damping)
-        self.frequency: float = _native.Liquid.frequency(radius, height, fill, damping)
+        self._native = _native.Liquid(radius, height, fill, viscosity)
+        self.frequency: float
         """rad/s, of the first sloshing mode."""
+        self.damping: float
+        """Of that mode, as a share of critical damping: 0.006 for water in a drinking glass."""
+        self.frequency, self.damping = _native.Liquid.mode(radius, height, fill, viscosity)
 
-    def update(self, dt: float, T_base_tool: ArrayLike, local_acceleration: ArrayLike) -> LiquidState:
-        """Moves on by dt s, in which the glass has this pose (4, 4) and this acceleration (3,), m/s^2, as
+    def update(self, dt: float, local_acceleration: ArrayLike) -> LiquidState:
+        """Moves on by dt s, in which the glass has this acceleration (3,), m/s^2, in its own frame, as
         Robot.local_acceleration() tells it: (0, 0, 9.81) at rest and upright.
         """
         dt = number("dt", dt, "seconds")
         if not 0.0 < dt <= 10.0:
             raise ValueError(f"dt is {dt:g} s; it must be above 0, to 10")
-        pose = array("T_base_tool", T_base_tool, (4, 4))
-        return LiquidState(*self._native.update(dt, pose, array("local_acceleration", local_acceleration, (3,))))
+        return LiquidState(*self._native.update(dt, array("local_acceleration", local_acceleration, (3,))))
 
     def reset(self) -> None:
         """At rest, nothing spilled."""

@@ -5,35 +5,55 @@
 
 namespace steadyhand {
 
-double slosh_frequency(const GlassSettings& glass) {
-  constexpr double kZero = 1.8411837813;
-  const double k = kZero / glass.radius;
-  return std::sqrt(kGravity.z() * k * std::tanh(k * glass.fill));
+namespace {
+
+/// m^3, of a plane of this slope through the middle of a cylinder, between it and a lid `above` the middle.
+double volume_above(double radius, double slope, double above) {
+  const double edge = std::min(radius, above / slope), width = std::sqrt(radius * radius - edge * edge);
+  return slope * 2.0 / 3.0 * width * width * width -
+         above * (radius * radius * std::acos(edge / radius) - edge * width);
 }
 
-Liquid::Liquid(const GlassSettings& glass) : glass_(glass), frequency_(slosh_frequency(glass)) { reset(); }
+}  // namespace
+
+Liquid::Liquid(const GlassSettings& glass)
+    : glass_(glass), frequency_(slosh_frequency(glass)), damping_(slosh_damping(glass)) {
+  reset();
+}
 
 void Liquid::reset() {
-  up_ = Vector3::UnitZ();
+  deflection_.setZero();
   rate_.setZero();
+  lost_ = 0.0;
   state_ = {};
-  state_.freeboard = glass_.height - glass_.fill;
+  state_.freeboard = glass_.freeboard();
 }
 
-void Liquid::update(double dt, const Quaternion& q_base_glass, const Vector3& local_acceleration) {
-  // A pendulum of length g / omega^2 whose pivot feels `pull`: the bob is at -up.
-  const Vector3 pull = q_base_glass * local_acceleration;
-  const Vector3 torque = frequency_ * frequency_ / kGravity.z() * (pull - pull.dot(up_) * up_);
-  rate_ += dt * (torque - 2.0 * glass_.damping * frequency_ * rate_);
-  up_ = (up_ + dt * rate_).normalized();
-  rate_ -= rate_.dot(up_) * up_;
+void Liquid::update(double dt, const Vector3& local_acceleration) {
+  const double g = kGravity.z(), w = frequency_;
+  const Eigen::Vector2d lateral = local_acceleration.head<2>();
+  rate_ += dt * (w * w * (lateral - local_acceleration.z() / g * deflection_) - 2.0 * damping_ * w * rate_);
+  deflection_ += dt * rate_;
+  // In a glass that is upside down, or falls, the mode only grows: nothing that matters is beyond this.
+  constexpr double kMost = 20.0;  // g
+  if (const double most = kMost * g; deflection_.norm() > most) {
+    deflection_ *= most / deflection_.norm();
+    rate_.setZero();
+  }
 
-  const Vector3 normal = q_base_glass.conjugate() * up_;  // glass frame
-  state_.tilt_x = std::atan2(-normal.y(), normal.z());
-  state_.tilt_y = std::atan2(normal.x(), normal.z());
-  const double slope = normal.head<2>().norm() / std::max(normal.z(), 1e-3);
-  state_.freeboard = glass_.height - glass_.fill - glass_.radius * slope;
-  state_.spilled = state_.spilled || state_.freeboard < 0.0;
+  const Eigen::Vector2d slope = (kShareOfFirstMode * deflection_ + (1.0 - kShareOfFirstMode) * lateral) / g;
+  state_.tilt_x = std::atan(-slope.y());
+  state_.tilt_y = std::atan(slope.x());
+  const double area = M_PI * glass_.radius * glass_.radius, steepness = slope.norm();
+  double above = glass_.freeboard() + lost_ / area;
+  if (steepness * glass_.radius > above) {
+    const double left = area * glass_.fill - lost_;
+    lost_ += std::min(volume_above(glass_.radius, steepness, above), left);
+    above = glass_.freeboard() + lost_ / area;
+    state_.spilled = true;
+    state_.spilled_share = lost_ / (area * glass_.fill);
+  }
+  state_.freeboard = above - glass_.radius * steepness;
 }
 
 }  // namespace steadyhand

@@ -138,7 +138,7 @@ SettingsTable describe(SessionSettings& s) {
   t.add("glass.radius", "m", "inside", glass.radius, up_to(1.0));
   t.add("glass.height", "m", "inside", glass.height, up_to(2.0));
   t.add("glass.fill", "m", "of liquid, less than the height", glass.fill, up_to(2.0));
-  t.add("glass.damping", "", "share of the critical damping", glass.damping, at_most(1.0));
+  t.add("glass.viscosity", "m^2/s", "of the liquid; water's is 1e-6", glass.viscosity, at_most(1.0));
 
   t.add("recording.enabled", "write the session to a file", s.recording.enabled);
   t.add("recording.folder", "of the files", s.recording_folder);

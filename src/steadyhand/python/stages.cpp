@@ -73,22 +73,24 @@ void bind_predictor(nb::module_& module) {
                    [](const Predictor& predictor) { return from_vector(predictor.angular_velocity()); });
 }
 
-nb::tuple slosh(Liquid& liquid, double dt, const Matrix4& T_base_tool, const Row& local_acceleration) {
-  const Pose pose = to_pose(T_base_tool.data(), "T_base_tool");
+nb::tuple slosh(Liquid& liquid, double dt, const Row& local_acceleration) {
   constexpr double kStep = 1e-3;  // s; the model is integrated explicitly
   const int steps = std::max(1, static_cast<int>(std::ceil(dt / kStep)));
   const Vector3 acceleration(local_acceleration(0), local_acceleration(1), local_acceleration(2));
-  for (int i = 0; i < steps; ++i) liquid.update(dt / steps, pose.q, acceleration);
+  for (int i = 0; i < steps; ++i) liquid.update(dt / steps, acceleration);
   const LiquidState& state = liquid.state();
-  return nb::make_tuple(state.tilt_x, state.tilt_y, state.freeboard, state.spilled);
+  return nb::make_tuple(state.tilt_x, state.tilt_y, state.freeboard, state.spilled, state.spilled_share);
 }
 
 void bind_liquid(nb::module_& module) {
   nb::class_<Liquid>(module, "Liquid")
       .def("__init__", [](Liquid* self, double radius, double height, double fill,
-                          double damping) { new (self) Liquid(GlassSettings{radius, height, fill, damping}); })
-      .def_static("frequency", [](double radius, double height, double fill,
-                                  double damping) { return slosh_frequency({radius, height, fill, damping}); })
+                          double viscosity) { new (self) Liquid(GlassSettings{radius, height, fill, viscosity}); })
+      .def_static("mode",
+                  [](double radius, double height, double fill, double viscosity) {
+                    const GlassSettings glass{radius, height, fill, viscosity};
+                    return nb::make_tuple(slosh_frequency(glass), slosh_damping(glass));
+                  })
       .def("reset", &Liquid::reset)
       .def("update", &slosh);
 }

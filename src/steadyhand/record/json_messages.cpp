@@ -171,6 +171,7 @@ void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {
   json->member("tilt_y", liquid.tilt_y);
   json->member("freeboard", liquid.freeboard);
   json->member("spilled", liquid.spilled);
+  json->member("spilled_share", liquid.spilled_share);
 }
 
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {

@@ -148,7 +148,8 @@ Schema liquid_schema() {
                  {"tilt_x", number("of the surface's normal about the glass's x axis, rad")},
                  {"tilt_y", number("about its y axis, rad")},
                  {"freeboard", number("from the surface's highest point to the rim, m; negative: over the rim")},
-                 {"spilled", flag("has gone over the rim")}});
+                 {"spilled", flag("has gone over the rim")},
+                 {"spilled_share", number("of the liquid, so far")}});
 }
 
 Schema active_constraint_schema() {
