@@ -37,6 +37,8 @@ struct Fixture {
       instance_.near.push_back(
           {body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i, corner});
     }
+    instance_.liquid.model = SloshModel(ocp_.liquid()->glass, ocp_.dt(), ocp_.liquid()->frequencies);
+    instance_.liquid.room = 5e-3;
     evaluation_.set_instance(instance_);
   }
 
@@ -47,15 +49,17 @@ struct Fixture {
   }
   Eigen::VectorXd random_z() {
     const int n = model_.dof();
-    Eigen::VectorXd z(3 * n);
-    z << random_joints(n, 3.0, random_), random_joints(n, 2.0, random_), random_joints(n, 5.0, random_);
+    Eigen::VectorXd z(ocp_.entries());
+    z << random_joints(n, 3.0, random_), random_joints(n, 2.0, random_), random_joints(n, 5.0, random_),
+        SloshState::Random();
     return z;
   }
   void move(const Eigen::VectorXd& z) {
     const int n = model_.dof();
-    evaluation_.set_node(kNode, z.head(2 * n), z.tail(n));
     dq_ = z.segment(n, n);
-    u_ = z.tail(n);
+    u_ = z.segment(2 * n, n);
+    evaluation_.set_node(kNode, z.head(2 * n), u_);
+    evaluation_.set_slosh(kNode, z.tail<kSloshStates>());
   }
 
   Node node() const {
@@ -100,6 +104,7 @@ struct Fixture {
     OcpSettings settings;
     settings.horizon = 2;
     settings.obstacle_rows = kRows;
+    settings.liquid.emplace();
     for (const auto& optional : optional_objectives()) settings.weights[optional->name()] = {1.0};
     add_optional_objectives(settings);
     return settings;
@@ -212,7 +217,7 @@ TEST(Terms, StateTermsIgnoreTheAcceleration) {
     Eigen::VectorXd z = f.random_z();
     f.move(z);
     const double before = f.evaluation_.objective(f.kNode);
-    z.tail(6) += Eigen::VectorXd::Constant(6, 0.7);
+    z.segment(12, 6) += Eigen::VectorXd::Constant(6, 0.7);
     f.move(z);
     EXPECT_EQ(before, f.evaluation_.objective(f.kNode)) << f.ocp_.objectives()[i]->name();
   }
@@ -296,9 +301,9 @@ TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return std::make_shared<Upright>(); });
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return nullptr; });  // not for this robot
   const Ocp ocp(model, settings);
-  ASSERT_EQ(ocp.constraints().size(), 6u);
+  ASSERT_EQ(ocp.constraints().size(), 8u);
   const Evaluation evaluation(ocp);
-  EXPECT_EQ(evaluation.rows(1).back().constraint, 5);
+  EXPECT_EQ(evaluation.rows(1).back().constraint, 7);
   EXPECT_EQ(evaluation.bounds(evaluation.rows(1).back()).lower, 0.9);
 }
 

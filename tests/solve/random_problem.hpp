@@ -9,8 +9,8 @@ namespace steadyhand {
 
 /// Random arms with references around reachable poses, so that rows of every kind become active now and then.
 struct RandomProblem {
-  RandomProblem(int dof, unsigned seed, int horizon = 8)
-      : random(seed), model(random_arm(dof, random)), ocp(model, settings(horizon)) {
+  RandomProblem(int dof, unsigned seed, int horizon = 8, bool liquid = false)
+      : random(seed), model(random_arm(dof, random)), ocp(model, settings(horizon, liquid)) {
     instance.weights = *ocp.weights({{"position", {500}},
                                      {"orientation", {5}},
                                      {"velocity", {0.1}},
@@ -20,9 +20,10 @@ struct RandomProblem {
     solution.prepare(ocp);
   }
 
-  static OcpSettings settings(int horizon) {
+  static OcpSettings settings(int horizon, bool liquid) {
     OcpSettings result;
     result.horizon = horizon;
+    if (liquid) result.liquid.emplace();
     return result;
   }
 
@@ -33,9 +34,10 @@ struct RandomProblem {
     do {
       q = random_joints(model.dof(), 2.0, random);
       arm.set_position(q);
-    } while (clearance(arm) < 0.02);
+    } while (clearance(arm) < 0.02 || (ocp.liquid() && arm.R()(2, 2) < 0.8));
     instance.x0 = StateVector::Zero(2 * model.dof());
     instance.x0.head(model.dof()) = q;
+    if (ocp.liquid()) fill_glass(arm);
     arm.set_position(q + random_joints(model.dof(), reach, random));
     instance.reference.nodes = ocp.horizon();
     for (int k = 0; k < ocp.horizon(); ++k) {
@@ -44,6 +46,17 @@ struct RandomProblem {
     }
     guess = Trajectory(model.dof(), ocp.horizon());
     for (StateVector& x : guess.x) x = instance.x0;
+  }
+
+  /// The liquid has come to rest in the tilted glass, nearly, and may stand a little higher or lower.
+  void fill_glass(const Kinematics& arm) {
+    const Vector3 force = arm.R().transpose() * kGravity;
+    std::normal_distribution<double> normal;
+    LiquidInstance& liquid = instance.liquid;
+    liquid.model = SloshModel(ocp.liquid()->glass, ocp.dt(), ocp.liquid()->frequencies);
+    liquid.state = liquid.model.at_rest(force);
+    for (double& number : liquid.state) number += 0.5 * normal(random);
+    liquid.room = 1e-3 + 2e-3 * std::abs(normal(random)) + (ocp.liquid()->glass.radius) * force.head<2>().norm() / 9.81;
   }
 
   std::mt19937 random;

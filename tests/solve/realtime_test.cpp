@@ -32,43 +32,63 @@ constexpr double kTolerance = 1e-6;
 
 /// Random quadratic models of all nodes, and the same problem as one dense system in the accelerations.
 struct RandomQuadratic {
-  RandomQuadratic(int dof, int horizon, bool convex, std::mt19937& random) : n(dof), N(horizon) {
+  RandomQuadratic(int dof, int slosh_states, int horizon, bool convex, std::mt19937& random)
+      : n(dof), s(slosh_states), N(horizon) {
     std::normal_distribution<double> normal;
+    const int size = 3 * n + s;
+    for (int k = 0; s > 0 && k < N; ++k) {
+      SloshStep& step = steps.emplace_back();
+      for (double& number : step.transition.value) number = 0.5 * normal(random);
+      step.by_force = step.by_force.NullaryExpr([&] { return 0.5 * normal(random); });
+      step.by_motion = Eigen::MatrixXd::NullaryExpr(3, 3 * n, [&] { return 0.5 * normal(random); });
+    }
     dense = Eigen::MatrixXd::Zero(n * N, n * N);
     gradient = Eigen::VectorXd::Zero(n * N);
     for (int k = 0; k <= N; ++k) {
-      const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(3 * n, 3 * n, [&] { return normal(random); });
+      const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(size, size, [&] { return normal(random); });
       models.push_back(root * root.transpose());
-      if (!convex) models.back() -= 1e3 * Eigen::MatrixXd::Identity(3 * n, 3 * n);
-      gradients.push_back(Eigen::VectorXd::NullaryExpr(3 * n, [&] { return normal(random); }));
+      if (!convex) models.back() -= 1e3 * Eigen::MatrixXd::Identity(size, size);
+      gradients.push_back(Eigen::VectorXd::NullaryExpr(size, [&] { return normal(random); }));
       const Eigen::MatrixXd to_node = map(k);
       dense += to_node.transpose() * models[k] * to_node;
       gradient += to_node.transpose() * gradients[k];
     }
   }
 
-  /// dw_k = [du_k; dq_k; ddq_k] of all accelerations.
+  /// dw_k = [du_k; dq_k; ddq_k; ds_k] of all accelerations.
   Eigen::MatrixXd map(int k) const {
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * n, n * N);
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * n + s, n * N);
     if (k < N) result.block(0, n * k, n, n).setIdentity();
     for (int j = 0; j < k; ++j) {
       result.block(n, n * j, n, n).diagonal().setConstant(dt * dt * (k - j - 0.5));
       result.block(2 * n, n * j, n, n).diagonal().setConstant(dt);
+    }
+    if (s > 0 && k > 0) {
+      const SloshStep& step = steps[k - 1];
+      const Eigen::MatrixXd before = map(k - 1);
+      Eigen::MatrixXd arm(3 * n, n * N);  // [dq; ddq; du]
+      arm << before.middleRows(n, 2 * n), before.topRows(n);
+      for (int j = 0; j < s; ++j) {
+        result.row(3 * n + j) = step.pull_back(SloshState::Unit(j)).transpose() * before.bottomRows(s);
+      }
+      result.bottomRows(s) += step.by_force * step.by_motion * arm;
     }
     return result;
   }
 
   void fill(NewtonSystem& system) const {
     for (int k = 0; k <= N; ++k) {
-      for (int i = 0; i < 3 * n; ++i) {
-        for (int j = 0; j < 3 * n; ++j) system.row(k, i)[j] = models[k](i, j);
-        system.row(k, i)[3 * n] = gradients[k][i];
+      for (int i = 0; i < 3 * n + s; ++i) {
+        for (int j = 0; j < 3 * n + s; ++j) system.row(k, i)[j] = models[k](i, j);
+        system.row(k, i)[system.gradient()] = gradients[k][i];
       }
+      if (s > 0 && k < N) system.slosh_step(k) = steps[k];
     }
   }
 
   static constexpr double dt = 0.05;
-  int n, N;
+  int n, s, N;
+  std::vector<SloshStep> steps;
   std::vector<Eigen::MatrixXd> models;
   std::vector<Eigen::VectorXd> gradients;
   Eigen::MatrixXd dense;
@@ -78,12 +98,13 @@ struct RandomQuadratic {
 TEST(NewtonSystem, AgreesWithTheDenseSystem) {
   std::mt19937 random(1);
   for (int n = 1; n <= kMaxJoints; ++n) {
-    for (const int N : {1, 2, 3, 7, 12}) {
-      const RandomQuadratic quadratic(n, N, true, random);
-      NewtonSystem system(n, N, quadratic.dt);
+    for (const auto& [N, s] : {std::pair(1, 0), {2, 0}, {3, 0}, {7, 0}, {12, 0}, {1, kSloshStates}, {2, kSloshStates},
+                               {5, kSloshStates}}) {
+      const RandomQuadratic quadratic(n, s, N, true, random);
+      NewtonSystem system(n, s, N, quadratic.dt);
       quadratic.fill(system);
       ASSERT_TRUE(system.factorise(0.0));
-      NodeTable step(3 * n, {N});
+      NodeTable step(3 * n + s, {N});
       system.solve(step);
       const Eigen::VectorXd expected = quadratic.dense.llt().solve(-quadratic.gradient);
       for (int k = 0; k <= N; ++k) {
@@ -95,6 +116,7 @@ TEST(NewtonSystem, AgreesWithTheDenseSystem) {
           EXPECT_NEAR(step.at(i, k), w[n + i], 1e-8 * (1.0 + expected.norm()));
           EXPECT_NEAR(step.at(n + i, k), w[2 * n + i], 1e-8 * (1.0 + expected.norm()));
         }
+        for (int i = 3 * n; i < 3 * n + s; ++i) EXPECT_NEAR(step.at(i, k), w[i], 1e-8 * (1.0 + expected.norm()));
       }
     }
   }
@@ -103,8 +125,8 @@ TEST(NewtonSystem, AgreesWithTheDenseSystem) {
 TEST(NewtonSystem, RefusesAnIndefiniteHessian) {
   std::mt19937 random(2);
   for (int n = 1; n <= kMaxJoints; ++n) {
-    const RandomQuadratic quadratic(n, 4, false, random);
-    NewtonSystem system(n, 4, quadratic.dt);
+    const RandomQuadratic quadratic(n, 0, 4, false, random);
+    NewtonSystem system(n, 0, 4, quadratic.dt);
     quadratic.fill(system);
     EXPECT_FALSE(system.factorise(0.0));
   }

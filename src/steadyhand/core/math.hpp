@@ -10,6 +10,8 @@ static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "define EIGEN_MAX_ALIGN_BYTES=16, as 
 
 /// Largest arm that the fixed-size types below hold.
 inline constexpr int kMaxJoints = 8;
+/// Most entries of z = [q; dq; u; state of the liquid] at a node.
+inline constexpr int kMaxEntries = 3 * kMaxJoints + 15;
 /// Longest horizon, in intervals.
 inline constexpr int kMaxHorizon = 128;
 /// Most objectives of one problem.

@@ -1,6 +1,7 @@
 #include "steadyhand/ocp/evaluation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "steadyhand/robot/gaps.hpp"
@@ -13,7 +14,10 @@ Evaluation::Evaluation(const Ocp& ocp)
       x_(ocp.horizon() + 1, StateVector::Zero(2 * ocp.dof())),
       u_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
       dq_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
-      rows_(ocp.horizon() + 1) {
+      rows_(ocp.horizon() + 1),
+      slosh_(ocp.horizon() + 1, SloshState::Zero()),
+      interval_(ocp.model(), ocp.dt()) {
+  step_.by_motion.setZero(3, 3 * ocp.dof());
   for (int k = 0; k <= ocp.horizon(); ++k) {
     times_.push_back(k * ocp.dt());
     for (int c = 0; c < static_cast<int>(ocp.constraints().size()); ++c) {
@@ -44,12 +48,39 @@ void Evaluation::set_node(int k, const StateVector& x, const JointVector& u) {
 void Evaluation::set_trajectory(const Trajectory& trajectory) {
   for (int k = 0; k < ocp_->horizon(); ++k) set_node(k, trajectory.x[k], trajectory.u[k]);
   set_node(ocp_->horizon(), trajectory.x.back(), u_.back());
+  if (!ocp_->liquid()) return;
+  slosh_[0] = instance_->liquid.state;
+  for (int k = 0; k < ocp_->horizon(); ++k) {
+    interval_.set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
+    instance_->liquid.model.set_step(interval_.force(), false, step_);
+    slosh_[k + 1] = step_.next(slosh_[k]);
+  }
 }
 
 Node Evaluation::node(int k) const {
   const int entry = std::max(k - 1, 0);  // node 0 has no reference, and no term of a state acts there
   return {arms_[k],  dq_[k],         u_[k], instance_->reference.p[entry], instance_->reference.R[entry],
-          times_[k], instance_->near};
+          times_[k], instance_->near, ocp_->liquid() ? &slosh_[k] : nullptr, &instance_->liquid};
+}
+
+const SloshStep& Evaluation::slosh_step(int k) const {
+  interval_.set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
+  instance_->liquid.model.set_step(interval_.force(), true, step_);
+  for (int i = 0; i < 3 * ocp_->dof(); ++i) step_.by_motion.col(i) = interval_.force_by(i);
+  step_.differentiate(slosh_[k]);
+  return step_;
+}
+
+void Evaluation::add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const {
+  const int size = 3 * ocp_->dof();
+  interval_.add_hessian(step_.by_force.transpose() * costate, hessian);
+  const auto& G = step_.by_motion;
+  const NodeHessian by_motion = G.transpose() * step_.curvature_by_force(slosh_[k], costate) * G;
+  const SloshState by_vertical = step_.curvature_by_vertical(costate);
+  for (int j = 0; j < size; ++j) {
+    for (int i = 0; i <= j; ++i) hessian(i, j) += by_motion(i, j);
+    for (int i = 0; i < kSloshStates; ++i) hessian(j, size + i) += G(2, j) * by_vertical[i];
+  }
 }
 
 double Evaluation::objective(int k) const {
@@ -114,10 +145,23 @@ void Evaluation::add_constraint_hessian(int k, ConstraintRow row, double scale, 
   ocp_->constraints()[row.constraint]->add_hessian(node(k), row.row, scale, hessian);
 }
 
+double Evaluation::price(int k) const {
+  double sum = 0.0;
+  for (const ConstraintRow row : rows_[k]) {
+    const double price = ocp_->constraints()[row.constraint]->price(row.row);
+    if (!std::isfinite(price)) continue;
+    const double value = constraint(k, row);
+    const Bounds limit = bounds(row);
+    sum += price * std::max({0.0, limit.lower - value, value - limit.upper});
+  }
+  return sum;
+}
+
 double Evaluation::violation() const {
   double largest = 0.0;
   for (int k = 0; k <= ocp_->horizon(); ++k) {
     for (const ConstraintRow row : rows_[k]) {
+      if (std::isfinite(ocp_->constraints()[row.constraint]->price(row.row))) continue;
       const double value = constraint(k, row);
       const Bounds limit = bounds(row);
       largest = std::max({largest, limit.lower - value, value - limit.upper});

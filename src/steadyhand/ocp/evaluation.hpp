@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "steadyhand/ocp/ocp.hpp"
+#include "steadyhand/ocp/slosh_interval.hpp"
 
 namespace steadyhand {
 
@@ -23,7 +24,17 @@ class Evaluation {
   void set_instance(const OcpInstance& instance);
   /// Moves node k to (x, u); does nothing when it is there already. u is ignored at k = N.
   void set_node(int k, const StateVector& x, const JointVector& u);
+  /// All nodes, the liquid rolled out from the instance's state.
   void set_trajectory(const Trajectory& trajectory);
+
+  // ---- of a problem with a liquid
+  /// Moves the liquid at node k. What is asked of it is asked after set_node().
+  void set_slosh(int k, const SloshState& state) { slosh_[k] = state; }
+  const SloshState& slosh(int k) const { return slosh_[k]; }
+  /// How the liquid's state goes over interval k, with derivatives at node k's.
+  const SloshStep& slosh_step(int k) const;
+  /// After slosh_step(k): adds the second derivatives of costate . state+ by z.
+  void add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const;
 
   /// dt * (sum of the node's objectives).
   double objective(int k) const;
@@ -41,7 +52,9 @@ class Evaluation {
   void add_constraint_gradient(int k, ConstraintRow row, double scale, NodeGradient& gradient) const;
   void add_constraint_hessian(int k, ConstraintRow row, double scale, NodeHessian& hessian) const;
 
-  /// Largest amount by which a row of any node leaves its bounds, in the row's own unit; 0 when inside.
+  /// What it costs at node k that rows with a price are outside their bounds.
+  double price(int k) const;
+  /// Largest amount by which a row without a price leaves its bounds at any node, in the row's own unit; 0 when inside.
   double violation() const;
   /// Smallest gap between sphere surfaces over nodes 0..N, m.
   double clearance() const;
@@ -60,6 +73,9 @@ class Evaluation {
   std::vector<JointVector> u_, dq_;
   std::vector<double> times_;  ///< s, of the nodes
   std::vector<std::vector<ConstraintRow>> rows_;
+  std::vector<SloshState> slosh_;
+  mutable SloshIntervalOf<double> interval_;  ///< the last one asked for
+  mutable SloshStep step_;
 };
 
 }  // namespace steadyhand

@@ -28,7 +28,7 @@ void add_optional_objectives(OcpSettings& settings) {
 }
 
 std::vector<ConstraintMaker> default_constraints() {
-  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision, make_obstacles};
+  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision, make_obstacles, make_no_spill, make_held_down};
 }
 
 namespace {
@@ -43,6 +43,32 @@ bool is_word(const std::string& name) {
 }
 
 }  // namespace
+
+Status check(const LiquidSettings& liquid) {
+  const GlassSettings& glass = liquid.glass;
+  constexpr double kLargest = 10.0;  // m
+  if (!(glass.radius > 0.0 && glass.radius <= kLargest && glass.fill > 0.0 && glass.fill < glass.height &&
+        glass.height <= kLargest)) {
+    return Error{fmt::format("a glass of radius {} m and height {} m, filled to {} m; radius and fill must be above 0, "
+                             "the fill below the height",
+                             glass.radius, glass.height, glass.fill)};
+  }
+  if (!(glass.viscosity >= 0.0 && glass.viscosity <= 1.0))
+    return Error{fmt::format("the liquid's viscosity is {}; it must be from 0 to 1 m^2/s", glass.viscosity)};
+  if (!(liquid.margin >= 0.0 && liquid.margin < glass.freeboard())) {
+    return Error{fmt::format("the liquid's margin is {} m; it must be from 0 to below the freeboard of {:.6g} m",
+                             liquid.margin, glass.freeboard())};
+  }
+  for (const double factor : liquid.frequencies) {
+    if (!(factor >= 0.5 && factor <= 2.0))
+      return Error{fmt::format("the liquid's frequencies have {}; they must be from 0.5 to 2", factor)};
+  }
+  if (!(liquid.price > 0.0 && liquid.price <= 1e5))
+    return Error{fmt::format("the liquid's price is {}; it must be above 0, to 1e5", liquid.price)};
+  if (!(liquid.least_weight > 0.0 && liquid.least_weight < 1.0))
+    return Error{fmt::format("the liquid's least_weight is {}; it must be between 0 and 1", liquid.least_weight)};
+  return Done{};
+}
 
 Status Ocp::check(const OcpSettings& settings) {
   if (settings.horizon < 1 || settings.horizon > kMaxHorizon) {
@@ -62,6 +88,9 @@ Status Ocp::check(const OcpSettings& settings) {
   }
   if (settings.obstacle_rows < 0 || settings.obstacle_rows > kMaxObstacleRows) {
     return Error{fmt::format("obstacle_rows is {}; it must be from 0 to {}", settings.obstacle_rows, kMaxObstacleRows)};
+  }
+  if (settings.liquid) {
+    if (Status s = steadyhand::check(*settings.liquid); !s) return s.error();
   }
   if (settings.objectives.size() > kMaxObjectives) {
     return Error{fmt::format("{} objectives; a problem has at most {}", settings.objectives.size(), kMaxObjectives)};
@@ -99,6 +128,7 @@ Ocp::Ocp(const RobotModel& model, const OcpSettings& settings)
       dt_(settings.dt),
       position_margin_(settings.position_margin),
       obstacle_rows_(settings.obstacle_rows),
+      liquid_(settings.liquid),
       objectives_(settings.objectives) {
   for (const ConstraintMaker& make : settings.constraints) {
     if (auto constraint = make(model, settings)) constraints_.push_back(std::move(constraint));
@@ -168,6 +198,9 @@ Status Ocp::check(const OcpInstance& instance) const {
     if (near.body >= 0 && !(obstacle.at.p.allFinite() && obstacle.at.R.allFinite() && obstacle.velocity.allFinite())) {
       return Error{"an obstacle has a number that is not finite"};
     }
+  }
+  if (liquid_ && !(instance.liquid.state.allFinite() && std::isfinite(instance.liquid.room))) {
+    return Error{"the liquid's state or room has a number that is not finite"};
   }
   if (instance.weights.size() != objectives_.size()) {
     return Error{fmt::format("{} weights for {} objectives", instance.weights.size(), objectives_.size())};

@@ -18,12 +18,16 @@ struct Trajectory {
   Trajectory(int dof, int horizon) : x(horizon + 1, StateVector::Zero(2 * dof)), u(horizon, JointVector::Zero(dof)) {}
 };
 
+/// Why there is no such liquid, or Done.
+Status check(const LiquidSettings& liquid);
+
 /// What changes from one solve to the next. Copying into an instance of the same sizes does not allocate.
 struct OcpInstance {
   StateVector x0;                    ///< given state at k = 0
   Reference reference;               ///< for k = 1..N
   std::vector<JointVector> weights;  ///< by index of Ocp::objectives()
   NearObstacles near;                ///< one for each row of the constraint of obstacles
+  LiquidInstance liquid;             ///< in a problem with a liquid
 };
 
 /// The optimal control problem of docs/formulation.md as data: minimise dt * sum of objectives subject to the exact
@@ -42,6 +46,12 @@ class Ocp {
   double dt() const { return dt_; }
   /// rad (m), see OcpSettings; one for each joint, or none.
   const JointVector& position_margin() const { return position_margin_; }
+  /// What the problem was made for; null if it knows no liquid.
+  const LiquidSettings* liquid() const { return liquid_ ? &*liquid_ : nullptr; }
+  /// Numbers of the liquid's state: 0 or kSloshStates.
+  int slosh_states() const { return liquid_ ? kSloshStates : 0; }
+  /// Entries of z at a node: [q; dq; u] and the liquid's state.
+  int entries() const { return 3 * dof() + slosh_states(); }
   /// Length of OcpInstance::near.
   int obstacle_rows() const { return obstacle_rows_; }
 
@@ -65,6 +75,7 @@ class Ocp {
   double dt_;
   JointVector position_margin_;
   int obstacle_rows_;
+  std::optional<LiquidSettings> liquid_;
   Objectives objectives_;
   std::vector<std::shared_ptr<const Constraint>> constraints_;
 };

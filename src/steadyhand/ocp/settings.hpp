@@ -3,9 +3,11 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "steadyhand/core/glass.hpp"
 #include "steadyhand/core/math.hpp"
 
 namespace steadyhand {
@@ -26,6 +28,18 @@ Objectives default_objectives();
 Objectives optional_objectives();
 std::vector<ConstraintMaker> default_constraints();
 
+/// The liquid in the problem, which shall not be spilled.
+struct LiquidSettings {
+  GlassSettings glass;
+  /// m, by which the wave of the first mode stays below the rim: crests stand above it.
+  double margin = 6e-3;
+  /// Frequencies of the liquids for which a plan is made, times the glass's.
+  std::array<double, 3> frequencies = {0.92, 1.0, 1.08};
+  double price = 50.0;  ///< units of the objective per m of wave above the margin, at each node
+  /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
+  double least_weight = 0.3;
+};
+
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
 struct OcpSettings {
   int horizon = 8;   ///< N, intervals, 1..kMaxHorizon
@@ -39,6 +53,7 @@ struct OcpSettings {
   /// Pairs of a body and an obstacle that one problem sees, the nearest ones; at most kMaxObstacleRows. 0: the problem
   /// knows none. What the rows do not tell, the check of the plan does: kUsualObstacleRows are enough.
   int obstacle_rows = 0;
+  std::optional<LiquidSettings> liquid;  ///< none: nothing is known of a liquid
   Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
   std::vector<ConstraintMaker> constraints = default_constraints();
 };

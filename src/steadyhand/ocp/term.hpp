@@ -7,13 +7,14 @@
 
 #include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/math.hpp"
+#include "steadyhand/ocp/slosh.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand {
 
-/// Derivatives at one node are taken by z = [q; dq; u], 3n.
+/// Derivatives at one node are taken by z = [q; dq; u], 3n, and behind them the liquid's state if the problem has one.
 template <typename Scalar>
-using NodeGradientOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kMaxJoints, 1>;
+using NodeGradientOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxEntries, 1>;
 using NodeGradient = NodeGradientOf<double>;
 /// Only the upper triangle (row <= column) counts.
 template <typename Scalar>
@@ -43,6 +44,8 @@ struct NodeOf {
   const Matrix3Of<Scalar>& R_ref;  ///< tool to base
   const Scalar& time;              ///< s, since node 0
   const NearObstacles& near;       ///< of the instance
+  const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
+  const LiquidInstance* liquid = nullptr;       ///< of the instance; null likewise
 };
 using Node = NodeOf<double>;
 
@@ -193,8 +196,10 @@ class Constraint {
 
   /// Index in z when the row's value is that entry of z and nothing else, else -1: limits, which solvers treat apart.
   virtual int entry(int /*row*/) const { return -1; }
-  /// Entries of z that the row may depend on, for an arm of n joints.
+  /// Entries of z that the row may depend on, for an arm of n joints. The liquid's state begins at 3n.
   virtual EntryRange support(int /*row*/, int dof) const { return {0, 3 * dof}; }
+  /// Units of the objective per unit of the row that leaving the row's bounds costs. Infinite: it may not leave them.
+  virtual double price(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
   /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all
   /// rows at its solution. Infinite: never leave it out. In the row's unit.
   virtual double activation_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }

@@ -27,10 +27,11 @@ struct TwistOf {
 /// One twist.
 using Twist = TwistOf<double>;
 
-/// Second derivatives by z = [q; dq; ddq], 3n x 3n, on the stack. Only the upper triangle (row <= column) is filled.
+/// Second derivatives by z = [q; dq; ddq], 3n x 3n and room for what else a problem has, on the stack. Only the upper
+/// triangle (row <= column) is filled.
 template <typename Scalar>
 using MotionHessianOf =
-    Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3 * kMaxJoints, 3 * kMaxJoints>;
+    Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxEntries, kMaxEntries>;
 /// Of one configuration.
 using MotionHessian = MotionHessianOf<double>;
 

@@ -21,7 +21,9 @@ using SteadyClock = std::chrono::steady_clock;
 struct OutOfTime {};
 
 /// The problem in FATROP's words: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
-/// inequalities.
+/// inequalities. The liquid's state stands behind x_k. A row with a price has an input e >= 0 by which it may be outside
+/// its bounds, at that price; they stand behind u_k. As FATROP's last stage may have no inputs, such a problem has one
+/// stage more, of a state that is 0.
 ///
 /// Of a constraint with many rows (pairs of bodies) only the `slots` rows nearest to their bounds are posed at each
 /// node: FATROP's time per iteration grows with the rows, and few ever matter. Whoever solves must check the others at
@@ -35,8 +37,11 @@ class FatropOcp final : public fatrop::OcpAbstract {
       distance_.resize(order_.size());
       posed_[k].resize(std::min(count_few(k) + slots, static_cast<int>(rows.size())));
       std::iota(posed_[k].begin(), posed_[k].end(), 0);
+      const auto soft = [&](ConstraintRow row) { return std::isfinite(price(row)); };
+      softs_.push_back(static_cast<int>(std::count_if(rows.begin(), rows.end(), soft)));
     }
     guess_ = Trajectory(n_, ocp.horizon());
+    guess_slosh_.resize(ocp.horizon() + 1);
   }
 
   /// Sets what is solved next and picks the posed rows by the guess.
@@ -47,53 +52,86 @@ class FatropOcp final : public fatrop::OcpAbstract {
     guess_.x[0] = instance.x0;
     deadline_ = deadline;
     evaluation_.set_trajectory(guess_);
+    for (int k = 0; k <= ocp_.horizon(); ++k) guess_slosh_[k] = evaluation_.slosh(k);
     for (int k = 0; k <= ocp_.horizon(); ++k) pick_rows(k);
   }
 
   Evaluation& evaluation() { return evaluation_; }
   const std::vector<int>& posed(int k) const { return posed_[k]; }
 
-  Index get_nx(const Index k) const override { return k == 0 ? 0 : 2 * n_; }
-  Index get_nu(const Index k) const override { return k == ocp_.horizon() ? 0 : n_; }
+  Index get_nx(const Index k) const override { return k == 0 ? 0 : is_extra(k) ? 1 : states(); }
+  Index get_nu(const Index k) const override { return is_extra(k) ? 0 : accelerations(k) + softs_[k]; }
   Index get_ng(const Index /*k*/) const override { return 0; }
-  Index get_ng_ineq(const Index k) const override { return static_cast<Index>(posed_[k].size()); }
-  Index get_horizon_length() const override { return ocp_.horizon() + 1; }
+  /// The posed rows, then those of e >= 0.
+  Index get_ng_ineq(const Index k) const override {
+    return is_extra(k) ? 0 : static_cast<Index>(posed_[k].size()) + softs_[k];
+  }
+  Index get_horizon_length() const override { return ocp_.horizon() + (softs_.back() > 0 ? 2 : 1); }
 
-  Index eval_BAbt(const Scalar* /*x_next*/, const Scalar* /*u*/, const Scalar* /*x*/, MAT* res,
-                  const Index k) override {
+  Index eval_BAbt(const Scalar* /*x_next*/, const Scalar* u, const Scalar* x, MAT* res, const Index k) override {
     const double dt = ocp_.dt();
+    const int of_x = get_nu(k);
     blasfeo_dgese(res->m, res->n, 0.0, res, 0, 0);
+    if (k == ocp_.horizon()) return 0;
     for (int i = 0; i < n_; ++i) {
       BLASFEO_DMATEL(res, i, i) = 0.5 * dt * dt;
       BLASFEO_DMATEL(res, i, n_ + i) = dt;
       if (k == 0) continue;
-      BLASFEO_DMATEL(res, n_ + i, i) = 1.0;
-      BLASFEO_DMATEL(res, 2 * n_ + i, i) = dt;
-      BLASFEO_DMATEL(res, 2 * n_ + i, n_ + i) = 1.0;
+      BLASFEO_DMATEL(res, of_x + i, i) = 1.0;
+      BLASFEO_DMATEL(res, of_x + n_ + i, i) = dt;
+      BLASFEO_DMATEL(res, of_x + n_ + i, n_ + i) = 1.0;
+    }
+    if (!ocp_.liquid()) return 0;
+    set(u, x, k);
+    const SloshStep& step = evaluation_.slosh_step(k);
+    const Eigen::MatrixXd by_motion = step.by_force * step.by_motion;
+    for (int i = 0; i < of_x + get_nx(k); ++i) {
+      const int entry = z_index(i, k);
+      if (entry < 0) continue;
+      for (int j = 0; j < kSloshStates; ++j) {
+        BLASFEO_DMATEL(res, i, 2 * n_ + j) =
+            entry < 3 * n_ ? by_motion(j, entry) : step.pull_back(SloshState::Unit(j))[entry - 3 * n_];
+      }
     }
     return 0;
   }
 
   Index eval_b(const Scalar* x_next, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    if (k == ocp_.horizon()) {
+      res[0] = -x_next[0];
+      return 0;
+    }
     const StateVector next = ocp_.next(state(x, k), input(u, k));
     for (int i = 0; i < 2 * n_; ++i) res[i] = next[i] - x_next[i];
+    if (!ocp_.liquid()) return 0;
+    set(u, x, k);
+    const SloshState liquid = evaluation_.slosh_step(k).next(evaluation_.slosh(k));
+    for (int i = 0; i < kSloshStates; ++i) res[2 * n_ + i] = liquid[i] - x_next[2 * n_ + i];
     return 0;
   }
 
-  Index eval_RSQrqt(const Scalar* objective_scale, const Scalar* u, const Scalar* x, const Scalar* /*lam_dyn*/,
+  Index eval_RSQrqt(const Scalar* objective_scale, const Scalar* u, const Scalar* x, const Scalar* lam_dyn,
                     const Scalar* /*lam_eq*/, const Scalar* lam_ineq, MAT* res, const Index k) override {
     if (k == 0 && SteadyClock::now() > deadline_) throw OutOfTime();
+    if (is_extra(k)) {
+      BLASFEO_DMATEL(res, 0, 0) = 1.0;
+      return 0;
+    }
     set(u, x, k);
-    NodeHessian hessian = NodeHessian::Zero(3 * n_, 3 * n_);
+    NodeHessian hessian = NodeHessian::Zero(ocp_.entries(), ocp_.entries());
     evaluation_.add_objective_hessian(k, *objective_scale, hessian);
     for (std::size_t i = 0; i < posed_[k].size(); ++i) {
       if (lam_ineq[i] != 0.0) evaluation_.add_constraint_hessian(k, row(k, i), lam_ineq[i], hessian);
+    }
+    if (ocp_.liquid() && k < ocp_.horizon()) {
+      (void)evaluation_.slosh_step(k);
+      evaluation_.add_slosh_hessian(k, Eigen::Map<const SloshState>(lam_dyn + 2 * n_), hessian);
     }
     const Index size = get_nu(k) + get_nx(k);
     for (int j = 0; j < size; ++j) {
       for (int i = 0; i < size; ++i) {
         const auto [row, column] = std::minmax({z_index(i, k), z_index(j, k)});
-        BLASFEO_DMATEL(res, i, j) = hessian(row, column);
+        BLASFEO_DMATEL(res, i, j) = row < 0 ? 0.0 : hessian(row, column);
       }
     }
     return 0;
@@ -103,57 +141,93 @@ class FatropOcp final : public fatrop::OcpAbstract {
   Index eval_g(const Scalar*, const Scalar*, Scalar*, const Index) override { return 0; }
 
   Index eval_Ggt_ineq(const Scalar* u, const Scalar* x, MAT* res, const Index k) override {
+    if (is_extra(k)) return 0;
     set(u, x, k);
     const Index size = get_nu(k) + get_nx(k);
-    for (std::size_t j = 0; j < posed_[k].size(); ++j) {
-      NodeGradient gradient = NodeGradient::Zero(3 * n_);
+    const int rows = static_cast<int>(posed_[k].size());
+    int soft = 0;
+    for (int j = 0; j < rows; ++j) {
+      NodeGradient gradient = NodeGradient::Zero(ocp_.entries());
       evaluation_.add_constraint_gradient(k, row(k, j), 1.0, gradient);
-      for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, j) = gradient[z_index(i, k)];
+      for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, j) = z_index(i, k) < 0 ? 0.0 : gradient[z_index(i, k)];
+      if (!std::isfinite(price(row(k, j)))) continue;
+      const int entry = accelerations(k) + soft;
+      BLASFEO_DMATEL(res, entry, j) = relief(row(k, j));
+      for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, rows + soft) = i == entry ? 1.0 : 0.0;
+      ++soft;
     }
     return 0;
   }
 
   Index eval_gineq(const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    if (is_extra(k)) return 0;
     set(u, x, k);
-    for (std::size_t i = 0; i < posed_[k].size(); ++i) res[i] = evaluation_.constraint(k, row(k, i));
+    const int rows = static_cast<int>(posed_[k].size());
+    int soft = 0;
+    for (int i = 0; i < rows; ++i) {
+      res[i] = evaluation_.constraint(k, row(k, i));
+      if (!std::isfinite(price(row(k, i)))) continue;
+      const double excess = u[accelerations(k) + soft];
+      res[i] += relief(row(k, i)) * excess;
+      res[rows + soft++] = excess;
+    }
     return 0;
   }
 
   Index eval_rq(const Scalar* objective_scale, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    if (is_extra(k)) {
+      res[0] = x[0];
+      return 0;
+    }
     set(u, x, k);
-    NodeGradient gradient = NodeGradient::Zero(3 * n_);
+    NodeGradient gradient = NodeGradient::Zero(ocp_.entries());
     evaluation_.add_objective_gradient(k, *objective_scale, gradient);
-    for (int i = 0; i < get_nu(k) + get_nx(k); ++i) res[i] = gradient[z_index(i, k)];
+    for (int i = 0; i < get_nu(k) + get_nx(k); ++i) res[i] = z_index(i, k) < 0 ? 0.0 : gradient[z_index(i, k)];
+    for_each_soft(k, [&](int soft, double price) { res[accelerations(k) + soft] = *objective_scale * price; });
     return 0;
   }
 
   Index eval_L(const Scalar* objective_scale, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    if (is_extra(k)) {
+      *res = 0.5 * x[0] * x[0];
+      return 0;
+    }
     set(u, x, k);
     *res = *objective_scale * evaluation_.objective(k);
+    for_each_soft(k, [&](int soft, double price) { *res += *objective_scale * price * u[accelerations(k) + soft]; });
     return 0;
   }
 
   Index get_bounds(Scalar* lower, Scalar* upper, const Index k) const override {
+    if (is_extra(k)) return 0;
     for (std::size_t i = 0; i < posed_[k].size(); ++i) {
       const Bounds bounds = evaluation_.bounds(row(k, i));
       lower[i] = bounds.lower;
       upper[i] = bounds.upper;
     }
+    for (int i = 0; i < softs_[k]; ++i) {
+      lower[posed_[k].size() + i] = 0.0;
+      upper[posed_[k].size() + i] = std::numeric_limits<double>::infinity();
+    }
     return 0;
   }
 
   Index get_initial_xk(Scalar* x, const Index k) const override {
-    for (int i = 0; i < get_nx(k); ++i) x[i] = guess_.x[k][i];
+    if (is_extra(k)) x[0] = 0.0;
+    for (int i = 0; !is_extra(k) && i < get_nx(k); ++i) x[i] = i < 2 * n_ ? guess_.x[k][i] : guess_slosh_[k][i - 2 * n_];
     return 0;
   }
   Index get_initial_uk(Scalar* u, const Index k) const override {
-    for (int i = 0; i < get_nu(k); ++i) u[i] = guess_.u[k][i];
+    for (int i = 0; i < get_nu(k); ++i) u[i] = i < accelerations(k) ? guess_.u[k][i] : 0.0;
     return 0;
   }
 
  private:
   /// Constraints with at most two rows per joint are always posed.
-  bool few(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->rows() <= 2 * n_; }
+  /// As are those with a price.
+  bool few(ConstraintRow row) const {
+    return ocp_.constraints()[row.constraint]->rows() <= 2 * n_ || std::isfinite(price(row));
+  }
   int count_few(int k) const {
     const auto& rows = evaluation_.rows(k);
     return static_cast<int>(std::count_if(rows.begin(), rows.end(), [&](ConstraintRow row) { return few(row); }));
@@ -178,10 +252,24 @@ class FatropOcp final : public fatrop::OcpAbstract {
   }
 
   ConstraintRow row(int k, std::size_t slot) const { return evaluation_.rows(k)[posed_[k][slot]]; }
-  /// Index in z = [q; dq; u] of entry i of FATROP's (u, x).
+  bool is_extra(int k) const { return k > ocp_.horizon(); }
+  int states() const { return 2 * n_ + ocp_.slosh_states(); }
+  int accelerations(int k) const { return k == ocp_.horizon() ? 0 : n_; }
+  double price(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->price(row.row); }
+  /// What the excess of a row with a price adds to the row. @pre it has one finite bound
+  double relief(ConstraintRow row) const { return std::isfinite(evaluation_.bounds(row).lower) ? 1.0 : -1.0; }
+  template <typename F>
+  void for_each_soft(int k, const F& f) const {
+    int soft = 0;
+    for (std::size_t i = 0; i < posed_[k].size(); ++i) {
+      if (const double p = price(row(k, i)); std::isfinite(p)) f(soft++, p);
+    }
+  }
+  /// Index in z = [q; dq; u; state of the liquid] of entry i of FATROP's (u, x); -1: an excess.
   int z_index(int i, int k) const {
     const int nu = get_nu(k);
-    return i < nu ? 2 * n_ + i : i - nu;
+    if (i < nu) return i < accelerations(k) ? 2 * n_ + i : -1;
+    return i - nu < 2 * n_ ? i - nu : i - nu + n_;
   }
   StateVector state(const Scalar* x, int k) const {
     return k == 0 ? guess_.x[0] : StateVector(Eigen::Map<const Eigen::VectorXd>(x, 2 * n_));
@@ -190,13 +278,20 @@ class FatropOcp final : public fatrop::OcpAbstract {
     return k == ocp_.horizon() ? JointVector(JointVector::Zero(n_))
                                : JointVector(Eigen::Map<const Eigen::VectorXd>(u, n_));
   }
-  void set(const Scalar* u, const Scalar* x, int k) { evaluation_.set_node(k, state(x, k), input(u, k)); }
+  void set(const Scalar* u, const Scalar* x, int k) {
+    evaluation_.set_node(k, state(x, k), input(u, k));
+    if (!ocp_.liquid()) return;
+    evaluation_.set_slosh(
+        k, k == 0 ? evaluation_.instance().liquid.state : SloshState(Eigen::Map<const SloshState>(x + 2 * n_)));
+  }
 
   const Ocp& ocp_;
   int n_;
   Evaluation evaluation_;
   std::vector<std::vector<int>> posed_;  ///< by node: indices into Evaluation::rows(k)
+  std::vector<int> softs_;               ///< by node: how many rows have a price
   Trajectory guess_;
+  std::vector<SloshState> guess_slosh_;
   SteadyClock::time_point deadline_;
   std::vector<int> order_;
   std::vector<double> distance_;
@@ -282,7 +377,7 @@ class FatropSolver final : public Solver {
     evaluation.set_trajectory(solution.trajectory);
     solution.violation = evaluation.violation();
     solution.objective = 0.0;
-    for (int k = 0; k <= ocp_.horizon(); ++k) solution.objective += evaluation.objective(k);
+    for (int k = 0; k <= ocp_.horizon(); ++k) solution.objective += evaluation.objective(k) + evaluation.price(k);
     solution.kkt_error = kkt_error(evaluation, solution.trajectory, solution.multipliers);
     const bool feasible = solution.violation <= tolerance_;
     const bool optimal = flag == fatrop::IpSolverReturnFlag::Success;

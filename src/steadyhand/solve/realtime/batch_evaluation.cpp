@@ -14,6 +14,7 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
                 0.0,
                 0.0,
                 0.0,
+                SloshStateOf<Lanes>::Zero(),
                 {}};
     for (int i = 0; i < kLanes; ++i) {
       const int column = b * kLanes + i, k = order_.node(column);
@@ -29,6 +30,10 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
   }
   weighted_.reserve(ocp.objectives().size());
   near_.resize(ocp.obstacle_rows());
+  if (!ocp.liquid()) return;
+  slosh_.assign((ocp.horizon() + kLanes - 1) / kLanes, SloshIntervalOf<Lanes>(ocp.model(), ocp.dt()));
+  slosh_steps_.resize(ocp.horizon());
+  for (SloshStep& step : slosh_steps_) step.by_motion.setZero(3, 3 * n);
 }
 
 void BatchEvaluation::set_instance(const OcpInstance& instance) {
@@ -47,6 +52,7 @@ void BatchEvaluation::set_instance(const OcpInstance& instance) {
     }
   }
   near_ = instance.near;
+  if (ocp_.liquid()) liquid_ = instance.liquid;
   const Reference& reference = instance.reference;
   for (int b = 0; b < batches(); ++b) {
     for (int i = 0; i < kLanes; ++i) {
@@ -57,7 +63,7 @@ void BatchEvaluation::set_instance(const OcpInstance& instance) {
   }
 }
 
-void BatchEvaluation::set_point(const NodeTable& z) {
+void BatchEvaluation::set_point(NodeTable& z) {
   const int n = ocp_.dof();
   JointVectorOf<Lanes> q(n);
   for (int b = 0; b < batches(); ++b) {
@@ -71,6 +77,54 @@ void BatchEvaluation::set_point(const NodeTable& z) {
     if (needs_motion_) batch.arm.set_motion(batch.dq, batch.u);
   }
   fresh_ = false;
+  if (ocp_.liquid()) roll_out_slosh(z);
+}
+
+void BatchEvaluation::roll_out_slosh(NodeTable& z) {
+  const int n = ocp_.dof(), horizon = ocp_.horizon();
+  SloshState state = liquid_.state;
+  JointVectorOf<Lanes> q(n), dq(n), u(n);
+  for (int i = 0; i < kSloshStates; ++i) z.set(3 * n + i, 0, state[i]);
+  for (int b = 0; b < std::ssize(slosh_); ++b) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int k = std::min(b * kLanes + lane, horizon - 1);
+      for (int i = 0; i < n; ++i) {
+        q[i].set(lane, z.at(i, k));
+        dq[i].set(lane, z.at(n + i, k));
+        u[i].set(lane, z.at(2 * n + i, k));
+      }
+    }
+    slosh_[b].set(q, dq, u);
+    const Vector3Of<Lanes>& force = slosh_[b].force();
+    for (int lane = 0; lane < kLanes && b * kLanes + lane < horizon; ++lane) {
+      const int k = b * kLanes + lane;
+      liquid_.model.set_step({force[0][lane], force[1][lane], force[2][lane]}, false, slosh_steps_[k]);
+      state = slosh_steps_[k].next(state);
+      for (int i = 0; i < kSloshStates; ++i) z.set(3 * n + i, k + 1, state[i]);
+    }
+  }
+  for (int b = 0; b < batches(); ++b) {
+    for (int i = 0; i < kSloshStates; ++i) batches_[b].slosh[i] = z[3 * n + i][b];
+  }
+}
+
+void BatchEvaluation::differentiate_slosh(const NodeTable& z) {
+  const int n = ocp_.dof();
+  for (int b = 0; b < std::ssize(slosh_); ++b) {
+    const int lanes = std::min(kLanes, ocp_.horizon() - b * kLanes);
+    for (int i = 0; i < 3 * n; ++i) {
+      const Vector3Of<Lanes> by = slosh_[b].force_by(i);
+      for (int lane = 0; lane < lanes; ++lane) {
+        auto column = slosh_steps_[b * kLanes + lane].by_motion.col(i);
+        for (int axis = 0; axis < 3; ++axis) column[axis] = by[axis][lane];
+      }
+    }
+    for (int lane = 0; lane < lanes; ++lane) {
+      SloshStep& step = slosh_steps_[b * kLanes + lane];
+      liquid_.model.set_step(step.force, true, step);
+      step.differentiate(slosh_state(z, b * kLanes + lane));
+    }
+  }
 }
 
 double BatchEvaluation::objective() const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "steadyhand/ocp/evaluation.hpp"
@@ -21,8 +23,9 @@ class BatchEvaluation {
 
   /// Copies what it needs.
   void set_instance(const OcpInstance& instance);
-  /// Moves all nodes. z: table [q; dq; u] x nodes that starts at the instance's x_0.
-  void set_point(const NodeTable& z);
+  /// Moves all nodes. z: table [q; dq; u] x nodes that starts at the instance's x_0. Behind that it gets the liquid's
+  /// states, rolled out.
+  void set_point(NodeTable& z);
 
   int batches() const { return static_cast<int>(batches_.size()); }
   /// Batches 0 .. acting_batches - 1 have nodes where terms of this kind act.
@@ -49,6 +52,44 @@ class BatchEvaluation {
     term(row).add_hessian(node(b), row.row, scale, hessian);
   }
 
+  // ---- of a problem with a liquid, after set_point
+  /// Computes the derivatives of all intervals.
+  void differentiate_slosh(const NodeTable& z);
+  const SloshStep& slosh_step(int k) const { return slosh_steps_[k]; }
+  /// The second derivatives of interval k's costates[k] . state+ (see SloshStep) by [q; dq; u] of node k, kLanes
+  /// intervals at a time: f(k, H, lane) of each.
+  template <typename F>
+  void for_each_slosh_hessian(const NodeTable& z, const std::vector<SloshState>& costates, const F& f) const {
+    const int n = ocp_.dof();
+    for (int b = 0; b < std::ssize(slosh_); ++b) {
+      Vector3Of<Lanes> force = Vector3Of<Lanes>::Zero();
+      Matrix3Of<Lanes> curvature = Matrix3Of<Lanes>::Zero();
+      const int lanes = std::min(kLanes, ocp_.horizon() - b * kLanes);
+      for (int i = 0; i < lanes; ++i) {
+        const SloshStep& step = slosh_steps_[b * kLanes + i];
+        const SloshState& costate = costates[b * kLanes + i];
+        const Vector3 by_force = step.by_force.transpose() * costate;
+        const Matrix3 second = step.curvature_by_force(slosh_state(z, b * kLanes + i), costate);
+        for (int j = 0; j < 3; ++j) force[j].set(i, by_force[j]);
+        for (int j = 0; j < 9; ++j) curvature.data()[j].set(i, second.data()[j]);
+      }
+      NodeHessianOf<Lanes> H(3 * n, 3 * n);
+      std::array<Vector3Of<Lanes>, 3 * kMaxJoints> by_motion;
+      for (int j = 0; j < 3 * n; ++j) {
+        by_motion[j] = slosh_[b].force_by(j);
+        const Vector3Of<Lanes> scaled = curvature * by_motion[j];
+        for (int i = 0; i <= j; ++i) H(i, j) = by_motion[i].dot(scaled);
+      }
+      slosh_[b].add_hessian(force, H);
+      for (int i = 0; i < lanes; ++i) f(b * kLanes + i, H, i);
+    }
+  }
+  SloshState slosh_state(const NodeTable& z, int k) const {
+    SloshState state;
+    for (int i = 0; i < kSloshStates; ++i) state[i] = z.at(3 * ocp_.dof() + i, k);
+    return state;
+  }
+
  private:
   struct Batch {
     KinematicsOf<Lanes> arm;
@@ -57,13 +98,17 @@ class BatchEvaluation {
     Matrix3Of<Lanes> R_ref;
     Lanes time;                                   ///< s, of the nodes
     Lanes state, interval;                        ///< see acts()
+    SloshStateOf<Lanes> slosh;
     std::vector<Objective::BatchWeight> weights;  ///< dt * weight of each objective; 0 where it does not act
   };
 
   NodeBatch node(int b) const {
     const Batch& batch = batches_[b];
-    return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref, batch.time, near_}, scratch_};
+    return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref, batch.time, near_,
+             ocp_.liquid() ? &batch.slosh : nullptr, &liquid_},
+            scratch_};
   }
+  void roll_out_slosh(NodeTable& z);
   const Constraint& term(ConstraintRow row) const { return *ocp_.constraints()[row.constraint]; }
 
   const Ocp& ocp_;
@@ -71,6 +116,9 @@ class BatchEvaluation {
   std::vector<Batch> batches_;
   int state_batches_;
   NearObstacles near_;         ///< of the instance
+  LiquidInstance liquid_;      ///< the same
+  std::vector<SloshIntervalOf<Lanes>> slosh_;  ///< intervals kLanes b to kLanes b + kLanes - 1
+  std::vector<SloshStep> slosh_steps_;         ///< by interval
   std::vector<int> weighted_;  ///< objectives whose weight is not 0
   bool needs_motion_ = false, fresh_ = true;
   mutable Kinematics scratch_;

@@ -51,18 +51,20 @@ std::vector<JointVector> unit_curvatures(const Ocp& ocp) {
 ElasticBarrier::ElasticBarrier(const Ocp& ocp)
     : ocp_(ocp),
       n_(ocp.dof()),
+      entries_(ocp.entries()),
       horizon_(ocp.horizon()),
       dt_(ocp.dt()),
       order_{ocp.horizon()},
       evaluation_(ocp),
       rows_(ocp),
       unit_curvature_(unit_curvatures(ocp)),
-      z_(3 * n_, order_),
+      z_(entries_, order_),
       values_(rows_.size(), order_),
       blocks_(order_.batches()),
       largest_multiplier_(rows_.size(), 0.0),
-      gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(3 * n_)),
-      lagrangian_gradient_(gradient_) {
+      gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(entries_)),
+      lagrangian_gradient_(gradient_),
+      slosh_costates_(ocp.liquid() ? ocp.horizon() : 0) {
   for (auto& batch : blocks_) batch.reserve(rows_.size());
   std::size_t gradients = 0;
   for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
@@ -87,7 +89,7 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
   Lanes violation = 0.0;
   for (int r = 0; r < rows_.size(); ++r) {
     const Lanes least = least_inside(r);
-    violation = max(violation, -least);
+    if (!rows_[r].soft()) violation = max(violation, -least);
     if (rows_.in_working_set(r) || any(least < rows_[r].activation_margin) ||
         (multipliers && largest_multiplier_[r] > kNoMultiplier)) {
       work_on(r, multipliers);
@@ -150,6 +152,8 @@ void ElasticBarrier::work_on(int r, const std::vector<std::vector<double>>* mult
     block.row = r;
     block.entry = row.entry;
     block.support = row.support;
+    block.soft = row.soft();
+    block.price = block.soft ? row.price : kPenalty;
     block.acts = evaluation_.acts(row.nodes, b);
     block.value = values_[r][b];
     block.side_count = 0;
@@ -182,9 +186,9 @@ void ElasticBarrier::start_slacks(RowBlock& block) const {
   for (int i = 0; i < block.side_count; ++i) {
     Side& side = block.sides[i];
     const Lanes g = block.inside(side), slack = max(g, std::min(mu_, 1e-2));
-    side.slack = slack + mu_ / kPenalty;
-    side.elastic = slack - g + mu_ / kPenalty;
-    side.multiplier = min(max(side.multiplier, mu_ / slack), 0.5 * kPenalty);
+    side.slack = slack + mu_ / block.price;
+    side.elastic = slack - g + mu_ / block.price;
+    side.multiplier = min(max(side.multiplier, mu_ / slack), 0.5 * block.price);
   }
 }
 
@@ -211,7 +215,7 @@ const Residuals& ElasticBarrier::differentiate() {
         lagrangian[block.entry] += multiplier;
       } else {
         const auto [first, last] = block.support;
-        NodeGradientOf<Lanes> gradient(3 * n_);
+        NodeGradientOf<Lanes> gradient(entries_);
         gradient.segment(first, last - first).setZero();
         evaluation_.add_constraint_gradient(b, rows_[block.row].id, gradient);
         for (int i = first; i < last; ++i) {
@@ -221,47 +225,64 @@ const Residuals& ElasticBarrier::differentiate() {
       }
       for (int i = 0; i < block.side_count; ++i) {
         const Side& side = block.sides[i];
-        const Lanes g = block.inside(side), y = side.multiplier;
-        violation = max(violation, -g);
-        complementarity = max(complementarity, abs(y * g));
-        centrality = max(centrality, max(abs(side.slack * y - mu_), abs(side.elastic * (kPenalty - y) - mu_)));
+        const Lanes g = block.inside(side), y = side.multiplier, w = block.price - y;
+        if (block.soft) {
+          complementarity = max(complementarity, max(y * g, -(w * g)));
+        } else {
+          violation = max(violation, -g);
+          complementarity = max(complementarity, abs(y * g));
+        }
+        centrality = max(centrality, max(abs(side.slack * y - mu_), abs(side.elastic * w - mu_)));
       }
     }
   }
   residuals_ = {0.0, largest(violation), largest(complementarity), largest(centrality)};
 
+  if (ocp_.liquid()) evaluation_.differentiate_slosh(z_);
   std::array<double, 2 * kMaxJoints> costate{};  // dL/dx_{k+1} of everything from node k + 1 on
+  SloshState slosh = SloshState::Zero();         // the same by the liquid's state
   for (int k = horizon_; k >= 0; --k) {
     const int b = order_.column(k) / kLanes, lane = order_.column(k) % kLanes;
-    const NodeGradientOf<Lanes>& gradient = lagrangian_gradient_[b];
+    NodeGradient gradient(entries_);
+    for (int i = 0; i < entries_; ++i) gradient[i] = lagrangian_gradient_[b][i][lane];
+    if (ocp_.liquid()) {
+      if (k < horizon_) {
+        const SloshStep& step = evaluation_.slosh_step(k);
+        slosh_costates_[k] = slosh;
+        const Vector3 by_force = step.by_force.transpose() * slosh;
+        for (int i = 0; i < 3 * n_; ++i) gradient[i] += step.by_motion.col(i).dot(by_force);
+        slosh = step.pull_back(slosh);
+      }
+      slosh += gradient.tail<kSloshStates>();
+    }
     for (int i = 0; i < n_; ++i) {
       double &by_q = costate[i], &by_v = costate[n_ + i];
       if (k < horizon_) {
-        const double by_u = gradient[2 * n_ + i][lane] + 0.5 * dt_ * dt_ * by_q + dt_ * by_v;
+        const double by_u = gradient[2 * n_ + i] + 0.5 * dt_ * dt_ * by_q + dt_ * by_v;
         residuals_.dual = std::max(residuals_.dual, std::abs(by_u));
       }
-      by_v += dt_ * by_q + gradient[n_ + i][lane];
-      by_q += gradient[i][lane];
+      by_v += dt_ * by_q + gradient[n_ + i];
+      by_q += gradient[i];
     }
   }
   return residuals_;
 }
 
-// The Newton equations of one bound, with y the multiplier, w = penalty - y that of elastic >= 0, and dg = g' dz:
+// The Newton equations of one bound, with y the multiplier, w = price - y that of elastic >= 0, and dg = g' dz:
 //   dg + d_elastic = d_slack,   slack dy + y d_slack = mu - slack y,   -elastic dy + w d_elastic = mu - elastic w.
 // So dy = stiffness (offset - dg) with 1 / stiffness = slack / y + elastic / w and
 // offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
   for (int b = 0; b < evaluation_.batches(); ++b) {
-    NodeHessianOf<Lanes> H = NodeHessianOf<Lanes>::Zero(3 * n_, 3 * n_);
+    NodeHessianOf<Lanes> H = NodeHessianOf<Lanes>::Zero(entries_, entries_);
     evaluation_.add_objective_hessian(b, curvature, H);
     NodeGradientOf<Lanes> g = gradient_[b];
     for (RowBlock& block : blocks_[b]) {
       Lanes stiffness = 0.0, force = 0.0;
       for (int i = 0; i < block.side_count; ++i) {
         Side& side = block.sides[i];
-        const Lanes y = side.multiplier, w = kPenalty - y, yw = y * w;
+        const Lanes y = side.multiplier, w = block.price - y, yw = y * w;
         side.stiffness = yw / (side.slack * w + side.elastic * y);
         side.offset = mu_ * (w - y) / yw - side.slack + side.elastic;
         stiffness += side.stiffness;
@@ -289,6 +310,27 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
     write_model(b, H, g, newton);
   }
+  if (ocp_.liquid()) add_slosh(curvature, newton);
+}
+
+/// How the liquid goes, and for the exact curvature the second derivatives of that.
+void ElasticBarrier::add_slosh(Curvature curvature, NewtonSystem& newton) const {
+  for (int k = 0; k < horizon_; ++k) newton.slosh_step(k) = evaluation_.slosh_step(k);
+  if (curvature != Curvature::kExact) return;
+  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i - n; };  // of w = [u; q; dq]
+  evaluation_.for_each_slosh_hessian(z_, slosh_costates_, [&](int k, const NodeHessianOf<Lanes>& H, int lane) {
+    const SloshStep& step = evaluation_.slosh_step(k);
+    const SloshState by_vertical = step.curvature_by_vertical(slosh_costates_[k]);
+    for (int i = 0; i < 3 * n_; ++i) {
+      double* row = newton.row(k, i);
+      for (int j = i; j < 3 * n_; ++j) {
+        const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
+        row[j] += H(first, second)[lane];
+      }
+      const double slope = step.by_motion(2, z_entry(i));
+      for (int j = 0; j < kSloshStates; ++j) row[3 * n_ + j] += slope * by_vertical[j];
+    }
+  });
 }
 
 void ElasticBarrier::write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g,
@@ -296,16 +338,17 @@ void ElasticBarrier::write_model(int b, const NodeHessianOf<Lanes>& H, const Nod
   const int lanes = std::min(kLanes, horizon_ + 1 - b * kLanes);  // without padding
   std::array<double*, kLanes> models;
   for (int i = 0; i < lanes; ++i) models[i] = newton.row(order_.node(b * kLanes + i), 0);
-  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i - n; };  // of w = [u; q; dq]
-  for (int i = 0; i < 3 * n_; ++i) {
+  // Of w = [u; q; dq; state of the liquid].
+  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i < 3 * n ? i - n : i; };
+  for (int i = 0; i < entries_; ++i) {
     const int row = i * newton.width();
-    for (int j = i; j < 3 * n_; ++j) {
+    for (int j = i; j < entries_; ++j) {
       const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
       const Lanes& numbers = H(first, second);
       for (int lane = 0; lane < lanes; ++lane) models[lane][row + j] = numbers[lane];
     }
     const Lanes& numbers = g[z_entry(i)];
-    for (int lane = 0; lane < lanes; ++lane) models[lane][row + 3 * n_] = numbers[lane];
+    for (int lane = 0; lane < lanes; ++lane) models[lane][row + newton.gradient()] = numbers[lane];
   }
 }
 
@@ -326,7 +369,7 @@ double ElasticBarrier::complete(const NodeTable& step) {
     change *= block.acts;
     for (int i = 0; i < block.side_count; ++i) {
       Side& side = block.sides[i];
-      const Lanes slack = side.slack, elastic = side.elastic, y = side.multiplier, w = kPenalty - y;
+      const Lanes slack = side.slack, elastic = side.elastic, y = side.multiplier, w = block.price - y;
       const Lanes dy = side.stiffness * (side.offset - side.sign * change);
       const Lanes by_multipliers = 1.0 / (y * w), by_slacks = 1.0 / (slack * elastic);
       side.multiplier_step = dy;
@@ -334,7 +377,7 @@ double ElasticBarrier::complete(const NodeTable& step) {
       side.elastic_step = (mu_ + elastic * dy) * (y * by_multipliers) - elastic;
       const Lanes room_growth = side.slack_step * (elastic * by_slacks);
       const Lanes excess_growth = side.elastic_step * (slack * by_slacks);
-      slope += kPenalty * side.elastic_step - mu_ * (room_growth + excess_growth);
+      slope += block.price * side.elastic_step - mu_ * (room_growth + excess_growth);
       shrink = max(shrink, -min(room_growth, excess_growth));
       dual_shrink = max(dual_shrink, max(-dy * (w * by_multipliers), dy * (y * by_multipliers)));
     }
@@ -345,9 +388,21 @@ double ElasticBarrier::complete(const NodeTable& step) {
   return std::isfinite(total) ? total : kInfinity;
 }
 
-double ElasticBarrier::phi(Lanes elastic, double logarithms) const {
-  const double result = objective_ + kPenalty * sum(elastic) - mu_ * logarithms;
+double ElasticBarrier::phi(Lanes cost_of_elastic, double logarithms) const {
+  const double result = objective_ + sum(cost_of_elastic) - mu_ * logarithms;
   return std::isfinite(result) ? result : kInfinity;
+}
+
+double ElasticBarrier::cost_of_prices() const {
+  Lanes cost = 0.0;
+  for (const auto& batch : blocks_) {
+    for (const RowBlock& block : batch) {
+      for (int i = 0; block.soft && i < block.side_count; ++i) {
+        cost += block.price * max(-block.inside(block.sides[i]), 0.0);
+      }
+    }
+  }
+  return sum(cost);
 }
 
 double ElasticBarrier::merit() {
@@ -355,7 +410,7 @@ double ElasticBarrier::merit() {
   LogSum logarithms;
   for_each_block([&](const RowBlock& block, int) {
     for (int i = 0; i < block.side_count; ++i) {
-      elastic += block.sides[i].elastic;
+      elastic += block.price * block.sides[i].elastic;
       logarithms.add(block.sides[i].slack * block.sides[i].elastic);
     }
   });
@@ -376,7 +431,7 @@ double ElasticBarrier::try_step(const NodeTable& z, double scale) {
       const Lanes rest = block.inside(side) + elastic - slack, taken = max(rest, -0.5 * slack);
       side.new_slack = slack + taken;
       side.new_elastic = elastic - (rest - taken);
-      sum_of_excess += side.new_elastic;
+      sum_of_excess += block.price * side.new_elastic;
       logarithms.add(side.new_slack * side.new_elastic);
     }
   });
@@ -400,7 +455,7 @@ ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
   Lanes violation = 0.0;
   for (int r = 0; r < rows_.size(); ++r) {
     const Lanes outside = -least_inside(r);
-    violation = max(violation, outside);
+    if (!rows_[r].soft()) violation = max(violation, outside);
     if (rows_.in_working_set(r) || !any(outside > tolerance)) continue;
     work_on(r, nullptr);
     for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) start_slacks(blocks_[b].back());

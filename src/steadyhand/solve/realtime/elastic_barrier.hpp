@@ -14,8 +14,8 @@ namespace steadyhand::realtime {
 /// Distance of a point with its multipliers from the KKT conditions; the first three are the terms of kkt_error().
 struct Residuals {
   double dual = 0.0;             ///< largest |dL/du|, states eliminated
-  double violation = 0.0;        ///< of the rows in the working set
-  double complementarity = 0.0;  ///< largest |multiplier * distance to the bound|
+  double violation = 0.0;        ///< of the rows in the working set that have no price
+  double complementarity = 0.0;  ///< largest |multiplier * distance to the bound|, with a price see kkt_error()
   double centrality = 0.0;       ///< largest |slack * multiplier - mu|, of slacks and of elastic variables
 
   double kkt() const { return std::max({dual, violation, complementarity}); }
@@ -24,11 +24,12 @@ struct Residuals {
 /// The problem that the solver's Newton steps see (docs/solver.md, "Elastic barrier"). Every bound of every row at
 /// every node, written as g(z) >= 0, gets two positive variables with g + elastic = slack: the slack is the distance to
 /// the bound from inside, the elastic variable the violation. Over the accelerations and these the solver minimises
-///   phi = J + sum ( penalty * elastic - mu log slack - mu log elastic ),
+///   phi = J + sum ( price * elastic - mu log slack - mu log elastic ),
 /// whose minimisers go to the solution as mu -> 0. They make g + elastic = slack true at any point, so there is no
-/// infeasible iterate; the l1 penalty is above every multiplier, so that elastic variables vanish wherever they can.
+/// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except for rows
+/// that have a price of their own (Constraint::price).
 ///
-/// Points z are tables [q; dq; u] x nodes that obey the dynamics. Lanes in which a row does not act carry the bound
+/// Points z are tables [q; dq; u; state of the liquid] x nodes that obey the dynamics. Lanes in which a row does not act carry the bound
 /// 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
 class ElasticBarrier {
  public:
@@ -65,12 +66,13 @@ class ElasticBarrier {
 
   /// Sets the point without touching slacks and multipliers.
   void move(const NodeTable& z);
-  double objective() const { return objective_; }
+  /// J and what rows with a price cost.
+  double objective() const { return objective_ + cost_of_prices(); }
   /// What check_all_rows() found.
   enum class Check { kNothingNew, kMissedLinear, kMissed };
   /// Looks at all rows at the point; those outside their bounds by more than the tolerance go into the working set.
   Check check_all_rows(double tolerance);
-  /// Violation of all rows where begin() or check_all_rows() looked last.
+  /// Violation of all rows without a price where begin() or check_all_rows() looked last.
   double violation() const { return violation_; }
   double curvature_scale() const { return curvature_scale_; }
   /// Multipliers in the order of Solution::multipliers.
@@ -94,7 +96,9 @@ class ElasticBarrier {
   struct RowBlock {
     int row, entry;
     EntryRange support;
-    Lanes acts;   ///< 1 in lanes where the row acts, else 0
+    double price;  ///< of the elastic variables
+    bool soft;     ///< it is the row's own
+    Lanes acts;    ///< 1 in lanes where the row acts, else 0
     Lanes value;  ///< c at the point
     std::array<Side, 2> sides;
     int side_count;
@@ -118,8 +122,10 @@ class ElasticBarrier {
   void start_slacks(RowBlock& block) const;
   /// Largest multiplier of each row over the nodes.
   void find_largest_multipliers(const std::vector<std::vector<double>>& multipliers);
+  void add_slosh(Curvature curvature, NewtonSystem& newton) const;
   void write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g, NewtonSystem& newton) const;
-  double phi(Lanes elastic, double logarithms) const;
+  double phi(Lanes cost_of_elastic, double logarithms) const;
+  double cost_of_prices() const;
   /// Calls f(block, batch) with every block.
   template <typename F>
   void for_each_block(const F& f) {
@@ -129,7 +135,7 @@ class ElasticBarrier {
   }
 
   const Ocp& ocp_;
-  int n_, horizon_;
+  int n_, entries_, horizon_;
   double dt_;
   NodeOrder order_;
   BatchEvaluation evaluation_;
@@ -146,6 +152,7 @@ class ElasticBarrier {
   double objective_ = 0.0, violation_ = 0.0;
   std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
+  std::vector<SloshState> slosh_costates_;  ///< dL by the liquid's state at k + 1, of everything from there on
   Residuals residuals_;
   double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;
   const NodeTable* step_ = nullptr;

@@ -8,14 +8,14 @@
 namespace steadyhand::realtime {
 namespace {
 
-constexpr int padded_width(int dof) { return (3 * dof + 1 + kLanes - 1) / kLanes * kLanes; }
+constexpr int padded_width(int size) { return (size + 1 + kLanes - 1) / kLanes * kLanes; }
 
-/// The recursion for n joints. The cost to go of node k + 1, pulled back through the dynamics, adds to the model of
+/// The recursion for n joints and a liquid of `s` numbers. The cost to go of node k + 1, pulled back through the dynamics, adds to the model of
 /// node k; eliminating du_k from the sum by symmetric Gaussian elimination leaves the cost to go of node k in the rows
 /// of [q; dq]. Everything happens in place, rows in steps of Lanes from the one that holds the diagonal on.
-template <int n>
+template <int n, int s>
 struct Kernels {
-  static constexpr int kSize = 3 * n, kGradient = 3 * n, kWidth = padded_width(n);
+  static constexpr int kSize = 3 * n + s, kGradient = kSize, kWidth = padded_width(kSize);
   using Row = double[kWidth];
   using Model = Row[kSize];
 
@@ -65,6 +65,99 @@ struct Kernels {
     }
   }
 
+  /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
+  /// G of rank 3. P by [q; dq; state].
+  static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model) {
+    const double h = 0.5 * dt * dt;
+    const auto P = [&](int i, int j) { return i <= j ? next[n + i][n + j] : next[n + j][n + i]; };
+    double by_force[s][3], of_arm[2 * n][3], gradient[s];  // P F, by rows of the liquid and of the arm
+    for (int i = 0; i < s; ++i) gradient[i] = next[3 * n + i][kGradient];
+    const auto multiply = [&](int row, double (&to)[3]) {
+      for (double& number : to) number = 0.0;
+      for (int j = 0; j < s; ++j) {
+        const double p = P(row, 2 * n + j);
+        for (int m = 0; m < 3; ++m) to[m] += p * step.by_force(j, m);
+      }
+    };
+    for (int i = 0; i < s; ++i) multiply(2 * n + i, by_force[i]);
+    for (int i = 0; i < 2 * n; ++i) multiply(i, of_arm[i]);
+    double Q[3][3] = {}, along[3] = {};  // F' P F, F' p
+    for (int i = 0; i < s; ++i) {
+      for (int a = 0; a < 3; ++a) {
+        along[a] += step.by_force(i, a) * gradient[i];
+        for (int b = 0; b < 3; ++b) Q[a][b] += step.by_force(i, a) * by_force[i][b];
+      }
+    }
+
+    // By rows of w = [u; q; dq]: G, and what with G makes its share of the Hessian.
+    alignas(64) double G[3][kWidth] = {};
+    alignas(64) double half[3][kWidth] = {};
+    for (int i = 0; i < n; ++i) {
+      for (int m = 0; m < 3; ++m) {
+        G[m][i] = step.by_motion(m, 2 * n + i);
+        G[m][n + i] = step.by_motion(m, i);
+        G[m][2 * n + i] = step.by_motion(m, n + i);
+        half[m][i] = h * of_arm[i][m] + dt * of_arm[n + i][m];
+        half[m][n + i] = of_arm[i][m];
+        half[m][2 * n + i] = dt * of_arm[i][m] + of_arm[n + i][m];
+      }
+    }
+    for (int i = 0; i < 3 * n; ++i) {
+      for (int m = 0; m < 3; ++m) {
+        for (int b = 0; b < 3; ++b) half[m][i] += 0.5 * Q[m][b] * G[b][i];
+      }
+    }
+    for (int i = 0; i < 3 * n; ++i) {
+      alignas(64) double row[kWidth] = {};
+      for (int m = 0; m < 3; ++m) {
+        add(row, half[m][i], G[m], i);
+        add(row, G[m][i], half[m], i);
+      }
+      // By the liquid: E S with E = [B A]' P + G' F' P.
+      double E[s];
+      for (int j = 0; j < s; ++j) {
+        E[j] = G[0][i] * by_force[j][0] + G[1][i] * by_force[j][1] + G[2][i] * by_force[j][2];
+        if (i < n) E[j] += h * P(i, 2 * n + j) + dt * P(n + i, 2 * n + j);
+        else if (i < 2 * n) E[j] += P(i - n, 2 * n + j);
+        else E[j] += dt * P(i - 2 * n, 2 * n + j) + P(i - n, 2 * n + j);
+      }
+      pull_back_row(step, E, row + 3 * n);
+      row[kGradient] = G[0][i] * along[0] + G[1][i] * along[1] + G[2][i] * along[2];
+      add(model[i], 1.0, row, i);
+    }
+
+    double rows[s][s], columns[s][s];  // P S, then S' P S
+    for (int i = 0; i < s; ++i) {
+      double E[s];
+      for (int j = 0; j < s; ++j) E[j] = P(2 * n + i, 2 * n + j);
+      pull_back_row(step, E, rows[i]);
+    }
+    for (int j = 0; j < s; ++j) {
+      double E[s];
+      for (int i = 0; i < s; ++i) E[i] = rows[i][j];
+      pull_back_row(step, E, columns[j]);
+    }
+    double pulled[s];
+    pull_back_row(step, gradient, pulled);
+    for (int i = 0; i < s; ++i) {
+      for (int j = i; j < s; ++j) model[3 * n + i][3 * n + j] += columns[j][i];
+      model[3 * n + i][kGradient] += pulled[i];
+    }
+  }
+
+  /// to = S' from
+  static void pull_back_row(const SloshStep& step, const double* from, double* to) {
+    for (int mode = 0; mode < kSloshModes; ++mode) {
+      const double* t = step.transition.mode(mode);
+      for (int axis = 0; axis < 2; ++axis) {
+        const int i = slosh_entry(mode, axis);
+        to[i] = t[0] * from[i] + t[3] * from[i + 1];
+        to[i + 1] = t[1] * from[i] + t[4] * from[i + 1];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) to[slosh_force_entry(axis)] = 0.0;
+  }
+
   /// Gaussian elimination of u: its rows keep what the forward sweep needs.
   static bool eliminate(Model& model, double smallest_pivot, bool state_too) {
     std::array<double, n> inverse;
@@ -86,29 +179,32 @@ struct Kernels {
     return true;
   }
 
-  static bool factorise(double* numbers, int horizon, double dt, double smallest_pivot) {
+  static bool factorise(double* numbers, const SloshStep* steps, int horizon, double dt, double smallest_pivot) {
     Model* models = reinterpret_cast<Model*>(numbers);
     for (int k = horizon - 1; k >= 0; --k) {
       pull_back(models[k + 1], dt, models[k]);
+      if constexpr (s > 0) pull_back_slosh(models[k + 1], steps[k], dt, models[k]);
       if (!eliminate(models[k], smallest_pivot, k > 0)) return false;
     }
     return true;
   }
 
-  static void solve(const double* numbers, int horizon, double dt, NodeTable& step) {
+  static void solve(const double* numbers, const SloshStep* steps, int horizon, double dt, NodeTable& step) {
     const Model* models = reinterpret_cast<const Model*>(numbers);
-    std::array<double, 2 * n> x{};
+    std::array<double, 2 * n + s> x{};
     for (int k = 0;; ++k) {
       for (int i = 0; i < 2 * n; ++i) step.set(i, k, x[i]);
+      for (int i = 0; i < s; ++i) step.set(3 * n + i, k, x[2 * n + i]);
       if (k == horizon) return;
       std::array<double, n> u;
       for (int i = n - 1; i >= 0; --i) {
         const double* row = models[k][i];
         double sum = row[kGradient];
-        for (int j = 0; j < 2 * n; ++j) sum += row[n + j] * x[j];
+        for (int j = 0; j < 2 * n + s; ++j) sum += row[n + j] * x[j];
         for (int j = i + 1; j < n; ++j) sum += row[j] * u[j];
         u[i] = -sum / row[i];
       }
+      if constexpr (s > 0) advance_slosh(steps[k], u, x);
       for (int i = 0; i < n; ++i) {
         step.set(2 * n + i, k, u[i]);
         x[i] += dt * x[n + i] + 0.5 * dt * dt * u[i];
@@ -116,32 +212,66 @@ struct Kernels {
       }
     }
   }
+
+  /// The step of the liquid's state over an interval, in place behind those of q and dq.
+  static void advance_slosh(const SloshStep& step, const std::array<double, n>& u, std::array<double, 2 * n + s>& x) {
+    double force[3];
+    for (int m = 0; m < 3; ++m) {
+      force[m] = 0.0;
+      for (int i = 0; i < 2 * n; ++i) force[m] += step.by_motion(m, i) * x[i];
+      for (int i = 0; i < n; ++i) force[m] += step.by_motion(m, 2 * n + i) * u[i];
+    }
+    double* state = x.data() + 2 * n;
+    for (int mode = 0; mode < kSloshModes; ++mode) {
+      const double* t = step.transition.mode(mode);
+      for (int axis = 0; axis < 2; ++axis) {
+        const int i = slosh_entry(mode, axis);
+        const double deflection = state[i], rate = state[i + 1];
+        state[i] = t[0] * deflection + t[1] * rate;
+        state[i + 1] = t[3] * deflection + t[4] * rate;
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) state[slosh_force_entry(axis)] = 0.0;
+    for (int i = 0; i < s; ++i) {
+      for (int m = 0; m < 3; ++m) state[i] += step.by_force(i, m) * force[m];
+    }
+  }
 };
 
 /// Calls f with the Kernels of this number of joints.
 template <int n = 1, typename F>
-auto with_kernels(int dof, const F& f) {
+auto with_kernels(int dof, bool slosh, const F& f) {
   if constexpr (n < kMaxJoints) {
-    if (dof != n) return with_kernels<n + 1>(dof, f);
+    if (dof != n) return with_kernels<n + 1>(dof, slosh, f);
   }
-  return f(Kernels<n>());
+  return slosh ? f(Kernels<n, kSloshStates>()) : f(Kernels<n, 0>());
 }
 
 }  // namespace
 
-NewtonSystem::NewtonSystem(int dof, int horizon, double dt)
+NewtonSystem::NewtonSystem(int dof, int slosh_states, int horizon, double dt)
     : dof_(dof),
+      size_(3 * dof + slosh_states),
       horizon_(horizon),
-      width_(padded_width(dof)),
+      width_(padded_width(size_)),
       dt_(dt),
-      numbers_(static_cast<std::size_t>(horizon + 1) * 3 * dof * width_, 0.0) {}
+      numbers_(static_cast<std::size_t>(horizon + 1) * size_ * width_, 0.0) {
+  if (slosh_states == 0) return;
+  slosh_steps_.resize(horizon);
+  for (SloshStep& step : slosh_steps_) step.by_motion.setZero(3, 3 * dof);
+}
 
 bool NewtonSystem::factorise(double smallest_pivot) {
-  return with_kernels(dof_, [&](auto k) { return k.factorise(numbers_.data(), horizon_, dt_, smallest_pivot); });
+  return with_kernels(dof_, !slosh_steps_.empty(), [&](auto k) {
+    return k.factorise(numbers_.data(), slosh_steps_.data(), horizon_, dt_, smallest_pivot);
+  });
 }
 
 void NewtonSystem::solve(NodeTable& step) const {
-  with_kernels(dof_, [&](auto k) { k.solve(numbers_.data(), horizon_, dt_, step); });
+  with_kernels(dof_, !slosh_steps_.empty(), [&](auto k) {
+    k.solve(numbers_.data(), slosh_steps_.data(), horizon_, dt_, step);
+    return true;
+  });
 }
 
 }  // namespace steadyhand::realtime

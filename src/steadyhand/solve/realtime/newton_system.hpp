@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "steadyhand/ocp/slosh.hpp"
 #include "steadyhand/solve/realtime/node_table.hpp"
 
 namespace steadyhand::realtime {
@@ -9,17 +10,23 @@ namespace steadyhand::realtime {
 /// The Newton step of a sum of quadratic models under the double integrator (docs/solver.md, "Riccati"): minimises
 ///   sum_k 1/2 dw_k' H_k dw_k + g_k' dw_k   over du,   with   dq+ = dq + dt dv + dt^2/2 du,  dv+ = dv + dt du,  dx_0 =
 ///   0.
-/// Node k's model is by w = [u; q; dq], row-major, rows of width(): the Hessian in the first 3n columns, the gradient
-/// in column 3n. Only the diagonal and what stands right of it is read. The kernels are compiled for each n. Memory is
+/// Node k's model is by w = [u; q; dq], row-major, rows of width(): the Hessian in the first columns, then the gradient.
+/// In a problem with a liquid its state s stands behind dq, with ds+ = S_k ds + F_k G_k [dq; dv; du] (SloshStep).
+/// Only the diagonal and what stands right of it is read. The kernels are compiled for each n. Memory is
 /// taken by the constructor.
 class NewtonSystem {
  public:
-  NewtonSystem(int dof, int horizon, double dt);
+  /// @param slosh_states 0 or kSloshStates
+  NewtonSystem(int dof, int slosh_states, int horizon, double dt);
 
   /// Row i of node k's model, to be filled before factorise(), which overwrites it. At k = N the rows of u are not
   /// read.
-  double* row(int k, int i) { return numbers_.data() + (static_cast<std::size_t>(k) * 3 * dof_ + i) * width_; }
+  double* row(int k, int i) { return numbers_.data() + (static_cast<std::size_t>(k) * size_ + i) * width_; }
   int width() const { return width_; }
+  /// Column of the gradient.
+  int gradient() const { return size_; }
+  /// How the liquid goes over interval k, to be filled before factorise().
+  SloshStep& slosh_step(int k) { return slosh_steps_[k]; }
 
   /// Eliminates du_{N-1} .. du_0. False if a pivot is not above `smallest_pivot`: the Hessian on the space of the
   /// accelerations is not positive definite, and there is no step.
@@ -28,9 +35,10 @@ class NewtonSystem {
   void solve(NodeTable& step) const;
 
  private:
-  int dof_, horizon_, width_;
+  int dof_, size_, horizon_, width_;
   double dt_;
   std::vector<double> numbers_;
+  std::vector<SloshStep> slosh_steps_;  ///< none without a liquid
 };
 
 }  // namespace steadyhand::realtime

@@ -15,7 +15,8 @@ RowSet::RowSet(const Ocp& ocp) : horizon_(ocp.horizon()) {
                        constraint.bounds(i),
                        constraint.entry(i),
                        constraint.support(i, ocp.dof()),
-                       constraint.activation_margin(i)});
+                       constraint.activation_margin(i),
+                       constraint.price(i)});
       slot_first_.push_back(of_state ? -1 : first_slots++);
       slot_last_.push_back(of_state ? last_slots++ : -1);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "steadyhand/ocp/evaluation.hpp"
@@ -14,6 +15,10 @@ struct Row {
   int entry;                 ///< see Constraint::entry
   EntryRange support;        ///< see Constraint::support
   double activation_margin;  ///< see Constraint::activation_margin
+  double price;              ///< see Constraint::price
+
+  /// Whether leaving the bounds costs something but is allowed.
+  bool soft() const { return price < std::numeric_limits<double>::infinity(); }
 };
 
 /// All rows of an Ocp, in the order of Evaluation::rows, and the working set of those that are computed at every

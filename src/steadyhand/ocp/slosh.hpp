@@ -1,0 +1,101 @@
+#pragma once
+
+#include <array>
+
+#include "steadyhand/core/glass.hpp"
+#include "steadyhand/core/lanes.hpp"
+#include "steadyhand/core/math.hpp"
+
+namespace steadyhand {
+
+/// Copies of the liquid's first mode in one problem, of different frequencies: a plan that is right for each of them is
+/// right for a liquid whose frequency is not known exactly.
+inline constexpr int kSloshModes = 3;
+/// Numbers of the liquid's state: for each mode and each lateral axis of the glass a deflection and its rate, then the
+/// specific force of the interval before.
+inline constexpr int kSloshStates = 4 * kSloshModes + 3;
+
+/// The liquid at a node. Deflections are accelerations: a liquid at rest under a constant specific force f has the
+/// deflection f of the axis, times g / f_z. Rates are divided by the mode's frequency, so all is in m/s^2, tool frame.
+template <typename Scalar>
+using SloshStateOf = Eigen::Matrix<Scalar, kSloshStates, 1>;
+using SloshState = SloshStateOf<double>;
+/// Where in a SloshState the deflection of a mode along an axis (0: x, 1: y) stands; its rate is the next one.
+constexpr int slosh_entry(int mode, int axis) { return 4 * mode + 2 * axis; }
+/// Where the force along an axis (0 to 2) stands.
+constexpr int slosh_force_entry(int axis) { return 4 * kSloshModes + axis; }
+
+/// How the liquid's state goes over one interval of constant force, by the part of it along the axis of the glass:
+/// coefficients for each mode.
+struct SloshTransition {
+  static constexpr int kSize = 6;  ///< by row: x+ by x, v and f, then v+ by x, v and f
+  alignas(64) std::array<double, kSize * kSloshModes> value;
+
+  const double* mode(int i) const { return value.data() + kSize * i; }
+};
+
+/// One interval of the liquid's way, with derivatives at a state. The specific force f (3, tool frame, m/s^2) is that
+/// at the interval's middle, and constant.
+struct SloshStep {
+  Vector3 force = Vector3::Zero();
+  SloshTransition transition, by_vertical, by_vertical2;  ///< at f_z, and its first and second derivatives by f_z
+  /// f by [q; dq; u] of the interval's begin.
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3 * kMaxJoints> by_motion;
+  Eigen::Matrix<double, kSloshStates, 3> by_force;  ///< state+ by f, see differentiate()
+
+  SloshState next(const SloshState& state) const;
+  /// Sets by_force.
+  void differentiate(const SloshState& state);
+  /// (d state+ / d state)' costate
+  SloshState pull_back(const SloshState& costate) const;
+  /// Second derivatives of costate . state+ by f.
+  Matrix3 curvature_by_force(const SloshState& state, const SloshState& costate) const;
+  /// Second derivatives of costate . state+ by the state and f_z; by the other forces they are 0.
+  SloshState curvature_by_vertical(const SloshState& costate) const;
+};
+
+/// The liquid's first sloshing mode, driven by the glass's motion. For each axis, with f the lateral specific force,
+///   x'' = w^2 (f - (f_z / g) x) - 2 zeta w x',
+/// and the wave at the wall e = (R / g) (c x + (1 - c) f), c = 0.837: the first mode has this share of the surface under
+/// constant acceleration, the higher ones follow at once. Docs/formulation.md.
+class SloshModel {
+ public:
+  /// Of no liquid: all zero.
+  SloshModel() = default;
+  /// @param dt s, of an interval
+  /// @param factors the modes' frequencies, times slosh_frequency(glass)
+  SloshModel(const GlassSettings& glass, double dt, const std::array<double, kSloshModes>& factors);
+
+  /// The state of a liquid that has come to rest under this specific force.
+  SloshState at_rest(const Vector3& force) const;
+  /// Sets force and transition, and unless `derivatives` is false those by f_z.
+  void set_step(const Vector3& force, bool derivatives, SloshStep& step) const;
+
+  /// m, along both axes of the glass: height of the wave at the wall, above the liquid at rest.
+  template <typename S>
+  std::array<S, 2> wave(const SloshStateOf<S>& state, int mode) const {
+    const auto along = [&](int axis) {
+      return S(height_by_deflection_) * state[slosh_entry(mode, axis)] +
+             S(height_by_force_) * state[slosh_force_entry(axis)];
+    };
+    return {along(0), along(1)};
+  }
+  double height_by_deflection() const { return height_by_deflection_; }  ///< m per m/s^2
+  double height_by_force() const { return height_by_force_; }            ///< the same
+  double dt() const { return dt_; }
+
+ private:
+  /// The transition is a polynomial in f_z / g - 1; what multiplies its powers.
+  static constexpr int kDegree = 7;
+  std::array<SloshTransition, kDegree + 1> coefficients_{};
+  double height_by_deflection_ = 0.0, height_by_force_ = 0.0, dt_ = 0.0;
+};
+
+/// What a problem knows of the liquid at its node 0.
+struct LiquidInstance {
+  SloshModel model;  ///< of intervals of the problem's dt
+  double room = 0.0;  ///< m, how high a wave may be
+  SloshState state = SloshState::Zero();
+};
+
+}  // namespace steadyhand
