@@ -301,9 +301,9 @@ TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return std::make_shared<Upright>(); });
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return nullptr; });  // not for this robot
   const Ocp ocp(model, settings);
-  ASSERT_EQ(ocp.constraints().size(), 8u);
+  ASSERT_EQ(ocp.constraints().size(), 9u);
   const Evaluation evaluation(ocp);
-  EXPECT_EQ(evaluation.rows(1).back().constraint, 7);
+  EXPECT_EQ(evaluation.rows(1).back().constraint, 8);
   EXPECT_EQ(evaluation.bounds(evaluation.rows(1).back()).lower, 0.9);
 }
 

@@ -64,6 +64,23 @@ Result<Profile> load_profile(const std::string& name, const Places& places, cons
   } else {
     file.fail("prediction", fmt::format("is '{}'; it must be constant_velocity or decaying", prediction));
   }
+  constexpr double kDegree = M_PI / 180.0;
+  profile.tilt_max = kDegree * file.number("tilt", {0.0, 180.0}, 180.0);
+  if (file.has("liquid")) {
+    LiquidSettings& liquid = profile.ocp.liquid.emplace();
+    YamlMap map = file.map("liquid");
+    liquid.margin = map.number("margin", {0.0, 1.0}, liquid.margin);
+    liquid.price = map.number("price", {0.0, 1e5, true}, liquid.price);
+    liquid.lean_max = kDegree * map.number("lean", {0.0, 90.0, true}, liquid.lean_max / kDegree);
+    if (map.has("frequencies")) {
+      const std::vector<double> factors = map.number_or_numbers("frequencies", {0.5, 2.0});
+      if (factors.size() == liquid.frequencies.size()) {
+        std::copy(factors.begin(), factors.end(), liquid.frequencies.begin());
+      } else {
+        map.fail("frequencies", fmt::format("has {} numbers; {} are expected", factors.size(), kSloshModes));
+      }
+    }
+  }
   profile.solver = file.text("solver", profile.solver);
   if (const auto& known = solver_names(); std::find(known.begin(), known.end(), profile.solver) == known.end()) {
     file.fail("solver", fmt::format("is '{}'; the solvers are {}", profile.solver, fmt::join(known, ", ")));

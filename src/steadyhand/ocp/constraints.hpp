@@ -22,5 +22,7 @@ std::shared_ptr<const Constraint> make_obstacles(const RobotModel& model, const 
 std::shared_ptr<const Constraint> make_no_spill(const RobotModel& model, const OcpSettings& settings);
 /// Specific force along the glass's axis, at least a share of g, m/s^2; at a price. Null without a liquid.
 std::shared_ptr<const Constraint> make_held_down(const RobotModel& model, const OcpSettings& settings);
+/// Cosine of the glass's lean, at least that of the largest; at a price. Null without a liquid.
+std::shared_ptr<const Constraint> make_lean(const RobotModel& model, const OcpSettings& settings);
 
 }  // namespace steadyhand

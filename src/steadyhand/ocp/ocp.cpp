@@ -28,7 +28,8 @@ void add_optional_objectives(OcpSettings& settings) {
 }
 
 std::vector<ConstraintMaker> default_constraints() {
-  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision, make_obstacles, make_no_spill, make_held_down};
+  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision,
+          make_obstacles,       make_no_spill,        make_held_down,           make_lean};
 }
 
 namespace {
@@ -67,6 +68,8 @@ Status check(const LiquidSettings& liquid) {
     return Error{fmt::format("the liquid's price is {}; it must be above 0, to 1e5", liquid.price)};
   if (!(liquid.least_weight > 0.0 && liquid.least_weight < 1.0))
     return Error{fmt::format("the liquid's least_weight is {}; it must be between 0 and 1", liquid.least_weight)};
+  if (!(liquid.lean_max > 0.0 && liquid.lean_max <= M_PI / 2))
+    return Error{fmt::format("the liquid's lean_max is {} rad; it must be above 0, to pi/2", liquid.lean_max)};
   return Done{};
 }
 

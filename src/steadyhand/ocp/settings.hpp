@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
@@ -38,6 +40,7 @@ struct LiquidSettings {
   double price = 50.0;  ///< units of the objective per m of wave above the margin, at each node
   /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
   double least_weight = 0.3;
+  double lean_max = 25.0 * M_PI / 180.0;  ///< rad, (0, pi/2]: of the glass's axis, from the vertical
 };
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.

@@ -71,14 +71,14 @@ class SloshModel {
   /// Sets force and transition, and unless `derivatives` is false those by f_z.
   void set_step(const Vector3& force, bool derivatives, SloshStep& step) const;
 
-  /// m, along both axes of the glass: height of the wave at the wall, above the liquid at rest.
+  /// m, along both axes of the glass: height of the wave at the wall, above the liquid at rest; then how high it would
+  /// swing from there by its rate alone.
   template <typename S>
-  std::array<S, 2> wave(const SloshStateOf<S>& state, int mode) const {
-    const auto along = [&](int axis) {
-      return S(height_by_deflection_) * state[slosh_entry(mode, axis)] +
-             S(height_by_force_) * state[slosh_force_entry(axis)];
-    };
-    return {along(0), along(1)};
+  std::array<S, 4> wave(const SloshStateOf<S>& state, int mode) const {
+    const S c(height_by_deflection_), d(height_by_force_);
+    const int x = slosh_entry(mode, 0), y = slosh_entry(mode, 1);
+    return {c * state[x] + d * state[slosh_force_entry(0)], c * state[y] + d * state[slosh_force_entry(1)],
+            c * state[x + 1], c * state[y + 1]};
   }
   double height_by_deflection() const { return height_by_deflection_; }  ///< m per m/s^2
   double height_by_force() const { return height_by_force_; }            ///< the same
@@ -94,6 +94,8 @@ class SloshModel {
 /// What a problem knows of the liquid at its node 0.
 struct LiquidInstance {
   SloshModel model;  ///< of intervals of the problem's dt
+  /// False: the liquid does not count. Its rows are far inside their bounds, and a solver may leave out its states.
+  bool counts = true;
   double room = 0.0;  ///< m, how high a wave may be
   SloshState state = SloshState::Zero();
 };

@@ -53,6 +53,7 @@ PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, 
 
 PipelineSettings::PipelineSettings(const Profile& profile) : ocp(profile.ocp) {
   predictor.model = profile.prediction;
+  retarget.tilt_max = profile.tilt_max;
   planner.solver = profile.solver;
   planner.tolerance = profile.tolerance;
 }

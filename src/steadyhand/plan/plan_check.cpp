@@ -32,6 +32,8 @@ std::string_view to_string(PlanFault fault) {
       return "beyond the tool's speed limit";
     case PlanFault::kElbowSpeed:
       return "beyond the elbow's speed limit";
+    case PlanFault::kSpill:
+      return "a wave over the rim";
   }
   return "unknown";
 }

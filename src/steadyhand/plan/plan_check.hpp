@@ -32,7 +32,8 @@ enum class PlanFault {
   kSelfCollision,  ///< a pair of bodies overlaps
   kObstacle,       ///< a body overlaps an obstacle
   kToolSpeed,      ///< PlanCheckSettings::tool_speed_max
-  kElbowSpeed      ///< PlanCheckSettings::elbow_speed_max
+  kElbowSpeed,     ///< PlanCheckSettings::elbow_speed_max
+  kSpill           ///< a wave over the rim, which following on would not bring
 };
 /// For people and recordings.
 std::string_view to_string(PlanFault fault);

@@ -7,6 +7,7 @@
 #include <exception>
 #include <utility>
 
+#include "steadyhand/plan/level_stop.hpp"
 #include "steadyhand/robot/model_check.hpp"
 #include "steadyhand/track/sample.hpp"
 
@@ -39,7 +40,7 @@ Status check_settings(const PlannerSettings& settings) {
 }
 
 /// Whether a solver may rely on what a constraint says of its rows.
-Status check_rows(const Constraint& constraint, int dof) {
+Status check_rows(const Constraint& constraint, int dof, int all) {
   const auto refuse = [&](const std::string& reason) {
     return Error{fmt::format("constraints: '{}' {}", constraint.name(), reason)};
   };
@@ -56,10 +57,17 @@ Status check_rows(const Constraint& constraint, int dof) {
           fmt::format("calls row {} entry {} of z; the entries are 0 to {}, and -1 is none", row, entry, entries - 1));
     }
     if (const EntryRange range = constraint.support(row, dof);
-        range.first < 0 || range.first > range.last || range.last > 3 * dof) {
-      return refuse(fmt::format("has row {} depend on entries {} to {} of z; they must lie from 0 to {}", row,
-                                range.first, range.last, 3 * dof));
+        range.first < 0 || range.first > range.last || range.last > all ||
+        (range.first < 3 * dof && range.last > 3 * dof)) {
+      return refuse(fmt::format("has row {} depend on entries {} to {} of z; they must lie from 0 to {}, or from "
+                                "there to {}",
+                                row, range.first, range.last, 3 * dof, all));
     }
+    if (const double price = constraint.price(row); !(price > 0.0)) {
+      return refuse(fmt::format("has a price of {} in row {}; it must be above 0, and infinite for none", price, row));
+    }
+    if (std::isfinite(constraint.price(row)) && std::isfinite(bounds.lower) && std::isfinite(bounds.upper))
+      return refuse(fmt::format("has a price in row {}, which has two bounds; such a row has one", row));
     if (std::isnan(constraint.activation_margin(row)))
       return refuse(fmt::format("has an activation margin of nan in row {}; it must be a number", row));
   }
@@ -83,7 +91,7 @@ Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
   try {
     Ocp ocp(model, settings);
     for (const auto& constraint : ocp.constraints())
-      if (Status s = check_rows(*constraint, ocp.dof()); !s) return s.error();
+      if (Status s = check_rows(*constraint, ocp.dof(), ocp.entries()); !s) return s.error();
     return ocp;
   } catch (const std::exception& exception) {
     return Error{fmt::format("constraints: one cannot be made: {}", exception.what())};
@@ -96,6 +104,9 @@ Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settin
     : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_), obstacle_rows_(ocp_) {
   solution_.prepare(ocp_);
   instance_.near.resize(ocp_.obstacle_rows());
+  if (!ocp_.liquid()) return;
+  liquid_.emplace(model, *ocp_.liquid());
+  (void)set_glass(ocp_.liquid()->glass);
 }
 
 Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const OcpSettings& ocp,
@@ -120,8 +131,46 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
 }
 
 void Planner::reset(const JointVector& q, Time now) {
+  if (liquid_) {
+    const bool stands = plan_.joints > 0 && (sample(plan_, now).q - q).lpNorm<Eigen::Infinity>() < 1e-9;
+    liquid_at_start_ = stands ? liquid_->at(plan_, liquid_at_start_, now) : liquid_->at_rest(q);
+  }
   stand(q, now, plan_);
   warm_start_.reset(now);
+  followed_ = plan_;
+  liquid_when_followed_ = liquid_at_start_;
+}
+
+/// The liquid goes on from where the plan before left it. That may be one which the arm began to follow in between.
+void Planner::continue_from(const Plan& followed) {
+  if (liquid_ && followed.start != plan_.start) {
+    if (followed.start == followed_.start) {
+      liquid_at_start_ = liquid_when_followed_;
+    } else {
+      const auto far = [&](const Plan& plan) {
+        return (sample(plan, followed.start).q - followed.x[0].head(followed.joints)).lpNorm<Eigen::Infinity>();
+      };
+      const bool newest = plan_.start <= followed.start && far(plan_) <= far(followed_);
+      liquid_at_start_ = newest ? liquid_->at(plan_, liquid_at_start_, followed.start)
+                                : liquid_->at(followed_, liquid_when_followed_, followed.start);
+    }
+  }
+  plan_ = followed;
+  if (!liquid_) return;
+  followed_ = followed;
+  liquid_when_followed_ = liquid_at_start_;
+}
+
+Status Planner::set_glass(const GlassSettings& glass) {
+  if (!liquid_) return Error{"the problem knows no liquid"};
+  LiquidSettings settings = *ocp_.liquid();
+  settings.glass = glass;
+  if (Status s = check(settings); !s) return s.error();
+  liquid_->set_glass(glass);
+  instance_.liquid.model = SloshModel(glass, ocp_.dt(), settings.frequencies);
+  instance_.liquid.room = glass.freeboard() - settings.margin;
+  freeboard_ = glass.freeboard();
+  return Done{};
 }
 
 Status Planner::set_obstacles(const Obstacles& obstacles) {
@@ -138,6 +187,7 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.x0.resize(2 * ocp_.dof());
   instance_.x0 << now.q, now.dq;
   instance_.reference = reference;
+  if (liquid_) instance_.liquid.state = liquid_->at(plan_, liquid_at_start_, reference.start);
   warm_start_.shift(instance_.x0, reference.start);
   obstacle_rows_.choose(settings_.obstacles, reference.start, settings_.check.overlap_between_nodes, kinematics_,
                         warm_start_, instance_);
@@ -155,21 +205,73 @@ const Plan& Planner::update(const Reference& reference) {
   const bool improved = solution_.iterations > 0 &&
                         (solution_.status == SolveStatus::kFeasible || solution_.status == SolveStatus::kInfeasible);
   if (solution_.status == SolveStatus::kSolved || improved) {
-    for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
-      make_plan(reference, intervals);
-      fault_ = check_plan(candidate_, instance_.x0, settings_.check, kinematics_, settings_.obstacles);
-    }
+    find_plan(reference);
   }
   if (fault_ == PlanFault::kNone) {
     plan_ = candidate_;
     warm_start_.keep(solution_, reference.start);
+    liquid_at_start_ = instance_.liquid.state;
   } else {
     plan_.origin = PlanOrigin::kPrevious;
   }
   return plan_;
 }
 
-/// The solution's first intervals, then a stop in which all joints brake evenly, as hard as the limits allow.
+/// candidate_ is the longest part of the solution behind which a stop passes the check.
+void Planner::find_plan(const Reference& reference) {
+  if (liquid_ && instance_.liquid.counts) return find_level_plan(reference);
+  for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
+    make_plan(reference, intervals);
+    make_even_stop(intervals);
+    fault_ = check_candidate();
+  }
+}
+
+/// The same with a stop that does not spill; where there is none, with that of the lowest wave.
+void Planner::find_level_plan(const Reference& reference) {
+  constexpr double kEven = 0.0, kPeriods[] = {1.0, 2.0, 4.0, kEven};
+  struct {
+    int intervals = 0;
+    double periods = 0.0, wave = 0.0;
+  } least;
+  const auto make = [&](int intervals, double periods) {
+    make_plan(reference, intervals);
+    if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * liquid_->period(), candidate_);
+    make_even_stop(intervals);
+    return true;
+  };
+  // What is followed may be no better: then what rises above the rim is no reason to go on with it.
+  const double most =
+      std::max(freeboard_, liquid_->highest(plan_, instance_.liquid.state, reference.start).after_all());
+  for (int intervals = ocp_.horizon(); intervals >= 1; intervals = intervals > 1 ? (intervals + 1) / 2 : 0) {
+    for (const double periods : kPeriods) {
+      if (!make(intervals, periods)) continue;
+      const LiquidEstimate::Heights wave =
+          liquid_->highest(candidate_, instance_.liquid.state, reference.start, intervals);
+      const PlanFault fault = wave.first > most ? PlanFault::kSpill : check_candidate();
+      if (fault != PlanFault::kNone) {
+        fault_ = fault;
+        continue;
+      }
+      highest_wave_ = wave.after_all();
+      if (highest_wave_ <= most) {
+        fault_ = fault;
+        return;
+      }
+      if (least.intervals == 0 || highest_wave_ < least.wave) least = {intervals, periods, highest_wave_};
+    }
+  }
+  if (least.intervals == 0) return;
+  (void)make(least.intervals, least.periods);
+  highest_wave_ = least.wave;
+  fault_ = PlanFault::kNone;
+}
+
+PlanFault Planner::check_candidate() {
+  return check_plan(candidate_, instance_.x0, settings_.check, kinematics_, settings_.obstacles);
+}
+
+/// The solution's first intervals, still without a stop.
 void Planner::make_plan(const Reference& reference, int intervals) {
   const int n = ocp_.dof();
   candidate_.stamp = reference.stamp;
@@ -183,7 +285,11 @@ void Planner::make_plan(const Reference& reference, int intervals) {
     candidate_.u[k] = solution_.trajectory.u[k];
   }
   candidate_.x[intervals] = solution_.trajectory.x[intervals];
+}
 
+/// Behind the first intervals all joints brake evenly, as hard as the limits allow.
+void Planner::make_even_stop(int intervals) {
+  const int n = ocp_.dof();
   const JointVector velocity = candidate_.x[intervals].tail(n);
   const double time = (velocity.cwiseAbs().array() / ocp_.model().acceleration_max.array()).maxCoeff();
   const int stop = std::min(static_cast<int>(std::ceil(time / ocp_.dt() - 1e-9)), Plan::kMaxIntervals - intervals);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "steadyhand/plan/liquid_estimate.hpp"
 #include "steadyhand/plan/obstacle_rows.hpp"
 #include "steadyhand/plan/plan_check.hpp"
 #include "steadyhand/plan/warm_start.hpp"
@@ -35,7 +37,7 @@ class Planner {
   /// Forgets all: the arm stands at q.
   void reset(const JointVector& q, Time now);
   /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
-  void continue_from(const Plan& followed) { plan_ = followed; }
+  void continue_from(const Plan& followed);
   /// Another solver, of ocp(), than the settings name. @pre it is not null
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
   /// Weights for the next plans, in the order of ocp().objectives().
@@ -44,6 +46,14 @@ class Planner {
   /// What the next plans keep clear of. Fails, and changes nothing, on obstacles that cannot be, and on any where the
   /// problem has no rows for them (OcpSettings::obstacle_rows).
   Status set_obstacles(const Obstacles& obstacles);
+
+  /// Another glass, or another fill. Fails, and changes nothing, on one that cannot be, and where the problem knows no
+  /// liquid (OcpSettings::liquid).
+  Status set_glass(const GlassSettings& glass);
+  /// Whether the next plans shall not spill; at first they shall if the problem knows a liquid.
+  void set_no_spill(bool on) { instance_.liquid.counts = on && ocp_.liquid(); }
+  /// m: the highest wave that the liquid's model foresees along plan() and after it; 0 without a liquid.
+  double highest_wave() const { return highest_wave_; }
 
   /// us for the next solves; 0: as long as they take
   void set_time_budget(double us) { settings_.budget.time_us = us; }
@@ -62,7 +72,11 @@ class Planner {
 
  private:
   Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings);
+  void find_plan(const Reference& reference);
+  void find_level_plan(const Reference& reference);
+  PlanFault check_candidate();
   void make_plan(const Reference& reference, int intervals);
+  void make_even_stop(int intervals);
 
   PlannerSettings settings_;
   Ocp ocp_;
@@ -73,6 +87,12 @@ class Planner {
   ObstacleRows obstacle_rows_;
   Solution solution_;
   Plan plan_, candidate_;
+  // Of a problem with a liquid:
+  std::optional<LiquidEstimate> liquid_;
+  SloshState liquid_at_start_ = SloshState::Zero();  ///< of plan_
+  Plan followed_;                                    ///< continue_from() was told last
+  SloshState liquid_when_followed_ = SloshState::Zero();  ///< at its start
+  double highest_wave_ = 0.0, freeboard_ = 0.0;
   PlanFault fault_ = PlanFault::kNone;
 };
 

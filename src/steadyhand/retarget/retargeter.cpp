@@ -5,6 +5,16 @@
 
 namespace steadyhand {
 
+namespace {
+
+/// rad, from the base's z to that of a frame.
+double lean(const Quaternion& q) {
+  const Vector3 axis = q * Vector3::UnitZ();
+  return std::atan2(axis.head<2>().norm(), axis.z());
+}
+
+}  // namespace
+
 Retargeter::Retargeter(const RetargetSettings& settings)
     : settings_(settings), q_base_operator_(Eigen::AngleAxisd(settings.yaw, Vector3::UnitZ())) {}
 
@@ -30,10 +40,15 @@ Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_
     const double elapsed = to_seconds(sample.stamp.hand - engaged_at_);
     const double share = elapsed < settings_.ramp ? std::max(0.0, elapsed / settings_.ramp) : 1.0;
     target.X_base_tool = moved_tool(sample.X_operator_hand, share);
+    const Quaternion as_the_hand = target.X_base_tool.q;
+    target.X_base_tool.q = righted(as_the_hand, sample.stamp.hand);
     if (share < 1.0) {
       X_operator_hand0_ = sample.X_operator_hand;
-      X_base_tool0_ = target.X_base_tool;
+      X_base_tool0_ = {target.X_base_tool.p, as_the_hand};
     }
+  } else if (target.engaged) {
+    tilt_max_ = std::max(settings_.tilt_max, lean(X_base_tool_now.q));  // from where the tool is it does not jump
+    tilted_at_ = sample.stamp.hand;
   }
   engaged_ = target.engaged;
   if (target.engaged) X_operator_hand_ = sample.X_operator_hand;
@@ -57,6 +72,21 @@ void Retargeter::set_yaw(double yaw) {
   latch_newest();
   settings_.yaw = yaw;
   q_base_operator_ = Eigen::AngleAxisd(yaw, Vector3::UnitZ());
+}
+
+/// q, leaned back about a level axis as far as tilt_max asks for.
+Quaternion Retargeter::righted(const Quaternion& q, Time now) {
+  constexpr double kRate = 1.0;  // rad/s
+  const double angle = lean(q), way = kRate * std::max(0.0, to_seconds(now - tilted_at_));
+  tilted_at_ = now;
+  // While more is allowed than the hand leans the limit is where the hand is: it closes in from there.
+  const double from = std::min(tilt_max_, std::max(angle, settings_.tilt_max));
+  tilt_max_ = std::clamp(settings_.tilt_max, from - way, from + way);
+  if (angle <= tilt_max_) return q;
+  const Vector3 axis = q * Vector3::UnitZ();
+  const Vector3 level = axis.cross(Vector3::UnitZ());
+  if (level.norm() < 1e-6) return q;  // on its head: there is no way that is shorter than others
+  return (Quaternion(Eigen::AngleAxisd(angle - tilt_max_, level.normalized())) * q).normalized();
 }
 
 Pose Retargeter::moved_tool(const Pose& hand, double share) const {

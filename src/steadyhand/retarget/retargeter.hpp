@@ -25,6 +25,9 @@ struct RetargetSettings {
   /// s after engagement in which the share of the hand's motion that the tool follows grows from 0 to all; what it did
   /// not follow is left behind, as by a clutch. 0: follow at once.
   double ramp = 0.0;
+  /// rad: how far the target's z axis may lean from the vertical, 0 to pi. What the hand leans beyond is left out; its
+  /// turn about the vertical stays. 0: upright. pi: the hand may pour.
+  double tilt_max = M_PI;
   bool accept_emulated = false;  ///< follow poses whose position the headset guesses (WebXR emulatedPosition)
 };
 
@@ -53,17 +56,22 @@ class Retargeter {
   /// For motion from here on: the target does not step. @param scale > 0
   void set_scale(double scale);
   void set_yaw(double yaw);  ///< rad
+  /// rad. From one to the other the target goes at no more than a radian per second.
+  void set_tilt_max(double tilt) { settings_.tilt_max = tilt; }
 
  private:
   void latch_newest();
   bool follows(const OperatorSample& sample) const;
   /// Where the tool goes with the hand, from the latched poses; `share` of the motion.
   Pose moved_tool(const Pose& X_operator_hand, double share) const;
+  Quaternion righted(const Quaternion& q, Time now);
 
   RetargetSettings settings_;
   Quaternion q_base_operator_;
   bool engaged_ = false, latched_ = false;
   Time engaged_at_{0};
+  double tilt_max_ = M_PI;  ///< rad, that holds now
+  Time tilted_at_{0};       ///< when it was looked at last
   Pose X_operator_hand_, X_base_target_;  ///< newest
   Pose X_operator_hand0_, X_base_tool0_;  ///< at the last engagement or release; while the ramp lasts, one sample ago
 };

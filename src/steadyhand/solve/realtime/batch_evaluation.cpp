@@ -77,7 +77,7 @@ void BatchEvaluation::set_point(NodeTable& z) {
     if (needs_motion_) batch.arm.set_motion(batch.dq, batch.u);
   }
   fresh_ = false;
-  if (ocp_.liquid()) roll_out_slosh(z);
+  if (ocp_.liquid() && liquid_.counts) roll_out_slosh(z);
 }
 
 void BatchEvaluation::roll_out_slosh(NodeTable& z) {

@@ -74,6 +74,9 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
 void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
                            const std::vector<std::vector<double>>* multipliers) {
   evaluation_.set_instance(instance);
+  slosh_ = ocp_.liquid() && instance.liquid.counts;
+  entries_ = slosh_ ? ocp_.entries() : 3 * n_;
+  for (auto& gradient : gradient_) gradient.resize(entries_);
   curvature_scale_ = 0.0;
   for (std::size_t i = 0; i < unit_curvature_.size(); ++i) {
     curvature_scale_ += unit_curvature_[i].dot(instance.weights[i]);
@@ -238,14 +241,14 @@ const Residuals& ElasticBarrier::differentiate() {
   }
   residuals_ = {0.0, largest(violation), largest(complementarity), largest(centrality)};
 
-  if (ocp_.liquid()) evaluation_.differentiate_slosh(z_);
+  if (slosh_) evaluation_.differentiate_slosh(z_);
   std::array<double, 2 * kMaxJoints> costate{};  // dL/dx_{k+1} of everything from node k + 1 on
   SloshState slosh = SloshState::Zero();         // the same by the liquid's state
   for (int k = horizon_; k >= 0; --k) {
     const int b = order_.column(k) / kLanes, lane = order_.column(k) % kLanes;
     NodeGradient gradient(entries_);
     for (int i = 0; i < entries_; ++i) gradient[i] = lagrangian_gradient_[b][i][lane];
-    if (ocp_.liquid()) {
+    if (slosh_) {
       if (k < horizon_) {
         const SloshStep& step = evaluation_.slosh_step(k);
         slosh_costates_[k] = slosh;
@@ -274,8 +277,12 @@ const Residuals& ElasticBarrier::differentiate() {
 // offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
+  newton.use_slosh(slosh_);
   for (int b = 0; b < evaluation_.batches(); ++b) {
-    NodeHessianOf<Lanes> H = NodeHessianOf<Lanes>::Zero(entries_, entries_);
+    NodeHessianOf<Lanes> H(entries_, entries_);
+    for (int j = 0; j < entries_; ++j) {  // no term is of the liquid and of the arm
+      for (int i = j < 3 * n_ ? 0 : 3 * n_; i <= j; ++i) H(i, j) = 0.0;
+    }
     evaluation_.add_objective_hessian(b, curvature, H);
     NodeGradientOf<Lanes> g = gradient_[b];
     for (RowBlock& block : blocks_[b]) {
@@ -310,7 +317,7 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
     write_model(b, H, g, newton);
   }
-  if (ocp_.liquid()) add_slosh(curvature, newton);
+  if (slosh_) add_slosh(curvature, newton);
 }
 
 /// How the liquid goes, and for the exact curvature the second derivatives of that.
@@ -342,7 +349,10 @@ void ElasticBarrier::write_model(int b, const NodeHessianOf<Lanes>& H, const Nod
   const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i < 3 * n ? i - n : i; };
   for (int i = 0; i < entries_; ++i) {
     const int row = i * newton.width();
-    for (int j = i; j < entries_; ++j) {
+    for (int lane = 0; i < 3 * n_ && lane < lanes; ++lane) {
+      std::fill_n(models[lane] + row + 3 * n_, entries_ - 3 * n_, 0.0);
+    }
+    for (int j = i; j < (i < 3 * n_ ? 3 * n_ : entries_); ++j) {
       const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
       const Lanes& numbers = H(first, second);
       for (int lane = 0; lane < lanes; ++lane) models[lane][row + j] = numbers[lane];

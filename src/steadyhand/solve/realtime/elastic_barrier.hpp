@@ -136,6 +136,7 @@ class ElasticBarrier {
 
   const Ocp& ocp_;
   int n_, entries_, horizon_;
+  bool slosh_ = false;  ///< the liquid counts
   double dt_;
   NodeOrder order_;
   BatchEvaluation evaluation_;

@@ -1,5 +1,6 @@
 #include "steadyhand/solve/realtime/newton_system.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "steadyhand/core/lanes.hpp"
@@ -65,97 +66,111 @@ struct Kernels {
     }
   }
 
+  // The liquid's numbers, filled up so that loops over them go in whole registers.
+  static constexpr int kSlosh = (s + 7) / 8 * 8, kArm = (2 * n + 7) / 8 * 8;
+
+  /// to = S' from, S of one interval: each pair of deflection and rate for itself.
+  struct Turn {
+    alignas(64) double same[kSlosh] = {}, other[kSlosh] = {};
+
+    explicit Turn(const SloshStep& step) {
+      for (int mode = 0; mode < kSloshModes; ++mode) {
+        const double* t = step.transition.mode(mode);
+        for (int axis = 0; axis < 2; ++axis) {
+          const int i = slosh_entry(mode, axis);
+          same[i] = t[0];
+          other[i] = t[3];
+          same[i + 1] = t[4];
+          other[i + 1] = t[1];
+        }
+      }
+    }
+    void apply(const double* from, double* to) const {
+      for (int j = 0; j < kSlosh; ++j) to[j] = same[j] * from[j] + other[j] * from[j ^ 1];
+    }
+  };
+
   /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
-  /// G of rank 3. P by [q; dq; state].
+  /// G of rank 3. The cost to go is P by [q; dq; state].
   static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model) {
     const double h = 0.5 * dt * dt;
-    const auto P = [&](int i, int j) { return i <= j ? next[n + i][n + j] : next[n + j][n + i]; };
-    double by_force[s][3], of_arm[2 * n][3], gradient[s];  // P F, by rows of the liquid and of the arm
-    for (int i = 0; i < s; ++i) gradient[i] = next[3 * n + i][kGradient];
-    const auto multiply = [&](int row, double (&to)[3]) {
-      for (double& number : to) number = 0.0;
-      for (int j = 0; j < s; ++j) {
-        const double p = P(row, 2 * n + j);
-        for (int m = 0; m < 3; ++m) to[m] += p * step.by_force(j, m);
-      }
-    };
-    for (int i = 0; i < s; ++i) multiply(2 * n + i, by_force[i]);
-    for (int i = 0; i < 2 * n; ++i) multiply(i, of_arm[i]);
-    double Q[3][3] = {}, along[3] = {};  // F' P F, F' p
+    const Turn turn(step);
+    alignas(64) double P[s][kSlosh] = {};           // by the liquid's state, both triangles
+    alignas(64) double of_state[s][kArm] = {};      // by the liquid's and the arm's
+    alignas(64) double of_arm[2 * n][kSlosh] = {};  // the same, transposed
+    alignas(64) double p[kSlosh] = {};
     for (int i = 0; i < s; ++i) {
-      for (int a = 0; a < 3; ++a) {
-        along[a] += step.by_force(i, a) * gradient[i];
-        for (int b = 0; b < 3; ++b) Q[a][b] += step.by_force(i, a) * by_force[i][b];
+      for (int j = i; j < s; ++j) P[i][j] = P[j][i] = next[3 * n + i][3 * n + j];
+      p[i] = next[3 * n + i][kGradient];
+    }
+    for (int i = 0; i < 2 * n; ++i) {
+      for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = next[n + i][3 * n + j];
+    }
+    // P F by rows of the liquid and of the arm; F' P F and F' p.
+    alignas(64) double by_force[3][kSlosh] = {}, arm_by_force[3][kArm] = {};
+    double Q[3][3] = {}, along[3] = {};
+    for (int m = 0; m < 3; ++m) {
+      for (int j = 0; j < s; ++j) {
+        const double f = step.by_force(j, m);
+        for (int i = 0; i < kSlosh; ++i) by_force[m][i] += f * P[j][i];
+        for (int i = 0; i < kArm; ++i) arm_by_force[m][i] += f * of_state[j][i];
+        along[m] += f * p[j];
+      }
+    }
+    for (int a = 0; a < 3; ++a) {
+      for (int b = 0; b < 3; ++b) {
+        for (int j = 0; j < s; ++j) Q[a][b] += step.by_force(j, a) * by_force[b][j];
       }
     }
 
     // By rows of w = [u; q; dq]: G, and what with G makes its share of the Hessian.
-    alignas(64) double G[3][kWidth] = {};
-    alignas(64) double half[3][kWidth] = {};
-    for (int i = 0; i < n; ++i) {
-      for (int m = 0; m < 3; ++m) {
+    alignas(64) double G[3][kWidth] = {}, half[3][kWidth] = {};
+    for (int m = 0; m < 3; ++m) {
+      for (int i = 0; i < n; ++i) {
         G[m][i] = step.by_motion(m, 2 * n + i);
         G[m][n + i] = step.by_motion(m, i);
         G[m][2 * n + i] = step.by_motion(m, n + i);
-        half[m][i] = h * of_arm[i][m] + dt * of_arm[n + i][m];
-        half[m][n + i] = of_arm[i][m];
-        half[m][2 * n + i] = dt * of_arm[i][m] + of_arm[n + i][m];
+        half[m][i] = h * arm_by_force[m][i] + dt * arm_by_force[m][n + i];
+        half[m][n + i] = arm_by_force[m][i];
+        half[m][2 * n + i] = dt * arm_by_force[m][i] + arm_by_force[m][n + i];
       }
     }
-    for (int i = 0; i < 3 * n; ++i) {
-      for (int m = 0; m < 3; ++m) {
-        for (int b = 0; b < 3; ++b) half[m][i] += 0.5 * Q[m][b] * G[b][i];
-      }
+    for (int m = 0; m < 3; ++m) {
+      for (int b = 0; b < 3; ++b) add(half[m], 0.5 * Q[m][b], G[b], 0);
     }
     for (int i = 0; i < 3 * n; ++i) {
-      alignas(64) double row[kWidth] = {};
+      alignas(64) double row[kWidth + kSlosh] = {};
       for (int m = 0; m < 3; ++m) {
         add(row, half[m][i], G[m], i);
         add(row, G[m][i], half[m], i);
       }
       // By the liquid: E S with E = [B A]' P + G' F' P.
-      double E[s];
-      for (int j = 0; j < s; ++j) {
-        E[j] = G[0][i] * by_force[j][0] + G[1][i] * by_force[j][1] + G[2][i] * by_force[j][2];
-        if (i < n) E[j] += h * P(i, 2 * n + j) + dt * P(n + i, 2 * n + j);
-        else if (i < 2 * n) E[j] += P(i - n, 2 * n + j);
-        else E[j] += dt * P(i - 2 * n, 2 * n + j) + P(i - n, 2 * n + j);
+      alignas(64) double E[kSlosh];
+      const double of_q = i < n ? h : i < 2 * n ? 1.0 : dt, of_v = i < n ? dt : i < 2 * n ? 0.0 : 1.0;
+      const double *q = of_arm[i % n], *v = of_arm[n + i % n];
+      for (int j = 0; j < kSlosh; ++j) {
+        E[j] = G[0][i] * by_force[0][j] + G[1][i] * by_force[1][j] + G[2][i] * by_force[2][j] + of_q * q[j] +
+               of_v * v[j];
       }
-      pull_back_row(step, E, row + 3 * n);
+      alignas(64) double turned[kSlosh];
+      turn.apply(E, turned);
+      for (int j = 0; j < s; ++j) row[3 * n + j] = turned[j];
       row[kGradient] = G[0][i] * along[0] + G[1][i] * along[1] + G[2][i] * along[2];
       add(model[i], 1.0, row, i);
     }
 
-    double rows[s][s], columns[s][s];  // P S, then S' P S
-    for (int i = 0; i < s; ++i) {
-      double E[s];
-      for (int j = 0; j < s; ++j) E[j] = P(2 * n + i, 2 * n + j);
-      pull_back_row(step, E, rows[i]);
-    }
-    for (int j = 0; j < s; ++j) {
-      double E[s];
-      for (int i = 0; i < s; ++i) E[i] = rows[i][j];
-      pull_back_row(step, E, columns[j]);
-    }
-    double pulled[s];
-    pull_back_row(step, gradient, pulled);
-    for (int i = 0; i < s; ++i) {
-      for (int j = i; j < s; ++j) model[3 * n + i][3 * n + j] += columns[j][i];
-      model[3 * n + i][kGradient] += pulled[i];
-    }
-  }
-
-  /// to = S' from
-  static void pull_back_row(const SloshStep& step, const double* from, double* to) {
-    for (int mode = 0; mode < kSloshModes; ++mode) {
-      const double* t = step.transition.mode(mode);
-      for (int axis = 0; axis < 2; ++axis) {
-        const int i = slosh_entry(mode, axis);
-        to[i] = t[0] * from[i] + t[3] * from[i + 1];
-        to[i + 1] = t[1] * from[i] + t[4] * from[i + 1];
+    alignas(64) double half_turned[s][kSlosh], columns[kSlosh][kSlosh], turned[kSlosh];
+    for (int i = 0; i < s; ++i) turn.apply(P[i], half_turned[i]);
+    for (int i = 0; i < s; ++i) {  // rows of S' (P S), by pairs of rows
+      for (int j = 0; j < kSlosh; ++j) {
+        columns[i][j] = turn.same[i] * half_turned[i][j] + turn.other[i] * half_turned[std::min(i ^ 1, s - 1)][j];
       }
     }
-    for (int axis = 0; axis < 3; ++axis) to[slosh_force_entry(axis)] = 0.0;
+    turn.apply(p, turned);
+    for (int i = 0; i < s; ++i) {
+      for (int j = i; j < s; ++j) model[3 * n + i][3 * n + j] += columns[i][j];
+      model[3 * n + i][kGradient] += turned[i];
+    }
   }
 
   /// Gaussian elimination of u: its rows keep what the forward sweep needs.
@@ -254,6 +269,7 @@ NewtonSystem::NewtonSystem(int dof, int slosh_states, int horizon, double dt)
       size_(3 * dof + slosh_states),
       horizon_(horizon),
       width_(padded_width(size_)),
+      slosh_(slosh_states > 0),
       dt_(dt),
       numbers_(static_cast<std::size_t>(horizon + 1) * size_ * width_, 0.0) {
   if (slosh_states == 0) return;
@@ -261,14 +277,20 @@ NewtonSystem::NewtonSystem(int dof, int slosh_states, int horizon, double dt)
   for (SloshStep& step : slosh_steps_) step.by_motion.setZero(3, 3 * dof);
 }
 
+void NewtonSystem::use_slosh(bool used) {
+  slosh_ = used && !slosh_steps_.empty();
+  size_ = 3 * dof_ + (slosh_ ? kSloshStates : 0);
+  width_ = padded_width(size_);
+}
+
 bool NewtonSystem::factorise(double smallest_pivot) {
-  return with_kernels(dof_, !slosh_steps_.empty(), [&](auto k) {
+  return with_kernels(dof_, slosh_, [&](auto k) {
     return k.factorise(numbers_.data(), slosh_steps_.data(), horizon_, dt_, smallest_pivot);
   });
 }
 
 void NewtonSystem::solve(NodeTable& step) const {
-  with_kernels(dof_, !slosh_steps_.empty(), [&](auto k) {
+  with_kernels(dof_, slosh_, [&](auto k) {
     k.solve(numbers_.data(), slosh_steps_.data(), horizon_, dt_, step);
     return true;
   });

@@ -25,6 +25,8 @@ class NewtonSystem {
   int width() const { return width_; }
   /// Column of the gradient.
   int gradient() const { return size_; }
+  /// Whether the liquid's state is part of the next models; at first it is if there is one.
+  void use_slosh(bool used);
   /// How the liquid goes over interval k, to be filled before factorise().
   SloshStep& slosh_step(int k) { return slosh_steps_[k]; }
 
@@ -36,6 +38,7 @@ class NewtonSystem {
 
  private:
   int dof_, size_, horizon_, width_;
+  bool slosh_;
   double dt_;
   std::vector<double> numbers_;
   std::vector<SloshStep> slosh_steps_;  ///< none without a liquid
