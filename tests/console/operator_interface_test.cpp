@@ -25,7 +25,7 @@ struct DeskBefore : testing::Test {
     Recording still;
     still.samples.resize(2);
     still.samples[1].stamp.hand = std::chrono::seconds(1);
-    operator_interface = std::make_unique<OperatorInterface>(*session, profiles, 1, RetargetSettings{},
+    operator_interface = std::make_unique<OperatorInterface>(*session, profiles, 1, RetargetSettings{}, GlassSettings{},
                                                              std::vector<NamedRecording>{{"still", still}});
   }
   Status ask(Kind kind, const std::string& text = "", double value = 0.0) {

@@ -1,6 +1,6 @@
 import type { Connection } from './connection';
 import { PROFILE_COLORS } from './plots';
-import type { Measure, RequestKind, Term, WelcomeMessage } from './protocol';
+import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { STEPS, positionOf, weightAt, weightText } from './weights';
@@ -55,6 +55,11 @@ interface Slider {
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
 
+/** deg */
+function tiltText(tilt: number): string {
+  return tilt < 0.5 ? 'none: upright' : tilt > 179.5 ? 'all: it may pour' : `up to ${tilt.toFixed(0)}°`;
+}
+
 /** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
 export class Panel {
   readonly #chosenAt = new Map<EventTarget, number>();
@@ -62,6 +67,8 @@ export class Panel {
   readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, 'ms');
   readonly #error = new Reading(element('error-now', HTMLElement), 1e3, 'mm');
   readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, 'mm');
+  /** mm, height of the glass inside. */
+  #rim = 0;
   #profiles: HTMLInputElement[] = [];
   #weights: Slider[] = [];
 
@@ -88,6 +95,10 @@ export class Panel {
     this.#slider('scale', () => controls()?.scale, (v) => `${v.toFixed(2)} ×`, (value) => this.ask('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => `${v.toFixed(0)}°`,
       (value) => this.ask('yaw', { value: (value * Math.PI) / 180 }));
+    this.#slider('fill', () => { const c = controls(); return c && c.fill * 1000; }, (v) => `${(this.#rim - v).toFixed(0)} mm below the rim`,
+      (value) => this.ask('fill', { value: value / 1000 }));
+    this.#slider('tilt', () => { const c = controls(); return c && (c.tilt * 180) / Math.PI; }, tiltText,
+      (value) => this.ask('tilt', { value: (value * Math.PI) / 180 }));
   }
 
   stop(): void { this.ask('stop'); }
@@ -139,6 +150,8 @@ export class Panel {
 
   /** What the server offers. */
   offer(welcome: WelcomeMessage): void {
+    this.#rim = welcome.glass.height * 1000;
+    input('fill').max = String(Math.ceil(this.#rim) - 1);
     const box = element('profiles', HTMLFieldSetElement);
     box.querySelectorAll('label').forEach((label) => label.remove());
     this.#profiles = welcome.profiles.map((profile) => {
@@ -165,6 +178,16 @@ export class Panel {
     show(list, rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
   }
 
+  /** How high the liquid stands against what its rim allows, while nothing shall be spilled. */
+  #showWave(state: StateMessage | null | undefined): void {
+    const room = state ? this.#rim - state.controls.fill * 1000 : 0, left = (state?.liquid.freeboard ?? 0) * 1000;
+    const shown = state !== undefined && state !== null && state.controls.no_spill && room > 0;
+    element('wave', HTMLElement).hidden = !shown;
+    if (!shown) return;
+    element('wave-level', HTMLMeterElement).value = Math.min(Math.max(1 - left / room, 0), 1);
+    write(element('wave-words', HTMLElement), `Wave ${Math.max(room - left, 0).toFixed(0)} of ${room.toFixed(0)} mm to the rim`);
+  }
+
   /** Whether the server's word may replace what this control shows. */
   #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
 
@@ -183,6 +206,7 @@ export class Panel {
     element('held', HTMLElement).hidden = !constraint;
     write(element('held', HTMLElement), constraint);
     element('spill', HTMLElement).hidden = session.past || !state?.liquid.spilled;
+    this.#showWave(session.past ? undefined : state);
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;
     write(element('refusal', HTMLElement), refusal);

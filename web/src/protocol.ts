@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'rate' | 'playback' | 'record';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
@@ -36,6 +36,11 @@ export interface Controls {
   weights: number[];
   scale: number;
   yaw: number;
+  /** rad, how far the glass may lean with the hand. */
+  tilt: number;
+  /** m of liquid in the glass. */
+  fill: number;
+  no_spill: boolean;
 }
 
 export interface StateMessage {
@@ -55,7 +60,7 @@ export interface StateMessage {
   clearance: Measure;
   nearest: [number, number];
   path: Vec3[];
-  liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean };
+  liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean; spilled_share: number };
   solve_us: Timing;
   latency_us: Timing;
   plans: number;

@@ -80,7 +80,7 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
   for (SettingsChange& change : hand->changes) {
     if (options.own_scale) change.scale = options.retarget.scale;
     if (options.own_yaw) change.yaw = options.yaw_deg * M_PI / 180.0;
-    if (options.own_profiles) change.weights.clear();
+    if (options.own_profiles) change.keep_profile();
   }
   return hand;
 }
@@ -91,6 +91,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   settings.pipeline = PipelineSettings(profile);
   settings.pipeline.rate_hz = options.rate_hz;
   settings.pipeline.retarget = options.retarget;
+  settings.pipeline.retarget.tilt_max = profile.tilt_max;
   if (!options.solver.empty()) settings.pipeline.planner.solver = options.solver;
   settings.changes = options.changes;
   settings.cell = cell;

@@ -186,6 +186,10 @@ void SessionRecorder::write_settings(const AppliedSettings& applied) {
   }
   change.scale = applied.settings.scale;
   change.yaw = applied.settings.yaw;
+  change.tilt = applied.settings.tilt_max;
+  change.no_spill = applied.settings.no_spill;
+  change.fill = applied.settings.fill;
+  if (applied.settings.prediction) change.prediction = to_string(*applied.settings.prediction);
   write(change);
 }
 

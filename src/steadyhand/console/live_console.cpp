@@ -37,9 +37,12 @@ Result<std::unique_ptr<LiveConsole>> LiveConsole::make(const RobotModel& model, 
   PlanningSettings& planning = settings.live.planning;
   planning.ocp = profile.ocp;
   planning.predictor.model = profile.prediction;
+  planning.retarget.tilt_max = profile.tilt_max;
   for (const Profile& each : settings.profiles) {  // the operator may choose them all
     for (const auto& [term, weights] : each.ocp.weights) planning.ocp.weights.try_emplace(term, 1, 0.0);
+    if (!planning.ocp.liquid) planning.ocp.liquid = each.ocp.liquid;
   }
+  if (planning.ocp.liquid) planning.ocp.liquid->glass = settings.live.glass;
   add_optional_objectives(planning.ocp);
   planning.planner.solver = settings.solver.empty() ? profile.solver : settings.solver;
   planning.planner.tolerance = profile.tolerance;
@@ -59,7 +62,7 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
   for (const NamedRecording& recording : settings_.recordings) recordings_.push_back(recording.name);
   operator_interface_ =
       std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
-                                          settings_.live.planning.retarget, std::exchange(settings_.recordings, {}));
+                                          settings_.live.planning.retarget, settings_.live.glass, std::exchange(settings_.recordings, {}));
 }
 
 LiveConsole::~LiveConsole() {

@@ -27,9 +27,11 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 }  // namespace
 
 OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile,
-                                     const RetargetSettings& retarget, std::vector<NamedRecording> recordings)
-    : session_(&session), profiles_(std::move(profiles)), recordings_(std::move(recordings)) {
+                                     const RetargetSettings& retarget, const GlassSettings& glass,
+                                     std::vector<NamedRecording> recordings)
+    : session_(&session), profiles_(std::move(profiles)), glass_(glass), recordings_(std::move(recordings)) {
   controls_.scale = retarget.scale;
+  controls_.fill = glass.fill;
   controls_.yaw = retarget.yaw;
   (void)set_profile(profiles_[profile].name);
 }
@@ -67,6 +69,20 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       controls_.yaw = request.value;
       send();
       return Done{};
+    case Kind::kTilt:
+      if (!(request.value >= 0.0) || request.value > M_PI + 1e-6) return bad_value("tilt", "from 0 to pi, in rad");
+      controls_.tilt = std::min(request.value, M_PI);
+      controls_.no_spill = spares_liquid(controls_.profile, controls_.tilt);
+      send();
+      return Done{};
+    case Kind::kFill:
+      if (!(request.value > 0.0) || !(request.value < glass_.height)) {
+        return Error{fmt::format("fill is {} m; it must be above 0 and below the height of the glass, {} m",
+                                 request.value, glass_.height)};
+      }
+      controls_.fill = request.value;
+      send();
+      return Done{};
     case Kind::kRate:
       return session_->set_planner_rate(request.value);
     case Kind::kPlayback:
@@ -89,8 +105,16 @@ Status OperatorInterface::set_profile(const std::string& name) {
   if (!weights) return weights.error();
   weights_ = *std::move(weights);
   controls_.profile = *index;
+  controls_.tilt = profiles_[*index].tilt_max;
+  controls_.no_spill = spares_liquid(*index, controls_.tilt);
   send();
   return Done{};
+}
+
+/// Who may pour is not kept from it.
+bool OperatorInterface::spares_liquid(int profile, double tilt) const {
+  constexpr double kPours = M_PI - 1e-3;
+  return profiles_[profile].ocp.liquid && tilt < kPours;
 }
 
 /// The object comes, moves or goes.
@@ -151,6 +175,9 @@ void OperatorInterface::send() {
   std::copy(weights_.begin(), weights_.end(), settings.weights.begin());
   settings.scale = controls_.scale;
   settings.yaw = controls_.yaw;
+  settings.tilt_max = controls_.tilt;
+  settings.no_spill = controls_.no_spill;
+  settings.fill = controls_.fill;
   if (controls_.profile >= 0) settings.prediction = profiles_[controls_.profile].prediction;
   session_->set(settings);
   controls_.objectives = settings.objectives;

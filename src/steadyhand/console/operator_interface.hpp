@@ -29,6 +29,7 @@ class OperatorInterface {
  public:
   /// The session must outlive it. @param profile index of the profile that the session began with
   OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
+                    const GlassSettings& glass,
                     std::vector<NamedRecording> recordings);
 
   /// Who begins and ends recordings when the operator asks for it; until then that is refused.
@@ -52,6 +53,7 @@ class OperatorInterface {
 
  private:
   Status set_profile(const std::string& name);
+  bool spares_liquid(int profile, double tilt) const;
   Status set_object(const OperatorRequest& request, Time now);
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
@@ -61,6 +63,7 @@ class OperatorInterface {
   mutable std::mutex mutex_;
   LiveSession* session_;
   std::vector<Profile> profiles_;
+  GlassSettings glass_;
   std::vector<NamedRecording> recordings_;
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
   SessionControls controls_;

@@ -16,7 +16,7 @@ namespace steadyhand {
 /// Everything that one YAML file, or the command line, may set of a live session. Must stay where it is while a table
 /// describes it.
 struct SessionSettings {
-  std::string robot = "ur5e", profile = "waiter", cell = "pedestal";
+  std::string robot = "ur5e", profile = "carry", cell = "pedestal";
   std::string solver = "profile";         ///< a solver's name, or the profile's own
   std::string arm_kind{kSimulated.name};  ///< of kArmKinds
   std::string arm_host;                   ///< of those that have one

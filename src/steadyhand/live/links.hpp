@@ -57,6 +57,9 @@ struct OperatorSettings {
   double scale = 0.5;                               ///< metres of the tool for each metre of the hand
   double yaw = 0.0;                                 ///< rad
   std::optional<Prediction> prediction;             ///< absent: as it is
+  double tilt_max = M_PI;                           ///< rad, see RetargetSettings
+  bool no_spill = false;                            ///< plans spill nothing, where the problem knows a liquid
+  std::optional<double> fill;                       ///< m of liquid in the glass, fresh; absent: as it is
 };
 
 /// They are in force from here on.

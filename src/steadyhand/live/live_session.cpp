@@ -215,7 +215,9 @@ void LiveSession::drain() {
   TapRings& rings = links_->taps;
   empty(rings.samples, taps_.sample, nothing);
   empty(rings.targets, taps_.target, nothing);
-  empty(rings.settings, taps_.settings, nothing);
+  empty(rings.settings, taps_.settings, [&](const AppliedSettings& applied) {
+    if (applied.settings.fill) monitor_.fill(*applied.settings.fill);
+  });
   empty(rings.steps, taps_.step, nothing);
   see_cell();
   TappedCommand tapped;

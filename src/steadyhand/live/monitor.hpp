@@ -51,6 +51,8 @@ class Monitor {
   /// From the next command on. @param names of the obstacles, for people
   void set_obstacles(const Obstacles& obstacles, std::vector<std::string> names);
   void reset_liquid() { liquid_.reset(); }
+  /// m, of fresh liquid.
+  void fill(double height);
 
   const MonitorResult& result() const { return result_; }
   const LiquidState& liquid() const { return liquid_.state(); }
@@ -65,6 +67,7 @@ class Monitor {
   Kinematics commanded_, measured_;
   Obstacles obstacles_;
   std::vector<std::string> names_;
+  GlassSettings glass_;
   Liquid liquid_;
   MonitorResult result_;
   JointCommand last_command_;

@@ -142,6 +142,16 @@ void PlanningStage::apply_settings(Time now) {
   if (!links_->settings.read(settings)) return;
   retargeter_.set_scale(settings.scale);
   retargeter_.set_yaw(settings.yaw);
+  retargeter_.set_tilt_max(settings.tilt_max);
+  for (ScaledPlanner* scaled : {&scaled_, after_first_moves_ ? &*after_first_moves_ : nullptr}) {
+    if (!scaled || !ocp().liquid()) continue;
+    scaled->planner->set_no_spill(settings.no_spill);
+    if (settings.fill) {
+      GlassSettings glass = ocp().liquid()->glass;
+      glass.fill = *settings.fill;
+      (void)scaled->planner->set_glass(glass);  // whoever sent it has checked it
+    }
+  }
   if (settings.prediction) predictor_.set_model(*settings.prediction);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
   links_->taps.settings.push({now, settings});

@@ -56,10 +56,8 @@ Status check(const LiquidSettings& liquid) {
   }
   if (!(glass.viscosity >= 0.0 && glass.viscosity <= 1.0))
     return Error{fmt::format("the liquid's viscosity is {}; it must be from 0 to 1 m^2/s", glass.viscosity)};
-  if (!(liquid.margin >= 0.0 && liquid.margin < glass.freeboard())) {
-    return Error{fmt::format("the liquid's margin is {} m; it must be from 0 to below the freeboard of {:.6g} m",
-                             liquid.margin, glass.freeboard())};
-  }
+  if (!(liquid.margin >= 0.0 && liquid.margin <= kLargest))
+    return Error{fmt::format("the liquid's margin is {} m; it must be from 0 to {}", liquid.margin, kLargest)};
   for (const double factor : liquid.frequencies) {
     if (!(factor >= 0.5 && factor <= 2.0))
       return Error{fmt::format("the liquid's frequencies have {}; they must be from 0.5 to 2", factor)};

@@ -33,7 +33,8 @@ std::vector<ConstraintMaker> default_constraints();
 /// The liquid in the problem, which shall not be spilled.
 struct LiquidSettings {
   GlassSettings glass;
-  /// m, by which the wave of the first mode stays below the rim: crests stand above it.
+  /// m, by which the wave of the first mode stays below the rim: crests stand above it. In a glass that is full nearly
+  /// to the rim three quarters of what is left, if that is less.
   double margin = 6e-3;
   /// Frequencies of the liquids for which a plan is made, times the glass's.
   std::array<double, 3> frequencies = {0.92, 1.0, 1.08};

@@ -38,7 +38,7 @@ double LiquidEstimate::wave(const SloshState& state) const {
 /// Velocity Verlet steps with the force at their middle.
 double LiquidEstimate::advance(JointVector& q, JointVector& dq, const JointVector& u, double duration,
                                SloshState& state) {
-  constexpr double kStep = 0.01;  // s: a fortieth of the period in a drinking glass
+  constexpr double kStep = 0.0125;  // s: a twentieth of the period in a drinking glass
   const int steps = std::max(1, static_cast<int>(std::ceil(duration / kStep - 1e-9)));
   const double h = duration / steps;
   double highest = 0.0;
@@ -104,25 +104,44 @@ SloshState LiquidEstimate::at(const Plan& plan, const SloshState& state, Time t)
   return result;
 }
 
-LiquidEstimate::Heights LiquidEstimate::highest(const Plan& plan, const SloshState& state, Time t, int first) {
+double LiquidEstimate::highest(const Plan& plan, const SloshState& state, Time t) {
+  const double begin = std::max(0.0, to_seconds(t - plan.start));
+  const int first = static_cast<int>(std::min<double>(plan.intervals, begin / plan.dt));
+  return finish(plan, first, begin - first * plan.dt, state);
+}
+
+void LiquidEstimate::walk(const Plan& plan, const SloshState& state) {
   SloshState now = state;
   const int n = plan.joints;
-  const double begin = std::max(0.0, to_seconds(t - plan.start));
-  Heights highest;
+  states_[0] = state;
+  heights_[0] = 0.0;
   for (int k = 0; k < plan.intervals; ++k) {
-    const double into = std::max(0.0, begin - k * plan.dt);
-    if (into >= plan.dt) continue;
+    JointVector q = plan.x[k].head(n), dq = plan.x[k].tail(n);
+    heights_[k + 1] = std::max(heights_[k], advance(q, dq, plan.u[k], plan.dt, now));
+    states_[k + 1] = now;
+  }
+}
+
+double LiquidEstimate::highest_behind(const Plan& plan, int intervals) {
+  return finish(plan, intervals, 0.0, states_[intervals]);
+}
+
+/// From `into` s after node `first` on.
+double LiquidEstimate::finish(const Plan& plan, int first, double into, SloshState now) {
+  const int n = plan.joints;
+  double highest = 0.0;
+  for (int k = first; k < plan.intervals; ++k) {
     JointVector q = plan.x[k].head(n) + into * plan.x[k].tail(n) + 0.5 * into * into * plan.u[k];
     JointVector dq = plan.x[k].tail(n) + into * plan.u[k];
-    double& part = k < first ? highest.first : highest.rest;
-    part = std::max(part, advance(q, dq, plan.u[k], plan.dt - into, now));
+    highest = std::max(highest, advance(q, dq, plan.u[k], plan.dt - into, now));
+    into = 0.0;
   }
   // At rest the wave goes round its ellipse: no higher than what it is at rest, and the ellipse's half-axes together.
   const SloshState rest = at_rest(plan.x[plan.intervals].head(n)), about = now - rest;
   for (int mode = 0; mode < kSloshModes; ++mode) {
     const auto [x, y, swing_x, swing_y] = model_.wave<double>(rest, mode);
     const double swing = about.segment<4>(slosh_entry(mode, 0)).norm();
-    highest.rest = std::max(highest.rest, std::hypot(x, y) + model_.height_by_deflection() * swing);
+    highest = std::max(highest, std::hypot(x, y) + model_.height_by_deflection() * swing);
   }
   return highest;
 }

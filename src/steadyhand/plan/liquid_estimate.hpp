@@ -1,6 +1,6 @@
 #pragma once
 
-#include <algorithm>
+#include <array>
 
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/ocp/ocp.hpp"
@@ -21,15 +21,15 @@ class LiquidEstimate {
   SloshState at_rest(const JointVector& q);
   /// The state at time t, when at the plan's start it was `state`.
   SloshState at(const Plan& plan, const SloshState& state, Time t);
-  /// m: of any of the problem's modes.
-  struct Heights {
-    double first = 0.0;  ///< over the first intervals
-    double rest = 0.0;   ///< over the others, and ever after the plan
-
-    double after_all() const { return std::max(first, rest); }
-  };
-  /// The highest waves along the plan from time t on, when the liquid is in `state`.
-  Heights highest(const Plan& plan, const SloshState& state, Time t, int first = 0);
+  /// m: the highest wave of any of the problem's modes along the plan from time t on, when it is in `state`, and ever
+  /// after it.
+  double highest(const Plan& plan, const SloshState& state, Time t);
+  /// Goes along the plan from its start and keeps what it finds.
+  void walk(const Plan& plan, const SloshState& state);
+  /// m: the highest wave over the first intervals of the plan that was walked.
+  double walked(int intervals) const { return heights_[intervals]; }
+  /// m: the highest behind them, in a plan that goes on otherwise from there, and ever after it.
+  double highest_behind(const Plan& plan, int intervals);
   /// s: the longest of the modes' periods.
   double period() const;
 
@@ -39,11 +39,14 @@ class LiquidEstimate {
   /// For `duration` s in a glass that stands still.
   void stand(double duration, SloshState& state) const;
   double wave(const SloshState& state) const;
+  double finish(const Plan& plan, int first, double into, SloshState state);
 
   Kinematics arm_;
   LiquidSettings settings_;
   SloshModel model_;
   double frequency_ = 0.0, damping_ = 0.0;
+  std::array<SloshState, kMaxHorizon + 1> states_;  ///< at the nodes that were walked
+  std::array<double, kMaxHorizon + 1> heights_{};   ///< m, the highest wave up to there
 };
 
 }  // namespace steadyhand

@@ -168,7 +168,7 @@ Status Planner::set_glass(const GlassSettings& glass) {
   if (Status s = check(settings); !s) return s.error();
   liquid_->set_glass(glass);
   instance_.liquid.model = SloshModel(glass, ocp_.dt(), settings.frequencies);
-  instance_.liquid.room = glass.freeboard() - settings.margin;
+  instance_.liquid.room = std::max(0.25 * glass.freeboard(), glass.freeboard() - settings.margin);
   freeboard_ = glass.freeboard();
   return Done{};
 }
@@ -229,7 +229,7 @@ void Planner::find_plan(const Reference& reference) {
 
 /// The same with a stop that does not spill; where there is none, with that of the lowest wave.
 void Planner::find_level_plan(const Reference& reference) {
-  constexpr double kEven = 0.0, kPeriods[] = {1.0, 2.0, 4.0, kEven};
+  constexpr double kEven = 0.0, kPeriods[] = {1.0, 3.0, kEven};  // of the stop
   struct {
     int intervals = 0;
     double periods = 0.0, wave = 0.0;
@@ -240,31 +240,35 @@ void Planner::find_level_plan(const Reference& reference) {
     make_even_stop(intervals);
     return true;
   };
-  // What is followed may be no better: then what rises above the rim is no reason to go on with it.
-  const double most =
-      std::max(freeboard_, liquid_->highest(plan_, instance_.liquid.state, reference.start).after_all());
-  for (int intervals = ocp_.horizon(); intervals >= 1; intervals = intervals > 1 ? (intervals + 1) / 2 : 0) {
+  const int N = ocp_.horizon();
+  make_plan(reference, N);
+  candidate_.intervals = N;
+  liquid_->walk(candidate_, instance_.liquid.state);
+  for (const int intervals : {N, (N + 1) / 2, 1}) {
     for (const double periods : kPeriods) {
       if (!make(intervals, periods)) continue;
-      const LiquidEstimate::Heights wave =
-          liquid_->highest(candidate_, instance_.liquid.state, reference.start, intervals);
-      const PlanFault fault = wave.first > most ? PlanFault::kSpill : check_candidate();
-      if (fault != PlanFault::kNone) {
-        fault_ = fault;
-        continue;
-      }
-      highest_wave_ = wave.after_all();
-      if (highest_wave_ <= most) {
-        fault_ = fault;
-        return;
-      }
-      if (least.intervals == 0 || highest_wave_ < least.wave) least = {intervals, periods, highest_wave_};
+      const double wave = std::max(liquid_->walked(intervals), liquid_->highest_behind(candidate_, intervals));
+      if (least.intervals == 0 || wave < least.wave) least = {intervals, periods, wave};
+      if (wave > freeboard_) continue;
+      fault_ = check_candidate();
+      if (fault_ != PlanFault::kNone) continue;
+      highest_wave_ = wave;
+      return;
     }
   }
-  if (least.intervals == 0) return;
+  // What is followed may be no better: then what rises above the rim is no reason to go on with it.
+  const double first = liquid_->walked(least.intervals);
+  if (first > freeboard_ && first > liquid_->highest(plan_, instance_.liquid.state, reference.start)) {
+    fault_ = PlanFault::kSpill;
+    return;
+  }
   (void)make(least.intervals, least.periods);
+  fault_ = check_candidate();
+  if (fault_ != PlanFault::kNone) {  // the stop that the limits leave room for
+    (void)make(least.intervals, kEven);
+    fault_ = check_candidate();
+  }
   highest_wave_ = least.wave;
-  fault_ = PlanFault::kNone;
 }
 
 PlanFault Planner::check_candidate() {

@@ -172,7 +172,7 @@ nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& pro
   if (options.contains("scale_fixed"))
     for (SettingsChange& change : settings.changes) change.scale = settings.pipeline.retarget.scale;
   if (options.contains("weights_fixed"))
-    for (SettingsChange& change : settings.changes) change.weights.clear();
+    for (SettingsChange& change : settings.changes) change.keep_profile();
   // Ctrl-C, and what an objective raises, end it: nobody waits for the rest of an hour's recording.
   auto looked = std::chrono::steady_clock::now();
   ReplayTaps taps;

@@ -163,6 +163,10 @@ void append_json(JsonBuffer& out, const SettingsChange& change) {
   json->end_object();
   json->member("scale", change.scale);
   json->member("yaw", change.yaw);
+  if (change.tilt) json->member("tilt", *change.tilt);
+  if (change.no_spill) json->member("no_spill", *change.no_spill);
+  if (change.fill) json->member("fill", *change.fill);
+  if (!change.prediction.empty()) json->member("prediction", change.prediction);
 }
 
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {

@@ -139,7 +139,11 @@ Schema operator_settings_schema() {
                  {"weights", described({{"type", "object"}, {"additionalProperties", joints("weights")}},
                                        "of each term of the objective")},
                  {"scale", number("metres of the tool for each metre of the hand")},
-                 {"yaw", number("turn of the operator's axes about the base's z, rad")}});
+                 {"yaw", number("turn of the operator's axes about the base's z, rad")},
+                 {"tilt", number("how far the glass may lean with the hand, rad")},
+                 {"no_spill", flag("plans spill nothing")},
+                 {"fill", number("of liquid in the glass, m")},
+                 {"prediction", text("how the hand goes on, for the planner")}});
 }
 
 Schema liquid_schema() {

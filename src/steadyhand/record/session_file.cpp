@@ -110,6 +110,10 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   }
   change.scale = read_number(json.at("scale"));
   change.yaw = read_number(json.at("yaw"));
+  if (json.contains("tilt")) change.tilt = read_number(json.at("tilt"));
+  if (json.contains("no_spill")) change.no_spill = json.at("no_spill").get<bool>();
+  if (json.contains("fill")) change.fill = read_number(json.at("fill"));
+  if (json.contains("prediction")) change.prediction = json.at("prediction").get<std::string>();
   if (!(change.scale > 0.0) || !std::isfinite(change.scale) || !std::isfinite(change.yaw)) {
     throw std::runtime_error(
         fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));

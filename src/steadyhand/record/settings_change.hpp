@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,18 @@ struct SettingsChange {
   std::map<std::string, std::vector<double>> weights;  ///< by name of the term; empty: as they were
   double scale = 1.0;                                  ///< metres of the tool for each metre of the hand
   double yaw = 0.0;                                    ///< rad, turn of the operator's axes about the base's z
+  std::optional<double> tilt;                          ///< rad, how far the glass may lean with the hand; so, too
+  std::optional<bool> no_spill;                        ///< plans spill nothing; so, too
+  std::optional<double> fill;                          ///< m of liquid in the glass; absent: as it was
+  std::string prediction;                              ///< of the hand, by its name; empty: as it was
+
+  /// Leaves out what a profile says.
+  void keep_profile() {
+    weights.clear();
+    tilt.reset();
+    no_spill.reset();
+    prediction.clear();
+  }
 };
 
 }  // namespace steadyhand

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "steadyhand/record/step_describer.hpp"
@@ -47,6 +48,15 @@ class Run {
       const SettingsChange& change = settings_.changes[changed_];
       pipeline_.retargeter().set_scale(change.scale);
       pipeline_.retargeter().set_yaw(change.yaw);
+      if (change.tilt) pipeline_.retargeter().set_tilt_max(*change.tilt);
+      if (const auto model = prediction_of(change.prediction)) pipeline_.predictor().set_model(*model);
+      if (change.no_spill) pipeline_.planner().set_no_spill(*change.no_spill);
+      if (const LiquidSettings* liquid = pipeline_.planner().ocp().liquid(); liquid && change.fill) {
+        GlassSettings glass = liquid->glass;
+        glass.fill = *change.fill;
+        if (Status s = pipeline_.planner().set_glass(glass); !s)
+          return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), s.error().message)};
+      }
       if (change.weights.empty()) continue;
       const Result<std::vector<JointVector>> weights = pipeline_.planner().ocp().weights(change.weights);
       if (!weights)
@@ -119,6 +129,9 @@ Result<ReplayResult> replay(const RobotModel& model, const Recording& recording,
   if (!obstacles) return obstacles.error();
   PipelineSettings around = settings.pipeline;
   around.planner.obstacles = *obstacles;
+  const auto spares = [](const SettingsChange& change) { return change.no_spill.value_or(false); };
+  if (!around.ocp.liquid && std::any_of(settings.changes.begin(), settings.changes.end(), spares))
+    around.ocp.liquid.emplace();
   auto pipeline = Pipeline::make(model, around);
   if (!pipeline) return pipeline.error();
 

@@ -182,6 +182,7 @@ constexpr RequestName kRequests[] = {
     {"stop", RequestKind::kStop, false, false},      {"reset", RequestKind::kReset, false, false},
     {"profile", RequestKind::kProfile, true, false}, {"weight", RequestKind::kWeight, true, true},
     {"scale", RequestKind::kScale, false, true},     {"yaw", RequestKind::kYaw, false, true},
+    {"tilt", RequestKind::kTilt, false, true},       {"fill", RequestKind::kFill, false, true},
     {"rate", RequestKind::kRate, false, true},       {"playback", RequestKind::kPlayback, true, false},
     {"record", RequestKind::kRecord, false, true},   {"object", RequestKind::kObject, true, false},
 };
@@ -220,7 +221,7 @@ RequestMessage read_request(Reader& reader) {
   }
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
-      "rate, playback, record, object");
+      "tilt, fill, rate, playback, record, object");
   return message;
 }
 
@@ -454,6 +455,7 @@ std::string state_message(const OperatorView& s) {
   json->member("tilt", std::array{s.liquid.tilt_x, s.liquid.tilt_y});
   json->member("freeboard", s.liquid.freeboard);
   json->member("spilled", s.liquid.spilled);
+  json->member("spilled_share", s.liquid.spilled_share);
   json->end_object();
   json.timing("solve_us", s.solve_us);
   json.timing("latency_us", s.latency_us);
@@ -471,6 +473,9 @@ std::string state_message(const OperatorView& s) {
   json->member("weights", std::span(s.controls.weights).first(static_cast<std::size_t>(s.controls.objectives)));
   json->member("scale", s.controls.scale);
   json->member("yaw", s.controls.yaw);
+  json->member("tilt", s.controls.tilt);
+  json->member("fill", s.controls.fill);
+  json->member("no_spill", s.controls.no_spill);
   json->end_object();
   return json.end();
 }

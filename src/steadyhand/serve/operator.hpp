@@ -21,6 +21,8 @@ struct OperatorRequest {
     kWeight,    ///< `text`: name of an objective, `value`: its weight, >= 0
     kScale,     ///< `value`: metres of the tool for each metre of the hand, > 0
     kYaw,       ///< `value`: turn of the operator's frame, rad
+    kTilt,      ///< `value`: how far the glass may lean with the hand, rad, 0 to pi
+    kFill,      ///< `value`: how high the glass is filled, m
     kRate,      ///< `value`: planning steps a second, Hz
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
     kRecord,    ///< `value` 0 or 1: whether the session is recorded
@@ -39,6 +41,9 @@ struct SessionControls {
   int objectives = 0;                            ///< entries of weights in use
   double scale = 0.5;                            ///< metres of the tool for each metre of the hand
   double yaw = 0.0;                              ///< turn of the operator's axes about base z, rad
+  double tilt = 0.0;                             ///< rad, how far the glass may lean with the hand
+  double fill = 0.0;                             ///< m of liquid in the glass
+  bool no_spill = false;                         ///< plans spill nothing
   int playback = -1;                             ///< index of the built-in recording that plays the hand; -1: none
 };
 

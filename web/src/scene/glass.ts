@@ -104,6 +104,13 @@ export class Glass extends THREE.Group {
     this.add(this.liquid, this.#body, this.#rim, this.#foot);
   }
 
+  /** m of liquid. */
+  fill(height: number): void {
+    if (height === this.size.fill || this.size.height === 0) return;
+    this.size = { ...this.size, fill: height };
+    this.liquid.fit(this.size);
+  }
+
   fit(size: GlassSize): void {
     this.size = size;
     const outside = size.radius + WALL;

@@ -191,6 +191,7 @@ export class Stage {
     this.surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
     place(this.ghost, state.target);
     this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
+    this.glass.fill(state.controls.fill);
     this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);
     this.#spill.update(state.liquid.spilled, this.glass, t);
     this.#path.begin();
