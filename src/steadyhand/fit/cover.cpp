@@ -729,6 +729,12 @@ Cover cover(const Surface& surface, const std::vector<Probe>& probes, const Cove
     if (settings.progress) settings.progress(static_cast<double>(count) / settings.most);
   }
   prove(surface, best.solids);
+  // What was grown for one triangle may hold all that another was there for.
+  for (std::size_t i = best.solids.size(); i-- > 0 && best.solids.size() > 1;) {
+    std::vector<Solid> others = best.solids;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    if (is_covered(surface, others)) best.solids = std::move(others);
+  }
   return best;
 }
 
