@@ -44,6 +44,23 @@ TEST(Profile, ReadsWhatIsThereAndFillsInTheRest) {
   EXPECT_EQ(profile->solver, kDefaultSolver);
 }
 
+TEST(Profile, ALiquidIsReadWithItsMargin) {
+  const auto carry = load_profile("carry", kPlaces);
+  ASSERT_TRUE(carry) << carry.error().message;
+  ASSERT_TRUE(carry->ocp.liquid);
+  EXPECT_EQ(carry->tilt_max, 0.0);
+  EXPECT_EQ(carry->prediction, Prediction::kDecaying);
+  const TemporaryFolder folder;
+  const auto own = load_profile(
+      folder.write("own.yaml", "tilt: 90\nliquid: {margin: 0.005, lean: 30}\nweights: {position: 1}\n").string(),
+      kPlaces);
+  ASSERT_TRUE(own) << own.error().message;
+  EXPECT_NEAR(own->tilt_max, M_PI / 2, 1e-12);
+  EXPECT_EQ(own->ocp.liquid->margin, 0.005);
+  EXPECT_NEAR(own->ocp.liquid->lean_max, M_PI / 6, 1e-12);
+  EXPECT_FALSE(load_profile("waiter", kPlaces)->ocp.liquid);
+}
+
 class ProfileRefuses : public testing::TestWithParam<Refusal> {};
 
 TEST_P(ProfileRefuses, WithTheReason) {
@@ -58,6 +75,10 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Refusal{"prediction", "prediction: sideways\nweights: {}\n",
                 "own.yaml:1: prediction is 'sideways'; it must be constant_velocity or decaying"},
+        Refusal{"tilt", "tilt: 190\nweights: {}\n", "own.yaml:1: tilt is 190; it must be at least 0 and at most 180"},
+        Refusal{"liquid", "liquid: {frequencies: [1, 2]}\nweights: {}\n",
+                "own.yaml:1: liquid.frequencies has 2 numbers; 3 are expected"},
+        Refusal{"liquid_price", "liquid: {price: 0}\nweights: {}\n", "own.yaml:1: liquid.price is 0"},
         Refusal{"no_weights", "name: a\n", "own.yaml:1: key 'weights' is missing"},
         Refusal{"unknown_term", "weights:\n  position: 1\n  jerk: 2\n",
                 "own.yaml:3: weights.jerk is no term of the problem; known: position, orientation, velocity, "
@@ -81,10 +102,11 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Profile, AnUnknownNameListsTheKnownOnes) {
   const auto profile = load_profile("quick", kPlaces);
   ASSERT_FALSE(profile);
-  EXPECT_NE(profile.error().message.find("anti-slosh, follow, tracking, waiter"), std::string::npos)
+  EXPECT_NE(profile.error().message.find("anti-slosh, carry, follow, tracking, waiter"), std::string::npos)
       << profile.error().message;
-  EXPECT_EQ(load_profile("", kPlaces).error().message,
-            "profile '' is neither a file nor one of the names in profiles/: anti-slosh, follow, tracking, waiter");
+  EXPECT_EQ(
+      load_profile("", kPlaces).error().message,
+      "profile '' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, waiter");
 }
 
 TEST(Profile, AnObjectiveThatIsNullIsRefused) {

@@ -96,7 +96,8 @@ TEST(Slosh, Derivatives) {
       EXPECT_LT((curvature - step.curvature_by_force(state, costate).col(i)).norm(), 1e-6);
     }
     for (int i = 0; i < kSloshStates; ++i) {
-      const SloshState to = state + kSmallChange * SloshState::Unit(i), back = state - kSmallChange * SloshState::Unit(i);
+      const SloshState to = state + kSmallChange * SloshState::Unit(i),
+                       back = state - kSmallChange * SloshState::Unit(i);
       const double slope = costate.dot(step.next(to) - step.next(back)) / (2.0 * kSmallChange);
       EXPECT_NEAR(slope, step.pull_back(costate)[i], 1e-6);
       const Vector3 curvature = (by_force(force, to) - by_force(force, back)) / (2.0 * kSmallChange);
@@ -106,7 +107,8 @@ TEST(Slosh, Derivatives) {
 }
 
 struct SloshProblem {
-  explicit SloshProblem(unsigned seed) : random(seed), robot(random_arm(6, random)), ocp(robot, settings()), evaluation(ocp) {
+  explicit SloshProblem(unsigned seed)
+      : random(seed), robot(random_arm(6, random)), ocp(robot, settings()), evaluation(ocp) {
     instance.weights = *ocp.weights({});
     instance.x0 = StateVector::Zero(12);
     instance.reference.nodes = ocp.horizon();

@@ -88,7 +88,7 @@ def test_times_do_not_go_back(robot):
         (("ur55",), steadyhand.SteadyhandError, "robot 'ur55' is neither a file nor one of the names in robots/: fr3"),
         (("no/such.urdf",), FileNotFoundError, "'no/such.urdf' is neither a file nor"),
         ((None,), TypeError, "robot must be a name or the path of a file, not NoneType"),
-        (("ur5e", "wayter"), steadyhand.SteadyhandError, "'wayter' is neither a file nor one of the names in profiles/: anti-slosh, follow, tracking, waiter"),
+        (("ur5e", "wayter"), steadyhand.SteadyhandError, "'wayter' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, waiter"),
         (("ur5e", "my.yaml"), FileNotFoundError, "'my.yaml'"),
     ],
 )

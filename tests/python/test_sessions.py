@@ -75,7 +75,7 @@ def test_a_session_holds_everything_that_went_through_it(session):
         metadata = {m.name: m.metadata for m in reader.iter_metadata()}
         for schema in reader.get_summary().schemas.values():
             json.loads(schema.data)
-    assert metadata["run"]["profile"] == "waiter" and metadata["summary"]["beyond_limits"] == "0"
+    assert metadata["run"]["profile"] == "carry" and metadata["summary"]["beyond_limits"] == "0"
     assert len(json.loads(metadata["robot"]["json"])["joints"]) == 6
 
 
@@ -103,9 +103,9 @@ def test_it_is_listed_reported_and_replayed(session, tmp_path):
     def hand(path):
         return [tuple(json.loads(d)["pose"]["position"].values()) for topic, _, d in messages(path) if topic == "/operator_sample"]
 
-    driven, again = hand(path), hand(tmp_path / "waiter/session.mcap")
+    driven, again = hand(path), hand(tmp_path / "carry/session.mcap")
     assert set(again) <= set(driven) and len(again) > 0.5 * len(driven)
-    steps = [json.loads(d) for topic, _, d in messages(tmp_path / "waiter/session.mcap") if topic == "/plan_step"]
+    steps = [json.loads(d) for topic, _, d in messages(tmp_path / "carry/session.mcap") if topic == "/plan_step"]
     assert any(s["engaged"] and max(map(abs, s["dq"])) > 0.1 for s in steps)
 
 

@@ -211,5 +211,78 @@ TEST(Retargeter, LetsGoOfBadPoses) {
   EXPECT_TRUE(Retargeter(trusting).update(emulated, {}).engaged);
 }
 
+/// rad, of the glass's axis from the vertical.
+double lean(const Quaternion& q) {
+  const Vector3 axis = q * Vector3::UnitZ();
+  return std::atan2(axis.head<2>().norm(), axis.z());
+}
+
+TEST(Retargeter, LeansNoFurtherThanItsTiltAndTurnsAsTheHandDoes) {
+  Dice dice(21);
+  for (const double most : {0.0, 0.1, 0.5}) {
+    RetargetSettings settings;
+    settings.tilt_max = most;
+    settings.yaw = 0.3;
+    Retargeter retargeter(settings);
+    const Pose tool{dice.vector(), Quaternion(Eigen::AngleAxisd(M_PI * dice.unit(), Vector3::UnitZ()))};
+    retargeter.update(sample_at({}), tool);
+    for (int i = 0; i < 1000; ++i) {
+      OperatorSample sample =
+          sample_at({dice.vector(), Quaternion(Eigen::AngleAxisd(1.2 * dice.unit(), dice.vector().normalized()))});
+      sample.stamp.hand = from_seconds(0.01 * i);
+      EXPECT_LT(lean(retargeter.update(sample, {}).X_base_tool.q), most + 1e-9);
+    }
+    OperatorSample turned = sample_at({{}, Quaternion(Eigen::AngleAxisd(0.8, Vector3::UnitZ()))});
+    turned.stamp.hand = from_seconds(20.0);
+    const Quaternion expected = Quaternion(Eigen::AngleAxisd(0.8, Vector3::UnitZ())) * tool.q;
+    EXPECT_LT(retargeter.update(turned, {}).X_base_tool.q.angularDistance(expected), 1e-9);
+  }
+}
+
+TEST(Retargeter, ATiltThatChangesTurnsTheTargetAtARadianPerSecond) {
+  RetargetSettings settings;
+  Retargeter retargeter(settings);
+  const Pose leaning{{}, Quaternion(Eigen::AngleAxisd(1.0, Vector3::UnitX()))};
+  retargeter.update(sample_at({}), {});
+  double last = 0.0;
+  bool first = true;
+  for (int i = 1; i < 600; ++i) {
+    if (i == 200) retargeter.set_tilt_max(0.0);
+    if (i == 400) retargeter.set_tilt_max(M_PI);
+    OperatorSample sample = sample_at(leaning);
+    sample.stamp.hand = from_seconds(0.01 * i);
+    const double now = lean(retargeter.update(sample, {}).X_base_tool.q);
+    if (!first) {
+      EXPECT_LT(std::abs(now - last), 0.01 + 1e-6) << i;
+    }
+    first = false;
+    last = now;
+    if (i == 199 || i == 599) {
+      EXPECT_NEAR(now, 1.0, 1e-9);
+    }
+    if (i == 399) {
+      EXPECT_NEAR(now, 0.0, 1e-9);
+    }
+  }
+}
+
+/// A tool that leans when the hand takes it does not jump upright.
+TEST(Retargeter, TakesALeaningToolAsItIs) {
+  RetargetSettings settings;
+  settings.tilt_max = 0.0;
+  Retargeter retargeter(settings);
+  const Pose tool{{}, Quaternion(Eigen::AngleAxisd(0.7, Vector3::UnitY()))};
+  double last = lean(retargeter.update(sample_at({}), tool).X_base_tool.q);
+  EXPECT_NEAR(last, 0.7, 1e-9);
+  for (int i = 1; i < 100; ++i) {
+    OperatorSample sample = sample_at({});
+    sample.stamp.hand = from_seconds(0.01 * i);
+    const double now = lean(retargeter.update(sample, {}).X_base_tool.q);
+    EXPECT_LT(last - now, 0.01 + 1e-6);
+    last = now;
+  }
+  EXPECT_NEAR(last, 0.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -98,8 +98,8 @@ struct RandomQuadratic {
 TEST(NewtonSystem, AgreesWithTheDenseSystem) {
   std::mt19937 random(1);
   for (int n = 1; n <= kMaxJoints; ++n) {
-    for (const auto& [N, s] : {std::pair(1, 0), {2, 0}, {3, 0}, {7, 0}, {12, 0}, {1, kSloshStates}, {2, kSloshStates},
-                               {5, kSloshStates}}) {
+    for (const auto& [N, s] :
+         {std::pair(1, 0), {2, 0}, {3, 0}, {7, 0}, {12, 0}, {1, kSloshStates}, {2, kSloshStates}, {5, kSloshStates}}) {
       const RandomQuadratic quadratic(n, s, N, true, random);
       NewtonSystem system(n, s, N, quadratic.dt);
       quadratic.fill(system);

@@ -58,6 +58,8 @@ class VirtualSession {
     planning.retarget.yaw = 0.0;
     planning.first_moves = options.first_moves;
     planning.first_speed_scaling = options.first_speed_scaling;
+    planning.retarget.tilt_max = profile->tilt_max;
+    planning.predictor.model = profile->prediction;
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / arm_->info().rate_hz;
     planning.planner.budget = options.budget;

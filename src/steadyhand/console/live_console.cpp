@@ -60,9 +60,9 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
       callbacks_(std::move(callbacks)),
       session_(std::move(session)) {
   for (const NamedRecording& recording : settings_.recordings) recordings_.push_back(recording.name);
-  operator_interface_ =
-      std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
-                                          settings_.live.planning.retarget, settings_.live.glass, std::exchange(settings_.recordings, {}));
+  operator_interface_ = std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
+                                                            settings_.live.planning.retarget, settings_.live.glass,
+                                                            std::exchange(settings_.recordings, {}));
 }
 
 LiveConsole::~LiveConsole() {

@@ -29,8 +29,7 @@ class OperatorInterface {
  public:
   /// The session must outlive it. @param profile index of the profile that the session began with
   OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
-                    const GlassSettings& glass,
-                    std::vector<NamedRecording> recordings);
+                    const GlassSettings& glass, std::vector<NamedRecording> recordings);
 
   /// Who begins and ends recordings when the operator asks for it; until then that is refused.
   void on_record(std::function<void(bool)> call);

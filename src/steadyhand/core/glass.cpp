@@ -8,11 +8,11 @@
 namespace steadyhand {
 
 namespace {
-constexpr double kZero = 1.8411837813;
+constexpr double kBesselZero = 1.8411837813;
 }
 
 double slosh_frequency(const GlassSettings& glass) {
-  const double k = kZero / glass.radius;
+  const double k = kBesselZero / glass.radius;
   return std::sqrt(kGravity.z() * k * std::tanh(k * glass.fill));
 }
 

@@ -4,10 +4,10 @@ namespace steadyhand {
 
 /// An upright cylindrical glass, partly filled.
 struct GlassSettings {
-  double radius = 0.035;     ///< m, inside, > 0
-  double height = 0.1;       ///< m, inside, > fill
-  double fill = 0.09;        ///< m of liquid, > 0
-  double viscosity = 1e-6;   ///< m^2/s, kinematic, >= 0; water's
+  double radius = 0.035;    ///< m, inside, > 0
+  double height = 0.1;      ///< m, inside, > fill
+  double fill = 0.09;       ///< m of liquid, > 0
+  double viscosity = 1e-6;  ///< m^2/s, kinematic, >= 0; water's
 
   double freeboard() const { return height - fill; }  ///< m, from the liquid at rest to the rim
 };

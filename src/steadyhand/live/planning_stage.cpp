@@ -245,13 +245,16 @@ void PlanningStage::plan_following(Time start) {
                                        reach_, scaled_.arm, settings_.planner.obstacles);
 }
 
-/// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, straight.
+/// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, or finds no rest in
+/// time, straight, or where nothing shall be spilled along what is followed.
 void PlanningStage::plan_rest(const JointCommand& at_start) {
   constexpr double kSlow = 0.1, kLastPart = 0.1;                   // rad/s (m/s), s
   if (stop_.joints > 0 && followed_.start == stop_.start) return;  // the last part is under way
   const bool slow = at_start.dq.cwiseAbs().maxCoeff() < kSlow;
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
   if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
+  // What is followed ends at rest, too, and spills less than a straight stop.
+  if (!slow && ocp().liquid() && scaled_.planner->instance().liquid.counts) return;
   make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
   stop_.world = settings_.planner.obstacles.version;
   if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm, settings_.planner.obstacles) ==

@@ -59,8 +59,15 @@ void Evaluation::set_trajectory(const Trajectory& trajectory) {
 
 Node Evaluation::node(int k) const {
   const int entry = std::max(k - 1, 0);  // node 0 has no reference, and no term of a state acts there
-  return {arms_[k],  dq_[k],         u_[k], instance_->reference.p[entry], instance_->reference.R[entry],
-          times_[k], instance_->near, ocp_->liquid() ? &slosh_[k] : nullptr, &instance_->liquid};
+  return {arms_[k],
+          dq_[k],
+          u_[k],
+          instance_->reference.p[entry],
+          instance_->reference.R[entry],
+          times_[k],
+          instance_->near,
+          ocp_->liquid() ? &slosh_[k] : nullptr,
+          &instance_->liquid};
 }
 
 const SloshStep& Evaluation::slosh_step(int k) const {

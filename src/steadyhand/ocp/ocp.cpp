@@ -50,9 +50,10 @@ Status check(const LiquidSettings& liquid) {
   constexpr double kLargest = 10.0;  // m
   if (!(glass.radius > 0.0 && glass.radius <= kLargest && glass.fill > 0.0 && glass.fill < glass.height &&
         glass.height <= kLargest)) {
-    return Error{fmt::format("a glass of radius {} m and height {} m, filled to {} m; radius and fill must be above 0, "
-                             "the fill below the height",
-                             glass.radius, glass.height, glass.fill)};
+    return Error{
+        fmt::format("a glass of radius {} m and height {} m, filled to {} m; radius and fill must be above 0, "
+                    "the fill below the height",
+                    glass.radius, glass.height, glass.fill)};
   }
   if (!(glass.viscosity >= 0.0 && glass.viscosity <= 1.0))
     return Error{fmt::format("the liquid's viscosity is {}; it must be from 0 to 1 m^2/s", glass.viscosity)};

@@ -57,7 +57,7 @@ struct OcpSettings {
   /// Pairs of a body and an obstacle that one problem sees, the nearest ones; at most kMaxObstacleRows. 0: the problem
   /// knows none. What the rows do not tell, the check of the plan does: kUsualObstacleRows are enough.
   int obstacle_rows = 0;
-  std::optional<LiquidSettings> liquid;  ///< none: nothing is known of a liquid
+  std::optional<LiquidSettings> liquid;          ///< none: nothing is known of a liquid
   Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
   std::vector<ConstraintMaker> constraints = default_constraints();
 };

@@ -5,8 +5,8 @@
 namespace steadyhand {
 
 /// What drives the liquid during one interval (Scalar = double), or during kLanes of them (Lanes): the specific force f
-/// at the middle, q + dt/2 dq + dt^2/8 u and dq + dt/2 u, and its derivatives by z = [q; dq; u] of the begin. Scratch of
-/// one thread; memory is taken by the constructor.
+/// at the middle, q + dt/2 dq + dt^2/8 u and dq + dt/2 u, and its derivatives by z = [q; dq; u] of the begin. Scratch
+/// of one thread; memory is taken by the constructor.
 template <typename Scalar>
 class SloshIntervalOf {
  public:

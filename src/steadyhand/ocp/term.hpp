@@ -40,10 +40,10 @@ struct NodeOf {
   const KinematicsOf<Scalar>& arm;  ///< at q; with the motion (dq, u) where the term acts on intervals
   const JointVectorOf<Scalar>& dq;
   const JointVectorOf<Scalar>& u;
-  const Vector3Of<Scalar>& p_ref;  ///< m, base frame
-  const Matrix3Of<Scalar>& R_ref;  ///< tool to base
-  const Scalar& time;              ///< s, since node 0
-  const NearObstacles& near;       ///< of the instance
+  const Vector3Of<Scalar>& p_ref;               ///< m, base frame
+  const Matrix3Of<Scalar>& R_ref;               ///< tool to base
+  const Scalar& time;                           ///< s, since node 0
+  const NearObstacles& near;                    ///< of the instance
   const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
   const LiquidInstance* liquid = nullptr;       ///< of the instance; null likewise
 };

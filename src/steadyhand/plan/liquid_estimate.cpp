@@ -97,7 +97,7 @@ SloshState LiquidEstimate::at(const Plan& plan, const SloshState& state, Time t)
     dq = plan.x[k].tail(n);
     (void)advance(q, dq, plan.u[k], std::min(plan.dt, end - k * plan.dt), result);
   }
-  if (const double over = end - plan.intervals * plan.dt; over > 0.0) {
+  if (const double over = end - plan.intervals * plan.dt; over > 1e-9) {
     arm_.set_position(plan.x[plan.intervals].head(n));
     stand(over, result);
   }

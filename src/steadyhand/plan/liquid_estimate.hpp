@@ -7,8 +7,8 @@
 
 namespace steadyhand {
 
-/// The liquid's state, predicted from the motion that was commanded: no sensor sees it. Scratch of one thread; allocates
-/// nothing after the constructor.
+/// The liquid's state, predicted from the motion that was commanded: no sensor sees it. Scratch of one thread;
+/// allocates nothing after the constructor.
 class LiquidEstimate {
  public:
   /// The model must outlive it.

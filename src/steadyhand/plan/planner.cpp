@@ -56,12 +56,13 @@ Status check_rows(const Constraint& constraint, int dof, int all) {
       return refuse(
           fmt::format("calls row {} entry {} of z; the entries are 0 to {}, and -1 is none", row, entry, entries - 1));
     }
-    if (const EntryRange range = constraint.support(row, dof);
-        range.first < 0 || range.first > range.last || range.last > all ||
-        (range.first < 3 * dof && range.last > 3 * dof)) {
-      return refuse(fmt::format("has row {} depend on entries {} to {} of z; they must lie from 0 to {}, or from "
-                                "there to {}",
-                                row, range.first, range.last, 3 * dof, all));
+    if (const EntryRange range = constraint.support(row, dof); range.first < 0 || range.first > range.last ||
+                                                               range.last > all ||
+                                                               (range.first < 3 * dof && range.last > 3 * dof)) {
+      return refuse(
+          fmt::format("has row {} depend on entries {} to {} of z; they must lie from 0 to {}, or from "
+                      "there to {}",
+                      row, range.first, range.last, 3 * dof, all));
     }
     if (const double price = constraint.price(row); !(price > 0.0)) {
       return refuse(fmt::format("has a price of {} in row {}; it must be above 0, and infinite for none", price, row));
@@ -219,7 +220,10 @@ const Plan& Planner::update(const Reference& reference) {
 
 /// candidate_ is the longest part of the solution behind which a stop passes the check.
 void Planner::find_plan(const Reference& reference) {
-  if (liquid_ && instance_.liquid.counts) return find_level_plan(reference);
+  return liquid_ && instance_.liquid.counts ? find_level_plan(reference) : find_any_plan(reference);
+}
+
+void Planner::find_any_plan(const Reference& reference) {
   for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
     make_plan(reference, intervals);
     make_even_stop(intervals);
@@ -264,11 +268,8 @@ void Planner::find_level_plan(const Reference& reference) {
   }
   (void)make(least.intervals, least.periods);
   fault_ = check_candidate();
-  if (fault_ != PlanFault::kNone) {  // the stop that the limits leave room for
-    (void)make(least.intervals, kEven);
-    fault_ = check_candidate();
-  }
   highest_wave_ = least.wave;
+  if (fault_ != PlanFault::kNone) find_any_plan(reference);
 }
 
 PlanFault Planner::check_candidate() {

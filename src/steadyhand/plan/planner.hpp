@@ -73,6 +73,7 @@ class Planner {
  private:
   Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings);
   void find_plan(const Reference& reference);
+  void find_any_plan(const Reference& reference);
   void find_level_plan(const Reference& reference);
   PlanFault check_candidate();
   void make_plan(const Reference& reference, int intervals);
@@ -89,8 +90,8 @@ class Planner {
   Plan plan_, candidate_;
   // Of a problem with a liquid:
   std::optional<LiquidEstimate> liquid_;
-  SloshState liquid_at_start_ = SloshState::Zero();  ///< of plan_
-  Plan followed_;                                    ///< continue_from() was told last
+  SloshState liquid_at_start_ = SloshState::Zero();       ///< of plan_
+  Plan followed_;                                         ///< continue_from() was told last
   SloshState liquid_when_followed_ = SloshState::Zero();  ///< at its start
   double highest_wave_ = 0.0, freeboard_ = 0.0;
   PlanFault fault_ = PlanFault::kNone;

@@ -70,8 +70,8 @@ class Retargeter {
   Quaternion q_base_operator_;
   bool engaged_ = false, latched_ = false;
   Time engaged_at_{0};
-  double tilt_max_ = M_PI;  ///< rad, that holds now
-  Time tilted_at_{0};       ///< when it was looked at last
+  double tilt_max_ = M_PI;                ///< rad, that holds now
+  Time tilted_at_{0};                     ///< when it was looked at last
   Pose X_operator_hand_, X_base_target_;  ///< newest
   Pose X_operator_hand0_, X_base_tool0_;  ///< at the last engagement or release; while the ramp lasts, one sample ago
 };

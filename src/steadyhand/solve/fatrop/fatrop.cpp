@@ -21,9 +21,9 @@ using SteadyClock = std::chrono::steady_clock;
 struct OutOfTime {};
 
 /// The problem in FATROP's words: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
-/// inequalities. The liquid's state stands behind x_k. A row with a price has an input e >= 0 by which it may be outside
-/// its bounds, at that price; they stand behind u_k. As FATROP's last stage may have no inputs, such a problem has one
-/// stage more, of a state that is 0.
+/// inequalities. The liquid's state stands behind x_k. A row with a price has an input e >= 0 by which it may be
+/// outside its bounds, at that price; they stand behind u_k. As FATROP's last stage may have no inputs, such a problem
+/// has one stage more, of a state that is 0.
 ///
 /// Of a constraint with many rows (pairs of bodies) only the `slots` rows nearest to their bounds are posed at each
 /// node: FATROP's time per iteration grows with the rows, and few ever matter. Whoever solves must check the others at
@@ -214,7 +214,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
 
   Index get_initial_xk(Scalar* x, const Index k) const override {
     if (is_extra(k)) x[0] = 0.0;
-    for (int i = 0; !is_extra(k) && i < get_nx(k); ++i) x[i] = i < 2 * n_ ? guess_.x[k][i] : guess_slosh_[k][i - 2 * n_];
+    for (int i = 0; !is_extra(k) && i < get_nx(k); ++i)
+      x[i] = i < 2 * n_ ? guess_.x[k][i] : guess_slosh_[k][i - 2 * n_];
     return 0;
   }
   Index get_initial_uk(Scalar* u, const Index k) const override {

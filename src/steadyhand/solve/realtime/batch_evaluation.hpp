@@ -96,8 +96,8 @@ class BatchEvaluation {
     JointVectorOf<Lanes> dq, u;
     Vector3Of<Lanes> p_ref;
     Matrix3Of<Lanes> R_ref;
-    Lanes time;                                   ///< s, of the nodes
-    Lanes state, interval;                        ///< see acts()
+    Lanes time;             ///< s, of the nodes
+    Lanes state, interval;  ///< see acts()
     SloshStateOf<Lanes> slosh;
     std::vector<Objective::BatchWeight> weights;  ///< dt * weight of each objective; 0 where it does not act
   };
@@ -115,11 +115,11 @@ class BatchEvaluation {
   NodeOrder order_;
   std::vector<Batch> batches_;
   int state_batches_;
-  NearObstacles near_;         ///< of the instance
-  LiquidInstance liquid_;      ///< the same
+  NearObstacles near_;                         ///< of the instance
+  LiquidInstance liquid_;                      ///< the same
   std::vector<SloshIntervalOf<Lanes>> slosh_;  ///< intervals kLanes b to kLanes b + kLanes - 1
   std::vector<SloshStep> slosh_steps_;         ///< by interval
-  std::vector<int> weighted_;  ///< objectives whose weight is not 0
+  std::vector<int> weighted_;                  ///< objectives whose weight is not 0
   bool needs_motion_ = false, fresh_ = true;
   mutable Kinematics scratch_;
 };

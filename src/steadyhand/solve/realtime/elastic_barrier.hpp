@@ -26,11 +26,11 @@ struct Residuals {
 /// the bound from inside, the elastic variable the violation. Over the accelerations and these the solver minimises
 ///   phi = J + sum ( price * elastic - mu log slack - mu log elastic ),
 /// whose minimisers go to the solution as mu -> 0. They make g + elastic = slack true at any point, so there is no
-/// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except for rows
-/// that have a price of their own (Constraint::price).
+/// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except
+/// for rows that have a price of their own (Constraint::price).
 ///
-/// Points z are tables [q; dq; u; state of the liquid] x nodes that obey the dynamics. Lanes in which a row does not act carry the bound
-/// 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
+/// Points z are tables [q; dq; u; state of the liquid] x nodes that obey the dynamics. Lanes in which a row does not
+/// act carry the bound 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
 class ElasticBarrier {
  public:
   explicit ElasticBarrier(const Ocp& ocp);
@@ -99,7 +99,7 @@ class ElasticBarrier {
     double price;  ///< of the elastic variables
     bool soft;     ///< it is the row's own
     Lanes acts;    ///< 1 in lanes where the row acts, else 0
-    Lanes value;  ///< c at the point
+    Lanes value;   ///< c at the point
     std::array<Side, 2> sides;
     int side_count;
     std::size_t gradient;  ///< where dc/dz begins in gradients_: the entries of the support, unless it is an entry

@@ -11,9 +11,10 @@ namespace {
 
 constexpr int padded_width(int size) { return (size + 1 + kLanes - 1) / kLanes * kLanes; }
 
-/// The recursion for n joints and a liquid of `s` numbers. The cost to go of node k + 1, pulled back through the dynamics, adds to the model of
-/// node k; eliminating du_k from the sum by symmetric Gaussian elimination leaves the cost to go of node k in the rows
-/// of [q; dq]. Everything happens in place, rows in steps of Lanes from the one that holds the diagonal on.
+/// The recursion for n joints and a liquid of `s` numbers. The cost to go of node k + 1, pulled back through the
+/// dynamics, adds to the model of node k; eliminating du_k from the sum by symmetric Gaussian elimination leaves the
+/// cost to go of node k in the rows of [q; dq]. Everything happens in place, rows in steps of Lanes from the one that
+/// holds the diagonal on.
 template <int n, int s>
 struct Kernels {
   static constexpr int kSize = 3 * n + s, kGradient = kSize, kWidth = padded_width(kSize);
@@ -149,8 +150,8 @@ struct Kernels {
       const double of_q = i < n ? h : i < 2 * n ? 1.0 : dt, of_v = i < n ? dt : i < 2 * n ? 0.0 : 1.0;
       const double *q = of_arm[i % n], *v = of_arm[n + i % n];
       for (int j = 0; j < kSlosh; ++j) {
-        E[j] = G[0][i] * by_force[0][j] + G[1][i] * by_force[1][j] + G[2][i] * by_force[2][j] + of_q * q[j] +
-               of_v * v[j];
+        E[j] =
+            G[0][i] * by_force[0][j] + G[1][i] * by_force[1][j] + G[2][i] * by_force[2][j] + of_q * q[j] + of_v * v[j];
       }
       alignas(64) double turned[kSlosh];
       turn.apply(E, turned);

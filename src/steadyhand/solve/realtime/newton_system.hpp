@@ -10,9 +10,9 @@ namespace steadyhand::realtime {
 /// The Newton step of a sum of quadratic models under the double integrator (docs/solver.md, "Riccati"): minimises
 ///   sum_k 1/2 dw_k' H_k dw_k + g_k' dw_k   over du,   with   dq+ = dq + dt dv + dt^2/2 du,  dv+ = dv + dt du,  dx_0 =
 ///   0.
-/// Node k's model is by w = [u; q; dq], row-major, rows of width(): the Hessian in the first columns, then the gradient.
-/// In a problem with a liquid its state s stands behind dq, with ds+ = S_k ds + F_k G_k [dq; dv; du] (SloshStep).
-/// Only the diagonal and what stands right of it is read. The kernels are compiled for each n. Memory is
+/// Node k's model is by w = [u; q; dq], row-major, rows of width(): the Hessian in the first columns, then the
+/// gradient. In a problem with a liquid its state s stands behind dq, with ds+ = S_k ds + F_k G_k [dq; dv; du]
+/// (SloshStep). Only the diagonal and what stands right of it is read. The kernels are compiled for each n. Memory is
 /// taken by the constructor.
 class NewtonSystem {
  public:

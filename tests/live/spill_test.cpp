@@ -1,0 +1,76 @@
+#include <gtest/gtest.h>
+
+#include "support/virtual_session.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// A hand that reaches to and fro, turns and leans.
+Pose brisk(double t) {
+  Pose pose;
+  pose.p = Vector3(0.25 * std::sin(2.3 * t), 0.3 * std::sin(1.7 * t + 1.0), 0.15 * std::sin(2.9 * t + 2.0));
+  pose.q = Eigen::AngleAxisd(0.5 * std::sin(1.9 * t), Vector3::UnitX()) *
+           Eigen::AngleAxisd(0.4 * std::sin(1.1 * t), Vector3::UnitZ());
+  return pose;
+}
+
+VirtualSession::Options with(const std::string& profile) {
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  options.profile = profile;
+  return options;
+}
+
+TEST(Spill, CarryKeepsInTheGlassWhatTrackingSpills) {
+  for (const bool carries : {true, false}) {
+    VirtualSession session(with(carries ? "carry" : "tracking"));
+    session.hand = brisk;
+    ASSERT_TRUE(session.grip());
+    session.run(10.0);
+    EXPECT_EQ(session.monitor().liquid().spilled, !carries);
+    session.expect_safe();
+  }
+}
+
+/// The hand lets go at any moment, and goes on.
+TEST(Spill, SoftStopsSpillNothing) {
+  VirtualSession::Options options = with("carry");
+  options.scale = 0.5;
+  VirtualSession session(options);
+  session.hand = brisk;
+  for (int stop = 0; stop < 20; ++stop) {
+    ASSERT_TRUE(session.grip());
+    session.run(0.7 + 0.113 * stop);
+    session.clutch = false;
+    ASSERT_TRUE(session.run_until([&] { return session.at_rest(); }, 3.0));
+    session.run(1.0);
+    EXPECT_FALSE(session.monitor().liquid().spilled) << "stop " << stop;
+  }
+  session.expect_safe();
+}
+
+/// Profile and tilt change under way; what pours may spill, and nothing else does.
+TEST(Spill, PouringIsAllowedAndNothingSteps) {
+  VirtualSession session(with("carry"));
+  session.hand = brisk;
+  ASSERT_TRUE(session.grip());
+  OperatorSettings settings;
+  settings.scale = 0.5;
+  for (int change = 0; change < 12; ++change) {
+    settings.no_spill = change % 2 == 0;
+    settings.tilt_max = settings.no_spill ? 0.1 * (change % 3) : M_PI;
+    session.planner_side().settings.write(settings);
+    session.run(0.4 + 0.07 * change);
+  }
+  session.expect_safe();
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged);
+  settings.no_spill = true;
+  settings.tilt_max = 0.0;
+  session.planner_side().settings.write(settings);
+  const Pose still = brisk(session.now());
+  session.hand = [=](double) { return still; };
+  session.run(4.0);
+  EXPECT_GT((session.glass(session.last_command.q).q * Vector3::UnitZ()).z(), std::cos(0.05));
+}
+
+}  // namespace
+}  // namespace steadyhand
