@@ -20,24 +20,24 @@ K = 1.8411837813 / RADIUS
 OMEGA = np.sqrt(G * K * np.tanh(K * FILL))
 
 
-def wave(t, f):
+def wave(t, f, omega=OMEGA, zeta=ZETA):
     """m, at each command: height of the first mode's plane at the wall. f: (m, 3), specific force in the glass's frame, m/s^2."""
     x, v, heights = f[0, :2].copy(), np.zeros(2), np.zeros(len(t))
     for i in range(1, len(t)):
         h = t[i] - t[i - 1]
-        v += h * (OMEGA**2 * (f[i, :2] - f[i, 2] / G * x) - 2 * ZETA * OMEGA * v)
+        v += h * (omega**2 * (f[i, :2] - f[i, 2] / G * x) - 2 * zeta * omega * v)
         x += h * v
         heights[i] = RADIUS / G * np.hypot(*(SHARE * x + (1 - SHARE) * f[i, :2]))
     return heights
 
 
 def measure(job):
-    name, path, track, start, until, profile, rate, scale, robot = job
+    name, path, track, start, until, profile, rate, scale, robot, faults = job
     arm = steadyhand.Robot(robot)
     run = steadyhand.replay(path, profile, rate, robot=arm, track=track, start=start, until=until, scale=scale)
     commands, steps = run.commands, run.steps
     force = arm.local_acceleration(commands.q, commands.dq, commands.ddq)
-    heights = wave(commands.t, force)
+    heights = wave(commands.t, force, faults[0] * OMEGA, faults[1])
     liquid, spilled = steadyhand.Liquid(RADIUS, HEIGHT, FILL), 0.0
     if heights.max() > HEIGHT - FILL:
         for i in range(1, len(commands.t)):
@@ -79,11 +79,13 @@ def main():
     parser.add_argument("--scale", type=float, default=0.5)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--robot", default="ur5e")
+    parser.add_argument("--frequency", type=float, default=1.0, help="of the judged liquid, times the glass's: plans know the glass's")
+    parser.add_argument("--damping", type=float, default=ZETA, help="of the judged liquid")
     parser.add_argument("--each", action="store_true", help="a line for each hand")
     arguments = parser.parse_args()
     paths = arguments.recordings or sorted(BUNDLED.glob("machinima_tests/recordings/*.json"))
     found = list(hands(paths, arguments.seconds))
-    jobs = [(*hand, profile, rate, arguments.scale, arguments.robot) for hand in found for rate in arguments.rate for profile in arguments.profile]
+    jobs = [(*hand, profile, rate, arguments.scale, arguments.robot, (arguments.frequency, arguments.damping)) for hand in found for rate in arguments.rate for profile in arguments.profile]
     with multiprocessing.Pool() as pool:
         results = pool.map(measure, jobs, chunksize=1)
     keys = list(results[0][3])

@@ -35,13 +35,13 @@ struct LiquidSettings {
   GlassSettings glass;
   /// m, by which the wave of the first mode stays below the rim: crests stand above it. In a glass that is full nearly
   /// to the rim three quarters of what is left, if that is less.
-  double margin = 6e-3;
+  double margin = 5e-3;
   /// Frequencies of the liquids for which a plan is made, times the glass's.
-  std::array<double, 3> frequencies = {0.92, 1.0, 1.08};
-  double price = 50.0;  ///< units of the objective per m of wave above the margin, at each node
+  std::array<double, 3> frequencies = {0.97, 1.0, 1.03};
+  double price = 200.0;  ///< units of the objective per m of wave above the margin, at each node
   /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
   double least_weight = 0.3;
-  double lean_max = 25.0 * M_PI / 180.0;  ///< rad, (0, pi/2]: of the glass's axis, from the vertical
+  double lean_max = 20.0 * M_PI / 180.0;  ///< rad, (0, pi/2]: of the glass's axis, from the vertical
 };
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
