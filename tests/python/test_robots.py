@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -84,3 +85,25 @@ def test_macros_are_expanded(tmp_path):
     bare = dict(os.environ, PATH="/nowhere")
     done = subprocess.run([PROGRAM, "describe", tmp_path / "arm.urdf.xacro"], capture_output=True, text=True, env=bare)
     assert done.returncode == 2 and "no command 'xacro'" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words, asked",
+    [
+        ("demo --robot fr3", True),
+        ("demo --robot=so101", True),
+        ("demo --set robot=gen3", True),
+        ("demo --settings fr3.yaml", True),
+        ("demo --settings=quoted.yaml", True),
+        ("demo --settings ur5e.yaml", False),
+        ("demo --settings none.yaml", False),
+        ("demo --robot ur5e", False),
+        ("replay hand.csv", False),
+    ],
+)
+def test_the_script_installs_the_packages_of_the_robot_that_is_named(words, asked, tmp_path):
+    for name, text in (("fr3", "robot: fr3  # seven joints\n"), ("quoted", 'robot: "gen3"\n'), ("ur5e", "robot: ur5e\n"), ("none", "planner: {}\n")):
+        (tmp_path / f"{name}.yaml").write_text(text)
+    function = re.search(r"^asks_for_robots\(\) \{.*?^\}", (ROOT / "steadyhand").read_text(), re.MULTILINE | re.DOTALL)[0]
+    done = subprocess.run(["bash", "-c", f"root='{ROOT}'\n{function}\nasks_for_robots {words}"], cwd=tmp_path)
+    assert (done.returncode == 0) == asked

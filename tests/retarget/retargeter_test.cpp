@@ -232,7 +232,7 @@ TEST(Retargeter, LeansNoFurtherThanItsTiltAndTurnsAsTheHandDoes) {
       sample.stamp.hand = from_seconds(0.01 * i);
       EXPECT_LT(lean(retargeter.update(sample, {}).X_base_tool.q), most + 1e-9);
     }
-    OperatorSample turned = sample_at({{}, Quaternion(Eigen::AngleAxisd(0.8, Vector3::UnitZ()))});
+    OperatorSample turned = sample_at({Vector3::Zero(), Quaternion(Eigen::AngleAxisd(0.8, Vector3::UnitZ()))});
     turned.stamp.hand = from_seconds(20.0);
     const Quaternion expected = Quaternion(Eigen::AngleAxisd(0.8, Vector3::UnitZ())) * tool.q;
     EXPECT_LT(retargeter.update(turned, {}).X_base_tool.q.angularDistance(expected), 1e-9);
@@ -242,7 +242,7 @@ TEST(Retargeter, LeansNoFurtherThanItsTiltAndTurnsAsTheHandDoes) {
 TEST(Retargeter, ATiltThatChangesTurnsTheTargetAtARadianPerSecond) {
   RetargetSettings settings;
   Retargeter retargeter(settings);
-  const Pose leaning{{}, Quaternion(Eigen::AngleAxisd(1.0, Vector3::UnitX()))};
+  const Pose leaning{Vector3::Zero(), Quaternion(Eigen::AngleAxisd(1.0, Vector3::UnitX()))};
   retargeter.update(sample_at({}), {});
   double last = 0.0;
   bool first = true;
@@ -271,7 +271,7 @@ TEST(Retargeter, TakesALeaningToolAsItIs) {
   RetargetSettings settings;
   settings.tilt_max = 0.0;
   Retargeter retargeter(settings);
-  const Pose tool{{}, Quaternion(Eigen::AngleAxisd(0.7, Vector3::UnitY()))};
+  const Pose tool{Vector3::Zero(), Quaternion(Eigen::AngleAxisd(0.7, Vector3::UnitY()))};
   double last = lean(retargeter.update(sample_at({}), tool).X_base_tool.q);
   EXPECT_NEAR(last, 0.7, 1e-9);
   for (int i = 1; i < 100; ++i) {

@@ -39,7 +39,7 @@ OperatorView fixture_view() {
   s.path_nodes = 2;
   s.path[0].p = s.X_base_tool.p;
   s.path[1].p = s.target.X_base_tool.p;
-  s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true};
+  s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true, 0.125};
   s.solve_us = {2000, 4000, 5000, 6000};
   s.latency_us = {12000, 21000, 22000, 23000};
   s.plans = 10;
@@ -49,7 +49,7 @@ OperatorView fixture_view() {
   s.samples = 90;
   s.planner_rate_hz = 50;
   s.recording = true;
-  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, -1};
+  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, 0.5, 0.0625, true, -1};
   return s;
 }
 

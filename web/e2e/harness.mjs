@@ -105,6 +105,7 @@ export async function open(options = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
   if (FIREFOX) await context.addInitScript(sayErrors);
   await options.prepare?.(context);
+  if (!options.first) await context.addInitScript(() => { try { localStorage.setItem('steadyhand.first-steps-seen', '1'); } catch { /* a report's frame keeps nothing */ } });
   const opened = await context.newPage();
   newest = opened;
   opened.setDefaultTimeout(PATIENCE);

@@ -46,6 +46,31 @@ test('without a server it says so', IN_CHROMIUM, async () => {
   await lonely.screenshot({ path: picture('empty_dark'), timeout: PATIENCE });
 });
 
+test('the first opening says what this is, shows a motion, and comes once; keys are told; a profile is chosen without a word before', IN_CHROMIUM, async () => {
+  page = await open({ first: true });
+  await page.waitForSelector('#first-steps:not([hidden])');
+  await page.screenshot({ path: picture('first_steps'), timeout: PATIENCE });
+  assert.equal((await facts(page)).yours, false);
+  await until(async () => /Press “Drive”/.test(await page.textContent('#why-disabled')), 'the reason');
+  await page.click('#first-demo');
+  await until(async () => (await facts(page)).yours && (await state(page)).controls.playback >= 0, 'the motion');
+  assert.equal(await page.isHidden('#first-steps'), true);
+  await page.click('#lease'); // given back
+  await until(async () => !(await facts(page)).yours, 'nobody');
+  await page.click('input[name=profile][value=follow]');
+  await until(async () => (await facts(page)).yours && await page.evaluate(() => { const { welcome, state } = globalThis.steadyhand.session; return welcome.profiles[state.controls.profile].name === 'follow'; }), 'the profile');
+  await until(() => page.isHidden('#why-disabled'), 'no reason any more');
+  await page.keyboard.press('?');
+  assert.equal(await page.isVisible('#help'), true);
+  await page.screenshot({ path: picture('help'), timeout: PATIENCE });
+  await page.keyboard.press('?');
+  assert.equal(await page.isVisible('#help'), false);
+  await page.reload({ waitUntil: 'commit' });
+  await until(() => page.evaluate(() => globalThis.steadyhand?.session.state), 'the page again');
+  assert.equal(await page.isHidden('#first-steps'), true, 'seen is seen');
+  assert.deepEqual(page.complaints, []);
+});
+
 test('the profile decides what spills, and the next grip takes a full glass', IN_CHROMIUM, async () => {
   page = await open();
   if (!(await facts(page)).yours) await page.click('#lease');
@@ -67,7 +92,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await page.evaluate(() => document.querySelector('#dark').click());
   await page.emulateMedia({ colorScheme: 'light' });
   await ready(page);
-  await say(page, { type: 'request', kind: 'profile', text: 'waiter' });
+  await say(page, { type: 'request', kind: 'profile', text: 'carry' });
   await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
   await until(async () => !(await state(page)).liquid.spilled, 'a full glass');
   assert.deepEqual(page.complaints, []);

@@ -1,5 +1,6 @@
 import './style.css';
 import { browserSurroundings, Connection } from './connection';
+import { offerFirstSteps } from './first_steps';
 import { Hand } from './hand';
 import { Drag } from './input/drag';
 import { Gamepads, Keys } from './input/keys';
@@ -60,6 +61,7 @@ const drag = new Drag(stage, hand, session, wantLease, canvas);
 const objects = new Objects(stage, drag, session, connection, canvas);
 element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
+offerFirstSteps(() => panel.playFirst());
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);
 const gamepads = new Gamepads(hand, session, wantLease, stop, now);

@@ -55,6 +55,15 @@ interface Slider {
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
 
+/** Why the controls cannot be used, and what to do; empty: they can. */
+function whyDisabled(session: Session, present: boolean): string {
+  if (session.yours && present) return '';
+  if (session.past) return 'A recording is shown: go back to now to change these.';
+  if (!present) return 'There is no connection to the arm.';
+  if (!session.paired) return 'To change these, enter the code from the terminal.';
+  return session.mayTake ? 'Press “Drive” to change the sliders.' : `Client ${session.holder} drives: ask for the arm to change these.`;
+}
+
 /** deg */
 function tiltText(tilt: number): string {
   return tilt < 0.5 ? 'none: upright' : tilt > 179.5 ? 'all: it may pour' : `up to ${tilt.toFixed(0)}°`;
@@ -118,6 +127,14 @@ export class Panel {
     if (!this.session.yours && this.session.mayTake) this.connection.send({ type: 'take' });
   }
 
+  /** The first recorded hand leads the arm. */
+  playFirst(): void {
+    const text = this.session.welcome?.recordings[0];
+    if (text === undefined) return;
+    this.takeLease();
+    this.ask('playback', { text });
+  }
+
   /** The operator's own hand begins: the lease, and an end to the recording that leads the arm. */
   takeOver(): void {
     if (this.session.past) return;
@@ -157,7 +174,10 @@ export class Panel {
     this.#profiles = welcome.profiles.map((profile) => {
       const label = document.createElement('label');
       const choice = Object.assign(document.createElement('input'), { type: 'radio', name: 'profile', value: profile.name });
-      choice.onchange = () => this.ask('profile', { text: profile.name });
+      choice.onchange = () => {
+        this.takeLease();
+        this.ask('profile', { text: profile.name });
+      };
       const color = document.createElement('i');
       color.style.background = PROFILE_COLORS[profile.index % PROFILE_COLORS.length]!;
       label.append(choice, profile.label, color);
@@ -217,7 +237,7 @@ export class Panel {
     button('reset').hidden = !session.mayReset;
     button('stop').disabled = session.status !== 'open';
     const lease = button('lease');
-    write(lease, session.yours ? 'Let others drive' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : `Ask client ${session.holder} for the arm`);
+    write(lease, session.yours ? 'Release control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : `Ask client ${session.holder} for the arm`);
     lease.disabled = !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks);
     lease.dataset.call = String(!session.yours && session.mayTake);
     const asked = session.asked();
@@ -228,7 +248,11 @@ export class Panel {
     const yours = session.yours && present;
     element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
     input('record').disabled = !yours;
-    for (const choice of this.#profiles) choice.disabled = !yours;
+    const mayChoose = present && session.mayTake;
+    for (const choice of this.#profiles) choice.disabled = !mayChoose;
+    const why = element('why-disabled', HTMLElement);
+    write(why, whyDisabled(session, present));
+    why.hidden = why.textContent === '';
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
       node.disabled = !yours;

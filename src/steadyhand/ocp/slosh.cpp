@@ -9,7 +9,7 @@ namespace steadyhand {
 namespace {
 
 /// f_z / g between which the polynomials are made: falling faster than the liquid, and up as arms can.
-constexpr double kLeast = -1.0, kMost = 3.0;
+constexpr double kLeastGamma = -1.0, kMostGamma = 3.0;
 
 /// The exact transition at f_z / g = gamma, by row: x+ and v+ by x, v, f.
 std::array<double, SloshTransition::kSize> exact_transition(double frequency, double damping, double gamma, double dt) {
@@ -33,8 +33,8 @@ SloshModel::SloshModel(const GlassSettings& glass, double dt, const std::array<d
   Eigen::Matrix<double, kCount, SloshTransition::kSize> values;
   for (int mode = 0; mode < kSloshModes; ++mode) {
     for (int i = 0; i < kCount; ++i) {  // Chebyshev's points
-      const double gamma =
-          0.5 * (kLeast + kMost) + 0.5 * (kMost - kLeast) * std::cos(M_PI * (2 * i + 1) / (2.0 * kCount));
+      const double gamma = 0.5 * (kLeastGamma + kMostGamma) +
+                           0.5 * (kMostGamma - kLeastGamma) * std::cos(M_PI * (2 * i + 1) / (2.0 * kCount));
       for (int j = 0; j < kCount; ++j) powers(i, j) = std::pow(gamma - 1.0, j);
       const auto exact = exact_transition(factors[mode] * slosh_frequency(glass), slosh_damping(glass), gamma, dt);
       for (int j = 0; j < SloshTransition::kSize; ++j) values(i, j) = exact[j];
