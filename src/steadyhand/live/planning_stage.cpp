@@ -146,12 +146,13 @@ void PlanningStage::apply_settings(Time now) {
   for (ScaledPlanner* scaled : {&scaled_, after_first_moves_ ? &*after_first_moves_ : nullptr}) {
     if (!scaled || !ocp().liquid()) continue;
     scaled->planner->set_no_spill(settings.no_spill);
-    if (settings.fill) {
+    if (settings.fill && settings.fill != fill_) {
       GlassSettings glass = ocp().liquid()->glass;
       glass.fill = *settings.fill;
       (void)scaled->planner->set_glass(glass);  // whoever sent it has checked it
     }
   }
+  fill_ = settings.fill;
   if (settings.prediction) predictor_.set_model(*settings.prediction);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
   links_->taps.settings.push({now, settings});

@@ -97,6 +97,7 @@ class PlanningStage {
   Time last_step_{0};
   ControlReport report_;
   OperatorSettings operator_settings_;
+  std::optional<double> fill_;                            ///< m, that the planners know
   Plan followed_, sent_;                                  ///< what control follows, as far as known; what was sent last
   std::uint64_t engagement_ = 0, grip_ = 0, holder_ = 0;  ///< engagement and grip that were followed last
   bool following_ = false;
