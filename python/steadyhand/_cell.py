@@ -127,9 +127,31 @@ class Cell:
         """Name and objects as recordings and the page have them (docs/protocol.md)."""
         return json.loads(self._native.json)
 
+    def attach(self, name: str, robot: Robot, q: ArrayLike) -> Cell:
+        """This cell with the object in the tool, where it is in it at q: from then on a part of the arm, which moves with the
+        tool and is kept off the other objects and off the arm's bodies that are not on the tool's link.
+
+        q: (n,) rad (m). Raises SteadyhandError for a name that the cell does not have, what is carried already, a half-space,
+        and what overlaps a body of the arm that must not touch it.
+
+        >>> planner.set_cell(cell.attach("bottle", planner.robot, plan.q[0]), t)
+        """
+        return self._changed(self._native.attach, name, robot, q)
+
+    def detach(self, name: str, robot: Robot, q: ArrayLike) -> Cell:
+        """This cell with the object out of the tool again, where it is at q. Raises SteadyhandError for what is not carried."""
+        return self._changed(self._native.detach, name, robot, q)
+
+    def _changed(self, change: Any, name: str, robot: Robot, q: ArrayLike) -> Cell:
+        q = array("q", q, (robot.dof,), what=f"one number for each joint of {robot.name}")
+        changed = Cell([])
+        changed._native = change(text("name", name), robot._native, q)
+        changed.name, changed.object_names = self.name, self.object_names
+        return changed
+
     def distances(self, robot: Robot, q: ArrayLike) -> dict[str, float]:
         """By name of the object: m from it, without its margin, to the nearest body of the arm that must not touch it; negative
-        by the depth where they overlap, infinite where all may.
+        by the depth where they overlap, infinite where all may. Of what is carried: to the arm's own bodies.
 
         q: (n,) rad (m). Raises SteadyhandError where the cell does not fit the robot.
         """

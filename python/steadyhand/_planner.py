@@ -59,10 +59,15 @@ class Plan:
         """The joint that is at its limit, the two bodies that are nearest, or the body and the object: who `active` is about."""
         kind, indices = self.active, [i for i in self._native.active_between if i >= 0]
         if kind == "self_collision":
-            return tuple(self._robot.description["bodies"][i]["name"] for i in indices)
+            return tuple(self._solid(i) for i in indices)
         if kind == "obstacle":
-            return self._robot.description["bodies"][indices[0]]["name"], self._object_names[indices[1]]
+            return self._solid(indices[0]), self._object_names[indices[1]]
         return tuple(self._robot.joint_names[i] for i in indices)
+
+    def _solid(self, index: int) -> str:
+        """A body of the arm, or behind those an object that the tool carries."""
+        carried = index - _native.FIRST_CARRIED
+        return self._object_names[carried] if carried >= 0 else self._robot.description["bodies"][index]["name"]
 
     @property
     def end(self) -> float:

@@ -166,6 +166,25 @@ TEST_F(DeskWithTable, WhatIsMovedKeepsItsColourAndWhoMayTouchIt) {
   EXPECT_EQ(cell().objects[0].may_be_touched_by, std::vector<std::string>{"wrist_3_link"});
 }
 
+TEST_F(DeskWithTable, WhatTheToolCarriesIsNotMovedByOthersAndMayVanish) {
+  const auto carry = [&](Kind kind, const std::string& name) {
+    const Status done = operator_interface->apply({kind, name, 0.0, {}}, clock.now());
+    return done ? "" : done.error().message;
+  };
+  Cell with_bottle = cell();
+  with_bottle.objects.push_back(ball({0, 0, 0.2}));
+  with_bottle.objects.back().name = "bottle";
+  with_bottle.objects.back().attached = true;
+  ASSERT_TRUE(session->set_cell(with_bottle, clock.now()));
+  const Status moved = set("bottle", ball({0.6, 0, 0.8}));
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().message, "object 'bottle' is carried by the tool; detach it first");
+  EXPECT_EQ(carry(Kind::kDetach, "bottle"), "the arm has not said yet where it is") << "it has not started";
+  EXPECT_EQ(carry(Kind::kAttach, "table"), "the arm has not said yet where it is");
+  EXPECT_TRUE(set("bottle", {}));
+  EXPECT_EQ(cell().objects.size(), 1u);
+}
+
 TEST_F(DeskWithTable, RefusesObjectsThatCannotBeAndKeepsTheCell) {
   EXPECT_FALSE(set("ball", {})) << "there is none to remove";
   CellObject bad = ball({0, 0, 0});

@@ -47,9 +47,9 @@ TEST_F(Witness, HasNothingAgainstMotionAtTheLimits) {
       witness.update(c, k == 0);
     }
   }
-  EXPECT_EQ(witness.result().beyond_limits, 0u) << to_text(witness.result(), ur5e());
+  EXPECT_EQ(witness.result().beyond_limits, 0u) << to_text(witness.result());
   EXPECT_GT(witness.result().commands, 200u);
-  EXPECT_NE(to_text(witness.result(), ur5e()).find(" 0 beyond a limit, 0 in contact"), std::string::npos);
+  EXPECT_NE(to_text(witness.result()).find(" 0 beyond a limit, 0 in contact"), std::string::npos);
 }
 
 TEST_F(Witness, CountsPositionsBeyondTheirLimits) {
@@ -97,8 +97,8 @@ TEST_F(Witness, CountsMeasuredSpeeds) {
   witness.update(JointState{{Time(0), from_seconds(1.002)}, home, one(-5.48)});
   EXPECT_EQ(witness.result().too_fast, 1u);
   EXPECT_NEAR(witness.result().measured_excess, 5.48 - fastest, 1e-9);
-  EXPECT_NE(to_text(witness.result(), ur5e()).find("1 beyond a speed limit, by 2.34 rad/s"), std::string::npos)
-      << to_text(witness.result(), ur5e());
+  EXPECT_NE(to_text(witness.result()).find("1 beyond a speed limit, by 2.34 rad/s"), std::string::npos)
+      << to_text(witness.result());
 }
 
 /// Poses of spheres that overlap by less than a plan may between nodes.
@@ -119,8 +119,7 @@ TEST_F(Witness, CountsOverlapOfATenthOfAMillimetre) {
   const MonitorResult seen = after(100.0, home + clear * (into - home), none);
   EXPECT_EQ(seen.in_contact, 1u);
   EXPECT_NEAR(seen.smallest_clearance, -1e-4, 1e-8);
-  EXPECT_NE(to_text(seen, ur5e()).find("1 in contact; smallest gap -0.1 mm"), std::string::npos)
-      << to_text(seen, ur5e());
+  EXPECT_NE(to_text(seen).find("1 in contact; smallest gap -0.1 mm"), std::string::npos) << to_text(seen);
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST_F(Among, WhatComesIsLeftBehindByAHandThatLeadsAway) {
     Obstacle ball = solid(Shape::sphere(0.05), from + Vector3(0.0, -1.0, 0.05), {0.0, speed, 0.0});
     Kinematics arm(ur5e());
     arm.set_position(session.last_command.q);
-    const auto nearest = [&] { return nearest_body(arm, ball, 0.0).distance - ball.margin; };
+    const auto nearest = [&] { return nearest_body(arm, world({ball}), 0, 0.0).distance - ball.margin; };
     while (nearest() > left) ball.at.p.y() += 0.001;
     lead({0.0, 0.35, 0.0}, 1.0);
     session.run(0.1);
@@ -232,6 +232,77 @@ TEST_F(Among, AStopWinsHoweverMuchChanges) {
     session.run(0.1);
   }
   EXPECT_GT(moved, 8);
+  session.expect_safe();
+}
+
+/// A rod of this length through the glass, along an axis of the tool; carried.
+Obstacle rod(const Vector3& axis, double length) {
+  Obstacle result;
+  result.shape = Shape::capsule(0.5 * length, 0.01);
+  result.at = {0.5 * length * axis, Quaternion::FromTwoVectors(Vector3::UnitZ(), axis).toRotationMatrix()};
+  result.carried = true;
+  return result;
+}
+
+/// Down to the floor: what hangs below the glass stops it that much higher.
+TEST_F(Among, WhatIsCarriedStaysAboveTheFloor) {
+  stand();
+  const Obstacle floor = solid(Shape::half_space(), {0.0, 0.0, -0.1});
+  const double length = 0.3;
+  const Obstacles carrying = world({floor, rod(-Vector3::UnitZ(), length)});
+  session.set_obstacles(carrying);
+  const std::uint64_t plans = session.view.plans;
+  lead({0.0, 0.0, -0.8}, 1.5);
+  session.run(4.0);
+  Kinematics arm(ur5e());
+  arm.set_position(session.last_command.q);
+  const NearestBody lowest = nearest_body(arm, carrying, 0, 0.0);
+  EXPECT_EQ(lowest.body, solid_of(1)) << "the rod's end";
+  EXPECT_NEAR(lowest.distance, kMargin, 2e-3);
+  EXPECT_EQ(seen().touching, 0u) << seen().nearest_body << ' ' << seen().nearest_obstacle;
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  EXPECT_GT(session.view.plans, plans + 60);
+  const double height = glass().z();
+  session.set_obstacles(world({floor}));
+  session.run(2.0);
+  EXPECT_LT(glass().z(), height - 0.02) << "without it the glass goes on down";
+  EXPECT_EQ(seen().touching, 0u);
+  session.expect_safe();
+}
+
+/// Led towards the base with a rod that points there: the rod is kept off the arm, which strikes itself where only the
+/// monitor knows of it.
+struct CarriedTowardsTheBase : Among, testing::WithParamInterface<bool> {};
+
+TEST_P(CarriedTowardsTheBase, IsKeptFromTheArmItself) {
+  const bool known = GetParam();
+  stand();
+  const Vector3 inwards = Vector3(0.0, 0.0, 0.1) - glass();
+  const Matrix3 R = session.glass(session.last_command.q).q.toRotationMatrix();
+  const Obstacles carrying = world({rod(R.transpose() * inwards.normalized(), inwards.norm() - 0.16)});
+  known ? session.set_obstacles(carrying) : session.watch(carrying);
+  lead(0.15 * inwards.normalized(), 1.0);
+  session.run(3.0);
+  lead(-0.15 * inwards.normalized(), 1.0);
+  session.run(2.0);
+  EXPECT_EQ(seen().in_contact > 0, !known) << seen().nearest[0] << ", " << seen().nearest[1];
+  EXPECT_EQ(seen().nearest[1], "object 0");
+  EXPECT_LT(seen().smallest_clearance, 0.005);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
+  if (known) session.expect_safe();
+}
+INSTANTIATE_TEST_SUITE_P(Known, CarriedTowardsTheBase, testing::Bool());
+
+/// Taken and let go of in each cycle: nothing is held up.
+TEST_F(Among, WhatIsTakenAndLetGoOfAllTheTimeHoldsNothingUp) {
+  follow({0.05, 0.1, 0.05});
+  const std::uint64_t plans = session.view.plans;
+  for (int i = 0; i < 1000; ++i) {
+    session.set_obstacles(i % 2 == 0 ? world({rod(Vector3::UnitZ(), 0.2)}) : kNoObstacles);
+    session.run(0.002);
+  }
+  EXPECT_GT(session.view.plans, plans + 35);
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged) << session.view.reason;
   session.expect_safe();
 }
 

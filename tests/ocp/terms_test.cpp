@@ -32,14 +32,31 @@ struct Fixture {
     for (int i = 0; i < kRows; ++i) {
       const int body = i == 0 ? -1 : static_cast<int>(random_() % model_.bodies.size());
       const Placed at{3.0 * Vector3::Random(), Quaternion::UnitRandom().toRotationMatrix()};
-      const int corners = body < 0 ? 0 : model_.bodies[body].shape.corners();
-      const int corner = i % 2 == 0 || corners == 0 ? -1 : static_cast<int>(random_() % corners);
-      instance_.near.push_back(
-          {body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i, corner});
+      NearObstacle near{body, {shapes[i % std::size(shapes)], at, Vector3::Random(), 0.0, {}}, 0.01 * i, -1};
+      if (i % 3 == 1) {  // by what is carried
+        near.body = kMaxBodies;
+        near.carried = carried(shapes[(i / 3) % 3]);
+      } else if (i % 3 == 2) {  // by the arm, to what is carried
+        near.obstacle = carried(shapes[(i / 3) % 3]);
+      }
+      const Shape& moved = near.obstacle.carried ? near.obstacle.shape
+                           : i % 3 == 1          ? near.carried.shape
+                           : body < 0            ? shapes[0]
+                                                 : model_.bodies[body].shape;
+      if (i % 2 == 1 && moved.corners() > 0) near.corner = static_cast<int>(random_() % moved.corners());
+      instance_.near.push_back(near);
     }
     instance_.liquid.model = SloshModel(ocp_.liquid()->glass, ocp_.dt(), ocp_.liquid()->frequencies);
     instance_.liquid.room = 5e-3;
     evaluation_.set_instance(instance_);
+  }
+
+  static Obstacle carried(const Shape& shape) {
+    Obstacle result;
+    result.shape = shape;
+    result.at = {0.4 * Vector3::Random(), Quaternion::UnitRandom().toRotationMatrix()};
+    result.carried = true;
+    return result;
   }
 
   /// Only objective i counts.
@@ -195,7 +212,7 @@ TEST(Terms, DerivativesOfGapsBetweenBodiesOfAllShapes) {
     const Constraint& constraint = *f.ocp_.constraints()[row.constraint];
     if (constraint.name() == "obstacles") {
       const int body = f.instance_.near[row.row].body;
-      if (body >= 0 && f.model_.bodies[body].shape.kind == ShapeKind::kCylinder) continue;
+      if (body >= 0 && body < kMaxBodies && f.model_.bodies[body].shape.kind == ShapeKind::kCylinder) continue;
     } else if (constraint.name() != "self_collision") {
       continue;
     }

@@ -65,6 +65,27 @@ def test_objects_come_and_go(robot):
     assert abs(robot.fk(after[-1])[1, 3] - target[1, 3]) < 0.01
 
 
+def test_what_is_carried_is_a_part_of_the_arm(robot):
+    """A rod below the glass stays above a floor that it would be in if the glass went down alone; let go of, it stands."""
+    rod = Object.capsule("rod", pose(ahead(robot, z=-0.1)[:3, 3]), radius=0.01, length=0.06)
+    taken = Cell([FLOOR, rod]).attach("rod", robot, robot.home)
+    assert [o["attached"] for o in taken.description["objects"]] == [False, True]
+    _, alone = glide(Planner(robot, cell=[FLOOR]), robot, ahead(robot, z=-0.6))
+    plans, way = glide(Planner(robot, cell=taken), robot, ahead(robot, z=-0.6))
+    assert min(taken.distances(robot, q)["floor"] for q in alone) < -0.02
+    assert min(taken.distances(robot, q)["floor"] for q in way) > 0.008
+    assert ("rod", "floor") in {plan.active_names for plan in plans}
+    left = taken.detach("rod", robot, way[-1]).description["objects"][1]
+    expected = robot.fk(way[-1]) @ np.linalg.inv(robot.fk(robot.home)) @ rod.T_base_object
+    assert not left["attached"] and np.allclose(left["origin"], expected, atol=1e-9)
+    for wrong in (lambda: taken.attach("rod", robot, robot.home), lambda: taken.attach("floor", robot, robot.home),
+                  lambda: taken.attach("rods", robot, robot.home), lambda: taken.detach("floor", robot, robot.home)):  # fmt: skip
+        with pytest.raises(SteadyhandError, match="rod|floor"):
+            wrong()
+    with pytest.raises(ValueError, match="one number for each joint"):
+        taken.detach("rod", robot, [0.0])
+
+
 def test_what_flies_is_where_its_velocity_says(robot):
     """It was set at t = 10 s, and comes past the glass at 11 s."""
     ball = Object.sphere("ball", ahead(robot, y=-0.5, z=0.1), 0.05, velocity=[0, 0.5, 0])

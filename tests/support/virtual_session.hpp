@@ -174,6 +174,12 @@ class VirtualSession {
     planner_side_.obstacles_to_plan.write(obstacles);
     watch(obstacles);
   }
+  /// Only the monitor knows of these.
+  void watch(const Obstacles& obstacles) {
+    std::vector<std::string> names;
+    for (int i = 0; i < obstacles.count; ++i) names.push_back("object " + std::to_string(i));
+    monitor_->set_obstacles(obstacles, std::move(names));
+  }
   void fail(const char* why) { control_side_.failure = why; }
   void ask_reset() { control_side_.asked.reset(); }
   Pose glass(const JointVector& q) {
@@ -197,8 +203,7 @@ class VirtualSession {
   /// What must hold whatever was done to it. Call at the end of every test. @param forced the arm was moved by force
   void expect_safe(bool forced = false) const {
     const MonitorResult& seen = monitor_->result();
-    EXPECT_TRUE(seen.beyond_limits == 0 && seen.in_contact == 0 && (forced || seen.too_fast == 0))
-        << to_text(seen, model_);
+    EXPECT_TRUE(seen.beyond_limits == 0 && seen.in_contact == 0 && (forced || seen.too_fast == 0)) << to_text(seen);
     EXPECT_GT(seen.commands, 0u);
   }
 
@@ -210,12 +215,6 @@ class VirtualSession {
   Links planner_side_, control_side_;  ///< what lies between them is the solve time
   std::unique_ptr<PlanningStage> planning_;
   std::unique_ptr<ControlStage> control_;
-  void watch(const Obstacles& obstacles) {
-    std::vector<std::string> names;
-    for (int i = 0; i < obstacles.count; ++i) names.push_back("object " + std::to_string(i));
-    monitor_->set_obstacles(obstacles, std::move(names));
-  }
-
   std::unique_ptr<Monitor> monitor_;
   Kinematics kinematics_{model_};
   Plan plan_, followed_;

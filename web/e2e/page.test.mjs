@@ -199,6 +199,17 @@ test('a box is added, dragged over the floor, and removed', async () => {
   }, 'the box to follow the mouse');
   assert.ok(Math.abs((await box()).origin[2][3] - begin.origin[2][3]) < 1e-6, 'over the floor');
   await shot(page, 'box');
+  const attached = async () => (await box()).attached;
+  await until(async () => (await attached()) || (await page.click('#carry-object'), false), 'the tool to take the box');
+  const carried = () => page.evaluate(() => {
+    const { stage, session } = globalThis.steadyhand, [x, y, z] = session.state.tool.p, at = stage.surroundings.solid('box 1').position;
+    return Math.hypot(at.x - x, at.y - y, at.z - z);
+  });
+  const far = await carried();
+  await shot(page, 'box-carried');
+  await page.waitForTimeout(500);
+  assert.ok(Math.abs((await carried()) - far) < 1e-3, 'it moves with the tool');
+  await until(async () => !(await attached()) || (await page.click('#carry-object'), false), 'the tool to put it down');
   await until(async () => !(await box()) || (await page.click('#remove-object'), false), 'the box to go');
   assert.deepEqual(page.complaints, []);
 });

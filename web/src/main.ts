@@ -61,6 +61,7 @@ const drag = new Drag(stage, hand, session, wantLease, canvas);
 const objects = new Objects(stage, drag, session, connection, canvas);
 element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
+element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
 offerFirstSteps(() => panel.playFirst());
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);

@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'attach' | 'detach';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
@@ -111,8 +111,8 @@ export interface Robot {
 /** As of Body; a half-space is all with z <= 0. */
 type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
   { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' };
-/** Something solid around the arm; `origin` is in the base's frame, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
-export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean } & Shape;
+/** Something solid around the arm; `origin` is in the base's frame, or in the tool's if `attached`, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
+export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean; attached: boolean } & Shape;
 /** How a client says where one stands. */
 export type PlacedShape = { p: Vec3; q: Quat; margin?: number; velocity?: Vec3 } & Shape;
 /** @property at_s when, on the session's clock, what moves is where it says; nothing moves in a cell without it. */

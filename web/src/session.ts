@@ -4,6 +4,8 @@ import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './pro
 /** s without a state after which the page greys out. */
 export const STALE_AFTER = 0.5;
 
+/** From here on a body's number is that of an object that the tool carries (docs/protocol.md). */
+const CARRIED = 128;
 /** s for which a refusal stands. */
 const SAID_FOR = 10;
 /** s in which a grip is heard and answered. */
@@ -155,14 +157,16 @@ export class Session {
     const c = this.state?.constraint;
     if (!c) return '';
     const joint = this.welcome?.robot?.joints[c.first]?.name.replace(/_joint$/, '').replaceAll('_', ' ') ?? `joint ${c.first + 1}`;
-    const bodies = this.welcome?.robot?.bodies;
+    const bodies = this.welcome?.robot?.bodies, objects = this.welcome?.cell?.objects;
+    // Behind the arm's bodies come the objects that the tool carries.
+    const solid = (i: number): string => (i < CARRIED ? bodies?.[i] : objects?.[i - CARRIED])?.name ?? `${i}`;
     switch (c.kind) {
       case 'none': return '';
       case 'position': return `${joint} is at the end of its travel`;
       case 'velocity': return `${joint} is at its top speed`;
       case 'acceleration': return `${joint} is at its top acceleration`;
-      case 'self_collision': return `${bodies?.[c.first]?.name ?? c.first} is close to ${bodies?.[c.second]?.name ?? c.second}`;
-      case 'obstacle': return `${bodies?.[c.first]?.name ?? c.first} is close to ${this.welcome?.cell?.objects[c.second]?.name ?? `object ${c.second}`}`;
+      case 'self_collision': return `${solid(c.first)} is close to ${solid(c.second)}`;
+      case 'obstacle': return `${solid(c.first)} is close to ${objects?.[c.second]?.name ?? `object ${c.second}`}`;
       case 'reach': return 'the target is out of reach';
     }
   }

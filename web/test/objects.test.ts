@@ -10,7 +10,7 @@ import type { Session } from '../src/session';
 
 const at = (x: number, y: number, z: number): number[][] => [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]];
 const box = (name: string, x: number, velocity: [number, number, number] = [0, 0, 0]): CellObject =>
-  ({ name, shape: 'box', size: [0.2, 0.2, 0.2], rounding: 0, origin: at(x, 0, 0.1), velocity, margin: 0.01, color: '', holds_only_tool: false });
+  ({ name, shape: 'box', size: [0.2, 0.2, 0.2], rounding: 0, origin: at(x, 0, 0.1), velocity, margin: 0.01, color: '', holds_only_tool: false, attached: false });
 
 type Listener = (event: object) => void;
 type Placed = { text: string; object: { p: [number, number, number] } | null };
@@ -115,8 +115,32 @@ describe('objects', () => {
 
   it('that move by themselves go on, from where they were when the cell was told', () => {
     page.surroundings.setCell({ name: 'test', at_s: 100, objects: [box('ball', 0, [0.5, 0, 0]), box('box', 1)] });
-    page.surroundings.goOn(104);
+    page.surroundings.goOn(104, { p: [0, 0, 0], q: [0, 0, 0, 1] });
     expect([page.x('ball'), page.x('box')]).toEqual([2, 1]);
+  });
+
+  it('that the tool carries go with it, and cannot be dragged', () => {
+    page.surroundings.setCell({ name: 'test', objects: [{ ...box('box', 0.5), attached: true }] });
+    page.surroundings.goOn(1, { p: [0.2, 0, 0], q: [0, 0, 1, 0] });  // turned by half a turn about z
+    expect(page.x('box')).toBeCloseTo(-0.3);
+    page.surroundings.goOn(1, { p: [-0.5, 0, 0], q: [0, 0, 0, 1] });
+    expect(page.x('box')).toBeCloseTo(0);
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointermove', 240, 150);
+    page.objects.draw();
+    page.pointer('pointerup', 240, 150);
+    expect(page.told).toEqual([]);
+  });
+
+  it('are taken by the tool and let go of: the last one dragged, or what it has', () => {
+    page.objects.carry();
+    expect(page.told).toEqual([]);
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointerup', 200, 150);
+    page.objects.carry();
+    page.surroundings.setCell({ name: 'test', objects: [{ ...box('bottle', 0.5), attached: true }] });
+    page.objects.carry();
+    expect(page.told).toMatchObject([{ kind: 'attach', text: 'box' }, { kind: 'detach', text: 'bottle' }]);
   });
 
   it('have whatever name their file gave them', () => {

@@ -55,7 +55,7 @@ std::string format_timing(const TimingSummary& us) {
                      us.p999 / 1e3, us.max / 1e3);
 }
 
-std::string format_summary(const RobotModel& model, const LiveSummary& s) {
+std::string format_summary(const LiveSummary& s) {
   std::string text = fmt::format(
       "session            {:.1f} s, engaged {:.1f} s in {} engagements\n"
       "hand               {} samples, {} dropped\n"
@@ -66,7 +66,7 @@ std::string format_summary(const RobotModel& model, const LiveSummary& s) {
       format_timing(s.solve_us), s.plans, s.failed_plans, s.late_plans, s.cycles, s.missed_deadlines,
       s.cycles > 0 ? 100.0 * static_cast<double>(s.missed_deadlines) / static_cast<double>(s.cycles) : 0.0,
       format_timing(s.wake_us));
-  text += to_text(s.monitor, model);
+  text += to_text(s.monitor);
   text += fmt::format("liquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
   if (s.tap_drops > 0) text += fmt::format("recording          {} messages were dropped\n", s.tap_drops);
   for (const auto& [reason, count] : s.holds) text += fmt::format("held back          {} x {}\n", count, reason);
@@ -257,7 +257,7 @@ Status run(Options options, int& exit_code) {
   ros2.close();
   const LiveSummary summary = console.finish();
   for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
-  out.say(format_summary(*model, summary));
+  out.say(format_summary(summary));
   console.say_notices();
   if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
   return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};

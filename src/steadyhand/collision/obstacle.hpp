@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bitset>
 #include <cstdint>
@@ -10,13 +11,24 @@
 
 namespace steadyhand {
 
-/// A solid that the arm must not touch. What is fixed to the base touches what it likes.
+/// Most obstacles of an arm.
+inline constexpr int kMaxObstacles = 64;
+/// Most of them that an arm carries at once.
+inline constexpr int kMaxCarried = 8;
+/// What moves with the arm, by index: first the bodies of its model, then from kMaxBodies on each obstacle that it
+/// carries.
+inline constexpr int kMaxSolids = kMaxBodies + kMaxObstacles;
+/// Index of an obstacle among what moves with the arm, if it is carried.
+constexpr int solid_of(int obstacle) { return kMaxBodies + obstacle; }
+
+/// A solid that the arm must not touch, or one that it carries. What is fixed to the base touches what it likes.
 struct Obstacle {
   Shape shape;                         ///< of any kind, with the margin that is kept around it
-  Placed at;                           ///< in the base, at Obstacles::time
+  Placed at;                           ///< in the base, at Obstacles::time; if carried in the tool's frame
   Vector3 velocity = Vector3::Zero();  ///< m/s, base frame; it does not turn
   double margin = 0.0;                 ///< m, of the shape: the solid itself begins further in
-  std::bitset<kMaxBodies> ignores;     ///< bodies of the arm that may touch it, by index
+  std::bitset<kMaxSolids> ignores;     ///< what moves with the arm and may touch it, by index
+  bool carried = false;                ///< by the tool: it is a part of the arm, and what else stands keeps its margin
 };
 
 /// Where it is after t (s).
@@ -30,7 +42,7 @@ PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
 
 /// What stands in the arm's cell. Of a fixed size: it goes from thread to thread.
 struct Obstacles {
-  static constexpr int kMost = 64;
+  static constexpr int kMost = kMaxObstacles;
   static constexpr double kFarthest = 1e3;  ///< m, from the base, at `time`
 
   std::uint64_t version = 0;  ///< of these obstacles: grows with each change while a session runs
@@ -38,6 +50,10 @@ struct Obstacles {
   int count = 0;
   std::array<Obstacle, kMost> list;  ///< the first `count` of them
 
+  /// Whether the tool carries one.
+  bool some_carried() const {
+    return std::any_of(list.begin(), list.begin() + count, [](const Obstacle& obstacle) { return obstacle.carried; });
+  }
   std::span<const Obstacle> all() const { return std::span(list).first(count); }
 };
 inline const Obstacles kNoObstacles;

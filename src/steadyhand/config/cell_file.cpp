@@ -33,6 +33,7 @@ CellObject read_object(YamlMap& map, double margin) {
   object.origin = read.origin;
   object.margin = map.number("margin", kMargins, margin);
   if (map.has("may_be_touched_by")) object.may_be_touched_by = map.texts("may_be_touched_by");
+  object.attached = map.boolean("attached", false);
   object.color = read_color(map);
   return object;
 }

@@ -94,6 +94,10 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       return Done{};
     case Kind::kObject:
       return set_object(request, now);
+    case Kind::kAttach:
+      return carry(request.text, true, now);
+    case Kind::kDetach:
+      return carry(request.text, false, now);
   }
   return Error{"unknown request"};
 }
@@ -122,6 +126,8 @@ Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
   Cell changed = session_->cell(now);
   const auto found = std::find_if(changed.objects.begin(), changed.objects.end(),
                                   [&](const CellObject& object) { return object.name == request.text; });
+  if (request.object && found != changed.objects.end() && found->attached)
+    return Error{fmt::format("object '{}' is carried by the tool; detach it first", request.text)};
   if (request.object) {
     CellObject& object = found != changed.objects.end() ? *found : changed.objects.emplace_back();
     const CellObject before = std::exchange(object, *request.object);
@@ -135,8 +141,19 @@ Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
     return Error{fmt::format("there is no object '{}'", request.text)};
   }
   if (Status s = session_->set_cell(changed, now); !s) return s;
-  cell_json_ = std::make_shared<const std::string>(cell_json(changed, now));
+  tell_cell(now);
   return Done{};
+}
+
+/// The tool takes the object, or lets go of it.
+Status OperatorInterface::carry(const std::string& object, bool attached, Time now) {
+  if (Status s = attached ? session_->attach(object, now) : session_->detach(object, now); !s) return s;
+  tell_cell(now);
+  return Done{};
+}
+
+void OperatorInterface::tell_cell(Time now) {
+  cell_json_ = std::make_shared<const std::string>(cell_json(session_->cell(now), now));
 }
 
 Status OperatorInterface::set_weight(const std::string& name, double value) {

@@ -54,6 +54,8 @@ class OperatorInterface {
   Status set_profile(const std::string& name);
   bool spares_liquid(int profile, double tilt) const;
   Status set_object(const OperatorRequest& request, Time now);
+  Status carry(const std::string& object, bool attached, Time now);
+  void tell_cell(Time now);
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
   void end_playback();

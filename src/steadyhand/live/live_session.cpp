@@ -291,7 +291,7 @@ void LiveSession::refresh() {
     s.target.X_base_tool = s.X_base_tool;  // the next grip begins there
     s.tracking_error = std::numeric_limits<double>::quiet_NaN();
   }
-  const NearestPair nearest = nearest_pair(monitor_.arm());
+  const NearestPair nearest = nearest_pair(monitor_.arm(), monitor_.obstacles());
   s.clearance = nearest.gap;
   s.nearest = {nearest.first, nearest.second};
   const Plan& plan = planner_view_.plan;
@@ -330,6 +330,29 @@ Status LiveSession::set_cell(const Cell& cell, Time at) {
   cell_at_ = at;
   fresh_obstacles_ = *obstacles;
   return Done{};
+}
+
+/// As it is commanded to be at this time.
+Result<Kinematics> LiveSession::arm_at(Time at) const {
+  const JointCommand command = snapshot().command;
+  if (command.q.size() != model_->dof()) return Error{"the arm has not said yet where it is"};
+  Kinematics arm(*model_);
+  arm.set_position(command.q + to_seconds(at - command.stamp.made) * command.dq);
+  return arm;
+}
+
+Status LiveSession::attach(const std::string& object, Time at) {
+  const Result<Kinematics> arm = arm_at(at);
+  if (!arm) return arm.error();
+  const Result<Cell> changed = steadyhand::attach(cell(at), object, *arm);
+  return changed ? set_cell(*changed, at) : Status(changed.error());
+}
+
+Status LiveSession::detach(const std::string& object, Time at) {
+  const Result<Kinematics> arm = arm_at(at);
+  if (!arm) return arm.error();
+  const Result<Cell> changed = steadyhand::detach(cell(at), object, *arm);
+  return changed ? set_cell(*changed, at) : Status(changed.error());
 }
 
 Cell LiveSession::cell(Time at) const {

@@ -96,6 +96,12 @@ class LiveSession {
   Status set_cell(const Cell& cell, Time at);
   /// The same as it is at a time, once the session has started. Any thread.
   Cell cell(Time at) const;
+  /// The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now
+  /// (robot/cell.hpp). One thread at a time, which must be the one that changes the cell. Fails, and changes nothing,
+  /// as these do.
+  /// @param at session's clock, now
+  Status attach(const std::string& object, Time at);
+  Status detach(const std::string& object, Time at);
 
   /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
   /// would take the planner for late, or beyond the arm's.
@@ -114,6 +120,7 @@ class LiveSession {
 
  private:
   LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
+  Result<Kinematics> arm_at(Time at) const;
   void run_control();
   void control_cycle();
   void plan_on();

@@ -64,15 +64,20 @@ void Monitor::update(const JointCommand& command, bool anew) {
   }
   r.beyond_limits += outside;
   commanded_.set_position(command.q);
-  const NearestPair nearest = nearest_pair(commanded_);
+  const NearestPair nearest = nearest_pair(commanded_, obstacles_);
   r.in_contact += nearest.gap < -kOverlap;
   if (nearest.gap < r.smallest_clearance) {
     r.smallest_clearance = nearest.gap;
-    r.nearest = {nearest.first, nearest.second};
+    r.nearest = {name(nearest.first), name(nearest.second)};
   }
   look_at_obstacles(command.stamp.made);
   ++r.commands;
   last_command_ = command;
+}
+
+/// Of a body of the arm, or of what it carries.
+const std::string& Monitor::name(int solid) const {
+  return solid < kMaxBodies ? commanded_.model().bodies[solid].name : names_[solid - kMaxBodies];
 }
 
 /// After commanded_.set_position.
@@ -80,11 +85,12 @@ void Monitor::look_at_obstacles(Time now) {
   const double t = to_seconds(now - obstacles_.time);
   bool touches = false;
   for (int i = 0; i < obstacles_.count; ++i) {
-    const auto [body, distance] = nearest_body(commanded_, obstacles_.list[i], t);
+    if (obstacles_.list[i].carried) continue;  // a part of the arm
+    const auto [body, distance] = nearest_body(commanded_, obstacles_, i, t);
     touches |= distance < -kOverlap;
     if (distance >= result_.smallest_distance) continue;
     result_.smallest_distance = distance;
-    result_.nearest_body = body;
+    result_.nearest_body = name(body);
     result_.nearest_obstacle = names_[i];
   }
   result_.touching += touches;
@@ -108,16 +114,15 @@ void Monitor::update(const JointState& state) {
   ++result_.states;
 }
 
-std::string to_text(const MonitorResult& r, const RobotModel& model) {
+std::string to_text(const MonitorResult& r) {
   std::string text = fmt::format("commands           {} looked at, {} beyond a limit, {} in contact", r.commands,
                                  r.beyond_limits, r.in_contact);
-  if (r.nearest[0] >= 0) {
-    text += fmt::format("; smallest gap {:.3g} mm ({}, {})", 1e3 * r.smallest_clearance,
-                        model.bodies[r.nearest[0]].name, model.bodies[r.nearest[1]].name);
+  if (!r.nearest[0].empty()) {
+    text += fmt::format("; smallest gap {:.3g} mm ({}, {})", 1e3 * r.smallest_clearance, r.nearest[0], r.nearest[1]);
   }
-  if (r.nearest_body >= 0) {
+  if (!r.nearest_body.empty()) {
     text += fmt::format("\nobstacles          touched by {} commands; smallest distance {:.3g} mm ({}, {})", r.touching,
-                        1e3 * r.smallest_distance, model.bodies[r.nearest_body].name, r.nearest_obstacle);
+                        1e3 * r.smallest_distance, r.nearest_body, r.nearest_obstacle);
   }
   if (r.beyond_limits > 0) {
     text += fmt::format("\nbeyond a limit     by {:.3g} mrad, {:.3g} rad/s, {:.3g} rad/s^2; steps of {:.3g} mrad",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
@@ -27,15 +28,15 @@ struct MonitorResult {
   double step = 0.0;                 ///< rad (m): of a command, beyond where those accelerations lead
   double measured_excess = 0.0;      ///< rad/s (m/s), of measured speed
   double smallest_clearance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
-  std::array<int, 2> nearest{-1, -1};                                   ///< pair of bodies at that
+  std::array<std::string, 2> nearest;  ///< names of the pair of bodies at that, what is carried included
   // ---- of obstacles, without their margins, and the bodies that must not touch them
   std::uint64_t touching = 0;                                          ///< commands that let any overlap
   double smallest_distance = std::numeric_limits<double>::infinity();  ///< m, over all commands; < 0: overlap
-  int nearest_body = -1;                                               ///< at that; < 0: there was no obstacle
-  std::string nearest_obstacle;                                        ///< its name, at that
+  std::string nearest_body;      ///< its name, at that; empty: there was no obstacle
+  std::string nearest_obstacle;  ///< likewise
 };
 /// In two lines or more, for people.
-std::string to_text(const MonitorResult& result, const RobotModel& model);
+std::string to_text(const MonitorResult& result);
 
 /// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
 /// independent witness of what the session did. It also carries the liquid, driven by the glass as measured. One
@@ -54,6 +55,7 @@ class Monitor {
   /// m, of fresh liquid.
   void fill(double height);
 
+  const Obstacles& obstacles() const { return obstacles_; }
   const MonitorResult& result() const { return result_; }
   const LiquidState& liquid() const { return liquid_.state(); }
   /// Of the newest measured state, glass frame, m/s^2.
@@ -63,6 +65,7 @@ class Monitor {
 
  private:
   void look_at_obstacles(Time now);
+  const std::string& name(int solid) const;
 
   Kinematics commanded_, measured_;
   Obstacles obstacles_;

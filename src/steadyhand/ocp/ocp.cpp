@@ -188,16 +188,23 @@ Status Ocp::check(const OcpInstance& instance) const {
     return Error{fmt::format("{} pairs of body and obstacle for {} rows", instance.near.size(), obstacle_rows_)};
   }
   for (const NearObstacle& near : instance.near) {
-    if (near.body < -1 || near.body >= std::ssize(model_->bodies)) {
+    const bool of_arm = near.body >= 0 && near.body < std::ssize(model_->bodies);
+    if (!of_arm && near.body != -1 && (near.body < kMaxBodies || near.obstacle.carried)) {
       return Error{fmt::format("an obstacle is near body {}; the bodies are 0 to {}, and -1 is none", near.body,
                                model_->bodies.size() - 1)};
     }
-    if (near.body >= 0 && (near.corner < -1 || near.corner >= std::max(0, model_->bodies[near.body].shape.corners()))) {
-      return Error{fmt::format("an obstacle is near corner {} of body '{}', which has {}", near.corner,
-                               model_->bodies[near.body].name, model_->bodies[near.body].shape.corners())};
+    if (near.body < 0) continue;
+    const bool carried = near.obstacle.carried || !of_arm;
+    const Shape& moved = near.obstacle.carried ? near.obstacle.shape
+                         : of_arm              ? model_->bodies[near.body].shape
+                                               : near.carried.shape;
+    if (near.corner < -1 || near.corner >= std::max(0, moved.corners())) {
+      return Error{fmt::format("an obstacle is near corner {} of {}, which has {}", near.corner,
+                               carried ? "what is carried" : "body '" + model_->bodies[near.body].name + "'",
+                               moved.corners())};
     }
-    const Obstacle& obstacle = near.obstacle;
-    if (near.body >= 0 && !(obstacle.at.p.allFinite() && obstacle.at.R.allFinite() && obstacle.velocity.allFinite())) {
+    for (const Obstacle* obstacle : {&near.obstacle, of_arm ? &near.obstacle : &near.carried}) {
+      if (obstacle->at.p.allFinite() && obstacle->at.R.allFinite() && obstacle->velocity.allFinite()) continue;
       return Error{"an obstacle has a number that is not finite"};
     }
   }

@@ -21,15 +21,18 @@ template <typename Scalar>
 using NodeHessianOf = MotionHessianOf<Scalar>;
 using NodeHessian = NodeHessianOf<double>;
 
-/// A body of the arm and an obstacle that it may come near; the time is that of the instance's node 0.
+/// A body of the arm, or something that it carries, and an obstacle that it may come near; or a body of the arm and
+/// what the tool carries (Obstacle::carried). The time is that of the instance's node 0.
 struct NearObstacle {
-  int body = -1;  ///< of the model; -1: none, and the rest is not looked at
+  /// Of the model; from kMaxBodies on `carried` in its place; -1: none, and the rest is not looked at.
+  int body = -1;
   Obstacle obstacle;
   double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
-  /// The ball around one corner of the body's core (Shape::corner), in place of the whole body; -1: the whole. Which
-  /// corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance leads;
-  /// a row for each corner does not.
+  /// The ball around one corner of the core (Shape::corner) of what moves, the body or what is carried; -1: the whole.
+  /// Which corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance
+  /// leads; a row for each corner does not.
   int corner = -1;
+  Obstacle carried{};  ///< by the tool
 };
 /// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
 using NearObstacles = std::vector<NearObstacle>;

@@ -21,8 +21,8 @@ ActiveConstraint at_limit(ConstraintKind kind, const JointVector& value, const J
   return most >= kShareOfLimit ? ActiveConstraint{kind, joint, -1} : ActiveConstraint{};
 }
 
-ActiveConstraint touching_pair(const Kinematics& arm) {
-  const NearestPair nearest = nearest_pair(arm);
+ActiveConstraint touching_pair(const Kinematics& arm, const Obstacles& obstacles) {
+  const NearestPair nearest = nearest_pair(arm, obstacles);
   if (nearest.gap < kGap) return {ConstraintKind::kSelfCollision, nearest.first, nearest.second};
   return {};
 }
@@ -40,7 +40,9 @@ ActiveConstraint touching_obstacle(const Plan& plan, int nodes, const Obstacles&
   for (int k = 1; k <= nodes && found.kind == ConstraintKind::kNone; ++k) {
     arm.set_position(plan.x[k].head(arm.dof()));
     sweep.for_each_near([&](int body, int obstacle) {
-      if (gap(arm, body, sweep.shape(obstacle), sweep.placed(obstacle, k * plan.dt)) < kGap) {
+      const Solid part = solid(arm, obstacles, body);
+      const Placed there = sweep.placed(obstacle, k * plan.dt);
+      if (distance(sweep.shape(obstacle), there, part.shape, part.at) < kGap) {
         found = {ConstraintKind::kObstacle, body, obstacle};
       }
     });
@@ -70,7 +72,7 @@ ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference&
   for (int k = 1; k <= last; ++k) {
     const JointVector q = plan.x[k].head(n), dq = plan.x[k].tail(n);
     kinematics.set_position(q);
-    if (pair.kind == ConstraintKind::kNone) pair = touching_pair(kinematics);
+    if (pair.kind == ConstraintKind::kNone) pair = touching_pair(kinematics, obstacles);
     if (position.kind == ConstraintKind::kNone) position = at_position_limit(model, q);
     if (velocity.kind == ConstraintKind::kNone) velocity = at_limit(ConstraintKind::kVelocity, dq, model.velocity_max);
     if (acceleration.kind == ConstraintKind::kNone) {

@@ -5,12 +5,17 @@
 
 namespace steadyhand {
 
-LinkPairs levers(const RobotModel& model) {
+LinkPairs levers(const RobotModel& model, const Obstacles& obstacles) {
   const int n = model.dof();
   LinkPairs result = LinkPairs::Zero();
   for (const Body& body : model.bodies) {
     const double reach = body.origin.translation().norm() + body.shape.extent();
     for (int i = 0; i < body.link; ++i) result(i, body.link) = std::max(result(i, body.link), reach);
+  }
+  for (const Obstacle& carried : obstacles.all()) {
+    if (!carried.carried) continue;
+    const double reach = (model.tool.origin * carried.at.p).norm() + carried.shape.extent();
+    for (int i = 0; i < n; ++i) result(i, n) = std::max(result(i, n), reach);
   }
   for (int j = 1; j <= n; ++j) {
     double length = 0.0;
@@ -30,7 +35,7 @@ namespace {
 constexpr double kFar = 1e6;
 
 /// Least sum of the radii of two bodies of two links: by so much their cores are further apart than their surfaces.
-LinkPairs least_radii(const RobotModel& model) {
+LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
   LinkPairs least = LinkPairs::Constant(kFar);
   const auto include = [&](int row, int link, double radii) { least(row, link) = std::min(least(row, link), radii); };
   for (const auto& [i, j] : model.pairs) {
@@ -40,6 +45,14 @@ LinkPairs least_radii(const RobotModel& model) {
   for (const Body& body : model.bodies) {
     for (const int row : {kStandingRow, kMovingRow}) include(row, body.link, body.shape.radius);
   }
+  for (const Obstacle& carried : obstacles.all()) {
+    if (!carried.carried) continue;
+    for (const int row : {kStandingRow, kMovingRow}) include(row, model.dof(), carried.shape.radius);
+  }
+  for_each_carried_pair(model, obstacles, [&](int body, int obstacle) {
+    include(model.bodies[body].link, model.dof(),
+            model.bodies[body].shape.radius + obstacles.list[obstacle].shape.radius);
+  });
   return least;
 }
 
@@ -99,6 +112,10 @@ LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, dou
     double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
     least = std::min(least, gap(kinematics, pair));
   }
+  for_each_carried_pair(model, obstacles.obstacles(), [&](int body, int obstacle) {
+    double& least = smallest(model.bodies[body].link, model.dof());
+    least = std::min(least, carried_gap(kinematics, body, obstacles.obstacles().list[obstacle]));
+  });
   return smallest;
 }
 
@@ -114,7 +131,7 @@ GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles,
       obstacles_(obstacles),
       levers_(levers),
       smallest_(smallest),
-      radii_(least_radii(kinematics.model())) {}
+      radii_(least_radii(kinematics.model(), obstacles.obstacles())) {}
 
 PlanFault GapsBetween::look(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings) {
   const double h = last.t - first.t, s = 0.5 * h;

@@ -19,8 +19,9 @@ inline constexpr int kMovingRow = kMaxJoints + 2;    ///< of LinkPairs
 /// @param t s, since the sweep's motion began
 LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t);
 
-/// No point of a link is ever further than this from the origin of a joint before it, m (joint, link).
-LinkPairs levers(const RobotModel& model);
+/// No point of a link, or of what the tool carries, is ever further than this from the origin of a joint before it, m
+/// (joint, link).
+LinkPairs levers(const RobotModel& model, const Obstacles& obstacles);
 
 /// The arm at one time of an interval with constant acceleration.
 struct Moment {

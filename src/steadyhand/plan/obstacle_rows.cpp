@@ -14,18 +14,26 @@ namespace {
 constexpr int kMostParts = 9;  // of a body: the whole and its corners
 constexpr double kNear = 0.1;  // m; within a solve a plan goes further from its guess only where it is not yet near one
 
-/// A body, or the ball around a corner of it.
-std::pair<Shape, Placed> solid(const Kinematics& arm, int body, int corner) {
-  const Shape& shape = arm.model().bodies[body].shape;
-  if (corner < 0) return {shape, arm.body(body)};
-  return {Shape::sphere(shape.radius), at_corner(shape, arm.body(body), corner)};
+using Solids = std::pair<Shape, Placed>;
+
+/// What a row moves: a body or what is carried, or the ball around a corner of it.
+Solids moved(const Kinematics& arm, const Obstacles& obstacles, int body, int obstacle, int corner) {
+  const Solid part = solid(arm, obstacles, obstacles.list[obstacle].carried ? solid_of(obstacle) : body);
+  if (corner < 0) return {part.shape, part.at};
+  return {Shape::sphere(part.shape.radius), at_corner(part.shape, part.at, corner)};
 }
 
-/// Whether some joint changes how near a solid on this link is to an obstacle.
-bool can_part(const Kinematics& arm, int link, const Obstacle& obstacle, const Shape& shape, const Placed& at) {
+/// What it moves against, t (s) after the motion's beginning: an obstacle, or a body of the arm that carries it.
+Solids against(const Kinematics& arm, const ObstacleSweep& sweep, int body, int obstacle, double t) {
+  if (sweep.obstacles().list[obstacle].carried) return {arm.model().bodies[body].shape, arm.body(body)};
+  return {sweep.shape(obstacle), sweep.placed(obstacle, t)};
+}
+
+/// Whether one of these joints changes how near the second is to the first.
+bool can_part(const Kinematics& arm, EntryRange joints, const Solids& first, const Solids& second) {
   constexpr double kStill = 1e-6;  // m/rad (m/m)
-  const ProximityOf<double> near = proximity(obstacle.shape, obstacle.at, shape, at);
-  for (int k = 0; k < link; ++k) {
+  const ProximityOf<double> near = proximity(first.first, first.second, second.first, second.second);
+  for (int k = joints.first; k < joints.last; ++k) {
     if (std::abs(near.gradient.dot(arm.dpoint(k, near.point))) > kStill) return true;
   }
   return false;
@@ -38,14 +46,19 @@ ObstacleRows::ObstacleRows(const Ocp& ocp)
   while (constraint_ < std::ssize(ocp.constraints()) && ocp.constraints()[constraint_]->name() != "obstacles") {
     ++constraint_;
   }
-  if (!by_row_.empty()) pairs_.reserve(ocp.model().bodies.size() * kMostParts * Obstacles::kMost);
+  if (!by_row_.empty()) pairs_.reserve((ocp.model().bodies.size() + kMaxCarried) * kMostParts * Obstacles::kMost);
 }
 
 /// To a half-space the corners of a flat or long body are all that matters; along a box they come beside the whole.
 void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  const int corners = ocp_.model().bodies[body].shape.corners();
-  const ShapeKind other = sweep.shape(obstacle).kind;
+  const RobotModel& model = ocp_.model();
+  const bool of_arm = body < kMaxBodies, carried = sweep.obstacles().list[obstacle].carried;
+  const Shape& moves = carried  ? sweep.shape(obstacle)
+                       : of_arm ? model.bodies[body].shape
+                                : sweep.shape(body - kMaxBodies);
+  const int corners = moves.corners();
+  const ShapeKind other = carried ? model.bodies[body].shape.kind : sweep.shape(obstacle).kind;
   if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kFar});
   if (other != ShapeKind::kHalfSpace && other != ShapeKind::kBox) return;
   for (int corner = 0; corner < corners; ++corner) pairs_.push_back({body, obstacle, corner, kFar});
@@ -54,12 +67,14 @@ void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) 
 void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch) {
   pairs_.clear();
   sweep.for_each_near([&](int body, int obstacle) { add_pair(sweep, body, obstacle); });
+  for_each_carried_pair(ocp_.model(), sweep.obstacles(),
+                        [&](int body, int obstacle) { add_pair(sweep, body, obstacle); });
   for (int k = 1; k <= ocp_.horizon(); ++k) {
     scratch.set_position(guess.x[k].head(ocp_.dof()));
     for (Pair& pair : pairs_) {
-      const Placed there = sweep.placed(pair.obstacle, k * ocp_.dt());
-      const auto [shape, at] = solid(scratch, pair.body, pair.corner);
-      pair.gap = std::min(pair.gap, distance(sweep.shape(pair.obstacle), there, shape, at));
+      const auto [other, there] = against(scratch, sweep, pair.body, pair.obstacle, k * ocp_.dt());
+      const auto [shape, at] = moved(scratch, sweep.obstacles(), pair.body, pair.obstacle, pair.corner);
+      pair.gap = std::min(pair.gap, distance(other, there, shape, at));
     }
   }
   std::erase_if(pairs_, [](const Pair& pair) { return !(pair.gap < kNear); });
@@ -106,13 +121,17 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap
     if (near.body < 0) continue;
     near.corner = by_row_[i].corner;
     near.obstacle = sweep.at_start(by_row_[i].obstacle);
+    const bool of_arm = near.body < kMaxBodies;
+    if (!of_arm) near.carried = obstacles.list[near.body - kMaxBodies];
     // What has come over the arm may be left, and entered no further.
-    const auto [shape, at] = solid(scratch, near.body, near.corner);
-    const double value = proximity_value(near.obstacle.shape, near.obstacle.at, shape, at);
+    const Solids first = against(scratch, sweep, near.body, by_row_[i].obstacle, 0.0);
+    const Solids second = moved(scratch, obstacles, near.body, by_row_[i].obstacle, near.corner);
+    const double value = proximity_value(first.first, first.second, second.first, second.second);
     near.depth = value < -overlap ? -value : 0.0;
     // A shoulder that turns over a table is as near to it as it is.
-    const int link = ocp_.model().bodies[near.body].link;
-    if (value < 0.0 && !can_part(scratch, link, near.obstacle, shape, at)) near.body = -1;
+    const int n = ocp_.dof(), link = of_arm ? ocp_.model().bodies[near.body].link : n;
+    const EntryRange joints = near.obstacle.carried ? EntryRange{link, n} : EntryRange{0, link};
+    if (value < 0.0 && !can_part(scratch, joints, first, second)) near.body = -1;
   }
 }
 

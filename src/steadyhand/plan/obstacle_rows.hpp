@@ -8,7 +8,7 @@
 namespace steadyhand {
 
 /// Which pairs of a body, or a corner of it, and an obstacle the next problem sees, and in which row: those that come
-/// nearest on the guess.
+/// nearest on the guess. What the tool carries is a body to other obstacles, and an obstacle to the arm's bodies.
 /// A pair that stays near keeps its row, so that the row's multipliers go on. Memory is taken by the constructor.
 class ObstacleRows {
  public:
@@ -24,7 +24,8 @@ class ObstacleRows {
  private:
   /// A pair that may come near.
   struct Pair {
-    int body, obstacle;
+    int body;  ///< as solid() takes it
+    int obstacle;
     int corner;  ///< NearObstacle::corner
     double gap;  ///< m, the smallest on the guess
   };

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "steadyhand/robot/gaps.hpp"
-
 namespace steadyhand {
 
 namespace {
@@ -24,10 +22,11 @@ ObstacleSweep::ObstacleSweep(const RobotModel& model, const Obstacles& obstacles
     : model_(&model), obstacles_(&obstacles), since_(to_seconds(start - obstacles.time)) {}
 
 void ObstacleSweep::pass(const Kinematics& arm) {
-  for (std::size_t i = 0; i < model_->bodies.size(); ++i) {
-    const Vector3 half = half_size(model_->bodies[i].shape, arm.body(i));
-    ways_[i].extend(Box(arm.body(i).p - half, arm.body(i).p + half));
-  }
+  for_each_solid(*model_, *obstacles_, [&](int i) {
+    const Solid part = solid(arm, *obstacles_, i);
+    const Vector3 half = half_size(part.shape, part.at);
+    ways_[i].extend(Box(part.at.p - half, part.at.p + half));
+  });
 }
 
 bool ObstacleSweep::may_meet(const Box& body, const Obstacle& obstacle, double duration, double margin) const {
@@ -43,22 +42,23 @@ bool ObstacleSweep::may_meet(const Box& body, const Obstacle& obstacle, double d
 
 void ObstacleSweep::find(double duration, double margin, const LinkLengths& stray) {
   fastest_.setZero();
-  for (std::size_t i = 0; i < model_->bodies.size(); ++i) {
+  for_each_solid(*model_, *obstacles_, [&](int i) {
     near_[i] = 0;
-    const int link = model_->bodies[i].link;
-    if (link == 0) continue;  // the arm cannot help that something comes near its base
+    const int link = i < kMaxBodies ? model_->bodies[i].link : model_->dof();
+    if (link == 0) return;  // the arm cannot help that something comes near its base
     for (int o = 0; o < obstacles_->count; ++o) {
       const Obstacle& obstacle = obstacles_->list[o];
-      if (obstacle.ignores[i] || !may_meet(ways_[i], obstacle, duration, margin + stray[link])) continue;
+      if (obstacle.carried || obstacle.ignores[i] || !may_meet(ways_[i], obstacle, duration, margin + stray[link]))
+        continue;
       near_[i] |= std::uint64_t{1} << o;
       fastest_[link] = std::max(fastest_[link], obstacle.velocity.norm());
     }
-  }
+  });
 }
 
 Obstacle ObstacleSweep::at_start(int obstacle) const {
   Obstacle result = obstacles_->list[obstacle];
-  result.at.p += since_ * result.velocity;
+  result.at.p += since_ * result.velocity;  // 0 for what is carried
   return result;
 }
 
@@ -66,8 +66,9 @@ ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, do
   const auto none = LinkLengths::Constant(std::numeric_limits<double>::infinity());
   ObstacleGaps smallest{none, none};
   sweep.for_each_near([&](int body, int obstacle) {
-    double& least = (sweep.moves(obstacle) ? smallest.moving : smallest.standing)[arm.model().bodies[body].link];
-    least = std::min(least, gap(arm, body, sweep.shape(obstacle), sweep.placed(obstacle, t)));
+    const Solid part = solid(arm, sweep.obstacles(), body);
+    double& least = (sweep.moves(obstacle) ? smallest.moving : smallest.standing)[part.link];
+    least = std::min(least, distance(sweep.shape(obstacle), sweep.placed(obstacle, t), part.shape, part.at));
   });
   return smallest;
 }

@@ -5,15 +5,16 @@
 #include <cstdint>
 
 #include "steadyhand/collision/obstacle.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
 
 /// A length for each link.
 using LinkLengths = Eigen::Array<double, kMaxJoints + 1, 1>;
 
-/// Which bodies of the arm may come near which obstacles on a motion, told by boxes around the way of each whose edges
-/// are along the base's axes. What they leave out is not near; what they leave in may be. Allocates nothing.
+/// Which bodies of the arm, and of what it carries (solid_of), may come near which obstacles on a motion, told by boxes
+/// around the way of each whose edges are along the base's axes. What they leave out is not near; what they leave in
+/// may be. Allocates nothing.
 class ObstacleSweep {
  public:
   /// @param start time of the motion's beginning; the obstacles must outlive it
@@ -25,7 +26,8 @@ class ObstacleSweep {
   /// link is ever further than `stray` (m) from where it passed.
   void find(double duration, double margin, const LinkLengths& stray);
 
-  int count() const { return obstacles_->count; }          ///< of obstacles
+  const Obstacles& obstacles() const { return *obstacles_; }  ///< all of them
+  int count() const { return obstacles_->count; }             ///< of obstacles
   const LinkLengths& fastest() const { return fastest_; }  ///< m/s, of what find() left of the obstacles, for each link
   /// With its margin.
   const Shape& shape(int obstacle) const { return obstacles_->list[obstacle].shape; }
@@ -36,14 +38,12 @@ class ObstacleSweep {
   /// As it is at the motion's beginning.
   Obstacle at_start(int obstacle) const;
 
-  /// Calls f(body, obstacle) with each pair that find() left.
+  /// Calls f(body, obstacle) with each pair that find() left; no obstacle is one that is carried.
   template <typename F>
   void for_each_near(const F& f) const {
-    for (std::size_t body = 0; body < model_->bodies.size(); ++body) {
-      for (std::uint64_t left = near_[body]; left != 0; left &= left - 1) {
-        f(static_cast<int>(body), std::countr_zero(left));
-      }
-    }
+    for_each_solid(*model_, *obstacles_, [&](int body) {
+      for (std::uint64_t left = near_[body]; left != 0; left &= left - 1) f(body, std::countr_zero(left));
+    });
   }
 
  private:
@@ -54,8 +54,8 @@ class ObstacleSweep {
   const Obstacles* obstacles_;
   LinkLengths fastest_ = LinkLengths::Zero();
   double since_;  ///< s, from the obstacles' time to the motion's beginning
-  std::array<Box, kMaxBodies> ways_;
-  std::array<std::uint64_t, kMaxBodies> near_{};  ///< bit o of a body: obstacle o
+  std::array<Box, kMaxSolids> ways_;
+  std::array<std::uint64_t, kMaxSolids> near_{};  ///< bit o of a body: obstacle o
   static_assert(Obstacles::kMost <= 64);
 };
 

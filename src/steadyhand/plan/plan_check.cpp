@@ -138,7 +138,7 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   const int first = std::min(static_cast<int>(passed / plan.dt), plan.intervals - 1);
   const double into = passed - first * plan.dt;
 
-  const LinkPairs reach = levers(model);
+  const LinkPairs reach = levers(model, obstacles);
   ObstacleSweep sweep(model, obstacles, plan.start + from_seconds(passed));
   if (obstacles.count > 0) find_near(plan, first, reach, kinematics, sweep);
   Moment start = after({-into, plan.x[first].head(n), plan.x[first].tail(n), {}}, plan.u[first], into);

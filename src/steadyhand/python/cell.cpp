@@ -39,7 +39,7 @@ nb::dict distances(Robot& robot, const Cell& cell, const Row& q) {
   robot.arm.set_position(to_joints(q));
   nb::dict result;
   for (int i = 0; i < obstacles.count; ++i) {
-    result[to_text(cell.objects[i].name)] = nearest_body(robot.arm, obstacles.list[i], 0.0).distance;
+    result[to_text(cell.objects[i].name)] = nearest_body(robot.arm, obstacles, i, 0.0).distance;
   }
   return result;
 }
@@ -47,6 +47,7 @@ nb::dict distances(Robot& robot, const Cell& cell, const Row& q) {
 }  // namespace
 
 void bind_cell(nb::module_& module) {
+  module.attr("FIRST_CARRIED") = solid_of(0);
   nb::class_<Cell>(module, "Cell")
       .def(nb::init<>())
       .def_static("open", [](const std::string& name) { return value_of(open_cell(name)); })
@@ -59,6 +60,16 @@ void bind_cell(nb::module_& module) {
                    })
       .def_prop_ro("json", [](const Cell& cell) { return cell_json(cell); })
       .def("add", &add_object)
+      .def("attach",
+           [](const Cell& cell, const std::string& name, Robot& robot, const Row& q) {
+             robot.arm.set_position(to_joints(q));
+             return value_of(attach(cell, name, robot.arm));
+           })
+      .def("detach",
+           [](const Cell& cell, const std::string& name, Robot& robot, const Row& q) {
+             robot.arm.set_position(to_joints(q));
+             return value_of(detach(cell, name, robot.arm));
+           })
       .def("distances", [](const Cell& cell, Robot& robot, const Row& q) { return distances(robot, cell, q); });
 }
 

@@ -13,6 +13,7 @@ std::string cell_json(const Cell& cell, std::optional<Time> at) {
     json["margin"] = object.margin;
     json["color"] = object.color;
     json["holds_only_tool"] = object.holds_only_tool;
+    json["attached"] = object.attached;
     objects.push_back(std::move(json));
   }
   OrderedJson json = {{"name", cell.name}};

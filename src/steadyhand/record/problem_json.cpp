@@ -24,6 +24,18 @@ Trajectory trajectory(const OrderedJson& json, const std::string& key, int horiz
   return result;
 }
 
+Obstacle read_solid(const OrderedJson& json, const std::string& key) {
+  Obstacle result;
+  const Eigen::Isometry3d origin = read_shape_json(json, key, result.shape);
+  result.at = {origin.translation(), origin.linear()};
+  return result;
+}
+
+OrderedJson solid_json(const Obstacle& obstacle) {
+  return shape_json(obstacle.shape,
+                    Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R)));
+}
+
 NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
   json::array(json, key, -1);
   if (json.size() > kMaxObstacleRows)
@@ -33,11 +45,17 @@ NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
     const std::string entry = fmt::format("{}[{}]", key, i);
     if (!json[i].is_object()) json::fail(entry, "must be an object");
     const OrderedJson& body = json::member(json[i], entry, "body");
-    if (!body.is_number_integer() || body < 0 || body >= kMaxBodies)
-      json::fail(entry + ".body", fmt::format("is {}; it must be the index of a body", body.dump()));
-    Obstacle obstacle;
-    const Eigen::Isometry3d origin = read_shape_json(json[i], entry, obstacle.shape);
-    obstacle.at = {origin.translation(), origin.linear()};
+    const bool of_arm = body.is_number_integer() && body >= 0 && body < kMaxBodies;
+    if (!of_arm && !body.is_object()) {
+      json::fail(entry + ".body",
+                 fmt::format("is {}; it must be the index of a body, or what the tool carries", body.dump()));
+    }
+    Obstacle obstacle = read_solid(json[i], entry), carried;
+    if (!of_arm) carried = read_solid(body, entry + ".body");
+    if (json[i].contains("carried")) {
+      if (!json[i]["carried"].is_boolean()) json::fail(entry + ".carried", "must be true or false");
+      obstacle.carried = json[i]["carried"].get<bool>();
+    }
     if (json[i].contains("velocity"))
       obstacle.velocity = json::vector<Eigen::VectorXd>(json[i]["velocity"], entry + ".velocity", 3);
     double depth = 0.0;
@@ -50,7 +68,7 @@ NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
         json::fail(entry + ".corner", fmt::format("is {}; it must be the index of a corner, or -1", index.dump()));
       corner = index.get<int>();
     }
-    result.push_back({body.get<int>(), obstacle, depth, corner});
+    result.push_back({of_arm ? body.get<int>() : kMaxBodies, obstacle, depth, corner, carried});
   }
   return result;
 }
@@ -138,9 +156,9 @@ OrderedJson to_json(const ProblemRecord& problem) {
   if (problem.position_margin.size() > 0) json["position_margin"] = numbers_json(problem.position_margin);
   for (const NearObstacle& near : problem.near) {
     const Obstacle& obstacle = near.obstacle;
-    OrderedJson entry{{"body", near.body}};
-    entry.update(shape_json(
-        obstacle.shape, Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R))));
+    OrderedJson entry{{"body", near.body < kMaxBodies ? OrderedJson(near.body) : solid_json(near.carried)}};
+    entry.update(solid_json(obstacle));
+    if (obstacle.carried) entry["carried"] = true;
     entry["velocity"] = numbers_json(obstacle.velocity);
     entry["depth"] = near.depth;
     if (near.corner >= 0) entry["corner"] = near.corner;

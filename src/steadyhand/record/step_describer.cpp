@@ -35,11 +35,11 @@ PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& i
   const int now = static_cast<int>(std::clamp(to_seconds(at - plan.start) / plan.dt, 0.0, 1.0 * plan.intervals));
   for (int k = now; k <= std::min(now + evaluation_.ocp().horizon(), plan.intervals); ++k) {
     arm_.set_position(plan.x[k].head(plan.joints));
-    step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, clearance(arm_));
+    step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, nearest_pair(arm_, obstacles_).gap);
   }
   arm_.set_position(command.q);
   for (int i = 0; i < obstacles_.count; ++i) {
-    const double distance = nearest_body(arm_, obstacles_.list[i], to_seconds(at - obstacles_.time)).distance;
+    const double distance = nearest_body(arm_, obstacles_, i, to_seconds(at - obstacles_.time)).distance;
     step.object_distances.emplace_back(cell_.objects[i].name, distance);
   }
   arm_.set_motion(command.dq, command.ddq);

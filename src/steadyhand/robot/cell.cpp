@@ -7,17 +7,27 @@
 #include <limits>
 #include <set>
 
+#include "steadyhand/robot/gaps.hpp"
+
 namespace steadyhand {
 
 namespace {
 
-/// Lets bodies of this name, or on a link of this name, touch the obstacle; false if there are none.
-bool ignore(const RobotModel& model, const std::string& name, Obstacle& obstacle) {
+/// Lets bodies of this name, or on a link of this name, and the object of this name if it is carried, touch obstacle
+/// `index`; false if there are none.
+bool ignore(const RobotModel& model, const Cell& cell, const std::string& name, int index, Obstacles& obstacles) {
+  Obstacle& obstacle = obstacles.list[index];
   bool found = std::count(model.link_names.begin(), model.link_names.end(), name) > 0;
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     if (body.name != name && model.link_names[body.link] != name) continue;
     obstacle.ignores.set(i);
+    found = true;
+  }
+  for (int other = 0; other < std::ssize(cell.objects); ++other) {
+    if (other == index || cell.objects[other].name != name) continue;
+    obstacle.ignores.set(solid_of(other));
+    obstacles.list[other].ignores.set(solid_of(index));
     found = true;
   }
   return found;
@@ -37,7 +47,7 @@ double leaves_after(const CellObject& object) {
 
 Cell in_base(Cell cell, const RobotModel& model) {
   for (CellObject& object : cell.objects) {
-    if (!object.in_root) continue;
+    if (!object.in_root || object.attached) continue;
     object.origin = model.mount * object.origin;
     object.velocity = model.mount.linear() * object.velocity;
     object.in_root = false;
@@ -47,10 +57,59 @@ Cell in_base(Cell cell, const RobotModel& model) {
 
 Cell cell_after(Cell cell, double t) {
   for (CellObject& object : cell.objects) {
+    if (object.attached) continue;
     const double left = leaves_after(object);
     object.origin.pretranslate(std::min(t, left) * object.velocity);
     if (t >= left) object.velocity.setZero();
   }
+  return cell;
+}
+
+namespace {
+
+/// The object of this name, if the tool carries it, or does not, as `attached` says.
+Result<CellObject*> find(Cell& cell, const std::string& name, bool attached) {
+  const auto object = std::find_if(cell.objects.begin(), cell.objects.end(),
+                                   [&](const CellObject& candidate) { return candidate.name == name; });
+  if (object == cell.objects.end()) return Error{fmt::format("there is no object '{}'", name)};
+  if (object->attached != attached)
+    return Error{fmt::format("object '{}' is {}carried by the tool", name, attached ? "not " : "already ")};
+  return &*object;
+}
+
+Eigen::Isometry3d tool_pose(const Kinematics& arm) {
+  return Eigen::Translation3d(arm.p()) * Eigen::Isometry3d(Quaternion(arm.R()));
+}
+
+}  // namespace
+
+Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm) {
+  constexpr double kOverlap = 2e-3;  // m
+  cell = in_base(std::move(cell), arm.model());
+  const Result<CellObject*> found = find(cell, name, false);
+  if (!found) return found.error();
+  CellObject& object = **found;
+  if (object.holds_only_tool) return Error{fmt::format("object '{}' keeps the tool in, and cannot be carried", name)};
+  object.origin = tool_pose(arm).inverse() * object.origin;
+  object.velocity.setZero();
+  object.attached = true;
+  const Result<Obstacles> obstacles = obstacles_of(cell, arm.model());
+  if (!obstacles) return obstacles.error();
+  const int index = static_cast<int>(&object - cell.objects.data());
+  if (const auto [body, distance] = nearest_body(arm, *obstacles, index, 0.0); distance < -kOverlap) {
+    return Error{fmt::format("object '{}' overlaps {} by {:.1f} mm, which must not touch it", name,
+                             arm.model().bodies[body].name, -1e3 * distance)};
+  }
+  return cell;
+}
+
+Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm) {
+  const Result<CellObject*> found = find(cell, name, true);
+  if (!found) return found.error();
+  CellObject& object = **found;
+  object.origin = tool_pose(arm) * object.origin;
+  object.attached = false;
+  object.in_root = false;
   return cell;
 }
 
@@ -73,9 +132,10 @@ Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
     }
     if (const Status status = check(object.shape); !status) return refuse_object(status.error().message);
     Obstacle& obstacle = obstacles.list[obstacles.count++];
-    obstacle.shape = object.shape.inflated(object.margin);
+    obstacle.carried = object.attached;
+    obstacle.margin = object.attached ? 0.0 : object.margin;
+    obstacle.shape = object.shape.inflated(obstacle.margin);
     obstacle.velocity = object.velocity;
-    obstacle.margin = object.margin;
     obstacle.at = {object.origin.translation(), object.origin.linear()};
     if (const Status status = check(obstacle); !status) return refuse_object(status.error().message);
     if (object.holds_only_tool) {
@@ -83,12 +143,16 @@ Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
         if (model.bodies[i].link != model.dof()) obstacle.ignores.set(i);
       }
     }
-    for (const std::string& name : object.may_be_touched_by) {
-      if (!ignore(model, name, obstacle)) {
-        return refuse_object(fmt::format("robot '{}' has no body or link '{}'", model.name, name));
-      }
+  }
+  for (int i = 0; i < obstacles.count; ++i) {
+    for (const std::string& name : cell.objects[i].may_be_touched_by) {
+      if (ignore(model, cell, name, i, obstacles)) continue;
+      return refuse(
+          fmt::format("object '{}': robot '{}' has no body or link '{}', and the cell no other object of that name",
+                      cell.objects[i].name, model.name, name));
     }
   }
+  if (const Status status = check(obstacles); !status) return refuse(status.error().message);
   return obstacles;
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "steadyhand/collision/obstacle.hpp"
-#include "steadyhand/robot/model.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand {
 
@@ -16,9 +16,12 @@ struct CellObject {
   bool in_root = false;                          ///< origin and velocity are in the frame of the URDF's root
   Vector3 velocity = Vector3::Zero();            ///< m/s, in the same frame
   double margin = 0.01;                          ///< m, kept around it
-  std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm
+  std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm, or other objects if carried
   bool holds_only_tool = false;                  ///< all but the bodies on the tool's link may touch it
-  std::string color{};                           ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
+  /// The tool carries it: origin is in the tool's frame, and it moves with the arm as a part of it, without margin or
+  /// velocity of its own. Bodies on the tool's link may touch it.
+  bool attached = false;
+  std::string color{};  ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
 };
 
 /// What stands around an arm, by name.
@@ -33,8 +36,15 @@ Cell in_base(Cell cell, const RobotModel& model);
 /// The cell as it is `t` s later: what moves has gone on, and stands where it came to Obstacles::kFarthest.
 Cell cell_after(Cell cell, double t);
 
+/// The cell with this object in the tool, where it is now, or let go of, where it is now. Fails on a name that the cell
+/// does not have, on what is carried already, or is not, on half-spaces, and where the object overlaps (by more than 2
+/// mm) a body of the arm that must not touch it, which no motion might bring apart. Call set_position before.
+Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm);
+/// The same, back.
+Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm);
+
 /// The objects as a planner takes them, in the same order, with their margins. Fails on more than there may be, on
-/// sizes and numbers that cannot be, on two of one name, and on bodies or links that the arm does not have, with the
+/// sizes and numbers that cannot be, on two of one name, and on bodies, links or objects that there are not, with the
 /// reason.
 Result<Obstacles> obstacles_of(const Cell& cell, const RobotModel& model);
 

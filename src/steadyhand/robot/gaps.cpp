@@ -2,6 +2,12 @@
 
 namespace steadyhand {
 
+Solid solid(const Kinematics& arm, const Obstacles& obstacles, int index) {
+  if (index < kMaxBodies) return {arm.model().bodies[index].shape, arm.model().bodies[index].link, arm.body(index)};
+  const Obstacle& carried = obstacles.list[index - kMaxBodies];
+  return {carried.shape, arm.dof(), on_tool(arm, carried.at)};
+}
+
 double gap(const Kinematics& arm, const BodyPair& pair) {
   const auto& [first, second] = pair;
   const RobotModel& model = arm.model();
@@ -12,23 +18,40 @@ double gap(const Kinematics& arm, int body, const Shape& other, const Placed& th
   return distance(other, there, arm.model().bodies[body].shape, arm.body(body));
 }
 
-NearestBody nearest_body(const Kinematics& arm, const Obstacle& obstacle, double t) {
-  const std::vector<Body>& bodies = arm.model().bodies;
-  const Placed there = placed_after(obstacle, t);
+double carried_gap(const Kinematics& arm, int body, const Obstacle& carried) {
+  return distance(arm.model().bodies[body].shape, arm.body(body), carried.shape, on_tool(arm, carried.at));
+}
+
+NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int obstacle, double t) {
+  const Obstacle& other = obstacles.list[obstacle];
   NearestBody nearest;
-  for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
-    if (bodies[i].link == 0 || obstacle.ignores[i]) continue;
-    const double distance = gap(arm, i, obstacle.shape, there) + obstacle.margin;
-    if (distance < nearest.distance) nearest = {i, distance};
+  const auto take = [&](int body, double distance) {
+    if (distance < nearest.distance) nearest = {body, distance};
+  };
+  if (other.carried) {
+    for_each_carried_pair(arm.model(), obstacles, [&](int body, int carried) {
+      if (carried == obstacle) take(body, carried_gap(arm, body, other));
+    });
+    return nearest;
   }
+  const Placed there = placed_after(other, t);
+  for_each_solid(arm.model(), obstacles, [&](int index) {
+    const Solid part = solid(arm, obstacles, index);
+    if (part.link == 0 || other.ignores[index]) return;
+    take(index, distance(other.shape, there, part.shape, part.at) + other.margin);
+  });
   return nearest;
 }
 
-NearestPair nearest_pair(const Kinematics& arm) {
+NearestPair nearest_pair(const Kinematics& arm, const Obstacles& obstacles) {
   NearestPair nearest;
   for (const BodyPair& pair : arm.model().pairs) {
     if (const double here = gap(arm, pair); here < nearest.gap) nearest = {pair.first, pair.second, here};
   }
+  for_each_carried_pair(arm.model(), obstacles, [&](int body, int obstacle) {
+    const double here = carried_gap(arm, body, obstacles.list[obstacle]);
+    if (here < nearest.gap) nearest = {body, solid_of(obstacle), here};
+  });
   return nearest;
 }
 

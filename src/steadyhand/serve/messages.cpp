@@ -185,6 +185,7 @@ constexpr RequestName kRequests[] = {
     {"tilt", RequestKind::kTilt, false, true},       {"fill", RequestKind::kFill, false, true},
     {"rate", RequestKind::kRate, false, true},       {"playback", RequestKind::kPlayback, true, false},
     {"record", RequestKind::kRecord, false, true},   {"object", RequestKind::kObject, true, false},
+    {"attach", RequestKind::kAttach, true, false},   {"detach", RequestKind::kDetach, true, false},
 };
 
 /// Text in UTF-8 that a terminal shows as it is.
@@ -208,6 +209,8 @@ RequestMessage read_request(Reader& reader) {
       const bool sign = known.kind == RequestKind::kYaw;
       message.request.value = reader.number("value", sign ? -kLargestValue : 0.0, kLargestValue);
     }
+    const bool carries = known.kind == RequestKind::kAttach || known.kind == RequestKind::kDetach;
+    if (carries && message.request.text.empty()) reader.fail("'text' must be the object's name");
     if (known.kind == RequestKind::kObject) {
       const Json* object = reader.member("object");
       if (!is_name(message.request.text)) reader.fail("'text' must be the object's name, without control characters");
@@ -221,7 +224,7 @@ RequestMessage read_request(Reader& reader) {
   }
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
-      "tilt, fill, rate, playback, record, object");
+      "tilt, fill, rate, playback, record, object, attach, detach");
   return message;
 }
 

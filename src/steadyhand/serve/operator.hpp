@@ -27,6 +27,8 @@ struct OperatorRequest {
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
     kRecord,    ///< `value` 0 or 1: whether the session is recorded
     kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
+    kAttach,    ///< `text`: name of an object that the tool takes where it is
+    kDetach,    ///< the same: it lets go of it
   };
   Kind kind = Kind::kStop;
   std::string text;

@@ -12,7 +12,7 @@ const SIZE = 0.2, BESIDE = new THREE.Vector3(0.45, 0.45, 0.1);
 /** m from the base: up to where objects are dragged. A pointer near the horizon is on the floor a mile away. */
 const FURTHEST = 5;
 
-const shapeOf = ({ name: _, origin: __, color: ___, holds_only_tool: ____, velocity: _____, ...shape }: CellObject) => shape;
+const shapeOf = ({ name: _, origin: __, color: ___, holds_only_tool: ____, velocity: _____, attached: ______, ...shape }: CellObject) => shape;
 
 /** What stands around the arm, moved over the floor by mouse and touch: of who has the arm. */
 export class Objects {
@@ -47,6 +47,14 @@ export class Objects {
     while (names.has(`box ${number}`)) ++number;
     this.#last = `box ${number}`;
     this.#tell(this.#last, { shape: 'box', size: [SIZE, SIZE, SIZE], rounding: 0.005, p: [BESIDE.x, BESIDE.y, BESIDE.z], q: [0, 0, 0, 1] });
+  }
+
+  /** The tool takes the one that was added or dragged last, or lets go of what it has. */
+  carry(): void {
+    if (!this.#may) return;
+    const carried = this.stage.surroundings.objects.find((object) => object.attached);
+    const text = carried?.name ?? this.#last;
+    if (text) this.connection.send({ type: 'request', kind: carried ? 'detach' : 'attach', text });
   }
 
   /** The one that was added or dragged last. */

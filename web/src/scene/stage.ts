@@ -187,7 +187,7 @@ export class Stage {
     this.#now(true);
     this.arm?.pose(state.q);
     this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
-    this.surroundings.goOn(state.now_s);
+    this.surroundings.goOn(state.now_s, state.tool);
     this.surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
     place(this.ghost, state.target);
     this.ghost.paint(color, state.engaged ? 0.5 : 0.28);

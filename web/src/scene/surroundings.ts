@@ -1,9 +1,10 @@
 import * as THREE from 'three';
-import type { Cell, CellObject } from '../protocol';
+import type { Cell, CellObject, Pose } from '../protocol';
 import { geometryOf, toMatrix } from './body';
 
 /** Of the piece of a half-space's surface that is drawn, m. */
 const SIZE = 2.4;
+const ONE = new THREE.Vector3(1, 1, 1);
 const PLAIN = 0x8b9bb0, TOUCHED = 0xe0a100;
 
 const surfaceOf = (object: CellObject, grown: number): THREE.BufferGeometry => {
@@ -38,6 +39,11 @@ class Solid extends THREE.Group {
     this.stand(object);
   }
 
+  /** What the tool carries is where the tool has it; tool: in the base. */
+  ride(tool: THREE.Matrix4): void {
+    if (this.object.attached) toMatrix(this.object.origin).premultiply(tool).decompose(this.position, this.quaternion, this.scale);
+  }
+
   stand(object: CellObject): void {
     this.object = object;
     toMatrix(object.origin).decompose(this.position, this.quaternion, this.scale);
@@ -67,6 +73,9 @@ export class Surroundings extends THREE.Group {
   #touched = -1;
   /** s, on the session's clock. */
   #at = 0;
+  readonly #tool = new THREE.Matrix4();
+  readonly #p = new THREE.Vector3();
+  readonly #q = new THREE.Quaternion();
   readonly #hits: THREE.Intersection[] = [];
 
   setCell(cell: Cell | null): void {
@@ -88,9 +97,13 @@ export class Surroundings extends THREE.Group {
     this.#at = cell?.at_s ?? 0;
   }
 
-  /** What moves by itself has gone on. @param now s, on the session's clock */
-  goOn(now: number): void {
-    for (let i = 0; i < this.#solids.length; ++i) this.#solids[i]!.goOn(now - this.#at);
+  /** What moves by itself, or with the tool, has gone on. @param now s, on the session's clock @param tool in the base */
+  goOn(now: number, tool: Pose): void {
+    this.#tool.compose(this.#p.fromArray(tool.p), this.#q.fromArray(tool.q), ONE);
+    for (let i = 0; i < this.#solids.length; ++i) {
+      this.#solids[i]!.goOn(now - this.#at);
+      this.#solids[i]!.ride(this.#tool);
+    }
   }
 
   /** Which object holds the arm back; -1: none. */
@@ -110,7 +123,7 @@ export class Surroundings extends THREE.Group {
   under(ray: THREE.Raycaster, where: THREE.Vector3): CellObject | null {
     let nearest = Infinity, found: CellObject | null = null;
     for (const { surface, object } of this.#solids) {
-      if (!surface.visible || object.shape === 'half_space') continue;
+      if (!surface.visible || object.shape === 'half_space' || object.attached) continue;
       this.#hits.length = 0;
       ray.intersectObject(surface, false, this.#hits);
       const hit = this.#hits[0];
