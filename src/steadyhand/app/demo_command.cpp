@@ -230,7 +230,10 @@ Status run(Options options, int& exit_code) {
                       : options.headless          ? ", hand: " + hand + ", again and again"
                                                   : ""));
 
-  if (Status s = ros2.open(options.arm, *model, settings, clock, session, operator_interface); !s) return s;
+  if (Status s = ros2.open(options.arm, *model, settings, clock, session, operator_interface,
+                           [&out](std::string text) { out.say(std::move(text)); });
+      !s)
+    return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
   const bool plays = (options.headless || !(*arm)->info().hardware) && settings.ros2.hand.empty();
   if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0, {}}, clock.now());

@@ -5,6 +5,7 @@
 #else
 namespace steadyhand {
 class Ros2Bridge {};
+class SceneKeeper {};
 }  // namespace steadyhand
 #endif
 
@@ -13,7 +14,7 @@ namespace steadyhand {
 Ros2Side::Ros2Side() = default;
 Ros2Side::~Ros2Side() = default;
 
-void Ros2Side::close() { bridge_.reset(); }
+void Ros2Side::close() { bridge_.reset(); }  // before what its callbacks use
 
 #ifdef STEADYHAND_ROS2
 
@@ -24,8 +25,9 @@ constexpr Time kShowPeriod = std::chrono::milliseconds(40);
 }  // namespace
 
 Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const SessionSettings& settings,
-                      const Clock& clock, LiveSession& session, OperatorInterface& operator_interface) {
-  if (choice.kind() != &kRos2Controller && !settings.ros2.show) return Done{};
+                      const Clock& clock, LiveSession& session, OperatorInterface& operator_interface,
+                      std::function<void(std::string)> say) {
+  if (choice.kind() != &kRos2Controller && !settings.ros2.show && !settings.ros2.scene) return Done{};
   auto bridge = Ros2Bridge::open(
       model, settings.live.glass, settings.ros2, clock,
       [this, &operator_interface](const OperatorSample& sample) {
@@ -34,7 +36,25 @@ Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const Se
       [&session](const char* what) { session.fail("listening to ROS 2 failed: restart the program", what); });
   if (!bridge) return bridge.error();
   bridge_ = std::move(*bridge);
-  return Done{};
+  if (!settings.ros2.scene) return Done{};
+  scene_ = std::make_unique<SceneKeeper>(model, settings.ros2.prefix);
+  say_ = std::move(say);
+  return take_scene(session, clock);
+}
+
+/// What a message changes is in the cell before the next one is looked at. What it cannot be is said once.
+Status Ros2Side::take_scene(LiveSession& session, const Clock& clock) {
+  return bridge_->listen_to_scene([this, &session, &clock](const Result<SceneChange>& change) {
+    const Time now = clock.now();
+    const Result<Kinematics> arm = session.arm_at(now);
+    const Status done =
+        !change ? Status(change.error())
+        : !arm  ? Status(arm.error())
+                : session.change_cell([&](Cell cell) { return scene_->apply(*change, std::move(cell), *arm); }, now);
+    const std::string text = done ? "" : "note: a scene from ROS 2 is not taken: " + done.error().message + "\n";
+    if (!text.empty() && text != said_) say_(text);
+    said_ = text;
+  });
 }
 
 void Ros2Side::poll(Time now, const LiveSession& session) {
@@ -48,8 +68,8 @@ void Ros2Side::poll(Time now, const LiveSession& session) {
 #else
 
 Status Ros2Side::open(const ArmChoice&, const RobotModel&, const SessionSettings& settings, const Clock&, LiveSession&,
-                      OperatorInterface&) {
-  return settings.ros2.show ? has_ros2() : Status(Done{});
+                      OperatorInterface&, std::function<void(std::string)>) {
+  return settings.ros2.show || settings.ros2.scene ? has_ros2() : Status(Done{});
 }
 
 void Ros2Side::poll(Time, const LiveSession&) {}

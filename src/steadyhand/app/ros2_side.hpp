@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "steadyhand/app/arm_choice.hpp"
 #include "steadyhand/console/operator_interface.hpp"
@@ -9,9 +11,10 @@
 namespace steadyhand {
 
 class Ros2Bridge;
+class SceneKeeper;
 
-/// A session's side towards a ROS 2 domain, beside the arm: RViz, and poses from a topic as the operator's hand. They
-/// count only while nobody leads the arm at the page.
+/// A session's side towards a ROS 2 domain, beside the arm: RViz, poses from a topic as the operator's hand, which
+/// count only while nobody leads the arm at the page, and objects of MoveIt's.
 class Ros2Side {
  public:
   Ros2Side();
@@ -19,7 +22,7 @@ class Ros2Side {
 
   /// Joins the domain if the arm or the settings ask for it, else does nothing. Everything must outlive it.
   Status open(const ArmChoice& choice, const RobotModel& model, const SessionSettings& settings, const Clock& clock,
-              LiveSession& session, OperatorInterface& operator_interface);
+              LiveSession& session, OperatorInterface& operator_interface, std::function<void(std::string)> say);
   /// Leaves: no callback comes after it.
   void close();
   /// Somebody at the page leads the arm, or nobody. Any thread.
@@ -28,6 +31,11 @@ class Ros2Side {
   void poll(Time now, const LiveSession& session);
 
  private:
+  Status take_scene(LiveSession& session, const Clock& clock);
+
+  std::unique_ptr<SceneKeeper> scene_;
+  std::function<void(std::string)> say_;
+  std::string said_;  ///< of the scene last
   std::unique_ptr<Ros2Bridge> bridge_;
   std::atomic<bool> at_page_{false};
   Time shown_{0};

@@ -12,6 +12,7 @@ struct Ros2Settings {
   /// Tells in % how fast the hardware executes what it is sent; below 100 nothing moves. Empty: nobody tells.
   std::string speed_scaling = "/speed_scaling_state_broadcaster/speed_scaling";
   std::string hand;              ///< topic of poses that lead the arm as the operator's hand does; empty: none
+  bool scene = false;            ///< take objects from MoveIt's topics (docs/ros2.md), also with other arms
   bool show = false;             ///< publish for RViz, and listen to `hand`, also with other arms
   std::string prefix;            ///< of the joints' and frames' names on the ROS side
   std::string joints;            ///< names of the joints from the base, with commas between; empty: those of the robot

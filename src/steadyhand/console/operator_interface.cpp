@@ -12,6 +12,7 @@ namespace steadyhand {
 
 namespace {
 
+constexpr std::uint64_t kCellOfTheBegin = 1;
 constexpr Time kServerSilence = std::chrono::seconds(1);  ///< after which nobody could stop a recorded hand
 
 template <typename List, typename NameOf>
@@ -95,9 +96,9 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
     case Kind::kObject:
       return set_object(request, now);
     case Kind::kAttach:
-      return carry(request.text, true, now);
+      return session_->attach(request.text, now);
     case Kind::kDetach:
-      return carry(request.text, false, now);
+      return session_->detach(request.text, now);
   }
   return Error{"unknown request"};
 }
@@ -123,37 +124,26 @@ bool OperatorInterface::spares_liquid(int profile, double tilt) const {
 
 /// The object comes, moves or goes.
 Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
-  Cell changed = session_->cell(now);
-  const auto found = std::find_if(changed.objects.begin(), changed.objects.end(),
-                                  [&](const CellObject& object) { return object.name == request.text; });
-  if (request.object && found != changed.objects.end() && found->attached)
-    return Error{fmt::format("object '{}' is carried by the tool; detach it first", request.text)};
-  if (request.object) {
-    CellObject& object = found != changed.objects.end() ? *found : changed.objects.emplace_back();
+  const auto change = [&](Cell cell) -> Result<Cell> {
+    const auto found = std::find_if(cell.objects.begin(), cell.objects.end(),
+                                    [&](const CellObject& object) { return object.name == request.text; });
+    const bool known = found != cell.objects.end();
+    if (!request.object) {
+      if (!known) return Error{fmt::format("there is no object '{}'", request.text)};
+      cell.objects.erase(found);
+      return cell;
+    }
+    if (known && found->attached)
+      return Error{fmt::format("object '{}' is carried by the tool; detach it first", request.text)};
+    CellObject& object = known ? *found : cell.objects.emplace_back();
     const CellObject before = std::exchange(object, *request.object);
     object.name = request.text;
     object.may_be_touched_by = before.may_be_touched_by;
     object.holds_only_tool = before.holds_only_tool;
     object.color = before.color;
-  } else if (found != changed.objects.end()) {
-    changed.objects.erase(found);
-  } else {
-    return Error{fmt::format("there is no object '{}'", request.text)};
-  }
-  if (Status s = session_->set_cell(changed, now); !s) return s;
-  tell_cell(now);
-  return Done{};
-}
-
-/// The tool takes the object, or lets go of it.
-Status OperatorInterface::carry(const std::string& object, bool attached, Time now) {
-  if (Status s = attached ? session_->attach(object, now) : session_->detach(object, now); !s) return s;
-  tell_cell(now);
-  return Done{};
-}
-
-void OperatorInterface::tell_cell(Time now) {
-  cell_json_ = std::make_shared<const std::string>(cell_json(session_->cell(now), now));
+    return cell;
+  };
+  return session_->change_cell(change, now);
 }
 
 Status OperatorInterface::set_weight(const std::string& name, double value) {
@@ -234,8 +224,13 @@ Time OperatorInterface::poll(Time now) {
   return playback_ ? playback_->due() : Time::max();
 }
 
-std::shared_ptr<const std::string> OperatorInterface::cell() const {
+std::shared_ptr<const std::string> OperatorInterface::cell() {
   const std::lock_guard lock(mutex_);
+  const LiveSession::CellSet set = session_->cell_set();
+  if (set.version == cell_version_) return cell_json_;
+  const bool first = set.version == kCellOfTheBegin;
+  cell_version_ = set.version;
+  if (!first) cell_json_ = std::make_shared<const std::string>(cell_json(set.cell, set.at));
   return cell_json_;
 }
 

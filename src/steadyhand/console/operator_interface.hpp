@@ -47,15 +47,13 @@ class OperatorInterface {
   Time poll(Time now);
 
   SessionControls controls() const;
-  /// What stands around the arm, as JSON; null until a request has changed it. Another pointer is another cell.
-  std::shared_ptr<const std::string> cell() const;
+  /// What stands around the arm, as JSON; null until somebody has changed it. Another pointer is another cell.
+  std::shared_ptr<const std::string> cell();
 
  private:
   Status set_profile(const std::string& name);
   bool spares_liquid(int profile, double tilt) const;
   Status set_object(const OperatorRequest& request, Time now);
-  Status carry(const std::string& object, bool attached, Time now);
-  void tell_cell(Time now);
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
   void end_playback();
@@ -69,6 +67,7 @@ class OperatorInterface {
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
   SessionControls controls_;
   std::shared_ptr<const std::string> cell_json_;
+  std::uint64_t cell_version_ = 0;  ///< LiveSession::CellSet::version that it is of
   std::optional<Playback> playback_;
   std::uint64_t halts_ = 0;  ///< LiveSession::halts when it began
   std::optional<Time> server_alive_;

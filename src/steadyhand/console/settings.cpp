@@ -115,6 +115,7 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ros2.joint_states", "topic that tells where the joints are", ros2.joint_states);
   t.add("ros2.speed_scaling", "topic that tells it, in %; below 100 nothing moves; empty: none", ros2.speed_scaling);
   t.add("ros2.hand", "topic of poses that lead the arm as the operator's hand does; empty: none", ros2.hand);
+  t.add("ros2.scene", "take objects from MoveIt's topics into the cell, also with another arm", ros2.scene);
   t.add("ros2.show", "publish for RViz, and listen to ros2.hand, also with another arm", ros2.show);
   t.add("ros2.prefix", "of the joints' and frames' names on the ROS side", ros2.prefix);
   t.add("ros2.joints", "their names there from the base, with commas; empty: the robot's", ros2.joints);

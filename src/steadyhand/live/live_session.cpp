@@ -332,7 +332,17 @@ Status LiveSession::set_cell(const Cell& cell, Time at) {
   return Done{};
 }
 
-/// As it is commanded to be at this time.
+LiveSession::CellSet LiveSession::cell_set() const {
+  const std::lock_guard lock(mutex_);
+  return {cell_, cell_at_, world_};
+}
+
+Status LiveSession::change_cell(const std::function<Result<Cell>(Cell)>& change, Time at) {
+  const std::lock_guard lock(changes_);
+  const Result<Cell> changed = change(cell(at));
+  return changed ? set_cell(*changed, at) : Status(changed.error());
+}
+
 Result<Kinematics> LiveSession::arm_at(Time at) const {
   const JointCommand command = snapshot().command;
   if (command.q.size() != model_->dof()) return Error{"the arm has not said yet where it is"};
@@ -344,15 +354,13 @@ Result<Kinematics> LiveSession::arm_at(Time at) const {
 Status LiveSession::attach(const std::string& object, Time at) {
   const Result<Kinematics> arm = arm_at(at);
   if (!arm) return arm.error();
-  const Result<Cell> changed = steadyhand::attach(cell(at), object, *arm);
-  return changed ? set_cell(*changed, at) : Status(changed.error());
+  return change_cell([&](Cell cell) { return steadyhand::attach(std::move(cell), object, *arm); }, at);
 }
 
 Status LiveSession::detach(const std::string& object, Time at) {
   const Result<Kinematics> arm = arm_at(at);
   if (!arm) return arm.error();
-  const Result<Cell> changed = steadyhand::detach(cell(at), object, *arm);
-  return changed ? set_cell(*changed, at) : Status(changed.error());
+  return change_cell([&](Cell cell) { return steadyhand::detach(std::move(cell), object, *arm); }, at);
 }
 
 Cell LiveSession::cell(Time at) const {

@@ -96,9 +96,21 @@ class LiveSession {
   Status set_cell(const Cell& cell, Time at);
   /// The same as it is at a time, once the session has started. Any thread.
   Cell cell(Time at) const;
-  /// The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now
-  /// (robot/cell.hpp). One thread at a time, which must be the one that changes the cell. Fails, and changes nothing,
-  /// as these do.
+  /// The cell as it was set last, when, and how often it has been set. Any thread.
+  struct CellSet {
+    Cell cell;
+    Time at;
+    std::uint64_t version;
+  };
+  CellSet cell_set() const;
+  /// Makes a new cell of the present one; of those who change it so, one at a time. Any thread. Fails, and changes
+  /// nothing, where the change or set_cell does.
+  Status change_cell(const std::function<Result<Cell>(Cell)>& change, Time at);
+  /// The arm as it is commanded to be at a time near now, after set_position. Any thread. Fails before it has said
+  /// where it is.
+  Result<Kinematics> arm_at(Time at) const;
+  /// The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now. Any
+  /// thread. Fails, and changes nothing, as attach() and detach() of robot/cell.hpp do.
   /// @param at session's clock, now
   Status attach(const std::string& object, Time at);
   Status detach(const std::string& object, Time at);
@@ -120,7 +132,6 @@ class LiveSession {
 
  private:
   LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
-  Result<Kinematics> arm_at(Time at) const;
   void run_control();
   void control_cycle();
   void plan_on();
@@ -156,6 +167,7 @@ class LiveSession {
   Time started_{0}, engaged_since_{0};
 
   mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
+  std::mutex changes_;        ///< of the cell, one at a time
   Cell cell_;
   Time cell_at_{0};
   std::optional<Obstacles> fresh_obstacles_;  ///< of the cell, which the writer has not seen

@@ -63,6 +63,16 @@ Status Ros2Bridge::join(const Ros2Settings& settings, Ros2Node::OnFailure failed
   return Done{};
 }
 
+Status Ros2Bridge::listen_to_scene(OnScene on_scene) {
+  const auto listen = [&]<typename Message>(const char* topic, const Message*) {
+    return node_->listen<Message>(topic,
+                                  [on_scene](const Message& message, Ros2PublisherId) { on_scene(read(message)); });
+  };
+  if (Status s = listen("/planning_scene", static_cast<PlanningSceneMessage*>(nullptr)); !s) return s;
+  if (Status s = listen("/collision_object", static_cast<CollisionObjectMessage*>(nullptr)); !s) return s;
+  return listen("/attached_collision_object", static_cast<AttachedObjectMessage*>(nullptr));
+}
+
 void Ros2Bridge::take_pose(const PoseStampedMessage& message) {
   const auto& [position, orientation] = message.pose;
   OperatorSample sample;

@@ -12,6 +12,7 @@
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/live/snapshot.hpp"
 #include "steadyhand/robot/model.hpp"
+#include "steadyhand/ros2/moveit_scene_messages.hpp"
 #include "steadyhand/ros2/node.hpp"
 
 namespace steadyhand {
@@ -23,6 +24,7 @@ namespace steadyhand {
 class Ros2Bridge {
  public:
   using OnHand = std::function<void(const OperatorSample&)>;
+  using OnScene = std::function<void(Result<SceneChange>)>;
 
   /// @param on_hand called on a thread of DDS and in poll() @param failed when it threw there. Model and clock must
   /// outlive it.
@@ -30,6 +32,9 @@ class Ros2Bridge {
                                                   const Ros2Settings& settings, const Clock& clock, OnHand on_hand,
                                                   Ros2Node::OnFailure failed);
 
+  /// Takes objects from MoveIt's topics: /planning_scene, /collision_object and /attached_collision_object.
+  /// @param on_scene called on a thread of DDS, one call after the other, with what a message says, or why it is none
+  Status listen_to_scene(OnScene on_scene);
   void publish(const SessionSnapshot& snapshot);
   /// Opens the clutch when poses stopped coming. Call every few milliseconds.
   void poll(Time now);

@@ -16,6 +16,9 @@ using PoseStampedMessage = geometry_msgs_msg_dds__PoseStamped_;
 using PathMessage = nav_msgs_msg_dds__Path_;
 using MarkerMessage = visualization_msgs_msg_dds__Marker_;
 using MarkerArrayMessage = visualization_msgs_msg_dds__MarkerArray_;
+using CollisionObjectMessage = moveit_msgs_msg_dds__CollisionObject_;
+using AttachedObjectMessage = moveit_msgs_msg_dds__AttachedCollisionObject_;
+using PlanningSceneMessage = moveit_msgs_msg_dds__PlanningScene_;
 
 /// What DDS has to know of a type of message, and the hash of its definition by which nodes of ROS (from Iron on) know
 /// it: REP 2016. None where distributions differ.
@@ -48,6 +51,10 @@ inline Ros2Type type_of(const MarkerArrayMessage*) {
   return {&visualization_msgs_msg_dds__MarkerArray__desc,
           "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"};
 }
+
+inline Ros2Type type_of(const CollisionObjectMessage*) { return {&moveit_msgs_msg_dds__CollisionObject__desc}; }
+inline Ros2Type type_of(const AttachedObjectMessage*) { return {&moveit_msgs_msg_dds__AttachedCollisionObject__desc}; }
+inline Ros2Type type_of(const PlanningSceneMessage*) { return {&moveit_msgs_msg_dds__PlanningScene__desc}; }
 
 /// A DDS sequence over the elements of something contiguous that outlives it.
 template <typename Sequence, typename Container>
