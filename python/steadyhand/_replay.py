@@ -210,7 +210,7 @@ def replay(
     profile: as Planner's; "tracking" if it is not given. rate: Hz, plans, 1 to 500; 20 if it is not given.
     track: which of an A-Frame file. start, until: s after the file's first sample. scale to rotation_frame: as Retargeter's.
     weights, objectives: as Planner's. cell: a Cell or what Cell() takes; if it is not given, as in the command: that of the session
-    by its name, else "pedestal", the floor and the column that an arm stands on.
+    as it changed, else "pedestal", the floor and the column that an arm stands on.
 
     Python's lock is released meanwhile. Raises SteadyhandError (a ValueError) for what the command refuses, in its words;
     FileNotFoundError for a path where nothing is.
@@ -229,7 +229,10 @@ def replay(
         begin = number("start", start, "seconds")
         if _native.is_session(text("the name of the recording", os.fspath(recording))):
             hand, profile = _session_hand(recording, begin, end, profile, given)
-            cell = _session_cell(recording) if cell is None else cell
+            if cell is None:
+                cell = _session_cell(recording)
+            else:
+                given["cell_fixed"] = True
         else:
             hand = opened("recording", recording, lambda path: _native.load_hand(path, text("track", track), begin, end))
     else:

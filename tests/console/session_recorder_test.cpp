@@ -47,7 +47,7 @@ struct Recorded : testing::Test {
   }
   static SessionFile read(const fs::path& path) {
     SessionParts parts;
-    parts.samples = parts.commands = parts.states = parts.changes = parts.settings = true;
+    parts.samples = parts.commands = parts.states = parts.changes = parts.settings = parts.cells = true;
     auto session = load_session(path, parts);
     EXPECT_TRUE(session) << session.error().message;
     return *std::move(session);
@@ -138,6 +138,38 @@ TEST_F(Recorded, CommandsOfALongSessionAreReadMergedWithoutLosingTheLargest) {
     EXPECT_EQ(session->commands[k].stamp.made,
               8 * k * Time(std::chrono::milliseconds(2)) + std::chrono::milliseconds(2));
   }
+}
+
+/// The cells of the last second, and the one before them as it was at its begin.
+TEST_F(Recorded, AFaultLeavesTheCellsOfTheSecondsBeforeIt) {
+  settings.enabled = false;
+  settings.flight_seconds = 1.0;
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  const auto ball = [](double x, double velocity) {
+    CellObject object;
+    object.name = "ball";
+    object.shape = Shape::sphere(0.1);
+    object.origin = Eigen::Translation3d(x, 0.0, 2.0) * Eigen::Isometry3d::Identity();
+    object.velocity.x() = velocity;
+    object.may_be_touched_by = {"wrist_3_link"};
+    return Cell{"cell", {object}};
+  };
+  taps.cell(now, ball(1.0, 0.0));
+  run(taps, 1.0);
+  taps.cell(now, ball(2.0, 0.1));
+  run(taps, 1.5);
+  taps.cell(now, ball(3.0, 0.0));
+  run(taps, 0.5);
+  taps.change({now, SupervisionState::kEngaged, SupervisionState::kFault, "emergency button", true});
+  run(taps, 0.1);
+  ASSERT_EQ(files().size(), 1u);
+  const SessionFile flight = read(files()[0]);
+  ASSERT_EQ(flight.cells.size(), 2u);
+  EXPECT_NEAR(to_seconds(flight.cells[1].at - flight.cells[0].at), 0.5, 0.01);
+  EXPECT_NEAR(flight.cells[0].cell.objects.at(0).origin.translation().x(), 2.1, 1e-2) << "it had flown on";
+  EXPECT_EQ(flight.cells[1].cell.objects.at(0).origin.translation().x(), 3.0);
+  EXPECT_EQ(flight.cells[1].cell.objects.at(0).may_be_touched_by, std::vector<std::string>{"wrist_3_link"});
 }
 
 TEST_F(Recorded, AFaultLeavesTheSecondsBeforeItInAFileOfItsOwn) {

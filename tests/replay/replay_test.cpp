@@ -45,5 +45,45 @@ TEST(Replay, RefusesWhatIsNoRecordingWithTheReason) {
   }
 }
 
+/// A wall that comes after a second, through where the glass has gone by then, and goes again.
+TEST(Replay, KnowsWhatStoodAroundTheArmAtEachTime) {
+  const RobotModel model = *open_robot("ur5e");
+  ReplaySettings settings;
+  settings.pipeline = PipelineSettings(*load_profile("tracking"));
+  Recording hand;
+  for (int i = 0; i <= 80; ++i) {
+    OperatorSample& sample = hand.samples.emplace_back();
+    sample.stamp.hand = from_seconds(0.05 * i);
+    sample.X_operator_hand.p = {0.0, std::min(0.6, 0.2 * 0.05 * i), 0.0};
+    sample.clutch = sample.tracked = true;
+  }
+  const auto way = [&] {
+    const Result<ReplayResult> done = replay(model, hand, settings, {});
+    EXPECT_TRUE(done) << done.error().message;
+    return done->steps;
+  };
+  const auto alone = way();
+  const Vector3 begin = alone.front().X_base_planned.p, end = alone.back().X_base_planned.p;
+  ASSERT_GT((end - begin).norm(), 0.2);
+  CellObject wall;
+  wall.name = "wall";
+  wall.shape = Shape::box({0.5, 0.01, 0.5});
+  wall.origin = Eigen::Translation3d(end) * Quaternion::FromTwoVectors(Vector3::UnitY(), end - begin);
+  settings.cells = {{from_seconds(-1.0), {"of the session", {}}}, {from_seconds(1.0), {"walled", {wall}}}};
+  const auto held = way();
+  EXPECT_TRUE(held[10].object_distances.empty());
+  ASSERT_EQ(held.back().object_distances.size(), 1u);
+  EXPECT_NEAR(held.back().object_distances[0].second, wall.margin, 2e-3);
+  EXPECT_GT((held.back().X_base_planned.p - end).norm(), 0.04);
+  settings.cells.push_back({from_seconds(3.0), {"free again", {}}});
+  EXPECT_LT((way().back().X_base_planned.p - end).norm(), 5e-3);
+
+  settings.cells[1].cell.objects[0].margin = std::nan("");
+  const Result<ReplayResult> refused = replay(model, hand, settings, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message.find("cell at 1.000 s: cell 'walled': object 'wall': the margin is nan m"), 0u)
+      << refused.error().message;
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -45,6 +45,7 @@ struct ReplayOptions {
   fs::path out = "out";
   bool dump_problems = false, no_fit = false;
   std::vector<SettingsChange> changes;  ///< of a session's settings
+  std::vector<CellChange> cells;        ///< of what stood around its arm
   std::string command;                  ///< as typed, for the report
   bool own_profiles = false, own_rate = false, own_scale = false, own_yaw = false,
        own_cell = false;  ///< given on the command line
@@ -57,7 +58,7 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
                              options.range.track)};
   }
   SessionParts parts;
-  parts.samples = parts.settings = true;
+  parts.samples = parts.settings = parts.cells = true;
   const Result<SessionFile> session = load_session(options.recording, parts);
   if (!session) return session.error();
   const auto take = [&](const char* key, bool own, double& value) {
@@ -94,6 +95,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   settings.pipeline.retarget.tilt_max = profile.tilt_max;
   if (!options.solver.empty()) settings.pipeline.planner.solver = options.solver;
   settings.changes = options.changes;
+  settings.cells = options.cells;
   settings.cell = cell;
 
   const fs::path folder = options.out / profile.name;
@@ -173,6 +175,7 @@ Status run_replay(ReplayOptions options) {
   if (is_mcap(options.recording)) {
     Result<SessionHand> hand = open_session(options, places);
     if (hand) options.changes = std::move(hand->changes);
+    if (hand && !options.own_cell) options.cells = std::move(hand->cells);
     recording = hand ? Result<Recording>(std::move(hand->recording)) : hand.error();
   }
   const auto frame = [](const std::string& name) { return name == "tool" ? MotionFrame::kTool : MotionFrame::kBase; };

@@ -197,6 +197,12 @@ void SessionRecorder::take_cell(Time at, const Cell& cell) {
   cell_ = cell;
   cell_at_ = at - begin_;
   (void)describer_.set_cell(cell, at);  // which the session has looked at
+  if (flight_) {
+    const Time oldest = cell_at_ - from_seconds(settings_.flight_seconds);
+    std::deque<CellChange>& cells = flight_->cells;
+    cells.push_back({cell_at_, cell});
+    while (cells.size() > 1 && cells[1].at <= oldest) cells.pop_front();
+  }
   write(cell_at_, cell);
 }
 
@@ -286,9 +292,12 @@ void SessionRecorder::write_flight() {
     const auto put = [&](const auto& message) {
       if (status) status = file->write(message);
     };
-    if (status && cell_) {
-      const Time first = std::max(cell_at_, fault.at - from_seconds(settings_.flight_seconds));
-      status = file->write(first, cell_after(*cell_, to_seconds(first - cell_at_)));
+    const Time oldest = fault.at - from_seconds(settings_.flight_seconds);
+    for (std::size_t i = 0; status && i < flight_->cells.size(); ++i) {
+      const auto& [at, cell] = flight_->cells[i];
+      if (i + 1 < flight_->cells.size() && flight_->cells[i + 1].at <= oldest) continue;  // another came before
+      const Time first = std::max(at, oldest);
+      status = file->write(first, cell_after(cell, to_seconds(first - at)));
     }
     flight_->samples.for_each(put);
     flight_->targets.for_each(put);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "steadyhand/live/live_session.hpp"
+#include "steadyhand/record/cell_change.hpp"
 #include "steadyhand/record/recorder.hpp"
 #include "steadyhand/record/step_describer.hpp"
 
@@ -118,6 +120,7 @@ class SessionRecorder {
     History<JointState> states;
     History<SupervisionChange> changes;
     History<std::pair<Time, LiquidState>> liquid;
+    std::deque<CellChange> cells;  ///< those of its time, and the one before
   };
   std::optional<Flight> flight_;
   std::optional<SupervisionChange> fault_;  ///< to be written

@@ -24,6 +24,7 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 struct Hand {
   Recording recording;
   std::vector<SettingsChange> changes;
+  std::vector<CellChange> cells;
   std::size_t not_followed = 0;  ///< samples that the gate did not trust
 };
 
@@ -128,7 +129,7 @@ nb::dict columns_of(const std::vector<PlanStep>& steps, const RunNames& names) {
 
 // ---- Hands.
 Hand through_gate(Recording recording) {
-  Hand hand{std::move(recording), {}, 0};
+  Hand hand{std::move(recording), {}, {}, 0};
   hand.not_followed = pass_gate(hand.recording, {});
   return hand;
 }
@@ -155,17 +156,18 @@ Hand make_hand(const Row& t, const Matrices4& T, const Row& clutch) {
 Hand load_session_hand(const std::string& path, double from, double until, bool accept_emulated) {
   const Unlocked unlocked;
   SessionParts parts;
-  parts.samples = parts.settings = true;
+  parts.samples = parts.settings = parts.cells = true;
   HandGateSettings gate;
   gate.accept_emulated = accept_emulated;
   SessionHand hand = value_of(hand_of_session(value_of(load_session(path, parts)), range("", from, until), gate));
-  return {std::move(hand.recording), std::move(hand.changes), 0};
+  return {std::move(hand.recording), std::move(hand.changes), std::move(hand.cells), 0};
 }
 
 nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& profile, const nb::dict& options) {
   ReplaySettings settings;
   settings.pipeline = pipeline_settings(profile, options);
   settings.changes = hand.changes;
+  if (!options.contains("cell_fixed")) settings.cells = hand.cells;
   settings.cell = nb::cast<const Cell&>(options["cell"]);
   if (options.contains("yaw_fixed"))
     for (SettingsChange& change : settings.changes) change.yaw = settings.pipeline.retarget.yaw;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "steadyhand/core/time.hpp"
+#include "steadyhand/record/json_reader.hpp"
 #include "steadyhand/robot/cell.hpp"
 
 namespace steadyhand {
@@ -12,5 +13,9 @@ namespace steadyhand {
 /// "margin", "color", "holds_only_tool"}]}. One line.
 /// @param at when its objects are where they say; without it there is no "at_s"
 std::string cell_json(const Cell& cell, std::optional<Time> at = {});
+
+/// What cell_json() wrote, read back. Throws json::Wrong.
+/// @param key of the object, for messages
+Cell read_cell_json(const OrderedJson& json, const std::string& key);
 
 }  // namespace steadyhand

@@ -7,6 +7,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "steadyhand/record/cell_json.hpp"
+
 namespace steadyhand {
 
 namespace fs = std::filesystem;
@@ -121,6 +123,14 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   return change;
 }
 
+Cell read_cell(const McapMessage& message) {
+  try {
+    return read_cell_json(OrderedJson::parse(message.data).at("cell"), "cell");
+  } catch (const json::Wrong& wrong) {
+    throw std::runtime_error(wrong.message);
+  }
+}
+
 /// Takes the commands of a session one after another, at most so many.
 class CommandList {
  public:
@@ -189,6 +199,8 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.changes.push_back({message.log, json.at("from"), json.at("to"), json.at("reason")});
   } else if (is(parts.settings, "/operator_settings")) {
     session.settings.push_back(settings_change(parsed(), message));
+  } else if (is(parts.cells, "/cell")) {
+    session.cells.push_back({message.log, read_cell(message)});
   }
 }
 

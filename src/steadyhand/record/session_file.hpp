@@ -8,6 +8,7 @@
 
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/record/cell_change.hpp"
 #include "steadyhand/record/mcap_reader.hpp"
 #include "steadyhand/record/settings_change.hpp"
 #include "steadyhand/record/step.hpp"
@@ -23,6 +24,7 @@ struct SessionParts {
   double state_period = 0.0;  ///< s, at least so far apart
   bool changes = false;
   bool settings = false;
+  bool cells = false;  ///< what stood around the arm
 };
 
 /// What Recorder has written, read back. Times count from the session's begin.
@@ -42,6 +44,7 @@ struct SessionFile {
   int commands_merged = 1;  ///< that each but the last stands for: time of the first, largest |dq| and |ddq|
   std::vector<JointState> states;
   std::vector<Change> changes;
+  std::vector<CellChange> cells;         ///< what stood around the arm; none in sessions of before there was that
   std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
 
   /// An entry of the metadata `run`; empty if it is not there.

@@ -22,6 +22,7 @@ class Run {
   /// Everything that happens from `now` until just before `next`: samples have been fed up to `now`.
   Status step(Time now, Time next, ReplayResult& result) {
     if (Status s = change_settings(now); !s) return s;
+    if (Status s = change_cell(now); !s) return s;
     const Plan& plan = pipeline_.plan(now);
     const Planner& planner = pipeline_.planner();
     if (Status s = tap(planner.instance().reference); !s) return s;
@@ -66,6 +67,24 @@ class Run {
     return Done{};
   }
 
+  /// What stood around the arm by then.
+  Status change_cell(Time now) {
+    for (; cells_ < settings_.cells.size() && settings_.cells[cells_].at <= now; ++cells_) {
+      const auto& [at, cell] = settings_.cells[cells_];
+      const auto refuse = [at = at](const Error& error) {
+        return Error{fmt::format("cell at {:.3f} s: {}", to_seconds(at), error.message)};
+      };
+      Result<Obstacles> obstacles = obstacles_of(cell, pipeline_.model());
+      if (!obstacles) return refuse(obstacles.error());
+      obstacles->time = at;
+      if (Status s = pipeline_.planner().set_obstacles(*obstacles); !s) return refuse(s.error());
+      (void)describer_.set_cell(cell, at);  // it has been looked at
+      if (Status s = taps_.recorder ? taps_.recorder->write(now, cell_after(cell, to_seconds(now - at))) : Done{}; !s)
+        return s;
+    }
+    return Done{};
+  }
+
   Status feed(const OperatorSample& sample) {
     if (Status s = change_settings(sample.stamp.hand); !s) return s;
     if (Status s = tap(sample); !s) return s;
@@ -103,6 +122,7 @@ class Run {
   StepDescriber describer_;
   std::int64_t commands_ = 0;
   std::size_t changed_ = 0;  ///< how many of the changes are in force
+  std::size_t cells_ = 0;    ///< likewise
 };
 
 }  // namespace
@@ -129,6 +149,7 @@ Result<ReplayResult> replay(const RobotModel& model, const Recording& recording,
   if (!obstacles) return obstacles.error();
   PipelineSettings around = settings.pipeline;
   around.planner.obstacles = *obstacles;
+  if (!settings.cells.empty() && around.ocp.obstacle_rows == 0) around.ocp.obstacle_rows = kUsualObstacleRows;
   const auto spares = [](const SettingsChange& change) { return change.no_spill.value_or(false); };
   if (!around.ocp.liquid && std::any_of(settings.changes.begin(), settings.changes.end(), spares))
     around.ocp.liquid.emplace();

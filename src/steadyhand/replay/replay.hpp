@@ -6,6 +6,7 @@
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/input/recording.hpp"
 #include "steadyhand/pipeline/pipeline.hpp"
+#include "steadyhand/record/cell_change.hpp"
 #include "steadyhand/record/problem_json.hpp"
 #include "steadyhand/record/recorder.hpp"
 #include "steadyhand/record/settings_change.hpp"
@@ -19,6 +20,8 @@ struct ReplaySettings {
   double command_rate_hz = 500.0;  ///< of the arm
   /// What the operator changed on the way, in order; times count from the recording's first sample.
   std::vector<SettingsChange> changes;
+  /// What stood around the arm from then on, in place of `cell`, likewise.
+  std::vector<CellChange> cells;
 };
 
 /// What one run leaves, beside what the recorder wrote.

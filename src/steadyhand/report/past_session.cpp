@@ -85,11 +85,13 @@ Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingO
   const Time first = recording.samples.front().stamp.hand;
   std::vector<SettingsChange> changes = session.settings;
   for (SettingsChange& change : changes) change.at -= first;
+  std::vector<CellChange> cells = session.cells;
+  for (CellChange& change : cells) change.at -= first;
   for (OperatorSample& sample : recording.samples) {
     sample.stamp.hand -= first;
     sample.stamp.made = sample.stamp.hand;
   }
-  return SessionHand{std::move(recording), std::move(changes)};
+  return SessionHand{std::move(recording), std::move(changes), std::move(cells)};
 }
 
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command) {

@@ -19,6 +19,7 @@ std::size_t pass_gate(Recording& recording, const HandGateSettings& settings);
 struct SessionHand {
   Recording recording;
   std::vector<SettingsChange> changes;  ///< of the operator's settings, by the recording's time; some before its begin
+  std::vector<CellChange> cells;        ///< what stood around the arm, likewise
 };
 Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
                                     const HandGateSettings& gate);
