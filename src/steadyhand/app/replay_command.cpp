@@ -104,6 +104,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   if (failed) return Error{folder.string() + ": cannot be made: " + failed.message()};
   RecorderSettings recorder_settings;
   recorder_settings.names = run_names(model, profile.ocp.objectives);
+  recorder_settings.cells = !options.cells.empty();
   recorder_settings.run = {{"recording", recording.name},
                            {"robot", model.name},
                            {"cell", cell.name},

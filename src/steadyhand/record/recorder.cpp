@@ -33,12 +33,12 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   joint_command_ = add("/joint_command", joint_command_schema(), joints);
   joint_state_ = add("/joint_state", joint_state_schema(), joints);
   plan_step_ = add("/plan_step", plan_step_schema(), joints);
+  if (settings.live || settings.cells) cell_ = add("/cell", cell_schema());
   if (!settings.live) return;
   supervision_ = add("/supervision", supervision_schema());
   operator_settings_ = add("/operator_settings", operator_settings_schema());
   liquid_ = add("/liquid", liquid_schema());
   active_constraint_ = add("/active_constraint", active_constraint_schema());
-  cell_ = add("/cell", cell_schema());
   statistics_ = add("/statistics", statistics_schema());
 }
 

@@ -18,6 +18,7 @@ struct RecorderSettings {
   RunNames names;
   bool live = false;                       ///< with the channels of a live session
   std::map<std::string, std::string> run;  ///< what was run with which settings; the file's metadata "run"
+  bool cells = false;  ///< with the channel of what stands around the arm, which live sessions have anyway
 };
 
 /// Taps every arrow into one MCAP file, a topic per arrow. A message's log time is its `stamp.made` (t_s for a step),
