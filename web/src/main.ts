@@ -58,7 +58,7 @@ const panel = new Panel(session, connection, hand);
 const wantLease = () => panel.takeOver();
 const stop = () => panel.stop();
 const drag = new Drag(stage, hand, session, wantLease, canvas);
-const objects = new Objects(stage, drag, session, connection, canvas);
+const objects = new Objects(stage, drag, session, connection, canvas, () => panel.takeLease());
 element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 element('carry-object', HTMLButtonElement).onclick = () => objects.carry();

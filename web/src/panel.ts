@@ -122,9 +122,13 @@ export class Panel {
     this.connection.send({ type: yours || asks ? 'release' : mayTake ? 'take' : 'ask' });
   }
 
-  /** If nobody has it; the server decides. */
+  /** If nobody has it; the server decides. A recording that leads the arm goes on, from its begin: a new lease ends it. */
   takeLease(): void {
-    if (!this.session.yours && this.session.mayTake) this.connection.send({ type: 'take' });
+    const { yours, mayTake, welcome, state } = this.session;
+    if (yours || !mayTake) return;
+    this.connection.send({ type: 'take' });
+    const text = welcome?.recordings[state?.controls.playback ?? -1];
+    if (text !== undefined) this.ask('playback', { text });
   }
 
   /** The first recorded hand leads the arm. */

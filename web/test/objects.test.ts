@@ -1,5 +1,7 @@
+import Ajv from 'ajv';
 import * as THREE from 'three';
 import { beforeEach, describe, expect, it, vi } from 'vitest';
+import schema from '../protocol/schema.json';
 import type { Connection } from '../src/connection';
 import type { Drag } from '../src/input/drag';
 import { Objects } from '../src/input/objects';
@@ -12,6 +14,10 @@ const at = (x: number, y: number, z: number): number[][] => [[1, 0, 0, x], [0, 1
 const box = (name: string, x: number, velocity: [number, number, number] = [0, 0, 0]): CellObject =>
   ({ name, shape: 'box', size: [0.2, 0.2, 0.2], rounding: 0, origin: at(x, 0, 0.1), velocity, margin: 0.01, color: '', holds_only_tool: false, attached: false });
 
+const ajv = new Ajv();
+ajv.addSchema(schema, 'protocol');
+const isRequest = (message: unknown): boolean => ajv.validate('protocol#/definitions/client', message);
+
 type Listener = (event: object) => void;
 type Placed = { text: string; object: { p: [number, number, number] } | null };
 
@@ -19,7 +25,8 @@ type Placed = { text: string; object: { p: [number, number, number] } | null };
 class Page {
   readonly told: Placed[] = [];
   readonly surroundings = new Surroundings();
-  readonly session = { yours: true, past: false };
+  readonly session = { mayTake: true, past: false };
+  leases = 0;
   readonly objects: Objects;
   readonly #heard = new Map<string, Listener>();
   #at = 0;
@@ -40,7 +47,7 @@ class Page {
     this.objects = new Objects(
       { surroundings: this.surroundings, base, view: { camera, orbit: { enabled: true } } } as unknown as Stage,
       { controls: { axis: null } } as unknown as Drag, this.session as unknown as Session,
-      { send: (message: ClientMessage) => { this.told.push(message as unknown as Placed); } } as unknown as Connection, canvas as unknown as HTMLCanvasElement);
+      { send: (message: ClientMessage) => { this.told.push(message as unknown as Placed); } } as unknown as Connection, canvas as unknown as HTMLCanvasElement, () => { ++this.leases; });
   }
 
   pointer(type: string, clientX: number, clientY: number, pointerId = 1): void {
@@ -60,7 +67,16 @@ describe('objects', () => {
     expect(page.told.map(({ text }) => text)).toEqual(['box']);
     expect(page.told[0]!.object!.p[0]).toBeGreaterThan(0.1);
     expect(page.told[0]!.object!.p[2]).toBeCloseTo(0.1, 9);
+    expect(page.leases).toBe(1);
     expect(page.x('box')).toBe(page.told[0]!.object!.p[0]);
+  });
+
+  it('are told by what the server takes, whatever else it tells of them', () => {
+    page.surroundings.setCell({ name: 'test', objects: [Object.assign(box('box', 0), { may_be_touched_by: [], news: 1 })] });
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointermove', 240, 150);
+    page.objects.draw();
+    expect(isRequest(page.told[0])).toBe(true);
   });
 
   it('stay in the cell when the pointer is at the horizon, where nobody would find them again', () => {
@@ -74,7 +90,7 @@ describe('objects', () => {
     expect(Math.max(...far)).toBeGreaterThan(4.9);
   });
 
-  it.each(['yours', 'past'] as const)('stand where the server has them when the arm is no longer ours: %s', (fact) => {
+  it.each(['mayTake', 'past'] as const)('stand where the server has them when the arm is no longer ours: %s', (fact) => {
     page.pointer('pointerdown', 200, 150);
     page.pointer('pointermove', 240, 150);
     page.objects.draw();

@@ -12,9 +12,11 @@ const SIZE = 0.2, BESIDE = new THREE.Vector3(0.45, 0.45, 0.1);
 /** m from the base: up to where objects are dragged. A pointer near the horizon is on the floor a mile away. */
 const FURTHEST = 5;
 
-const shapeOf = ({ name: _, origin: __, color: ___, holds_only_tool: ____, velocity: _____, attached: ______, ...shape }: CellObject) => shape;
+/** What the server takes back of what it tells; it refuses every other member, and whoever goes on sending them. */
+const TAKEN = ['shape', 'radius', 'length', 'size', 'rounding', 'margin'];
+const shapeOf = (object: CellObject) => Object.fromEntries(Object.entries(object).filter(([member]) => TAKEN.includes(member)));
 
-/** What stands around the arm, moved over the floor by mouse and touch: of who has the arm. */
+/** What stands around the arm, moved over the floor by mouse and touch: by who has the arm, or may take it. */
 export class Objects {
   readonly #ray = new THREE.Raycaster();
   readonly #pointer = new THREE.Vector2();
@@ -30,7 +32,7 @@ export class Objects {
   #moved = false;
 
   constructor(private readonly stage: Stage, private readonly drag: Drag, private readonly session: Session,
-              private readonly connection: Connection, canvas: HTMLCanvasElement) {
+              private readonly connection: Connection, canvas: HTMLCanvasElement, private readonly takeLease: () => void) {
     // Before the camera's own listener, which must not turn the view with it.
     canvas.addEventListener('pointerdown', (event) => this.#grab(event, canvas), { capture: true });
     addEventListener('pointermove', (event) => this.#move(event, canvas));
@@ -38,7 +40,7 @@ export class Objects {
     addEventListener('blur', () => this.#release());
   }
 
-  get #may(): boolean { return this.session.yours && !this.session.past; }
+  get #may(): boolean { return this.session.mayTake && !this.session.past; }
 
   addBox(): void {
     if (!this.#may) return;
@@ -54,7 +56,9 @@ export class Objects {
     if (!this.#may) return;
     const carried = this.stage.surroundings.objects.find((object) => object.attached);
     const text = carried?.name ?? this.#last;
-    if (text) this.connection.send({ type: 'request', kind: carried ? 'detach' : 'attach', text });
+    if (!text) return;
+    this.takeLease();
+    this.connection.send({ type: 'request', kind: carried ? 'detach' : 'attach', text });
   }
 
   /** The one that was added or dragged last. */
@@ -119,10 +123,11 @@ export class Objects {
     const held = this.#held!, q = this.stage.surroundings.solid(held.name)?.quaternion;
     if (!q) return;
     this.#moved = false;
-    this.#tell(held.name, { ...shapeOf(held), p: [this.#to.x, this.#to.y, this.#to.z], q: [q.x, q.y, q.z, q.w] } as PlacedShape);
+    this.#tell(held.name, { ...shapeOf(held), p: [this.#to.x, this.#to.y, this.#to.z], q: [q.x, q.y, q.z, q.w] } as unknown as PlacedShape);
   }
 
   #tell(name: string, object: PlacedShape | null): void {
+    this.takeLease();
     this.connection.send({ type: 'request', kind: 'object', text: name, object });
   }
 }
