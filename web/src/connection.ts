@@ -41,6 +41,8 @@ export class Connection {
   #attempts = 0;
   #timer = 0;
   #heard = 0;
+  /** s, when the next look at the connection is due. */
+  #due = 0;
   #echo = -1;
   #echoAt = 0;
 
@@ -60,7 +62,7 @@ export class Connection {
       this.send(token ? { type: 'hello', version: PROTOCOL_VERSION, token } : { type: 'hello', version: PROTOCOL_VERSION });
       this.#ping();
     };
-    this.#timer = this.around.after(PING_EVERY, () => this.#watch());
+    this.#watchLater();
     socket.onmessage = (event) => this.#take(String(event.data));
     socket.onclose = () => this.#lost();
   }
@@ -108,10 +110,18 @@ export class Connection {
       : { type: 'ping', t_s: now });
   }
 
-  #watch(): void {
-    if (this.around.now() - this.#heard > SILENT) return this.#lost();
-    this.#ping();
+  #watchLater(): void {
+    this.#due = this.around.now() + PING_EVERY;
     this.#timer = this.around.after(PING_EVERY, () => this.#watch());
+  }
+
+  #watch(): void {
+    const now = this.around.now();
+    // A page that was held up itself may have messages waiting: they are read before the far end is judged.
+    const heldUp = now - this.#due > PING_EVERY;
+    if (!heldUp && now - this.#heard > SILENT) return this.#lost();
+    this.#ping();
+    this.#watchLater();
   }
 
   #lost(): void {

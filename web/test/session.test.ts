@@ -89,6 +89,18 @@ describe('connection', () => {
     expect(statuses).toEqual(['open', 'lost']);
   });
 
+  it('that was held up itself reads what waits before it judges the far end', () => {
+    around.socket.says(server.welcome!);
+    around.pass(4); // nothing of the page ran, and what came in meanwhile is not read yet
+    expect(statuses).toEqual(['open']);
+    around.socket.says({ type: 'pong', t_s: around.time, now_s: 1 });
+    around.pass(0.5);
+    expect(statuses).toEqual(['open']);
+    around.pass(4);
+    around.pass(0.5); // nothing was waiting
+    expect(statuses).toEqual(['open', 'lost']);
+  });
+
   it('keeps a connection that says anything at all', () => {
     for (let i = 0; i < 20; ++i) {
       around.pass(0.5);
