@@ -94,10 +94,14 @@ void SessionRecorder::begin_file() {
   }
   std::string failure = no_room();
   for (int i = 1; failure.empty(); ++i) {  // this session's earlier files, and another that began in the same second
-    path_ = settings_.folder / (i == 1 ? stem_ + ".mcap" : fmt::format("{}_{}.mcap", stem_, i));
-    if (fs::exists(path_, failed)) continue;
-    Result<Recorder> recorder = create(path_);
+    const fs::path path = settings_.folder / (i == 1 ? stem_ + ".mcap" : fmt::format("{}_{}.mcap", stem_, i));
+    if (fs::exists(path, failed)) continue;
+    Result<Recorder> recorder = create(path);
     if (recorder) {
+      {
+        const std::lock_guard lock(mutex_);
+        path_ = path;
+      }
       file_.emplace(*std::move(recorder));
       recording_ = true;
       return make_room();
@@ -190,6 +194,7 @@ void SessionRecorder::write_settings(const AppliedSettings& applied) {
   change.no_spill = applied.settings.no_spill;
   change.fill = applied.settings.fill;
   if (applied.settings.prediction) change.prediction = to_string(*applied.settings.prediction);
+  change.profile = applied.settings.profile;
   write(change);
 }
 
@@ -318,6 +323,11 @@ void SessionRecorder::write_flight() {
 void SessionRecorder::notice(const std::string& line) {
   const std::lock_guard lock(mutex_);
   notices_.push_back(line);
+}
+
+std::string SessionRecorder::writing() const {
+  const std::lock_guard lock(mutex_);
+  return recording_ ? path_.stem().string() : std::string();
 }
 
 std::vector<std::string> SessionRecorder::take_notices() {

@@ -67,6 +67,8 @@ class SessionRecorder {
   /// Begins a new file, or ends the one that is being written, soon.
   void ask(bool record) { wanted_ = record; }
   bool recording() const { return recording_; }
+  /// Name of the session that is written now, without folder and extension; empty: none.
+  std::string writing() const;
   /// What people should know of: files begun and ended, and what failed. Each line once.
   std::vector<std::string> take_notices();
 
@@ -127,7 +129,7 @@ class SessionRecorder {
   int flights_ = 0;
 
   std::atomic<bool> wanted_, recording_{false};
-  std::mutex mutex_;  ///< of the notices
+  mutable std::mutex mutex_;  ///< of the notices, and of path_ for other threads
   std::vector<std::string> notices_;
 };
 

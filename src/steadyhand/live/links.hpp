@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <optional>
+#include <string_view>
 
 #include "steadyhand/arm/arm.hpp"
 #include "steadyhand/core/histogram.hpp"
@@ -60,6 +61,7 @@ struct OperatorSettings {
   double tilt_max = M_PI;                           ///< rad, see RetargetSettings
   bool no_spill = false;                            ///< plans spill nothing, where the problem knows a liquid
   std::optional<double> fill;                       ///< m of liquid in the glass, fresh; absent: as it is
+  std::string_view profile;  ///< name of the one that these began with, kept by whoever sets them; empty: none
 };
 
 /// They are in force from here on.

@@ -167,6 +167,7 @@ void append_json(JsonBuffer& out, const SettingsChange& change) {
   if (change.no_spill) json->member("no_spill", *change.no_spill);
   if (change.fill) json->member("fill", *change.fill);
   if (!change.prediction.empty()) json->member("prediction", change.prediction);
+  if (!change.profile.empty()) json->member("profile", change.profile);
 }
 
 void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {

@@ -143,7 +143,8 @@ Schema operator_settings_schema() {
                  {"tilt", number("how far the glass may lean with the hand, rad")},
                  {"no_spill", flag("plans spill nothing")},
                  {"fill", number("of liquid in the glass, m")},
-                 {"prediction", text("how the hand goes on, for the planner")}});
+                 {"prediction", text("how the hand goes on, for the planner")},
+                 {"profile", text("that these began with")}});
 }
 
 Schema liquid_schema() {

@@ -116,11 +116,39 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   if (json.contains("no_spill")) change.no_spill = json.at("no_spill").get<bool>();
   if (json.contains("fill")) change.fill = read_number(json.at("fill"));
   if (json.contains("prediction")) change.prediction = json.at("prediction").get<std::string>();
+  if (json.contains("profile")) change.profile = json.at("profile").get<std::string>();
   if (!(change.scale > 0.0) || !std::isfinite(change.scale) || !std::isfinite(change.yaw)) {
     throw std::runtime_error(
         fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));
   }
   return change;
+}
+
+LiquidState liquid_state(const Json& json) {
+  LiquidState liquid{read_number(json.at("tilt_x")), read_number(json.at("tilt_y")), read_number(json.at("freeboard")),
+                     json.at("spilled").get<bool>()};
+  if (json.contains("spilled_share")) liquid.spilled_share = read_number(json.at("spilled_share"));
+  return liquid;
+}
+
+TimingSummary timing(const Json& json) {
+  return {read_number(json.at("p50")), read_number(json.at("p99")), read_number(json.at("p999")),
+          read_number(json.at("max"))};
+}
+
+SessionStatistics statistics(const Json& json, const McapMessage& message) {
+  SessionStatistics counted;
+  counted.now = message.log;
+  counted.latency_us = timing(json.at("latency"));
+  counted.solve_us = timing(json.at("solve"));
+  counted.wake_us = timing(json.at("wake"));
+  counted.samples = json.at("samples").get<std::uint64_t>();
+  counted.plans = json.at("plans").get<std::uint64_t>();
+  counted.rejected_plans = json.at("rejected_plans").get<std::uint64_t>();
+  counted.cycles = json.at("cycles").get<std::uint64_t>();
+  counted.missed_deadlines = json.at("missed_deadlines").get<std::uint64_t>();
+  counted.planner_rate_hz = read_number(json.at("planner_rate_hz"));
+  return counted;
 }
 
 Cell read_cell(const McapMessage& message) {
@@ -179,6 +207,7 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   if (is(parts.samples, "/operator_sample")) {
     session.samples.push_back(operator_sample(parsed(), message));
   } else if (is(parts.steps, "/plan_step")) {
+    if (!session.steps.empty() && to_seconds(message.log) - session.steps.back().t_s < parts.step_period - 1e-9) return;
     if (session.steps.empty()) session.names.terms = terms_of(message.data);
     session.steps.push_back(plan_step(parsed(), session.names.terms));
   } else if (is(parts.commands, "/joint_command")) {
@@ -199,6 +228,17 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.changes.push_back({message.log, json.at("from"), json.at("to"), json.at("reason")});
   } else if (is(parts.settings, "/operator_settings")) {
     session.settings.push_back(settings_change(parsed(), message));
+  } else if (is(parts.liquid, "/liquid")) {
+    LiquidState liquid = liquid_state(parsed());
+    const bool soon =
+        !session.liquid.empty() && to_seconds(message.log - session.liquid.back().first) < parts.state_period - 1e-9;
+    if (!soon || liquid.spilled != session.liquid.back().second.spilled)
+      session.liquid.emplace_back(message.log, liquid);
+  } else if (is(parts.limits, "/active_constraint")) {
+    const Json json = parsed();
+    session.limits.push_back({message.log, json.at("kind"), json.at("first"), json.at("second")});
+  } else if (is(parts.statistics, "/statistics")) {
+    session.statistics.push_back(statistics(parsed(), message));
   } else if (is(parts.cells, "/cell")) {
     session.cells.push_back({message.log, read_cell(message)});
   }

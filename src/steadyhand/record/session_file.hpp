@@ -6,11 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "steadyhand/arm/liquid.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/record/cell_change.hpp"
 #include "steadyhand/record/mcap_reader.hpp"
 #include "steadyhand/record/settings_change.hpp"
+#include "steadyhand/record/statistics.hpp"
 #include "steadyhand/record/step.hpp"
 
 namespace steadyhand {
@@ -18,13 +20,17 @@ namespace steadyhand {
 /// Which messages of a session are wanted.
 struct SessionParts {
   bool samples = false, steps = false, commands = false;
+  double step_period = 0.0;  ///< s, that steps are apart at least
   /// Of more commands neighbours are merged, so that a session of hours takes no more memory than one of a minute.
   std::size_t most_commands = std::numeric_limits<std::size_t>::max();
   bool states = false;        ///< measured states,
+  bool liquid = false;        ///< and what the liquid did,
   double state_period = 0.0;  ///< s, at least so far apart
   bool changes = false;
   bool settings = false;
-  bool cells = false;  ///< what stood around the arm
+  bool cells = false;       ///< what stood around the arm
+  bool limits = false;      ///< what held the arm back
+  bool statistics = false;  ///< what was counted
 };
 
 /// What Recorder has written, read back. Times count from the session's begin.
@@ -32,6 +38,12 @@ struct SessionFile {
   struct Change {
     Time at{0};
     std::string from, to, reason;
+  };
+  /// What holds the arm back from then on, as ActiveConstraint; `kind` by its name, "none" where nothing does.
+  struct Limit {
+    Time at{0};
+    std::string kind;
+    int first = -1, second = -1;
   };
 
   std::string name;  ///< of the file, without its extension
@@ -44,6 +56,9 @@ struct SessionFile {
   int commands_merged = 1;  ///< that each but the last stands for: time of the first, largest |dq| and |ddq|
   std::vector<JointState> states;
   std::vector<Change> changes;
+  std::vector<Limit> limits;
+  std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
+  std::vector<SessionStatistics> statistics;
   std::vector<CellChange> cells;         ///< what stood around the arm; none in sessions of before there was that
   std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
 

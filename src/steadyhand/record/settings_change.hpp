@@ -19,6 +19,7 @@ struct SettingsChange {
   std::optional<bool> no_spill;                        ///< plans spill nothing; so, too
   std::optional<double> fill;                          ///< m of liquid in the glass; absent: as it was
   std::string prediction;                              ///< of the hand, by its name; empty: as it was
+  std::string profile;                                 ///< that these began with; empty: not told
 
   /// Leaves out what a profile says.
   void keep_profile() {
