@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -14,7 +15,7 @@
 namespace steadyhand {
 
 namespace embedded {
-extern const std::string_view page_html, page_css, page_js, uplot_css, uplot_js;
+extern const std::string_view page_html, page_css, page_js, story_js, uplot_css, uplot_js;
 }
 
 namespace {
@@ -54,8 +55,15 @@ std::string fill(std::string_view page, const std::map<std::string_view, std::st
   }
 }
 
-/// The colour of profile i, as page.css numbers them.
-std::string color(std::size_t i) { return fmt::format("--color: var(--profile-{})", i % 8 + 1); }
+/// The colour of a profile, which page.css has by its name; of one that it does not know, the i-th other one.
+std::string color(const ReportInput& input, std::size_t i) {
+  const std::string& name = input.profiles[i].name;
+  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_';
+  });
+  const std::string other = fmt::format("var(--profile-other-{})", i % 3 + 1);
+  return "--color: " + (plain ? fmt::format("var(--profile-{}, {})", name, other) : other);
+}
 
 /// "13 % of P1 tracking" or "2.6 × P1 tracking", or nothing for the first profile.
 std::string compared(double value, double first, const ReportInput& input, std::size_t i) {
@@ -82,7 +90,7 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
 </dl>
 </article>
 )",
-        color(i), i, escape(profile.label), escape(profile.weights), m.lateral_mean,
+        color(input, i), i, escape(profile.label), escape(profile.weights), m.lateral_mean,
         compared(m.lateral_mean, first.lateral_mean, input, i), 1e3 * m.position_rms,
         compared(m.position_rms, first.position_rms, input, i), m.solve_mean,
         compared(m.solve_mean, first.solve_mean, input, i));
@@ -117,8 +125,8 @@ std::string table_row(const MetricRow& row, const std::vector<Metrics>& metrics)
 std::string tables(const ReportInput& input, const std::vector<Metrics>& metrics) {
   std::string heads;
   for (std::size_t i = 0; i < metrics.size(); ++i) {
-    heads +=
-        fmt::format("<th scope=\"col\" style=\"{}\"><span>{}</span></th>", color(i), escape(input.profiles[i].label));
+    heads += fmt::format("<th scope=\"col\" style=\"{}\"><span>{}</span></th>", color(input, i),
+                         escape(input.profiles[i].label));
   }
   std::string html, group;
   for (const MetricRow& row : metric_rows()) {
@@ -185,6 +193,7 @@ Result<std::string> report_page(const ReportInput& input) {
                                     {"data", data},
                                     {"page_css", embedded::page_css},
                                     {"page_js", embedded::page_js},
+                                    {"story_js", embedded::story_js},
                                     {"uplot_css", embedded::uplot_css},
                                     {"uplot_js", embedded::uplot_js}});
 }

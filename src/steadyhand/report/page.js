@@ -14,7 +14,11 @@ function color(name) {
   probe.style.color = `var(--${name})`;
   return getComputedStyle(probe).color;
 }
-const profileColor = (i) => color(`profile-${(i % 8) + 1}`);
+const profileVariable = (i) => (/^[\w-]+$/.test(profiles[i].name) ? `profile-${profiles[i].name}, var(--profile-other-${(i % 3) + 1})` : `profile-other-${(i % 3) + 1}`);
+const profileColor = (i) => color(profileVariable(i));
+/** The second result of the same profile, with another scale say, has its colour and is dashed; and so on. */
+const DASHES = [undefined, [7, 3], [2, 3], [9, 3, 2, 3]];
+const profileDash = (i) => DASHES[profiles.slice(0, i).filter(({ name }) => name === profiles[i].name).length % DASHES.length];
 
 // ---------------------------------------------------------------------------------------------- numbers
 
@@ -30,7 +34,23 @@ const seconds = (value) => (value == null ? '–' : `${value.toFixed(2)}\u00a0s`
  * at another's time, which the line passes over; null stays and breaks it.
  */
 function columns(curves) {
-  return uPlot.join(curves.map((curve) => [curve.t, curve.values]));
+  return uPlot.join(curves.map(({ t, values }) => broken(t, values)));
+}
+
+/** With a null where nothing was planned for a while, so that no line joins what is before and after. */
+function broken(t, values) {
+  const steps = t.slice(1).map((at, k) => at - t[k]).sort((a, b) => a - b);
+  const gap = Math.max(0.5, 5 * (steps[steps.length >> 1] ?? 0));
+  const times = [], kept = [];
+  t.forEach((at, k) => {
+    if (k > 0 && at - t[k - 1] > gap) {
+      times.push((at + t[k - 1]) / 2);
+      kept.push(null);
+    }
+    times.push(at);
+    kept.push(values[k]);
+  });
+  return [times, kept];
 }
 
 // ---------------------------------------------------------------------------------------------- charts
@@ -190,7 +210,7 @@ function profileChart(name, options = {}) {
     columns: columns([...before, ...profiles.map((p) => ({ t: p.t, values: p[name] }))]),
     series: [
       ...before.map(({ label }) => ({ label, color: () => color('muted'), dash: [6, 4], width: 1.4 })),
-      ...profiles.map((p, i) => ({ label: p.label, color: () => profileColor(i), profile: i })),
+      ...profiles.map((p, i) => ({ label: p.label, color: () => profileColor(i), dash: profileDash(i), profile: i })),
     ],
     ...options,
   });
@@ -223,7 +243,7 @@ profileChart('distance', { unit: 'mm', plugins: [lineMarks([{ at: 0, text: 'cont
 
 addChart({
   figure: document.querySelector('[data-chart="tail"]'),
-  columns: columns(profiles.map((p) => ({ t: p.tail.ms, values: p.tail.percent }))),
+  columns: uPlot.join(profiles.map((p) => [p.tail.ms, p.tail.percent])),
   series: profiles.map((p, i) => ({ label: p.label, color: () => profileColor(i), profile: i })),
   unit: '%',
   log: true,
@@ -239,7 +259,7 @@ function addFigure(parent, i) {
   const heading = caption.appendChild(document.createElement('h3'));
   const swatch = heading.appendChild(document.createElement('span'));
   swatch.className = 'swatch';
-  swatch.style.setProperty('--color', `var(--profile-${(i % 8) + 1})`);
+  swatch.style.setProperty('--color', `var(--${profileVariable(i)})`);
   heading.append(profiles[i].label);
   figure.dataset.ofProfile = i;
   document.querySelector(`[data-per-profile="${parent}"]`).append(figure);
@@ -256,7 +276,7 @@ function stacked(profile) {
   const layers = shares.map((share) =>
     share.map((value, k) => (sums[k] += relative ? (total[k] > 0 ? (100 * value) / total[k] : 0) : value)),
   );
-  return [t, ...layers.reverse()];
+  return columns(layers.reverse().map((values) => ({ t, values })));
 }
 
 const objectiveCharts = profiles.map((profile, i) => {
@@ -300,7 +320,7 @@ profiles.forEach((profile, i) => {
 profiles.forEach((profile, i) => {
   addChart({
     figure: addFigure('speeds', i),
-    columns: [profile.speeds.t, ...profile.speeds.percent],
+    columns: columns(profile.speeds.percent.map((values) => ({ t: profile.speeds.t, values }))),
     unit: '%',
     plugins: [lineMarks([{ at: 100, text: 'limit', color: 'limit' }])],
     range: (u, min, max) => [0, Math.max(108, 1.05 * max)],

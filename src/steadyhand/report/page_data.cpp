@@ -166,6 +166,46 @@ void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning
   json.end_object();
 }
 
+void write_story(JsonWriter& json, const SessionStory& story) {
+  json.begin_object();
+  json.member("begin", story.begin_s);
+  json.member("end", story.end_s);
+  json.key("events");
+  json.begin_array();
+  for (const SessionStory::Event& event : story.events) {
+    json.begin_object();
+    json.member("t", event.t_s);
+    json.member("kind", event.kind);
+    json.member("what", event.what);
+    json.member("why", event.why);
+    json.end_object();
+  }
+  json.end_array();
+  const auto curve = [&](std::string_view name, double SessionStory::Latency::*value) {
+    json.key(name);
+    json.begin_array();
+    for (const SessionStory::Latency& each : story.latency) json.value(each.*value);
+    json.end_array();
+  };
+  json.key("latency");
+  json.begin_object();
+  curve("t", &SessionStory::Latency::t_s);
+  curve("p50", &SessionStory::Latency::p50_ms);
+  curve("p99", &SessionStory::Latency::p99_ms);
+  json.end_object();
+  json.key("postures");
+  json.begin_array();
+  for (const auto& [t, q] : story.postures) {
+    json.begin_array();
+    json.value(t);
+    for (const double angle : q) json.value(angle);
+    json.end_array();
+  }
+  json.end_array();
+  json.member("robot", story.robot);
+  json.end_object();
+}
+
 }  // namespace
 
 Thinning choose_thinning(const ReportInput& input) {
@@ -196,6 +236,7 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   json.begin_array();
   for (const ProfileResult& profile : input.profiles) {
     json.begin_object();
+    json.member("name", profile.name);
     json.member("label", profile.label);
     write_steps(json, profile, thinning.steps_per_point);
     write_tail(json, profile.steps);
@@ -203,6 +244,10 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
     json.end_object();
   }
   json.end_array();
+  if (input.story) {
+    json.key("story");
+    write_story(json, *input.story);
+  }
   json.end_object();
   std::string embedded;  // in a <script>
   for (const char c : fmt::to_string(out)) {

@@ -6,11 +6,14 @@
 #include <cstdlib>
 #include <utility>
 
+#include "steadyhand/report/session_story.hpp"
+
 namespace steadyhand {
 
 namespace {
 
 constexpr std::size_t kMostCommands = 60000;  ///< of a report: two minutes, each by itself
+constexpr double kPosturePeriod = 0.1;        ///< s
 
 double number_or(const std::string& text, double otherwise) {
   char* end = nullptr;
@@ -103,21 +106,16 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   report.rate_hz = number_or(session.run("rate_hz"), 20.0);
   report.scale = number_or(session.run("scale"), 1.0);
   report.command = command;
-  const std::string profile = session.run("profile"), label = session.run("label");
-  report.profiles.push_back({profile,
-                             (label.empty() ? profile : label) + ", as driven",
-                             session.run("weights"),
-                             std::move(session.names),
-                             {session.velocity_max, session.acceleration_max},
-                             std::move(session.steps),
-                             std::move(session.commands),
-                             session.commands_merged});
+  report.story = tell_story(session);
+  report.profiles = split_by_settings(std::move(session));
   return report;
 }
 
 Result<ReportInput> load_session_report(const std::filesystem::path& path) {
   SessionParts parts;
-  parts.steps = parts.commands = true;
+  parts.steps = parts.commands = parts.changes = parts.settings = true;
+  parts.states = parts.liquid = parts.limits = parts.statistics = true;
+  parts.state_period = kPosturePeriod;
   parts.most_commands = kMostCommands;
   Result<SessionFile> session = load_session(path, parts);
   if (!session) return session.error();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,12 +23,32 @@ struct ProfileResult {
   int commands_merged = 1;             ///< of them that each stands for, by the largest |dq| and |ddq|
 };
 
+/// What happened in a live session beside its plans; empty of a replay.
+struct SessionStory {
+  struct Event {
+    double t_s = 0;
+    std::string kind;  ///< "state", "spill", "limit", "setting", "missed" or "gap"
+    std::string what;  ///< of a state its name, otherwise in words
+    std::string why;   ///< may be empty
+  };
+  struct Latency {
+    double t_s = 0, p50_ms = 0, p99_ms = 0;  ///< hand to command
+  };
+  double begin_s = 0, end_s = 0;  ///< of the recording
+  std::vector<Event> events;      ///< in the order of their times
+  std::vector<Latency> latency;
+  /// Where the tool was at times `t_s`, not closer than a look at it needs: for a picture of the motion.
+  std::vector<std::pair<double, JointVector>> postures;
+  std::string robot;  ///< JSON as `steadyhand describe` prints it
+};
+
 struct ReportInput {
   std::string recording;  ///< its name
   double rate_hz = 0;     ///< re-planning
   double scale = 1;       ///< of the hand's translation
   std::string command;    ///< what to type to get this report again
   std::vector<ProfileResult> profiles;
+  std::optional<SessionStory> story;  ///< of a live session
 };
 
 /// One HTML page that needs nothing else: metrics, the paper's plots, planner and limits, for all profiles side by

@@ -1,0 +1,237 @@
+#include "steadyhand/report/session_story.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kGap = 0.5;          ///< s between two plans from which on nothing was planned in between
+constexpr double kLimitsApart = 1.0;  ///< s; a limit that comes and goes quickly is told once
+constexpr std::size_t kMostPostures = 3000;
+constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
+
+/// What the report calls the profile of this name.
+std::string label_of(const SessionFile& session, const std::string& profile) {
+  const auto labels = session.overview.metadata.find("profiles");
+  if (labels != session.overview.metadata.end()) {
+    if (const auto label = labels->second.find(profile); label != labels->second.end()) return label->second;
+  }
+  return profile == session.run("profile") && !session.run("label").empty() ? session.run("label") : profile;
+}
+
+std::string profile_of(const SessionFile& session, const SettingsChange& change) {
+  return change.profile.empty() ? session.run("profile") : change.profile;
+}
+
+std::string number(double value) { return fmt::format("{:.3g}", value); }
+
+/// "lateral 3, vertical 0.3": entries of `weights` that are not as in `usual`.
+std::string other_weights(const SettingsChange& change, const SettingsChange& usual) {
+  std::string text;
+  for (const auto& [name, values] : change.weights) {
+    const auto before = usual.weights.find(name);
+    if (values.empty() || (before != usual.weights.end() && before->second == values)) continue;
+    text += fmt::format(", {} {}", name, number(values.front()));
+  }
+  return text;
+}
+
+std::string tilt_text(double tilt) {
+  return tilt > std::numbers::pi - 1e-3 ? "tilts with the hand" : fmt::format("tilt {}°", number(tilt * kDegrees));
+}
+
+/// What makes the figures of two stretches comparable.
+bool same_conditions(const SettingsChange& a, const SettingsChange& b) {
+  return a.profile == b.profile && a.weights == b.weights && a.scale == b.scale && a.tilt == b.tilt &&
+         a.no_spill == b.no_spill;
+}
+
+/// In force at time t; the first also before it came.
+const SettingsChange* in_force(const std::vector<SettingsChange>& settings, Time t) {
+  if (settings.empty()) return nullptr;
+  const auto after = std::upper_bound(settings.begin(), settings.end(), t,
+                                      [](Time at, const SettingsChange& change) { return at < change.at; });
+  return after == settings.begin() ? &settings.front() : &*std::prev(after);
+}
+
+std::string describe(const SessionFile& session, const SettingsChange& change, const SettingsChange& usual) {
+  std::string text = fmt::format("scale {}{}", number(change.scale), other_weights(change, usual));
+  if (change.tilt && change.tilt != usual.tilt) text += ", " + tilt_text(*change.tilt);
+  return label_of(session, profile_of(session, change)) + ", " + text;
+}
+
+std::string all_weights(const SettingsChange& change) {
+  std::string text;
+  for (const auto& [name, values] : change.weights) {
+    if (!values.empty()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, number(values.front()));
+  }
+  return text;
+}
+
+void tell_settings(const SessionFile& session, SessionStory& story) {
+  std::map<std::string, const SettingsChange*> usual;  // of each profile what it was first driven with
+  const SettingsChange* before = nullptr;
+  for (const SettingsChange& change : session.settings) {
+    const SettingsChange* first = usual.try_emplace(change.profile, &change).first->second;
+    const bool told = before && same_conditions(*before, change) && before->yaw == change.yaw;
+    if (!told) story.events.push_back({to_seconds(change.at), "setting", describe(session, change, *first), ""});
+    before = &change;
+  }
+}
+
+void tell_limits(const SessionFile& session, SessionStory& story) {
+  double last = -2.0 * kLimitsApart;
+  std::string held;
+  for (const SessionFile::Limit& limit : session.limits) {
+    if (limit.kind == "none") continue;
+    const double t = to_seconds(limit.at);
+    const auto joint = static_cast<std::size_t>(limit.first);
+    const bool of_joint = limit.kind == "position" || limit.kind == "velocity" || limit.kind == "acceleration";
+    const std::string what = of_joint && limit.first >= 0 && joint < session.names.joints.size()
+                                 ? fmt::format("{} limit of {}", limit.kind, session.names.joints[joint])
+                             : limit.kind == "self_collision" ? "the arm is close to itself"
+                             : limit.kind == "obstacle"       ? "the arm is close to an object"
+                             : limit.kind == "reach"          ? "the target is out of reach"
+                                                              : limit.kind;
+    if (what != held || t - last > kLimitsApart) story.events.push_back({t, "limit", what, ""});
+    held = what;
+    last = t;
+  }
+}
+
+void tell_spills(const SessionFile& session, SessionStory& story) {
+  bool spilled = false;
+  for (std::size_t i = 0; i < session.liquid.size(); ++i) {
+    const auto& [at, liquid] = session.liquid[i];
+    if (liquid.spilled && !spilled) {
+      double share = liquid.spilled_share;  // at the end of this spill
+      for (std::size_t k = i; k < session.liquid.size() && session.liquid[k].second.spilled; ++k) {
+        share = std::max(share, session.liquid[k].second.spilled_share);
+      }
+      story.events.push_back(
+          {to_seconds(at), "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * share), ""});
+    }
+    spilled = liquid.spilled;
+  }
+}
+
+void tell_counts(const SessionFile& session, SessionStory& story) {
+  std::uint64_t missed = 0;
+  for (const SessionStatistics& counted : session.statistics) {
+    const double t = to_seconds(counted.now);
+    story.latency.push_back({t, 1e-3 * counted.latency_us.p50, 1e-3 * counted.latency_us.p99});
+    if (counted.missed_deadlines > missed) {
+      story.events.push_back(
+          {t, "missed", fmt::format("{} missed deadlines of control", counted.missed_deadlines - missed), ""});
+    }
+    missed = counted.missed_deadlines;
+  }
+}
+
+/// A slider that is drawn passes through dozens of settings: those that led longest stay, the others become one.
+void merge_the_briefest(std::vector<ProfileResult>& results) {
+  if (results.size() <= kMostResults) return;
+  std::vector<std::size_t> lengths;
+  for (const ProfileResult& result : results) lengths.push_back(result.steps.size());
+  std::nth_element(lengths.begin(), lengths.begin() + kMostResults - 2, lengths.end(), std::greater<>());
+  const std::size_t least = lengths[kMostResults - 2];
+  std::vector<ProfileResult> kept;
+  ProfileResult brief;
+  int count = 0;
+  for (ProfileResult& result : results) {
+    if (result.steps.size() >= least && kept.size() < kMostResults - 1) {
+      kept.push_back(std::move(result));
+      continue;
+    }
+    if (count++ == 0) {
+      brief = std::move(result);
+      continue;
+    }
+    std::move(result.steps.begin(), result.steps.end(), std::back_inserter(brief.steps));
+    std::move(result.commands.begin(), result.commands.end(), std::back_inserter(brief.commands));
+  }
+  const auto by_time = [](const auto& time) {
+    return [time](const auto& a, const auto& b) { return time(a) < time(b); };
+  };
+  std::stable_sort(brief.steps.begin(), brief.steps.end(), by_time([](const PlanStep& step) { return step.t_s; }));
+  std::stable_sort(brief.commands.begin(), brief.commands.end(),
+                   by_time([](const JointCommand& command) { return command.stamp.made; }));
+  brief.name = "other";
+  brief.label = fmt::format("{} other settings, in passing", count);
+  brief.weights = "not the same throughout";
+  kept.push_back(std::move(brief));
+  results = std::move(kept);
+}
+
+}  // namespace
+
+SessionStory tell_story(const SessionFile& session) {
+  SessionStory story;
+  story.begin_s = to_seconds(session.overview.first);
+  story.end_s = to_seconds(session.overview.last);
+  for (const SessionFile::Change& change : session.changes) {
+    story.events.push_back({to_seconds(change.at), "state", change.to, change.reason});
+  }
+  tell_settings(session, story);
+  tell_spills(session, story);
+  tell_limits(session, story);
+  tell_counts(session, story);
+  for (std::size_t i = 1; i < session.steps.size(); ++i) {
+    const double gap = session.steps[i].t_s - session.steps[i - 1].t_s;
+    if (gap > kGap) {
+      story.events.push_back({session.steps[i - 1].t_s, "gap", fmt::format("nothing planned for {:.1f} s", gap), ""});
+    }
+  }
+  std::stable_sort(story.events.begin(), story.events.end(),
+                   [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
+  const std::size_t stride = session.states.size() / kMostPostures + 1;
+  for (std::size_t i = 0; i < session.states.size(); i += stride) {
+    if (!session.states[i].q.allFinite()) continue;
+    story.postures.emplace_back(to_seconds(session.states[i].stamp.made), session.states[i].q);
+  }
+  if (const auto robot = session.overview.metadata.find("robot"); robot != session.overview.metadata.end()) {
+    if (const auto json = robot->second.find("json"); json != robot->second.end()) story.robot = json->second;
+  }
+  return story;
+}
+
+std::vector<ProfileResult> split_by_settings(SessionFile session) {
+  std::vector<ProfileResult> results;
+  std::vector<const SettingsChange*> conditions;       // of each result; null: not known
+  std::map<std::string, const SettingsChange*> usual;  // of each profile what it was first driven with
+  const std::vector<SettingsChange>& settings = session.settings;
+  const auto result_at = [&](Time t, bool begin) -> ProfileResult* {
+    const SettingsChange* now = in_force(settings, t);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      if (conditions[i] == now || (now && conditions[i] && same_conditions(*conditions[i], *now))) return &results[i];
+    }
+    if (!begin) return nullptr;
+    conditions.push_back(now);
+    ProfileResult& added = results.emplace_back();
+    added.name = now ? profile_of(session, *now) : session.run("profile");
+    added.label = now ? describe(session, *now, *usual.try_emplace(now->profile, now).first->second)
+                      : label_of(session, added.name) + ", as driven";
+    added.weights = now && !now->weights.empty() ? all_weights(*now) : session.run("weights");
+    added.names = session.names;
+    added.limits = {session.velocity_max, session.acceleration_max};
+    added.commands_merged = session.commands_merged;
+    return &added;
+  };
+  for (PlanStep& step : session.steps) result_at(from_seconds(step.t_s), true)->steps.push_back(std::move(step));
+  for (JointCommand& command : session.commands) {
+    if (ProfileResult* result = result_at(command.stamp.made, false)) result->commands.push_back(std::move(command));
+  }
+  merge_the_briefest(results);
+  return results;
+}
+
+}  // namespace steadyhand

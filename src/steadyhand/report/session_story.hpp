@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "steadyhand/record/session_file.hpp"
+#include "steadyhand/report/report.hpp"
+
+namespace steadyhand {
+
+/// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
+SessionStory tell_story(const SessionFile& session);
+
+/// The session's steps and commands booked on what was in force when they were made: a result for each profile with
+/// each scale, tilt and weights that it was driven with, in the order in which they came; of more than eight the
+/// briefest are one. Where nobody recorded settings (of sessions before there was that), one result. @pre session.steps
+/// is not empty
+std::vector<ProfileResult> split_by_settings(SessionFile session);
+
+}  // namespace steadyhand

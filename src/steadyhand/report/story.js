@@ -1,0 +1,172 @@
+'use strict';
+
+// What happened in a live session: its states as a band, its events in a list, and the arm as it moved. A replay has none of it.
+{
+  const { story } = data;
+  const NAMES = { state: 'state', spill: 'spill', limit: 'limit', setting: 'setting', missed: 'deadlines', gap: 'gap' };
+  function stateSpans({ events, begin, end }) {
+    const states = events.filter(({ kind }) => kind === 'state');
+    return states.map(({ t, what }, i) => ({ from: t, to: states[i + 1]?.t ?? end, state: what })).filter(({ to }) => to >= begin);
+  }
+
+  /** All plots over time show what is around t, or everything. */
+  function lookAt(t) {
+    const { begin, end } = story, near = t === null ? [begin, end] : [Math.max(begin, t - 3), Math.min(end, t + 3)];
+    for (const { plot, spec } of charts) if (!spec.x) plot.setScale('x', { min: near[0], max: near[1] });
+    document.dispatchEvent(new CustomEvent('look', { detail: t }));
+  }
+
+  function showEvents(root, { events, begin, end }) {
+    const band = root.querySelector('.states'), share = (t) => `${(100 * (t - begin)) / Math.max(1e-9, end - begin)}%`;
+    for (const { from, to, state } of stateSpans(story)) {
+      const span = band.appendChild(document.createElement('i'));
+      span.style.left = share(Math.max(from, begin));
+      span.style.width = share(begin + to - Math.max(from, begin));
+      span.style.background = `var(--state-${state})`;
+      span.title = `${state} from ${seconds(from)} to ${seconds(to)}`;
+    }
+    for (const { t, kind, what } of events) {
+      if (kind === 'state' || kind === 'setting') continue;
+      const mark = band.appendChild(document.createElement('b'));
+      mark.className = kind;
+      mark.style.left = share(t);
+      mark.title = `${seconds(t)}: ${what}`;
+    }
+    const rows = root.querySelector('tbody'), counts = {};
+    for (const { t, kind, what, why } of events) {
+      counts[kind] = (counts[kind] ?? 0) + 1;
+      const row = rows.appendChild(document.createElement('tr'));
+      row.dataset.kind = kind;
+      const at = row.appendChild(document.createElement('th')).appendChild(document.createElement('a'));
+      row.firstChild.scope = 'row';
+      at.href = `#t=${t.toFixed(3)}`;
+      at.textContent = seconds(t);
+      row.appendChild(document.createElement('td')).textContent = NAMES[kind] ?? kind;
+      row.appendChild(document.createElement('td')).textContent = why ? `${what}: ${why}` : what;
+    }
+    const kinds = root.querySelector('.kinds');
+    for (const [kind, count] of Object.entries(counts)) {
+      const label = kinds.appendChild(document.createElement('label')), box = label.appendChild(document.createElement('input'));
+      box.type = 'checkbox';
+      box.checked = true;
+      label.append(` ${NAMES[kind] ?? kind} (${count})`);
+      box.onchange = () => rows.querySelectorAll(`[data-kind="${kind}"]`).forEach((row) => { row.hidden = !box.checked; });
+    }
+    const follow = () => {
+      const at = /#t=([\d.]+)/.exec(location.hash);
+      if (at) lookAt(Number(at[1]));
+    };
+    addEventListener('hashchange', follow);
+    root.querySelector('#whole').onclick = () => { history.replaceState(null, '', '#'); lookAt(null); };
+    setTimeout(follow);
+  }
+
+  function showLatency({ latency }) {
+    if (latency.t.length < 2) return;
+    const figure = document.querySelector('[data-chart="latency"]');
+    figure.hidden = false;
+    addChart({
+      figure,
+      columns: columns([{ t: latency.t, values: latency.p50 }, { t: latency.t, values: latency.p99 }]),
+      series: [{ label: 'median so far', color: () => color('ink') }, { label: 'p99 so far', color: () => color('muted'), dash: [4, 3] }],
+      unit: 'ms',
+      range: including(0),
+    });
+  }
+
+  // -------------------------------------------------------------------------------------------- the arm
+
+  const times = (a, b) => a.map((row) => b[0].map((_, j) => row.reduce((sum, value, k) => sum + value * b[k][j], 0)));
+  const identity = () => [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
+  /** Rodrigues' formula. */
+  function turn([x, y, z], angle) {
+    const c = Math.cos(angle), s = Math.sin(angle), d = 1 - c;
+    return [[c + x * x * d, x * y * d - z * s, x * z * d + y * s, 0], [y * x * d + z * s, c + y * y * d, y * z * d - x * s, 0], [z * x * d - y * s, z * y * d + x * s, c + z * z * d, 0], [0, 0, 0, 1]];
+  }
+  const shift = ([x, y, z], by) => [[1, 0, 0, x * by], [0, 1, 0, y * by], [0, 0, 1, z * by], [0, 0, 0, 1]];
+
+  /** Where its joints and its tool are, base frame, and the tool's pose. */
+  function chain(robot, q) {
+    let pose = robot.mount ?? identity();
+    const points = [pose.slice(0, 3).map((row) => row[3])];
+    robot.joints.forEach(({ origin, axis, type }, i) => {
+      pose = times(times(pose, origin), type === 'prismatic' ? shift(axis, q[i]) : turn(axis, q[i]));
+      points.push(pose.slice(0, 3).map((row) => row[3]));
+    });
+    pose = times(pose, robot.tool.origin);
+    points.push(pose.slice(0, 3).map((row) => row[3]));
+    return { points, pose };
+  }
+
+  function showArm({ robot: text, postures }) {
+    const figure = document.getElementById('arm');
+    if (!text || postures.length < 2) return;
+    figure.hidden = false;
+    const robot = JSON.parse(text), canvas = figure.querySelector('canvas'), range = figure.querySelector('input'), told = figure.querySelector('output');
+    const tools = postures.map(([, ...q]) => chain(robot, q).points.at(-1));
+    let azimuth = -0.7, tilt = 0.35, at = 0;
+    range.max = String(postures.length - 1);
+    const project = ([x, y, z]) => {
+      const u = x * Math.sin(azimuth) + y * Math.cos(azimuth), v = x * Math.cos(azimuth) - y * Math.sin(azimuth);
+      return [-u, z * Math.cos(tilt) + v * Math.sin(tilt) - 0.25];
+    };
+    const draw = () => {
+      const ratio = devicePixelRatio, width = canvas.clientWidth * ratio, height = canvas.clientHeight * ratio, c = canvas.getContext('2d');
+      canvas.width = width;
+      canvas.height = height;
+      const unit = Math.min(width, height) / 2.1;
+      const line = (points, name, thick, alpha = 1) => {
+        c.beginPath();
+        points.map(project).forEach(([u, v], i) => c[i ? 'lineTo' : 'moveTo'](width / 2 + unit * u, height / 2 - unit * v));
+        c.strokeStyle = color(name);
+        c.globalAlpha = alpha;
+        c.lineWidth = thick * ratio;
+        c.lineJoin = c.lineCap = 'round';
+        c.stroke();
+        c.globalAlpha = 1;
+      };
+      for (let k = -3; k <= 3; ++k) {
+        line([[k / 4, -0.75, 0], [k / 4, 0.75, 0]], 'grid', 1);
+        line([[-0.75, k / 4, 0], [0.75, k / 4, 0]], 'grid', 1);
+      }
+      line(tools, 'muted', 1, 0.5);
+      line(tools.slice(Math.max(0, at - 20), at + 1), 'ink', 2, 0.8);
+      const [, ...q] = postures[at], { points, pose } = chain(robot, q);
+      line(points, 'muted', 9);
+      line(points, 'panel', 4);
+      const [x, y, z] = points.at(-1), up = [0, 1, 2].map((i) => pose[i][2] * 0.05);
+      line([[x - up[0], y - up[1], z - up[2]], [x + up[0], y + up[1], z + up[2]]], 'liquid', 8);
+      told.textContent = seconds(postures[at][0]);
+      range.value = String(at);
+      range.setAttribute('aria-valuetext', told.textContent);
+    };
+    range.oninput = () => { at = Number(range.value); draw(); };
+    canvas.onpointermove = (event) => {
+      if (!event.buttons) return;
+      azimuth += event.movementX * 0.01;
+      tilt = Math.min(1.4, Math.max(-0.2, tilt + event.movementY * 0.01));
+      draw();
+    };
+    document.addEventListener('look', ({ detail: t }) => {
+      if (t === null) return;
+      at = postures.findIndex(([time]) => time >= t);
+      if (at < 0) at = postures.length - 1;
+      draw();
+    });
+    new ResizeObserver(draw).observe(canvas);
+    document.getElementById('theme').addEventListener('click', draw);
+    if (location.protocol.startsWith('http')) {
+      const link = figure.querySelector('a');
+      link.hidden = false;
+      link.href = `../../#replay=${encodeURIComponent(document.querySelector('h1').textContent)}`;
+    }
+  }
+
+  const section = document.getElementById('story');
+  if (story) {
+    section.hidden = false;
+    showEvents(section, story);
+    showLatency(story);
+    showArm(story);
+  }
+}
