@@ -82,7 +82,11 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   }
   const Result<FreshPage> page = read_library(folder.path(), "/sessions/gap/motion");
   ASSERT_TRUE(page) << page.error().message;
-  EXPECT_EQ(Json::parse(page->body), Json({{"name", "gap"}, {"t_s", {1.0, 3.0}}, {"q", {{0.25}, {0.5}}}}));
+  const Json motion = Json::parse(page->body);
+  EXPECT_EQ(motion["name"], "gap");
+  EXPECT_EQ(motion["t_s"], Json({1.0, 3.0}));
+  EXPECT_EQ(motion["q"], Json({{0.25}, {0.5}}));
+  EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["liquid"]["t_s"].empty() && motion["events"].empty());
 }
 
 /// A program of a line of shell.
@@ -152,6 +156,45 @@ TEST(SessionLibrary, SaysSoIfItsProgramIsMissing) {
   const Result<FreshPage> page = fetch(library, "/sessions");
   ASSERT_FALSE(page);
   EXPECT_NE(page.error().message.find("/nowhere/steadyhand"), std::string::npos);
+}
+
+TEST(SessionEdits, LabelRenameAndDeleteWhatIsThere) {
+  TemporaryFolder folder;
+  std::ofstream(folder.path() / "one.mcap") << "1";
+  using Kind = SessionEdit::Kind;
+  const auto edit = [&](const SessionEdit& what) {
+    const Status possible = check_edit(folder.path(), what, "");
+    return possible ? carry_out(folder.path(), what) : possible;
+  };
+  ASSERT_TRUE(edit({Kind::kLabel, "one", "spills at the turn"}));
+  EXPECT_EQ(session_label(folder.path(), "one"), "spills at the turn");
+  ASSERT_TRUE(edit({Kind::kRename, "one", "two"}));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "one.mcap"));
+  EXPECT_EQ(session_label(folder.path(), "two"), "spills at the turn");
+  ASSERT_TRUE(edit({Kind::kLabel, "two", ""}));
+  EXPECT_EQ(session_label(folder.path(), "two"), "");
+  ASSERT_TRUE(edit({Kind::kDelete, "two", ""}));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(SessionEdits, SayWhatCannotBeDoneAndTouchNothing) {
+  TemporaryFolder folder;
+  for (const char* name : {"one.mcap", "two.mcap", "now.mcap"}) std::ofstream(folder.path() / name) << "1";
+  using Kind = SessionEdit::Kind;
+  for (const auto& [edit, why] :
+       std::vector<std::pair<SessionEdit, std::string>>{{{Kind::kDelete, "three", ""}, "no recording 'three'"},
+                                                        {{Kind::kDelete, "../one", ""}, "no recording"},
+                                                        {{Kind::kRename, "one", "two"}, "already"},
+                                                        {{Kind::kRename, "one", "../two"}, "no name"},
+                                                        {{Kind::kRename, "one", ""}, "no name"},
+                                                        {{Kind::kLabel, "one", std::string(121, 'x')}, "121 bytes"},
+                                                        {{Kind::kRename, "now", "later"}, "being recorded"},
+                                                        {{Kind::kDelete, "now", ""}, "being recorded"}}) {
+    const Status possible = check_edit(folder.path(), edit, "now");
+    ASSERT_FALSE(possible) << why;
+    EXPECT_NE(possible.error().message.find(why), std::string::npos) << possible.error().message;
+  }
+  EXPECT_TRUE(check_edit(folder.path(), {Kind::kLabel, "now", "mine"}, "now"));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from live_client import Demo
+from live_client import Client, Demo
 
 ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
@@ -95,7 +95,7 @@ def test_it_is_listed_reported_and_replayed(session, tmp_path):
     reported = run(PROGRAM, "report", path)
     assert reported.returncode == 0, reported.stderr
     page = path.with_suffix(".html")
-    assert "as driven" in page.read_text() and str(page) in reported.stdout
+    assert "Carry, scale 0.5" in page.read_text() and str(page) in reported.stdout
 
     replayed = run(PROGRAM, "replay", path, "--out", tmp_path, "--rate", 50)
     assert replayed.returncode == 0, replayed.stderr
@@ -107,6 +107,39 @@ def test_it_is_listed_reported_and_replayed(session, tmp_path):
     assert set(again) <= set(driven) and len(again) > 0.5 * len(driven)
     steps = [json.loads(d) for topic, _, d in messages(tmp_path / "carry/session.mcap") if topic == "/plan_step"]
     assert any(s["engaged"] and max(map(abs, s["dq"])) > 0.1 for s in steps)
+
+
+def test_a_report_books_each_profile_and_scale_at_its_time(tmp_path):
+    demo = Demo(tmp_path)
+    try:
+        client = Client(demo.port)
+        client.send(type="pair", code=demo.code())
+        client.wait_for("paired")
+        client.send(type="take")
+        for settings in ([("profile", {"text": "tracking"})], [("scale", {"value": 0.25})], [("profile", {"text": "carry"})], [("weight", {"text": "lateral", "value": 7})]):
+            for kind, more in settings:
+                client.send(type="request", kind=kind, **more)
+            client.send(type="request", kind="playback", text="carrying")
+            time.sleep(1.5)
+        client.send(type="request", kind="stop")
+        time.sleep(0.5)
+    finally:
+        demo.end()
+    (path,) = tmp_path.glob("*.mcap")
+    reported = run(PROGRAM, "report", path)
+    assert reported.returncode == 0, reported.stderr
+    page = path.with_suffix(".html").read_text()
+    labels = re.findall(r'data-profile="\d+" checked> ([^<]*)<', page)
+    for label in ("Tracking (P1), scale 0.5", "Tracking (P1), scale 0.25", "Carry, scale 0.25, lateral 7"):
+        assert label in labels, labels
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, flags=re.S)[1])
+    by_label = {profile["label"]: profile for profile in data["profiles"]}
+    settings = [event["t"] for event in data["story"]["events"] if event["kind"] == "setting" and "Carry" in event["what"] and "lateral 7" in event["what"]]
+    assert min(by_label["Carry, scale 0.25, lateral 7"]["t"]) >= settings[0] - 0.05
+    assert max(by_label["Tracking (P1), scale 0.25"]["t"]) <= settings[0] + 0.05
+    states = [event["what"] for event in data["story"]["events"] if event["kind"] == "state"]
+    assert "engaged" in states and "stopping" in states
+    assert len(data["story"]["latency"]["t"]) > 2
 
 
 def test_a_killed_session_loses_at_most_a_second_and_opens(tmp_path):
@@ -215,7 +248,7 @@ def test_a_long_report_is_made_beside_the_session_and_not_waited_for(session, tm
     assert ("19", str(2 << 30)) in seen, seen
     answer = asked.getresponse()
     body = answer.read()
-    assert answer.status == 200 and b"as driven" in body
+    assert answer.status == 200 and b"Carry, scale 0.5" in body
     assert memory(pid, "VmHWM") - before < 20, "MiB"  # 2 for each recorded minute would be more than that
     motion = json.loads(ask("/sessions/long/motion").getresponse().read())
     assert motion["t_s"][-1] > 200.0

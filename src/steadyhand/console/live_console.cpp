@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <optional>
 
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/core/configuration.hpp"
@@ -24,6 +25,20 @@ constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
 void open_browser(const std::string& url) {
   if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
   launch({"xdg-open", {url}});
+}
+
+/// What a request would have done with a recorded session; none: it is of this session.
+std::optional<SessionEdit> session_edit(const OperatorRequest& request) {
+  switch (request.kind) {
+    case OperatorRequest::Kind::kLabel:
+      return SessionEdit{SessionEdit::Kind::kLabel, request.text, request.to};
+    case OperatorRequest::Kind::kRename:
+      return SessionEdit{SessionEdit::Kind::kRename, request.text, request.to};
+    case OperatorRequest::Kind::kDelete:
+      return SessionEdit{SessionEdit::Kind::kDelete, request.text, {}};
+    default:
+      return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -103,6 +118,7 @@ SessionRecorder::Metadata LiveConsole::describe_run() const {
   SessionRecorder::Metadata all = settings_.metadata;
   all["cell"] = {{"json", cell_json(settings_.live.cell)}};
   all["robot"] = {{"json", robot_json(*model_)}};
+  for (const Profile& each : settings_.profiles) all["profiles"][each.name] = each.label;
   all["run"].merge(
       std::map<std::string, std::string>{{"robot", model_->name},
                                          {"cell", settings_.live.cell.name},
@@ -141,7 +157,8 @@ Status LiveConsole::open_page() {
   };
   callbacks.on_sample = [this](const OperatorSample& sample) { operator_interface_->hand(sample); };
   callbacks.on_request = [this](const OperatorRequest& request) {
-    Status done = operator_interface_->apply(request, clock_->now());
+    const std::optional<SessionEdit> edit = session_edit(request);
+    Status done = edit ? edit_session(*edit) : operator_interface_->apply(request, clock_->now());
     if (!done) say("refused: " + done.error().message + "\n");
     return done;
   };
@@ -176,7 +193,16 @@ Status LiveConsole::start() {
   recorder_.emplace(session_->ocp(), settings_.recording, describe_run(), clock_->now());
   operator_interface_->on_record([this](bool record) { recorder_->ask(record); });
   session_->start(recorder_->taps());
+  started_ = true;
   return Done{};
+}
+
+/// On the server's thread; what the disk says comes later.
+Status LiveConsole::edit_session(const SessionEdit& edit) {
+  if (!started_) return Error{"the session has not begun"};
+  return library_->edit(edit, recorder_->writing(), [this](const Status& done) {
+    if (!done) say(done.error().message + "\n");
+  });
 }
 
 Time LiveConsole::poll(Time now) {

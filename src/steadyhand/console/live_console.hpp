@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -78,6 +79,7 @@ class LiveConsole {
   ServerFacts describe_session() const;
   SessionRecorder::Metadata describe_run() const;
   Status open_page();
+  Status edit_session(const SessionEdit& edit);
   void say(const std::string& text) const {
     if (callbacks_.say) callbacks_.say(text);
   }
@@ -93,6 +95,7 @@ class LiveConsole {
   std::optional<SessionLibrary> library_;
   std::optional<SessionRecorder> recorder_;
   std::unique_ptr<Server> server_;
+  std::atomic<bool> started_{false};
   Time shown_{0};
 };
 

@@ -99,6 +99,10 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       return session_->attach(request.text, now);
     case Kind::kDetach:
       return session_->detach(request.text, now);
+    case Kind::kLabel:
+    case Kind::kRename:
+    case Kind::kDelete:
+      return Error{"recorded sessions are not this session's affair"};
   }
   return Error{"unknown request"};
 }
@@ -185,7 +189,10 @@ void OperatorInterface::send() {
   settings.tilt_max = controls_.tilt;
   settings.no_spill = controls_.no_spill;
   settings.fill = controls_.fill;
-  if (controls_.profile >= 0) settings.prediction = profiles_[controls_.profile].prediction;
+  if (controls_.profile >= 0) {
+    settings.prediction = profiles_[controls_.profile].prediction;
+    settings.profile = profiles_[controls_.profile].name;
+  }
   session_->set(settings);
   controls_.objectives = settings.objectives;
   for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i][0];

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +13,7 @@
 #include "steadyhand/live/realtime.hpp"
 #include "steadyhand/record/session_file.hpp"
 #include "steadyhand/report/past_session.hpp"
+#include "steadyhand/report/session_story.hpp"
 
 namespace steadyhand {
 
@@ -19,6 +23,7 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr const char* kFileType = "application/octet-stream";
 constexpr double kMotionPeriod = 1.0 / 30.0;  ///< s between two looks at the arm; the page fills in between
 constexpr double kMostLooks = 54000.0;        ///< half an hour; of a longer session they are further apart
 
@@ -31,33 +36,121 @@ FreshPage list(const fs::path& folder) {
                         {"duration_s", entry.duration},
                         {"bytes", entry.bytes},
                         {"complete", entry.complete},
+                        {"label", session_label(folder, entry.name)},
                         {"run", entry.run},
                         {"summary", entry.summary}});
   }
   return {dump({{"sessions", std::move(sessions)}}), "application/json"};
 }
 
+/// Members of a JSON object, each a list with an entry for each row; the first has the rows' times. Written by hand: a
+/// session of hours would be a tree of millions of nodes.
+class Columns {
+ public:
+  template <typename... Names>
+  explicit Columns(Names... names) : names_{names...}, lists_(sizeof...(names)) {}
+  void begin_row(double t) {
+    column_ = 0;
+    add(t, 4);
+  }
+  /// What is not finite is null.
+  void add(double value, int decimals) {
+    separate();
+    std::string& list = lists_[column_++];
+    std::isfinite(value) ? (void)fmt::format_to(std::back_inserter(list), "{:.{}f}", value, decimals)
+                         : (void)list.append("null");
+  }
+  template <typename List>
+  void add_list(const List& values, int decimals) {
+    separate();
+    std::string& list = lists_[column_++];
+    list += '[';
+    for (int i = 0; i < static_cast<int>(values.size()); ++i) {
+      fmt::format_to(std::back_inserter(list), "{}{:.{}f}", i > 0 ? "," : "", values[i], decimals);
+    }
+    list += ']';
+  }
+  bool empty() const { return lists_.front().empty(); }
+  std::string json() const {
+    std::string text;
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      text += fmt::format("{}\"{}\":[{}]", i > 0 ? "," : "", names_[i], lists_[i]);
+    }
+    return text;
+  }
+
+ private:
+  void separate() {
+    if (!lists_[column_].empty()) lists_[column_] += ',';
+  }
+
+  std::vector<std::string> names_, lists_;
+  std::size_t column_ = 0;
+};
+
+/// Which profile led, with which scale and fill, from when on.
+std::string settings_of(const SessionFile& session) {
+  Json settings = Json::array();
+  for (const SettingsChange& change : session.settings) {
+    const std::string profile = change.profile.empty() ? session.run("profile") : change.profile;
+    if (!settings.empty() && settings.back()["profile"] == profile && settings.back()["scale"] == change.scale &&
+        settings.back()["fill"] == change.fill.value_or(0.0)) {
+      continue;
+    }
+    settings.push_back({{"t_s", to_seconds(change.at)},
+                        {"profile", profile},
+                        {"scale", change.scale},
+                        {"fill", change.fill.value_or(0.0)}});
+  }
+  return dump(settings);
+}
+
+std::string events_of(const SessionFile& session) {
+  Json events = Json::array();
+  for (const SessionStory::Event& event : tell_story(session).events) {
+    events.push_back({{"t_s", event.t_s}, {"kind", event.kind}, {"what", event.what}, {"why", event.why}});
+  }
+  return dump(events);
+}
+
 Result<FreshPage> motion(const fs::path& file) {
   const Result<McapOverview> overview = read_mcap(file);
   if (!overview) return overview.error();
   SessionParts parts;
-  parts.states = true;
-  parts.state_period = std::max(kMotionPeriod, to_seconds(overview->last - overview->first) / kMostLooks);
+  parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = parts.limits = parts.statistics = true;
+  parts.state_period = parts.step_period =
+      std::max(kMotionPeriod, to_seconds(overview->last - overview->first) / kMostLooks);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();
-  // Written by hand: a session of hours would be a tree of millions of nodes.
-  std::string t, q;
+  Columns arm("t_s", "q");
   for (const JointState& state : session->states) {
     if (!state.q.allFinite()) continue;  // JSON has no word for it
-    fmt::format_to(std::back_inserter(t), "{}{:.4f}", t.empty() ? "" : ",", to_seconds(state.stamp.made));
-    q += q.empty() ? "[" : ",[";
-    for (Eigen::Index i = 0; i < state.q.size(); ++i) {
-      fmt::format_to(std::back_inserter(q), "{}{:.5f}", i > 0 ? "," : "", state.q[i]);
-    }
-    q += "]";
+    arm.begin_row(to_seconds(state.stamp.made));
+    arm.add_list(state.q, 5);
   }
-  if (t.empty()) return Error{session->name + ": the arm never said where it was"};
-  return FreshPage{fmt::format("{{\"name\":{},\"t_s\":[{}],\"q\":[{}]}}", dump(session->name), t, q),
+  if (arm.empty()) return Error{session->name + ": the arm never said where it was"};
+  Columns hand("t_s", "p", "q", "engaged", "lateral", "error_mm");
+  for (const PlanStep& step : session->steps) {
+    const Pose& target = step.X_base_target;
+    if (!target.p.allFinite() || !target.q.coeffs().allFinite()) continue;
+    hand.begin_row(step.t_s);
+    hand.add_list(target.p, 4);
+    hand.add_list(target.q.coeffs(), 4);
+    hand.add(step.engaged ? 1.0 : 0.0, 0);
+    hand.add(lateral_acceleration(step), 3);
+    hand.add(step.engaged ? 1e3 * position_error(step) : std::nan(""), 1);
+  }
+  Columns liquid("t_s", "tilt", "freeboard_mm", "spilled");
+  for (const auto& [at, state] : session->liquid) {
+    if (!std::isfinite(state.tilt_x) || !std::isfinite(state.tilt_y)) continue;
+    liquid.begin_row(to_seconds(at));
+    liquid.add_list(std::array{state.tilt_x, state.tilt_y}, 4);
+    liquid.add(1e3 * state.freeboard, 1);
+    liquid.add(state.spilled ? 1.0 : 0.0, 0);
+  }
+  return FreshPage{fmt::format("{{\"name\":{},{},\"target\":{{{}}},\"liquid\":{{{}}},\"settings\":{},\"events\":{}}}",
+                               dump(session->name), arm.json(), hand.json(), liquid.json(), settings_of(*session),
+                               events_of(*session)),
                    "application/json"};
 }
 
@@ -69,13 +162,12 @@ Result<FreshPage> report(const fs::path& file) {
   return FreshPage{*std::move(page), "text/html; charset=utf-8", true};
 }
 
-/// Names that SessionRecorder gives: nothing that leaves the folder.
-bool is_name(const std::string& text) {
-  const auto fits = [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '_' ||
-           c == '.';
-  };
-  return !text.empty() && text.size() <= 128 && text.front() != '.' && std::all_of(text.begin(), text.end(), fits);
+/// The file as it is.
+Result<FreshPage> download(const fs::path& file) {
+  std::error_code failed;
+  std::ifstream in(file, std::ios::binary);
+  if (!fs::is_regular_file(file, failed) || !in) return Error{file.string() + ": cannot be read"};
+  return FreshPage{std::string(std::istreambuf_iterator<char>(in), {}), kFileType};
 }
 
 }  // namespace
@@ -87,10 +179,11 @@ Result<FreshPage> read_library(const fs::path& folder, const std::string& path) 
   if (path.compare(0, prefix.size(), prefix) == 0 && slash != std::string::npos) {
     const std::string name = path.substr(prefix.size(), slash - prefix.size()), part = path.substr(slash + 1);
     const fs::path file = folder / (name + ".mcap");
-    if (is_name(name) && part == "motion") return motion(file);
-    if (is_name(name) && part == "report.html") return report(file);
+    if (is_session_name(name) && part == "motion") return motion(file);
+    if (is_session_name(name) && part == "report.html") return report(file);
+    if (is_session_name(name) && part == "session.mcap") return download(file);
   }
-  return Error{"there is /sessions, and of each session /sessions/NAME/motion and /sessions/NAME/report.html"};
+  return Error{"there is /sessions, and of each session /sessions/NAME/motion, /report.html and /session.mcap"};
 }
 
 SessionLibrary::SessionLibrary(fs::path folder, fs::path program)
@@ -106,9 +199,19 @@ SessionLibrary::~SessionLibrary() {
 }
 
 void SessionLibrary::fetch(const std::string& path, Answer answer) {
+  add([this, path, answer = std::move(answer)] { answer(ending_ ? Error{"the program ends"} : ask(path)); });
+}
+
+Status SessionLibrary::edit(const SessionEdit& edit, const std::string& written, std::function<void(Status)> done) {
+  if (Status possible = check_edit(folder_, edit, written); !possible) return possible;
+  add([this, edit, done = std::move(done)] { done(carry_out(folder_, edit)); });
+  return Done{};
+}
+
+void SessionLibrary::add(std::function<void()> task) {
   {
     const std::lock_guard lock(mutex_);
-    asked_.emplace_back(path, std::move(answer));
+    tasks_.push_back(std::move(task));
   }
   changed_.notify_all();
 }
@@ -122,8 +225,12 @@ Result<FreshPage> SessionLibrary::ask(const std::string& path) const {
       const std::string_view name = "steadyhand: ";
       return Error{message.compare(0, name.size(), name) == 0 ? message.substr(name.size()) : message};
     }
-    const bool document = path.size() > 5 && path.compare(path.size() - 5, 5, ".html") == 0;
-    return FreshPage{*std::move(body), document ? "text/html; charset=utf-8" : "application/json", document};
+    const auto ends_with = [&](std::string_view end) {
+      return path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
+    };
+    const bool document = ends_with(".html");
+    const char* type = document ? "text/html; charset=utf-8" : ends_with(".mcap") ? kFileType : "application/json";
+    return FreshPage{*std::move(body), type, document};
   } catch (const std::exception& error) {  // out of memory
     return Error{error.what()};
   }
@@ -132,12 +239,12 @@ Result<FreshPage> SessionLibrary::ask(const std::string& path) const {
 void SessionLibrary::work() {
   name_thread("library");
   for (std::unique_lock lock(mutex_);;) {
-    changed_.wait(lock, [this] { return ending_ || !asked_.empty(); });
-    if (asked_.empty()) return;
-    const auto [path, answer] = std::move(asked_.front());
-    asked_.pop_front();
+    changed_.wait(lock, [this] { return ending_ || !tasks_.empty(); });
+    if (tasks_.empty()) return;
+    const std::function<void()> task = std::move(tasks_.front());
+    tasks_.pop_front();
     lock.unlock();
-    answer(ending_ ? Error{"the program ends"} : ask(path));
+    task();
     lock.lock();
   }
 }

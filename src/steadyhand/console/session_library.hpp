@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "steadyhand/console/session_edits.hpp"
 #include "steadyhand/serve/server.hpp"
 
 namespace steadyhand {
@@ -27,20 +28,24 @@ class SessionLibrary {
 
   /// For ServerCallbacks::on_fetch; any path at all. Does not wait.
   void fetch(const std::string& path, Answer answer);
+  /// Labels, renames or deletes a session, later, and then calls `done` from a thread of its own; or says at once why
+  /// that cannot be. Does not wait. @param written name of the session that is recorded now; empty: none
+  Status edit(const SessionEdit& edit, const std::string& written, std::function<void(Status)> done);
 
  private:
   void work();
+  void add(std::function<void()> task);
   Result<FreshPage> ask(const std::string& path) const;
 
   const std::filesystem::path folder_, program_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::pair<std::string, Answer>> asked_;
+  std::deque<std::function<void()>> tasks_;
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
 
-/// The answer itself: "/sessions", "/sessions/NAME/motion", "/sessions/NAME/report.html"; any path at all.
+/// The answer itself: "/sessions", "/sessions/NAME/motion", "/report.html" or "/session.mcap"; any path at all.
 Result<FreshPage> read_library(const std::filesystem::path& folder, const std::string& path);
 
 }  // namespace steadyhand

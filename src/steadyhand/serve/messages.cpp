@@ -186,6 +186,8 @@ constexpr RequestName kRequests[] = {
     {"rate", RequestKind::kRate, false, true},       {"playback", RequestKind::kPlayback, true, false},
     {"record", RequestKind::kRecord, false, true},   {"object", RequestKind::kObject, true, false},
     {"attach", RequestKind::kAttach, true, false},   {"detach", RequestKind::kDetach, true, false},
+    {"label", RequestKind::kLabel, true, false},     {"rename", RequestKind::kRename, true, false},
+    {"delete", RequestKind::kDelete, true, false},
 };
 
 /// Text in UTF-8 that a terminal shows as it is.
@@ -204,7 +206,13 @@ RequestMessage read_request(Reader& reader) {
   for (const RequestName& known : kRequests) {
     if (name != known.name) continue;
     message.request.kind = known.kind;
-    if (known.text) message.request.text = reader.text("text", 64);
+    const bool names = known.kind == RequestKind::kLabel || known.kind == RequestKind::kRename;
+    const bool of_session = names || known.kind == RequestKind::kDelete;
+    if (known.text) message.request.text = reader.text("text", of_session ? 128 : 64);
+    if (names) message.request.to = reader.text("to", 128);
+    if (known.kind == RequestKind::kLabel && !message.request.to.empty() && !is_name(message.request.to)) {
+      reader.fail("'to' must be without control characters");
+    }
     if (known.value) {
       const bool sign = known.kind == RequestKind::kYaw;
       message.request.value = reader.number("value", sign ? -kLargestValue : 0.0, kLargestValue);
@@ -224,7 +232,7 @@ RequestMessage read_request(Reader& reader) {
   }
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
-      "tilt, fill, rate, playback, record, object, attach, detach");
+      "tilt, fill, rate, playback, record, object, attach, detach, label, rename, delete");
   return message;
 }
 

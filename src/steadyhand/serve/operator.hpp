@@ -29,11 +29,15 @@ struct OperatorRequest {
     kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
     kAttach,    ///< `text`: name of an object that the tool takes where it is
     kDetach,    ///< the same: it lets go of it
+    kLabel,     ///< `text`: name of a recorded session, `to`: what people call it; empty: nothing
+    kRename,    ///< `text`: name of a recorded session, `to`: its new name
+    kDelete,    ///< `text`: name of a recorded session that is to go
   };
   Kind kind = Kind::kStop;
   std::string text;
   double value = 0.0;
   std::optional<CellObject> object = std::nullopt;
+  std::string to;
 };
 
 /// What the operator has chosen.
