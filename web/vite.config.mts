@@ -33,5 +33,5 @@ export default defineConfig({
     modulePreload: { polyfill: false },
   },
   plugins: [compress()],
-  test: { include: ['test/**/*.test.ts'] },
+  test: { include: ['test/**/*.test.ts'], css: true },
 } as Parameters<typeof defineConfig>[0]);

@@ -204,8 +204,13 @@ export const frames = (of) => of.evaluate(() => new Promise((done) => {
   requestAnimationFrame(each);
 }));
 
-/** Until the arm rests: its joints hardly move. */
-export const rest = (of) => until(async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.01, 'rest');
+/** Until the arm rests: its joints hardly move, and not only because they turn back. */
+export const rest = (of) => until(async () => {
+  const still = async () => Math.max(...(await state(of)).dq.map(Math.abs)) < 0.005;
+  if (!(await still())) return false;
+  await of.waitForTimeout(100);
+  return still();
+}, 'rest');
 
 /** The lease, which drawing a picture may have cost (3 s without a word), no recording that plays, and an arm that waits. */
 export async function ready(of) {

@@ -6,6 +6,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
 import { allocations, buildReadable } from './allocations.mjs';
+import { findsNothing } from './axe.mjs';
 import {
   address, browser, cable, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, plainAddress,
   pressTarget, ready, rest, say, shot, start, startProgram, state, targetOnScreen, until, watch, weight, withoutPixels,
@@ -30,7 +31,8 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
   const { blind, triangles } = await page.evaluate(() => { const { stage } = globalThis.steadyhand; return { blind: stage.blind, triangles: stage.renderer.info.render.triangles }; });
   assert.ok(!blind && triangles > 50_000, `arm and room were drawn: ${triangles} triangles`);
   await page.locator('#plots .u-over').first().hover();
-  await until(async () => /\d/.test(await page.locator('#plots .u-legend:visible').first().textContent()), 'the values under the pointer');
+  await until(async () => /\d/.test(await page.locator('#plots figcaption output').nth(2).textContent()), 'values beside the plots');
+  assert.equal(await page.locator('#joints > div').count(), 6, 'a bar for each joint');
   assert.deepEqual(page.complaints, []);
 });
 
@@ -51,7 +53,8 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   await page.waitForSelector('#first-steps:not([hidden])');
   await page.screenshot({ path: picture('first_steps'), timeout: PATIENCE });
   assert.equal((await facts(page)).yours, false);
-  await until(async () => /Press “Drive”/.test(await page.textContent('#why-disabled')), 'the reason');
+  assert.equal(await page.isDisabled('#weight-lateral'), false, 'what may be used takes the arm by itself');
+  await findsNothing(page, 'the first opening');
   await page.click('#first-demo');
   await until(async () => (await facts(page)).yours && (await state(page)).controls.playback >= 0, 'the motion');
   assert.equal(await page.isHidden('#first-steps'), true);
@@ -59,7 +62,7 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   await until(async () => !(await facts(page)).yours, 'nobody');
   await page.click('input[name=profile][value=follow]');
   await until(async () => (await facts(page)).yours && await page.evaluate(() => { const { welcome, state } = globalThis.steadyhand.session; return welcome.profiles[state.controls.profile].name === 'follow'; }), 'the profile');
-  await until(() => page.isHidden('#why-disabled'), 'no reason any more');
+  assert.equal(await page.isHidden('#why-disabled'), true);
   await page.keyboard.press('?');
   assert.equal(await page.isVisible('#help'), true);
   await page.screenshot({ path: picture('help'), timeout: PATIENCE });
@@ -160,7 +163,7 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await until(async () => (await state(page)).cycles > slower.cycles + 200, 'control cycles');
   const later = await state(page);
   assert.ok((later.plans - slower.plans) / (later.cycles - slower.cycles) < 0.3, 'five control cycles for each plan');
-  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Lateral specific force', 'Vertical specific force']);
+  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Slosh protection, sideways', 'Slosh protection, up and down']);
   await page.fill('#weight-lateral', '100'); // half-way of 200 steps
   await until(async () => (await weight(page, 'lateral')) === 10, 'the weight');
   await page.evaluate(() => document.activeElement?.blur());
@@ -228,6 +231,9 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const answer = await report.goto(new URL(await link.getAttribute('href'), plainAddress()).href, { timeout: PATIENCE });
   assert.equal(answer.status(), 200);
   await until(() => report.$('canvas, svg'), 'its plots');
+  assert.match(await report.textContent('#story'), /engaged/);
+  assert.match(await report.textContent('.cards'), /Carry, scale 0.5/);
+  await findsNothing(report, 'the report');
   assert.deepEqual(complaints, []);
   await report.close();
   await page.click('#recordings button');
@@ -239,6 +245,20 @@ test('a recording appears in the list, its report opens, and it replays in the s
     return [...globalThis.steadyhand.recordings.player.q()];
   }, at);
   assert.ok(distance(await seek(0), await seek(1)) > 0.01, 'another time, another posture');
+  await seek(0.5);
+  const seen = () => page.evaluate(() => { const { stage, recordings: { player } } = globalThis.steadyhand; return { ghost: stage.ghost.visible, target: player.target().p, at: player.at, state: player.state, profile: player.profile }; });
+  await until(async () => (await seen()).ghost, 'the target of then');
+  assert.equal((await seen()).profile, 'carry');
+  const engaged = await page.$('#past-events [data-kind=engaged] a');
+  await engaged.click();
+  await until(async () => (await seen()).state === 'engaged', 'the time of the event');
+  assert.match(page.url(), /#replay=.*&t=/);
+  const { at } = await seen();
+  await page.click('#past-on');
+  assert.ok((await seen()).at > at, 'a step on');
+  await page.click('#past-loop');
+  await until(async () => (await page.getAttribute('#past-loop', 'aria-pressed')) === 'true', 'the loop');
+  await findsNothing(page, 'a replay');
   await shot(page, 'replay');
   await page.click('#past-close');
   assert.ok(!(await page.isVisible('#past')));

@@ -1,4 +1,4 @@
-import { element } from './panel';
+import { element } from './element';
 
 /** Where the browser keeps that the first steps were seen. */
 const SEEN = 'steadyhand.first-steps-seen';

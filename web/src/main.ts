@@ -7,15 +7,19 @@ import { Gamepads, Keys } from './input/keys';
 import { listenForShortcuts } from './input/shortcuts';
 import { Objects } from './input/objects';
 import { Headset } from './input/xr';
-import { element, Panel } from './panel';
-import { Plots } from './plots';
+import { element } from './element';
+import { Panel } from './panel';
+import { Joints } from './plots/joints';
+import { Plots } from './plots/plots';
 import { Recordings } from './recordings';
+import { PRESETS, type Preset } from './scene/presets';
 import { Stage } from './scene/stage';
-import { Session } from './session';
+import { ON_TOUCH, Session } from './session';
 
 const canvas = element('scene', HTMLCanvasElement);
 const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)').matches;
 const session = new Session();
+if (matchMedia('(pointer: coarse)').matches) session.means = ON_TOUCH;
 const stage = new Stage(canvas, reducedMotion);
 const now = () => performance.now() / 1000;
 
@@ -23,7 +27,7 @@ const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
 // Nobody should copy it from the address bar.
 if (code) history.replaceState(null, '', location.pathname + location.search);
 
-let plots: Plots | null = null;
+let plots: Plots | null = null, joints: Joints | null = null;
 let shown = '';
 
 const connection = new Connection(browserSurroundings(), code, (message) => {
@@ -41,8 +45,12 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   // The same server after a lost connection: what is drawn goes on.
   if (told === shown) return;
   shown = told;
+  recordings.profiles = profiles;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
-  if (robot) void stage.setRobot(robot, glass);
+  if (!robot) return;
+  joints = new Joints(element('joints', HTMLDivElement), robot);
+  void stage.setRobot(robot, glass);
+  void recordings.follow();
 }, (status) => {
   session.connectionBecame(status);
   if (status !== 'open') hand.letGo();
@@ -52,7 +60,7 @@ const hand = new Hand(connection, now, () => session.yours && !session.past);
 const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
   if (shown) hand.letGo();
   session.past = shown;
-});
+}, (kind, text, to) => panel.command(kind, to === undefined ? { text } : { text, to }));
 let recorded: boolean | null = null;
 const panel = new Panel(session, connection, hand);
 const wantLease = () => panel.takeOver();
@@ -66,7 +74,7 @@ offerFirstSteps(() => panel.playFirst());
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);
 const gamepads = new Gamepads(hand, session, wantLease, stop, now);
-const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset() }, () => void offerHeadset());
+const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset(), command: (kind, more) => panel.command(kind, more) }, () => void offerHeadset());
 
 async function offerHeadset(): Promise<void> {
   const { vr, ar } = await Headset.modes();
@@ -98,11 +106,22 @@ mode.onclick = () => {
 };
 element('bodies', HTMLInputElement).onchange = (event) => stage.arm?.showBodies((event.target as HTMLInputElement).checked);
 element('reach', HTMLInputElement).onchange = (event) => stage.showReach((event.target as HTMLInputElement).checked);
+for (const view of document.querySelectorAll<HTMLButtonElement>('[data-view]')) {
+  if (view.dataset.view! in PRESETS) view.onclick = () => stage.view.look(view.dataset.view as Preset);
+}
+const follow = element('follow', HTMLButtonElement);
+follow.onclick = () => {
+  stage.view.follows = !stage.view.follows;
+  follow.setAttribute('aria-pressed', String(stage.view.follows));
+};
+element('frame-all', HTMLButtonElement).onclick = () => stage.frameAll();
+
 const dark = element('dark', HTMLInputElement);
 dark.checked = matchMedia('(prefers-color-scheme: dark)').matches;
 dark.onchange = () => {
   document.documentElement.className = dark.checked ? 'dark' : 'light';
   stage.setDark(dark.checked);
+  plots?.repaint();
 };
 
 new ResizeObserver(() => stage.resize(canvas.clientWidth, canvas.clientHeight)).observe(canvas);
@@ -114,15 +133,16 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   last = t;
   ++frames;
   headset.update(frame, t);
-  drag.show(!headset.session && !session.past && (session.mayDrive(t) || (!session.yours && session.mayTake && !session.isStale(t))));
+  drag.show(!headset.session && session.mayLead(t));
   drag.follow();
-  recordings.player?.advance(dt);
-  if (recordings.player) stage.showPast(recordings.player.q());
+  recordings.advance(dt);
+  if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);
+    if (session.state) joints?.draw(session.state);
     recordings.draw();
   }
   if (t - lastPlot > 0.05) {

@@ -1,16 +1,10 @@
 import type { Connection } from './connection';
-import { PROFILE_COLORS } from './plots';
+import { element } from './element';
+import { colorOf, inOrder, purposeOf } from './profiles';
 import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
-import { STEPS, positionOf, weightAt, weightText } from './weights';
-
-/** The element of index.html with this id. */
-export function element<T extends HTMLElement>(id: string, kind: new () => T): T {
-  const found = document.getElementById(id);
-  if (!(found instanceof kind)) throw new Error(`index.html has no ${kind.name} #${id}`);
-  return found;
-}
+import { STEPS, plain, positionOf, unitText, weightAt, weightText } from './weights';
 
 function write(node: HTMLElement, text: string): void {
   if (node.textContent !== text) node.textContent = text;
@@ -57,16 +51,22 @@ const ANSWER_WITHIN = 1;
 
 /** Why the controls cannot be used, and what to do; empty: they can. */
 function whyDisabled(session: Session, present: boolean): string {
-  if (session.yours && present) return '';
   if (session.past) return 'A recording is shown: go back to now to change these.';
   if (!present) return 'There is no connection to the arm.';
   if (!session.paired) return 'To change these, enter the code from the terminal.';
-  return session.mayTake ? 'Press “Drive” to change the sliders.' : `Client ${session.holder} drives: ask for the arm to change these.`;
+  return session.mayTake ? '' : `Client ${session.holder} drives: ask for the arm to change these.`;
 }
 
 /** deg */
 function tiltText(tilt: number): string {
   return tilt < 0.5 ? 'none: upright' : tilt > 179.5 ? 'all: it may pour' : `up to ${tilt.toFixed(0)}°`;
+}
+
+/** What a slider's two ends mean. */
+function ends(low: string, high: string): HTMLElement {
+  const line = Object.assign(document.createElement('span'), { className: 'ends' });
+  line.append(...[low, high].map((textContent) => Object.assign(document.createElement('span'), { textContent })));
+  return line;
 }
 
 /** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
@@ -98,16 +98,16 @@ export class Panel {
     for (const kind of ['input', 'change']) {
       addEventListener(kind, (event) => { if (event.target) this.#chosenAt.set(event.target, performance.now() / 1000); }, { capture: true });
     }
-    input('record').onchange = () => this.ask('record', { value: input('record').checked ? 1 : 0 });
-    element('rate', HTMLSelectElement).onchange = (event) => this.ask('rate', { value: Number((event.target as HTMLSelectElement).value) });
+    input('record').onchange = () => this.command('record', { value: input('record').checked ? 1 : 0 });
+    element('rate', HTMLSelectElement).onchange = (event) => this.command('rate', { value: Number((event.target as HTMLSelectElement).value) });
     const controls = () => this.session.state?.controls;
-    this.#slider('scale', () => controls()?.scale, (v) => `${v.toFixed(2)} ×`, (value) => this.ask('scale', { value }));
+    this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${v.toFixed(2)} ×`), (value) => this.command('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => `${v.toFixed(0)}°`,
-      (value) => this.ask('yaw', { value: (value * Math.PI) / 180 }));
+      (value) => this.command('yaw', { value: (value * Math.PI) / 180 }));
     this.#slider('fill', () => { const c = controls(); return c && c.fill * 1000; }, (v) => `${(this.#rim - v).toFixed(0)} mm below the rim`,
-      (value) => this.ask('fill', { value: value / 1000 }));
+      (value) => this.command('fill', { value: value / 1000 }));
     this.#slider('tilt', () => { const c = controls(); return c && (c.tilt * 180) / Math.PI; }, tiltText,
-      (value) => this.ask('tilt', { value: (value * Math.PI) / 180 }));
+      (value) => this.command('tilt', { value: (value * Math.PI) / 180 }));
   }
 
   stop(): void { this.ask('stop'); }
@@ -146,8 +146,14 @@ export class Panel {
     if (this.session.mayTake && (this.session.state?.controls.playback ?? -1) >= 0) this.ask('playback', { text: '' });
   }
 
-  ask(kind: RequestKind, more: { text?: string; value?: number } = {}): void {
+  ask(kind: RequestKind, more: { text?: string; value?: number; to?: string } = {}): void {
     this.connection.send({ type: 'request', kind, ...more });
+  }
+
+  /** Asks for what only who has the arm may ask for. */
+  command(kind: RequestKind, more: { text?: string; value?: number; to?: string }): void {
+    this.takeLease();
+    this.ask(kind, more);
   }
 
   #slider(id: string, read: () => number | undefined, label: (value: number) => string, send: (value: number) => void): void {
@@ -158,15 +164,15 @@ export class Panel {
 
   /** A slider for the weight of the term of this index. */
   #weight(term: Term, index: number): Slider {
-    const { range, name } = term, id = `weight-${name}`;
-    const label = Object.assign(document.createElement('label'), { htmlFor: id, title: `${name}, ${term.unit}` });
+    const { range, name } = term, id = `weight-${name}`, words = plain(term);
+    const label = Object.assign(document.createElement('label'), { htmlFor: id, title: `The weight ‘${name}’ of the objective (${term.label}), in ${unitText(term.unit)}` });
     const output = Object.assign(document.createElement('output'), { id: `${id}-value`, textContent: '–' });
     const node = Object.assign(document.createElement('input'), { id, type: 'range', min: '0', max: String(STEPS), step: '1' });
-    node.oninput = () => this.ask('weight', { text: name, value: weightAt(range, Number(node.value)) });
+    node.oninput = () => this.command('weight', { text: name, value: weightAt(range, Number(node.value)) });
     output.htmlFor.add(id);
-    label.append(`${term.label} `, output, node);
+    label.append(`${words.label} `, output, node, ends(words.low, words.high));
     element('weights', HTMLDivElement).append(label);
-    return { node, output, read: () => this.session.state?.controls.weights[index], label: (value) => weightText(range, value), place: (value) => positionOf(range, value), shown: NaN };
+    return { node, output, read: () => this.session.state?.controls.weights[index], label: (value) => `${weightText(range, value)} ${unitText(term.unit)}`, place: (value) => positionOf(range, value), shown: NaN };
   }
 
   /** What the server offers. */
@@ -175,28 +181,31 @@ export class Panel {
     input('fill').max = String(Math.ceil(this.#rim) - 1);
     const box = element('profiles', HTMLFieldSetElement);
     box.querySelectorAll('label').forEach((label) => label.remove());
-    this.#profiles = welcome.profiles.map((profile) => {
+    const choices = inOrder(welcome.profiles).map((profile): [number, HTMLInputElement] => {
       const label = document.createElement('label');
       const choice = Object.assign(document.createElement('input'), { type: 'radio', name: 'profile', value: profile.name });
       choice.onchange = () => {
-        this.takeLease();
-        this.ask('profile', { text: profile.name });
+        this.command('profile', { text: profile.name });
       };
       const color = document.createElement('i');
-      color.style.background = PROFILE_COLORS[profile.index % PROFILE_COLORS.length]!;
-      label.append(choice, profile.label, color);
+      color.style.background = colorOf(profile);
+      const words = document.createElement('span');
+      words.append(profile.label, Object.assign(document.createElement('small'), { textContent: purposeOf(profile) }));
+      label.append(choice, words, color);
       box.append(label);
-      return choice;
+      return [profile.index, choice];
     });
+    this.#profiles = [];
+    for (const [index, choice] of choices) this.#profiles[index] = choice;
     element('weights', HTMLDivElement).replaceChildren();
     this.#weights = welcome.terms.flatMap((term, index) => (term.offered ? [this.#weight(term, index)] : []));
     const list = element('playback', HTMLSelectElement);
     show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name))]);
   }
 
-  #showRate(rate: number, yours: boolean, now: number): void {
+  #showRate(rate: number, mayChoose: boolean, now: number): void {
     const list = element('rate', HTMLSelectElement);
-    list.disabled = !yours;
+    list.disabled = !mayChoose;
     if (!this.#isAnswered(list, now) || list.value === String(rate)) return;
     const rates = [...new Set([...RATES, rate])].sort((a, b) => a - b);
     show(list, rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
@@ -249,17 +258,17 @@ export class Panel {
     write(element('asked-words', HTMLElement), asked);
     write(element('asked-until', HTMLElement), session.askedUntil(now));
     element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
-    const yours = session.yours && present;
-    element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
-    input('record').disabled = !yours;
     const mayChoose = present && session.mayTake;
+    element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
+    input('record').disabled = !mayChoose;
+    for (const id of ['add-box', 'carry-object', 'remove-object']) button(id).disabled = !mayChoose;
     for (const choice of this.#profiles) choice.disabled = !mayChoose;
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, present));
     why.hidden = why.textContent === '';
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
-      node.disabled = !yours;
+      node.disabled = !mayChoose;
       if (value === undefined) continue;
       if (value !== slider.shown) slider.output.textContent = slider.label(value);
       slider.shown = value;
@@ -269,7 +278,7 @@ export class Panel {
     const profile = this.#profiles[state.controls.profile];
     if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) profile.checked = true;
     if (this.#isAnswered(input('record'), now)) input('record').checked = state.recording;
-    this.#showRate(state.planner_rate_hz, yours, now);
+    this.#showRate(state.planner_rate_hz, mayChoose, now);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';

@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'attach' | 'detach';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'attach' | 'detach' | 'label' | 'rename' | 'delete';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
@@ -17,7 +17,7 @@ export type ClientMessage =
   | { type: 'ask' }
   | { type: 'answer'; grant: boolean }
   | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number }
-  | { type: 'request'; kind: RequestKind; text?: string; value?: number }
+  | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string }
   | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 
@@ -101,9 +101,13 @@ export interface Robot {
   name: string;
   meshes?: string;
   mount?: number[][];
-  joints: { name: string; origin: number[][]; axis: Vec3 }[];
+  joints: { name: string; type?: 'revolute' | 'prismatic'; origin: number[][]; axis: Vec3 }[];
   tool: { name: string; origin: number[][] };
   home: number[];
+  /** rad (m), rad/s (m/s) */
+  position_min?: number[];
+  position_max?: number[];
+  velocity_max?: number[];
   bodies: Body[];
   pairs: [number, number][];
 }

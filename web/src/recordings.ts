@@ -1,3 +1,8 @@
+import { element } from './element';
+import type { Profile } from './protocol';
+import { Player, type Motion } from './replay/player';
+import { Track } from './replay/track';
+
 /** What GET sessions answers (docs/protocol.md). */
 export interface RecordedSession {
   name: string;
@@ -5,14 +10,21 @@ export interface RecordedSession {
   bytes: number;
   /** false: being written, or cut short */
   complete: boolean;
+  /** What people call it. */
+  label?: string;
   run: Record<string, string>;
   summary: Record<string, string>;
 }
 
-/** What GET sessions/NAME/motion answers: when, and where the arm was measured. */
-export interface Motion { name: string; t_s: number[]; q: number[][] }
+/** Speeds that a press of the button goes through. */
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+/** Events that are listed at most: the gravest kinds come first. */
+const LISTED = 300;
+const GRAVE = ['spill', 'missed', 'limit', 'gap', 'setting', 'state'];
 
 export const clock = (seconds: number): string => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, '0')}`;
+/** With tenths. */
+const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
 
 /** Length and figures of a session in a line. */
 export function figures(session: RecordedSession): string {
@@ -28,125 +40,196 @@ export function figures(session: RecordedSession): string {
   return words.join(' · ');
 }
 
-/** A recorded motion as it plays; knows no DOM. */
-export class Player {
-  playing = true;
-  /** s from its begin. */
-  at = 0;
-  readonly duration: number;
-  readonly #q: Float64Array;
-  #near = 0;
+const button = (textContent: string, label: string, onclick: () => void): HTMLButtonElement => {
+  const made = Object.assign(document.createElement('button'), { type: 'button', textContent, onclick });
+  made.setAttribute('aria-label', label);
+  return made;
+};
 
-  constructor(readonly motion: Motion) {
-    if (motion.t_s.length === 0 || motion.q.length !== motion.t_s.length) throw new Error(`${motion.name} holds no motion`);
-    this.duration = motion.t_s[motion.t_s.length - 1]! - motion.t_s[0]!;
-    this.#q = new Float64Array(motion.q[0]!.length);
-  }
-
-  seek(at: number): void { this.at = Math.max(0, Math.min(this.duration, at)); }
-
-  advance(dt: number): void {
-    if (!this.playing) return;
-    this.seek(this.at + dt);
-    if (this.at >= this.duration) this.playing = false;
-  }
-
-  toggle(): void {
-    if (!this.playing && this.at >= this.duration) this.at = 0;
-    this.playing = !this.playing;
-  }
-
-  /** rad, at `at`; the same array each time. */
-  q(): Float64Array {
-    const { t_s: t, q } = this.motion, wanted = t[0]! + this.at;
-    if (t[this.#near]! > wanted) this.#near = 0;
-    while (this.#near + 2 < t.length && t[this.#near + 1]! <= wanted) ++this.#near;
-    const i = this.#near, j = Math.min(i + 1, t.length - 1), span = t[j]! - t[i]!;
-    const share = span > 0 ? Math.min(1, Math.max(0, (wanted - t[i]!) / span)) : 0;
-    for (let k = 0; k < this.#q.length; ++k) this.#q[k] = q[i]![k]! + share * (q[j]![k]! - q[i]![k]!);
-    return this.#q;
-  }
-}
-
-/** The list of recorded sessions, and the time line of the one that is shown. */
+/** The list of recorded sessions, and the one that is shown: its time line, its events, and another one beside it. */
 export class Recordings {
   player: Player | null = null;
+  /** Laid over the player's, from the first grip on. */
+  other: Player | null = null;
+  profiles: readonly Profile[] = [];
+  #track: Track | null = null;
+  /** Name of the session whose name and label are being changed. */
+  #edited = '';
+  #sessions: RecordedSession[] = [];
 
-  /** @param onShown the past is on the screen from now on, or is not */
-  constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void) {
-    this.#part('past-play', HTMLButtonElement).onclick = () => this.player?.toggle();
-    this.#part('past-close', HTMLButtonElement).onclick = () => this.close();
-    const range = this.#part('past-at', HTMLInputElement);
+  /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list */
+  constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
+              private readonly change: (kind: 'label' | 'rename' | 'delete', name: string, to?: string) => void) {
+    const press = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
+    press('past-play', () => this.player?.toggle());
+    press('past-back', () => this.player?.step(-1));
+    press('past-on', () => this.player?.step(1));
+    press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
+    press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
+    press('past-alone', () => { this.other = null; this.#layOut(); });
+    press('past-close', () => this.close());
+    const range = element('past-at', HTMLInputElement);
     range.oninput = () => {
       if (!this.player) return;
       this.player.playing = false;
       this.player.seek(Number(range.value));
     };
+    addEventListener('hashchange', () => void this.follow());
+  }
+
+  /** What the address says: #replay=NAME, and &t=S from its begin. */
+  async follow(): Promise<void> {
+    const asked = new URLSearchParams(location.hash.slice(1)), name = asked.get('replay'), at = Number(asked.get('t') ?? NaN);
+    if (!name) return;
+    if (this.player?.motion.name !== name) await this.open(name);
+    if (!this.player || !Number.isFinite(at)) return;
+    this.player.playing = false;
+    this.player.seek(at);
   }
 
   async refresh(): Promise<void> {
     const answer = await fetch('./sessions').catch(() => null);
     if (!answer?.ok) return this.#say('No list of recordings to be had.');
-    const { sessions } = (await answer.json()) as { sessions: RecordedSession[] };
-    if (sessions.length === 0) return this.#say('Nothing recorded yet.');
-    this.list.replaceChildren(...sessions.slice(0, 50).map((session) => {
-      const item = document.createElement('li');
-      const words = document.createElement('p');
-      words.append(Object.assign(document.createElement('strong'), { textContent: session.name }), figures(session));
-      const play = Object.assign(document.createElement('button'), { type: 'button', textContent: 'Replay', onclick: () => void this.open(session.name) });
-      const report = Object.assign(document.createElement('a'),
-        { href: `./sessions/${encodeURIComponent(session.name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
-      play.setAttribute('aria-label', `Replay ${session.name} in the scene`);
-      report.setAttribute('aria-label', `Report of ${session.name}, in a new tab`);
-      const row = Object.assign(document.createElement('div'), { className: 'row' });
-      row.append(play, report);
+    this.#sessions = ((await answer.json()) as { sessions: RecordedSession[] }).sessions;
+    if (this.#sessions.length === 0) return this.#say('Nothing recorded yet.');
+    this.#showList();
+  }
+
+  #showList(): void {
+    this.list.replaceChildren(...this.#sessions.slice(0, 50).map((session) => {
+      const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
+      words.append(Object.assign(document.createElement('strong'), { textContent: session.label || name }), session.label ? `${name} · ${figures(session)}` : figures(session));
+      const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
+      report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
+      row.className = 'row';
+      row.append(button('Replay', `Replay ${name} in the scene`, () => void this.open(name)), report);
+      if (this.player && this.player.motion.name !== name) row.append(button('Compare', `Show ${name} beside the one that plays`, () => void this.compare(name)));
+      row.append(button('Edit', `Label, rename, delete or download ${name}`, () => { this.#edited = this.#edited === name ? '' : name; this.#showList(); }));
       item.append(words, row);
+      if (this.#edited === name) item.append(this.#editor(session));
       return item;
     }));
   }
 
-  async open(name: string): Promise<void> {
+  #editor({ name, label }: RecordedSession): HTMLElement {
+    const form = document.createElement('form');
+    form.className = 'edit';
+    const field = (text: string, value: string): HTMLInputElement => {
+      const box = form.appendChild(document.createElement('label')), input = Object.assign(document.createElement('input'), { type: 'text', value, maxLength: 120 });
+      box.append(`${text} `, input);
+      return input;
+    };
+    const labelled = field('Label', label ?? ''), named = field('Name', name);
+    const row = form.appendChild(document.createElement('div')), gone = button('Delete', `Delete ${name}`, () => {
+      if (gone.dataset.sure) return this.#do('delete', name);
+      gone.dataset.sure = 'true';
+      gone.textContent = 'Really delete';
+    });
+    row.className = 'row';
+    const load = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/session.mcap`, download: `${name}.mcap`, textContent: 'Download' });
+    load.setAttribute('aria-label', `Download ${name} as MCAP`);
+    row.append(Object.assign(document.createElement('button'), { textContent: 'Save' }), load, gone);
+    form.onsubmit = (event) => {
+      event.preventDefault();
+      if (labelled.value.trim() !== (label ?? '')) this.#do('label', name, labelled.value.trim());
+      if (named.value.trim() !== name) this.#do('rename', name, named.value.trim());
+    };
+    return form;
+  }
+
+  /** The disk may take a moment. */
+  #do(kind: 'label' | 'rename' | 'delete', name: string, to?: string): void {
+    this.#edited = '';
+    if (this.player?.motion.name === name && kind !== 'label') this.close();
+    this.change(kind, name, to);
+    setTimeout(() => void this.refresh(), 300);
+  }
+
+  async #load(name: string): Promise<Player | null> {
     const answer = await fetch(`./sessions/${encodeURIComponent(name)}/motion`).catch(() => null);
     try {
       if (!answer?.ok) throw new Error(answer ? await answer.text() : 'not connected');
-      this.player = new Player((await answer.json()) as Motion);
+      return new Player((await answer.json()) as Motion);
     } catch (error) {
-      return this.#say(String(error instanceof Error ? error.message : error));
+      this.#say(String(error instanceof Error ? error.message : error));
+      return null;
     }
+  }
+
+  async open(name: string): Promise<void> {
+    const player = await this.#load(name);
+    if (!player) return;
+    this.player = player;
+    this.other = null;
     this.line.hidden = false;
     document.body.dataset.past = 'true';
     this.onShown(true);
-    this.#part('past-name', HTMLElement).textContent = name;
-    this.#part('past-at', HTMLInputElement).max = String(this.player.duration);
-    this.#part('past-play', HTMLButtonElement).focus();
+    element('past-at', HTMLInputElement).max = String(player.duration);
+    this.#showEvents(player);
+    this.#layOut();
+    element('past-play', HTMLButtonElement).focus();
+  }
+
+  async compare(name: string): Promise<void> {
+    const other = await this.#load(name);
+    if (!other || !this.player) return;
+    this.other = other;
+    this.#layOut();
+  }
+
+  #layOut(): void {
+    const { player, other } = this;
+    if (!player) return;
+    element('past-name', HTMLElement).textContent = player.motion.name;
+    element('past-other', HTMLElement).textContent = other ? `beside ${other.motion.name}, both from their first grip on` : '';
+    element('past-alone', HTMLButtonElement).hidden = !other;
+    this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0);
+    this.#showList();
+  }
+
+  #showEvents({ motion, begin }: Player): void {
+    const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
+    element('past-events', HTMLOListElement).replaceChildren(...listed.map(({ t_s, kind, what, why }) => {
+      const item = document.createElement('li'), at = Math.max(0, t_s - begin);
+      item.dataset.kind = kind === 'state' ? what : kind;
+      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(at) }), ` ${why ? `${what}: ${why}` : what}`);
+      return item;
+    }));
   }
 
   close(): void {
-    this.player = null;
+    this.player = this.other = this.#track = null;
     this.line.hidden = true;
     delete document.body.dataset.past;
+    if (location.hash.startsWith('#replay=')) history.replaceState(null, '', location.pathname + location.search);
     this.onShown(false);
+    this.#showList();
+  }
+
+  /** Every frame. @param dt s */
+  advance(dt: number): void {
+    this.player?.advance(dt);
+    if (this.player) this.other?.seek(this.player.at + this.other.firstGrip - this.player.firstGrip);
   }
 
   /** A few times a second. */
   draw(): void {
-    if (!this.player) return;
-    const { at, duration, playing } = this.player;
-    this.#part('past-at', HTMLInputElement).value = String(at);
-    this.#part('past-at', HTMLInputElement).setAttribute('aria-valuetext', `${clock(at)} of ${clock(duration)}`);
-    this.#part('past-time', HTMLElement).textContent = `${clock(at)} / ${clock(duration)}`;
-    this.#part('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
+    const { player } = this;
+    if (!player) return;
+    const { at, duration, playing, speed, loops } = player, label = this.profiles.find(({ name }) => name === player.profile)?.label ?? player.profile;
+    element('past-at', HTMLInputElement).value = String(at);
+    element('past-at', HTMLInputElement).setAttribute('aria-valuetext', `${clock(at)} of ${clock(duration)}`);
+    element('past-time', HTMLElement).textContent = `${fine(at)} / ${clock(duration)}`;
+    element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
+    element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
+    element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
+    element('past-facts', HTMLElement).textContent = [player.state, label, player.scale && `scale ${player.scale.toFixed(2)}`, this.#track?.values(), player.spilled && 'spilled'].filter(Boolean).join(' · ');
+    this.#track?.draw();
   }
 
   #say(words: string): void {
     const item = document.createElement('li');
     item.textContent = words;
     this.list.replaceChildren(item);
-  }
-
-  #part<T extends HTMLElement>(id: string, kind: new () => T): T {
-    const found = this.line.querySelector(`#${id}`);
-    if (!(found instanceof kind)) throw new Error(`index.html has no ${kind.name} #${id}`);
-    return found;
   }
 }

@@ -18,6 +18,7 @@ export const ON_PAGE: Means = {
   lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the target, or hold a key, to take over.',
   pair: 'To drive, enter the code from the terminal.', again: 'Let go, and take hold again.', reset: 'press “Reset”',
 };
+export const ON_TOUCH: Means = { ...ON_PAGE, lead: 'Drag the glass to lead the arm.', takeOver: 'Drag the target to take over.' };
 export const IN_HEADSET: Means = {
   lead: 'Squeeze the grip to lead the arm.', takeOver: 'Squeeze the grip to take over.',
   pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again.', reset: 'press the thumbstick to reset',
@@ -94,6 +95,12 @@ export class Session {
   mayDrive(now: number): boolean {
     const state = this.state?.state;
     return this.yours && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
+  }
+
+  /** Whether a way in would move the arm now, or would if it took the lease, which is free. */
+  mayLead(now: number): boolean {
+    const state = this.state?.state;
+    return this.mayTake && this.paired && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
   }
 
   get mayReset(): boolean { return !this.past && this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }

@@ -23,3 +23,17 @@ export function positionOf({ min, max, logarithmic }: Range, weight: number): nu
 export function weightText({ logarithmic }: Range, weight: number): string {
   return logarithmic ? String(Number(weight.toPrecision(2))) : weight.toFixed(1);
 }
+
+/** What a slider of a weight is called, and what its ends do. */
+export interface Words { label: string; low: string; high: string }
+
+const PLAIN: Readonly<Record<string, Words>> = {
+  lateral: { label: 'Slosh protection, sideways', low: '0: ignores the liquid', high: 'calm, comes late' },
+  vertical: { label: 'Slosh protection, up and down', low: '0: moves freely', high: 'calm, comes late' },
+};
+
+/** Terms that the page does not know keep their label. */
+export const plain = (term: Term): Words => PLAIN[term.name] ?? { label: term.label, low: '0: does not count', high: 'counts more' };
+
+/** "s^3/m^2" as people write it. */
+export const unitText = (unit: string): string => unit.replace(/\^(-?\d)/g, (_, digits: string) => [...digits].map((c) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]!).join(''));

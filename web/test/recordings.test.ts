@@ -1,5 +1,7 @@
 import { describe, expect, it } from 'vitest';
-import { clock, figures, Player, type Motion } from '../src/recordings';
+import { clock, figures } from '../src/recordings';
+import { indexAt, Player, type Motion } from '../src/replay/player';
+import { curveOf } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
 
@@ -34,6 +36,51 @@ describe('player', () => {
   it('takes a single look, and refuses none', () => {
     expect([...new Player({ name: 'b', t_s: [3], q: [[0.5]] }).q()]).toEqual([0.5]);
     expect(() => new Player({ name: 'c', t_s: [], q: [] })).toThrow('c holds no motion');
+  });
+});
+
+describe('what happened', () => {
+  const story: Motion = {
+    ...motion, target: { t_s: [5, 5.1, 6.2, 6.3], p: [[0, 0, 1], [0, 0, 2], [0, 0, 3], [0, 0, 4]], q: Array(4).fill([0, 0, 0, 1]) as [number, number, number, number][], engaged: [0, 1, 1, 1], lateral: [1, 3, null, 2], error_mm: [null, 5, 6, 7] },
+    liquid: { t_s: [5, 5.15], tilt: [[0.1, 0], [0.2, 0]], freeboard_mm: [9, 8], spilled: [0, 1] },
+    settings: [{ t_s: 4, profile: 'tracking', scale: 0.5, fill: 0.09 }, { t_s: 5.2, profile: 'carry', scale: 1, fill: 0.09 }],
+    events: [{ t_s: 5, kind: 'state', what: 'ready', why: '' }, { t_s: 5.1, kind: 'state', what: 'engaged', why: 'grip' }, { t_s: 5.15, kind: 'spill', what: 'spilled', why: '' }],
+  };
+
+  it('is told of the time that is shown: target, liquid, state, profile', () => {
+    const player = new Player(story);
+    player.seek(0.05);
+    expect([player.target()!.p[2], player.tilt()[0], player.spilled, player.state, player.profile, player.scale]).toEqual([1, 0.1, false, 'ready', 'tracking', 0.5]);
+    player.seek(0.25);
+    expect([player.target()!.p[2], player.tilt()[0], player.spilled, player.state, player.profile, player.scale]).toEqual([2, 0.2, true, 'engaged', 'carry', 1]);
+    expect(player.firstGrip).toBeCloseTo(0.1);
+    expect(new Player(motion).target()).toBeNull();
+  });
+
+  it('is drawn with a gap where nothing was planned', () => {
+    const [times, values] = curveOf(story, 'lateral', 5);
+    expect(values).toEqual([1, 3, null, null, 2]);
+    expect(times[2]).toBeCloseTo(0.65);
+    expect(curveOf(motion, 'lateral', 5)).toEqual([[], []]);
+  });
+
+  it('plays at any speed, again and again, and steps', () => {
+    const player = new Player(motion);
+    player.speed = 2;
+    player.advance(0.1);
+    expect(player.at).toBeCloseTo(0.2);
+    player.loops = true;
+    player.advance(1);
+    expect([player.at, player.playing]).toEqual([0, true]);
+    player.step(1);
+    expect([player.at, player.playing]).toEqual([1 / 30, false]);
+    player.step(-5);
+    expect(player.at).toBe(0);
+  });
+
+  it('finds the entry of a time', () => {
+    expect([-1, 0, 1, 2.5, 9].map((t) => indexAt([0, 1, 2, 3], t))).toEqual([-1, 0, 1, 2, 3]);
+    expect(indexAt([], 1)).toBe(-1);
   });
 });
 

@@ -1,32 +1,57 @@
 import * as THREE from 'three';
+import type { Item } from './menu';
 
-/** The state as a board beside the arm, readable in the headset. Drawn anew only when its words change. */
+/** px of the canvas, and m of the board. */
+const WIDTH = 1024, HEIGHT = 940, METRES = 0.72;
+const MENU = 500, ROW = 104, BUTTON = 60, LEFT = 56, GAP = 14;
+
+/** Where an item stands, px from the top left. */
+interface Place { x: number; y: number; width: number; height: number }
+
+function panel(width: number, height: number, metres: number): { canvas: HTMLCanvasElement; geometry: THREE.PlaneGeometry; material: THREE.MeshBasicMaterial } {
+  const canvas = document.createElement('canvas');
+  canvas.width = width;
+  canvas.height = height;
+  const map = new THREE.CanvasTexture(canvas);
+  map.colorSpace = THREE.SRGBColorSpace;
+  return { canvas, geometry: new THREE.PlaneGeometry(metres, (metres * height) / width), material: new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }) };
+}
+
+/** State, what to do now in a line, and a menu, as a board in the headset. Drawn anew only when something on it changes. */
 export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   readonly #context: CanvasRenderingContext2D;
-  /** What stands on it, a line each. */
+  /** What stands above the menu, a line each. */
   text = '';
-  #color = '';
+  items: Item[] = [];
+  /** Which item the ray or the stick is on; -1: none. */
+  chosen = -1;
+  #shown = '';
+  #places: Place[] = [];
 
   constructor() {
-    const canvas = document.createElement('canvas');
-    canvas.width = 1024;
-    canvas.height = 512;
-    const map = new THREE.CanvasTexture(canvas);
-    map.colorSpace = THREE.SRGBColorSpace;
-    super(new THREE.PlaneGeometry(0.72, 0.36), new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }));
+    const { canvas, geometry, material } = panel(WIDTH, HEIGHT, METRES);
+    super(geometry, material);
     this.#context = canvas.getContext('2d')!;
   }
 
-  write(title: string, color: string, warning: string, lines: string[]): void {
-    const text = [title, ...lines, warning].join('\n');
-    if (text === this.text && color === this.#color) return;
-    this.text = text;
-    this.#color = color;
+  /** The item at a point of the board, whose coordinates run from 0 to 1 and upwards; -1: none. */
+  itemAt(u: number, v: number): number {
+    const x = u * WIDTH, y = (1 - v) * HEIGHT;
+    return this.#places.findIndex((place) => x >= place.x && x <= place.x + place.width && y >= place.y && y <= place.y + place.height);
+  }
+
+  write(title: string, color: string, warning: string, lines: string[], items: Item[]): void {
+    this.text = [title, ...lines, warning].join('\n');
+    this.items = items;
+    if (this.chosen >= items.length) this.chosen = -1;
+    const shown = [this.text, color, this.chosen, ...items.map(({ row, label, on }) => `${row}/${label}/${on}`)].join('\n');
+    if (shown === this.#shown) return;
+    this.#shown = shown;
     const c = this.#context;
-    c.clearRect(0, 0, 1024, 512);
-    c.fillStyle = 'rgba(16, 20, 25, 0.9)';
+    c.clearRect(0, 0, WIDTH, HEIGHT);
+    c.fillStyle = 'rgba(16, 20, 25, 0.92)';
     c.beginPath();
-    c.roundRect(0, 0, 1024, 512, 44);
+    c.roundRect(0, 0, WIDTH, HEIGHT, 44);
     c.fill();
     c.fillStyle = color;
     c.beginPath();
@@ -34,20 +59,87 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     c.fill();
     c.font = '650 84px system-ui, sans-serif';
     c.fillText(title, 142, 118);
-    c.font = '44px system-ui, sans-serif';
     lines.forEach((line, i) => {
-      c.fillStyle = i === 0 ? '#c4ccd6' : '#e8edf3';
-      c.fillText(line, 56, 200 + 64 * i, 920);
+      c.font = i === 1 ? '600 50px system-ui, sans-serif' : '40px system-ui, sans-serif';
+      c.fillStyle = i === 1 ? '#ffffff' : '#c4ccd6';
+      c.fillText(line, LEFT, 194 + 64 * i, WIDTH - 2 * LEFT);
     });
     if (warning) {
       c.fillStyle = '#e0a100';
       c.beginPath();
-      c.roundRect(40, 412, 944, 76, 20);
+      c.roundRect(40, 404, WIDTH - 80, 76, 20);
       c.fill();
       c.fillStyle = '#1a1d21';
       c.font = '600 44px system-ui, sans-serif';
-      c.fillText(`⚠ ${warning}`, 64, 464, 900);
+      c.fillText(`⚠ ${warning}`, 64, 456, WIDTH - 124);
     }
+    this.#drawMenu();
+    this.material.map!.needsUpdate = true;
+  }
+
+  #drawMenu(): void {
+    const c = this.#context;
+    let row = '', y = MENU - ROW, x = LEFT;
+    this.#places = this.items.map((item, i) => {
+      if (item.row !== row) {
+        row = item.row;
+        y += ROW;
+        x = LEFT;
+        c.font = '30px system-ui, sans-serif';
+        c.fillStyle = '#9aa6b4';
+        c.fillText(row, LEFT, y + 22);
+      }
+      c.font = '34px system-ui, sans-serif';
+      const same = this.items.filter((other) => other.row === row).length;
+      const width = Math.min(c.measureText(item.label).width + 48, (WIDTH - 2 * LEFT - GAP * (same - 1)) / same);
+      const place = { x, y: y + 34, width, height: BUTTON };
+      c.fillStyle = item.on ? '#d5dee8' : '#2a323c';
+      c.beginPath();
+      c.roundRect(place.x, place.y, width, BUTTON, 16);
+      c.fill();
+      if (i === this.chosen) {
+        c.lineWidth = 6;
+        c.strokeStyle = '#ffffff';
+        c.stroke();
+      }
+      c.fillStyle = item.on ? '#14181d' : '#e8edf3';
+      c.fillText(item.label, place.x + 24, place.y + 42, width - 40);
+      x += width + GAP;
+      return place;
+    });
+  }
+}
+
+/** A few words that stay before the eyes, or at a controller. Drawn anew when they change; hidden when there are none. */
+export class Words extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
+  readonly #canvas: HTMLCanvasElement;
+  #lines = '';
+
+  constructor(private readonly background: string, private readonly ink: string, rows: number, metres: number) {
+    const { canvas, geometry, material } = panel(768, 40 + 66 * rows, metres);
+    super(geometry, material);
+    this.#canvas = canvas;
+    this.visible = false;
+  }
+
+  get lines(): string { return this.#lines; }
+
+  /** @param lines one each; none: nothing is shown */
+  say(lines: readonly string[]): void {
+    const text = lines.join('\n');
+    this.visible = text !== '';
+    if (text === this.#lines) return;
+    this.#lines = text;
+    const c = this.#canvas.getContext('2d')!, { width, height } = this.#canvas;
+    c.clearRect(0, 0, width, height);
+    if (!text) return;
+    c.fillStyle = this.background;
+    c.beginPath();
+    c.roundRect(0, 0, width, 40 + 66 * lines.length, 32);
+    c.fill();
+    c.fillStyle = this.ink;
+    c.font = '600 48px system-ui, sans-serif';
+    lines.forEach((line, i) => c.fillText(line, 36, 74 + 66 * i, width - 72));
     this.material.map!.needsUpdate = true;
   }
 }

@@ -1,5 +1,5 @@
 /** Buttons of the `xr-standard` mapping; on the left A is called X and B is called Y. */
-export const GRIP = 1, STICK = 3, A = 4, B = 5;
+export const TRIGGER = 0, GRIP = 1, STICK = 3, A = 4, B = 5;
 
 const isPressed = (source: XRInputSource, button: number): boolean => source.gamepad?.buttons[button]?.pressed === true;
 

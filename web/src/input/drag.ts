@@ -4,6 +4,7 @@ import type { Hand } from '../hand';
 import type { MutableQuat, MutableVec3 } from '../frames';
 import type { Session } from '../session';
 import type { Stage } from '../scene/stage';
+import { clearTheMiddle, sizeOf } from './handles';
 
 /** s; mice that tell of their motion more often than this are asked this often. */
 const RAW_EVERY = 0.004;
@@ -12,6 +13,8 @@ const RAW_EVERY = 0.004;
 export class Drag {
   readonly controls: TransformControls;
   readonly #proxy = new THREE.Object3D();
+  readonly #coarse = matchMedia('(pointer: coarse)').matches;
+  readonly #at = new THREE.Vector3(); // world frame
   readonly #start = new THREE.Vector3();
   readonly #startTurn = new THREE.Quaternion();
   readonly #turn = new THREE.Quaternion();
@@ -28,7 +31,7 @@ export class Drag {
               private readonly wantLease: () => void, private readonly canvas: HTMLCanvasElement) {
     stage.base.add(this.#proxy);
     this.controls = new TransformControls(stage.view.camera, canvas);
-    this.controls.size = matchMedia('(pointer: coarse)').matches ? 1.1 : 0.75;
+    clearTheMiddle(this.controls);
     this.controls.space = 'local';
     this.controls.attach(this.#proxy);
     stage.scene.add(this.controls.getHelper());
@@ -63,6 +66,7 @@ export class Drag {
   /** Every frame: the handles stay on the target. */
   follow(): void {
     const target = this.session.state?.target;
+    this.controls.size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse);
     if (!target || this.#holding) return;
     // Upright handles: they move along the base's axes.
     this.#proxy.position.set(target.p[0], target.p[1], target.p[2]);

@@ -2,11 +2,15 @@ import * as THREE from 'three';
 import type { Hand } from '../hand';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
-import { IN_HEADSET, ON_PAGE, type Session } from '../session';
+import type { RequestKind } from '../protocol';
+import { IN_HEADSET, type Means, ON_PAGE, type Session } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { Board } from './board';
-import { A, B, Buttons, GRIP, isController, STICK } from './controllers';
+import { A, B, Buttons, GRIP, isController, STICK, TRIGGER } from './controllers';
 import type { EmulatedHand } from './emulator';
+import { Guide } from './guide';
+import { itemsOf } from './menu';
+import { Pointer } from './pointer';
 
 /** Hz, asked of the headset: more pictures would leave too little time for each. */
 const RATE = 72;
@@ -14,14 +18,20 @@ const RATE = 72;
 const LEAD_MAX = 0.1;
 
 /** What the operator may ask for in the headset. */
-export interface Acts { wantLease(): void; stop(): void; reset(): void }
+export interface Acts {
+  wantLease(): void;
+  stop(): void;
+  reset(): void;
+  command(kind: RequestKind, more: { text?: string; value?: number }): void;
+}
 
 /** What the headset said last of the hand. */
 interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; lead: number; at: number }
 
 /**
- * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales, and
- * pressed resets; A or X makes where the operator looks forward, without which nothing is led.
+ * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales up and
+ * down, chooses on the board to either side, and pressed resets, or presses what it chose; A or X makes where the operator looks forward,
+ * without which nothing is led; a trigger presses what its ray is on, or moves the board.
  */
 export class Headset {
   /** The page itself emulates it. */
@@ -30,23 +40,31 @@ export class Headset {
   readonly board = new Board();
   /** s, by which the headset predicted its newest poses; for the figures in docs/page.md. */
   readonly leads: number[] = [];
+  readonly guide = new Guide();
+  readonly #pointer = new Pointer(this.board);
   readonly #rig = new THREE.Group();
   readonly #buttons = new Buttons();
   /** Of the controller that has the hand. */
   #handedness: XRHandedness = 'none';
   /** Where forward is, since the origin moved last. */
   #isForwardKnown = false;
+  /** Pressed on the board. */
+  #wantsForward = false;
+  /** Somebody has chosen a scale; until then the hand's own is the glass's. */
+  #isScaled = false;
   #scaleAt = 0;
+  #chooseAt = 0;
   #constrained = false;
   #wroteAt = 0;
+  #meansBefore: Means = ON_PAGE;
   readonly #eye = new THREE.Vector3();
   #mouse: EmulatedHand | null = null;
   readonly #last: Heard = { pose: { p: [0, 0, 1], q: [0, 0, 0, 1] }, known: false, guessed: false, lead: 0, at: Infinity };
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly acts: Acts, private readonly onChange: () => void) {
-    this.board.position.set(-0.55, 1.62, -1.2);
-    this.#rig.add(this.board);
+    this.board.position.set(-0.6, 1.5, -1.2);
+    this.#rig.add(this.board, this.#pointer, this.guide.notice);
     this.#rig.visible = false;
     stage.scene.add(this.#rig);
     for (const index of [0, 1]) {
@@ -54,6 +72,7 @@ export class Headset {
       const body = new THREE.Mesh(new THREE.CapsuleGeometry(0.014, 0.07, 6, 16), new THREE.MeshStandardMaterial({ color: 0xf0f3f6, roughness: 0.4 }));
       body.rotation.x = -Math.PI / 3;
       grip.add(body);
+      this.guide.attach(grip);
       stage.scene.add(grip);
     }
   }
@@ -85,6 +104,7 @@ export class Headset {
       throw error;
     }
     this.session = session;
+    this.#meansBefore = this.facts.means;
     this.facts.means = IN_HEADSET;
     session.addEventListener('end', () => this.#left());
     session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
@@ -101,7 +121,7 @@ export class Headset {
   #left(): void {
     this.#letGo();
     this.session = null;
-    this.facts.means = ON_PAGE;
+    this.facts.means = this.#meansBefore;
     this.#rig.visible = false;
     if (this.#mouse) this.#mouse.running = false;
     this.stage.present(null);
@@ -129,8 +149,12 @@ export class Headset {
     if (session.visibilityState !== 'visible') return;
     const space = this.stage.renderer.xr.getReferenceSpace();
     for (const source of session.inputSources) {
-      if (isController(source) && this.#buttons.isNew(source, B)) this.acts.stop();
+      if (!isController(source) || !this.#buttons.isNew(source, B)) continue;
+      this.acts.stop();
+      this.guide.used('stop');
     }
+    this.guide.follow(this.stage.renderer.xr.getCamera());
+    if (space) this.#point(session, frame, space, now);
     if (space && !this.facts.past) this.#use(session, frame, space, now);
     for (const source of session.inputSources) this.#buttons.note(source);
   }
@@ -139,8 +163,8 @@ export class Headset {
     let leading: XRInputSource | undefined;
     for (const source of session.inputSources) {
       if (!isController(source)) continue;
-      if (this.#buttons.began(source, STICK)) this.acts.reset();
-      if (this.#buttons.began(source, A)) this.#setForward(frame, space);
+      if (this.#buttons.began(source, STICK)) this.#pressStick();
+      if (this.#buttons.began(source, A) || this.#wantsForward) this.#setForward(frame, space);
       if (this.#buttons.began(source, GRIP)) this.#grip(source);
       this.#scale(source.gamepad!.axes[3] ?? 0, now);
       if (source.handedness === this.#handedness) leading = source;
@@ -154,10 +178,41 @@ export class Headset {
     this.#pulse(leading);
   }
 
+  /** Pressed the stick resets where that is due; else it presses what it chose. */
+  #pressStick(): void {
+    if (this.facts.mayReset) return this.acts.reset();
+    this.board.items[this.board.chosen]?.act();
+  }
+
+  /** Rays and sticks on the board; the controller that leads the arm is left to it. */
+  #point(session: XRSession, frame: XRFrame, space: XRReferenceSpace, now: number): void {
+    this.#pointer.begin();
+    for (const source of session.inputSources) {
+      if (!isController(source) || (this.hand.source === 'headset' && source.handedness === this.#handedness)) continue;
+      const pose = frame.getPose(source.targetRaySpace, space);
+      if (pose) this.#pointer.aim(source.handedness, pose, this.#buttons.isPressed(source, TRIGGER), this.#buttons.began(source, TRIGGER));
+      this.#choose(source.gamepad!.axes[2] ?? 0, now);
+    }
+    const pressed = this.#pointer.end();
+    if (this.#pointer.isUsed) this.guide.used('point');
+    if (pressed >= 0) this.board.items[pressed]?.act();
+  }
+
+  #choose(stick: number, now: number): void {
+    const { board } = this;
+    if (Math.abs(stick) < 0.6 || now - this.#chooseAt < 0.3 || board.items.length === 0) return;
+    this.#chooseAt = now;
+    board.chosen = (board.chosen + (stick > 0 ? 1 : board.chosen < 0 ? 0 : -1) + board.items.length) % board.items.length;
+    this.#wroteAt = 0;
+    this.guide.used('stick');
+  }
+
   #grip(source: XRInputSource): void {
     if (this.hand.source !== null || !this.#isForwardKnown) return;
     this.acts.wantLease();
-    if (this.hand.grab('headset')) this.#handedness = source.handedness;
+    if (!this.hand.grab('headset')) return;
+    this.#handedness = source.handedness;
+    this.guide.used('lead');
   }
 
   #report(pose: XRPose | null, lead: number, now: number): void {
@@ -189,10 +244,14 @@ export class Headset {
   /** With the lease, and an end to a recording that leads: whose forward it is leads. */
   #setForward(frame: XRFrame, space: XRReferenceSpace): void {
     const viewer = frame.getViewerPose(space);
+    this.#wantsForward = false;
     if (!viewer || !this.facts.mayTake) return;
+    this.guide.used('forward');
     this.acts.wantLease();
     this.connection.send({ type: 'request', kind: 'yaw', value: -heading(toRobotRotation(viewer.transform.orientation)) });
     this.#isForwardKnown = true;
+    if (!this.#isScaled) this.connection.send({ type: 'request', kind: 'scale', value: 1 });
+    this.#isScaled = true;
   }
 
   #scale(stick: number, now: number): void {
@@ -201,6 +260,8 @@ export class Headset {
     this.#scaleAt = now;
     const next = Math.min(2, Math.max(0.1, scale * (stick < 0 ? 1.1 : 1 / 1.1)));
     this.connection.send({ type: 'request', kind: 'scale', value: next });
+    this.#isScaled = true;
+    this.guide.used('stick');
   }
 
   #pulse(source: XRInputSource): void {
@@ -210,6 +271,19 @@ export class Headset {
       motor?.pulse?.(0.6, 40);
     }
     this.#constrained = constrained;
+  }
+
+  readonly #asks = {
+    command: (kind: RequestKind, more: { text?: string; value?: number }): void => this.acts.command(kind, more),
+    reset: (): void => this.acts.reset(),
+    recentre: (): void => { this.#wantsForward = true; },
+  };
+
+  /** What the person must see wherever they look. */
+  #lost(live: boolean): string[] {
+    if (!live) return ['No connection: the arm may move'];
+    if (this.hand.source !== 'headset' || (this.#last.known && !this.#last.guessed)) return [];
+    return this.#last.at === Infinity ? [] : ['Controller not seen: the arm holds'];
   }
 
   #write(now: number): void {
@@ -226,8 +300,9 @@ export class Headset {
       !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
       [present ? state.reason : '',
         asks ? 'Look forward, and press A.' : facts.advice(now, this.hand.heldFor),
-        present ? 'Grip leads · stick scales · A forward · B stops' : '',
-        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}` : '']);
+        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}` : ''],
+      live ? itemsOf(facts, this.#asks) : []);
+    this.guide.notice.say(this.#lost(live));
     // It turns to whoever looks.
     this.stage.renderer.xr.getCamera().getWorldPosition(this.#eye);
     this.board.lookAt(this.#eye);

@@ -4,8 +4,8 @@ import type { GlassSize, Robot } from '../protocol';
 import { geometryOf, toMatrix } from './body';
 import { WALL } from './glass';
 
-const CALM = new THREE.Color(0x4aa3ff);
-const LIT = new THREE.Color(0xff5a36);
+const CALM = new THREE.Color(0x8fa0b2);
+const LIT = new THREE.Color(0xe0a100);
 /** m; a pair that is closer is shown even if the other bodies are not. */
 const CLOSE = 0.006;
 
@@ -123,6 +123,16 @@ export class Arm extends THREE.Group {
       this.showBodies(true);
       return false;
     }
+  }
+
+  /** Of one colour, and translucent: what is not the arm itself. */
+  lookThrough(color: number): void {
+    const material = new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.3, roughness: 0.6, depthWrite: false });
+    this.traverse((part) => {
+      if (!(part instanceof THREE.Mesh) || part.material instanceof Bubble || this.tool.getObjectById(part.id)) return;
+      part.material = material;
+      part.castShadow = part.receiveShadow = false;
+    });
   }
 
   pose(q: ArrayLike<number>): void {

@@ -86,6 +86,8 @@ export class Glass extends THREE.Group {
   readonly #body: THREE.Mesh;
   readonly #rim: THREE.Mesh;
   readonly #foot: THREE.Mesh;
+  readonly #behind: THREE.Mesh[];
+  #coarseness = 1;
 
   constructor() {
     super();
@@ -101,6 +103,14 @@ export class Glass extends THREE.Group {
     this.#rim = new THREE.Mesh(new THREE.BufferGeometry(), edge);
     this.#foot = new THREE.Mesh(new THREE.BufferGeometry(), edge);
     this.#rim.renderOrder = this.#foot.renderOrder = 3;
+    // Where the arm stands before the glass its edges are seen through it; drawn before the liquid, which is no obstacle.
+    const through = new THREE.MeshBasicMaterial({ color: 0x6b7886, transparent: true, opacity: 0.45, depthFunc: THREE.GreaterDepth, depthWrite: false });
+    this.#behind = [this.#rim, this.#foot].map((edge) => {
+      const mesh = new THREE.Mesh(edge.geometry, through);
+      mesh.renderOrder = -0.5;
+      edge.add(mesh);
+      return mesh;
+    });
     this.add(this.liquid, this.#body, this.#rim, this.#foot);
   }
 
@@ -111,13 +121,22 @@ export class Glass extends THREE.Group {
     this.liquid.fit(this.size);
   }
 
+  /** Few pixels need wider edges. @param coarseness 1: as the glass is */
+  thicken(coarseness: number): void {
+    if (coarseness === this.#coarseness) return;
+    this.#coarseness = coarseness;
+    if (this.size.height > 0) this.fit(this.size);
+  }
+
   fit(size: GlassSize): void {
     this.size = size;
     const outside = size.radius + WALL;
     this.liquid.fit(size);
     reshape(this.#body, shell(size));
-    reshape(this.#rim, new THREE.TorusGeometry(size.radius + WALL / 2, WALL / 2, 10, 56));
-    reshape(this.#foot, new THREE.CylinderGeometry(outside, outside * 0.96, 2 * WALL, 48).rotateX(Math.PI / 2));
+    const edge = WALL * this.#coarseness;
+    reshape(this.#rim, new THREE.TorusGeometry(size.radius + WALL / 2, edge / 2, 10, 56));
+    reshape(this.#foot, new THREE.CylinderGeometry(outside, outside * 0.96, 2 * edge, 48).rotateX(Math.PI / 2));
+    [this.#rim, this.#foot].forEach((part, i) => { this.#behind[i]!.geometry = part.geometry; });
     this.#rim.position.z = size.height / 2;
     this.#foot.position.z = -size.height / 2 - WALL;
   }
@@ -128,6 +147,8 @@ export class Ghost extends THREE.Group {
   readonly #material = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.3, depthWrite: false });
   readonly #edge = new THREE.MeshBasicMaterial({ color: 0x16a085, transparent: true, opacity: 0.9, depthWrite: false });
   readonly #body = new THREE.Mesh(new THREE.BufferGeometry(), this.#material);
+  #size: GlassSize | null = null;
+  #coarseness = 1;
   readonly #rings = [-1, 1].map(() => new THREE.Mesh(new THREE.BufferGeometry(), this.#edge)); // bottom and top
 
   constructor() {
@@ -137,10 +158,18 @@ export class Ghost extends THREE.Group {
     this.add(axis.rotateX(Math.PI / 2));
   }
 
+  /** As of Glass. */
+  thicken(coarseness: number): void {
+    if (coarseness === this.#coarseness) return;
+    this.#coarseness = coarseness;
+    if (this.#size) this.fit(this.#size);
+  }
+
   fit(size: GlassSize): void {
+    this.#size = size;
     reshape(this.#body, shell(size));
     this.#rings.forEach((ring, top) => {
-      reshape(ring, new THREE.TorusGeometry(size.radius + WALL, 0.0014, 8, 56));
+      reshape(ring, new THREE.TorusGeometry(size.radius + WALL, 0.0014 * this.#coarseness, 8, 56));
       ring.position.z = (top - 0.5) * size.height;
     });
   }

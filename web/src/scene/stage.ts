@@ -17,6 +17,13 @@ export const STATE_COLORS: Record<SessionState, number> = {
   idle: 0x8a94a0, ready: 0x2f7fd0, engaged: 0x16a085, holding: 0xe0a100, stopping: 0xd1561c, fault: 0xc62828,
 };
 
+/** What a recording tells of the time that is shown. */
+export interface Past { q(): ArrayLike<number>; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly state: string; readonly fill: number }
+
+/** Of another recording beside the one that is shown. */
+const OTHER = 0x8a4fbf;
+const meshesOf = (robot: Robot): string => `./arms/${robot.meshes ?? robot.name}.glb`;
+
 const NO_PAIR: [number, number] = [-1, -1];
 /** Level of `Pace` from which on nothing casts a shadow. */
 const SHADOWLESS = 2;
@@ -49,6 +56,8 @@ export class Stage {
   readonly ghost = new Ghost();
   readonly glass = new Glass();
   arm: Arm | null = null;
+  #robot: { robot: Robot; glass: GlassSize } | null = null;
+  #double: Arm | null = null;
   readonly #room = new Room();
   readonly #path = new Ribbon(132, 0.0055, 0.95);
   readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
@@ -99,7 +108,7 @@ export class Stage {
     this.scene.add(sun, sun.target, rim, this.#sky);
 
     this.#reach = new THREE.Mesh(new THREE.SphereGeometry(1, 48, 24),
-      new THREE.MeshBasicMaterial({ color: 0x2f7fd0, wireframe: true, transparent: true, opacity: 0.08 }));
+      new THREE.MeshBasicMaterial({ color: 0x7b8794, wireframe: true, transparent: true, opacity: 0.08 }));
     this.#reach.visible = false;
     this.#trail.paint(0x8a94a0);
     this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#reach);
@@ -123,7 +132,10 @@ export class Stage {
     for (const joint of robot.joints.slice(2)) reach += Math.hypot(joint.origin[0]![3]!, joint.origin[1]![3]!, joint.origin[2]![3]!);
     this.#reach.scale.setScalar(reach);
     if (robot.joints[0]) this.#reach.position.setFromMatrixPosition(toMatrix(robot.joints[0].origin));
-    await arm.loadMeshes(`./arms/${robot.meshes ?? robot.name}.glb`);
+    this.#robot = { robot, glass };
+    if (this.#double) this.base.remove(this.#double);
+    this.#double = null;
+    await arm.loadMeshes(meshesOf(robot));
   }
 
   setCell(cell: Cell | null): void {
@@ -165,20 +177,50 @@ export class Stage {
     this.#presents = mode !== null;
     this.#shade();
   }
+  /** All of the arm and the target in the picture. */
+  frameAll(): void {
+    const box = new THREE.Box3();
+    for (const part of [this.arm, this.ghost]) if (part?.visible) box.expandByObject(part);
+    this.view.frame(box);
+  }
+
   get spilled(): boolean { return this.#spill.visible; }
   showReach(shown: boolean): void { this.#reach.visible = shown; }
 
-  /** The arm as it was in a recording: alone, for nothing else is known of then. */
-  showPast(q: ArrayLike<number>): void {
+  /** The arm as it was in a recording, with as much of then as is known. @param other another recording, laid over it @param t s, of the page's clock */
+  showPast(q: ArrayLike<number>, past: Past | null = null, other: Past | null = null, t = 0): void {
     this.arm?.pose(q);
     this.arm?.nearestPair(NO_PAIR, Infinity, false);
-    this.glass.liquid.tilt(0, 0);
-    this.#spill.visible = false;
     this.#now(false);
+    const target = past?.target() ?? null, tilt = past?.tilt();
+    if (past && past.fill > 0) this.glass.fill(past.fill);
+    this.glass.liquid.tilt(tilt?.[0] ?? 0, tilt?.[1] ?? 0);
+    this.ghost.visible = target !== null;
+    if (target) place(this.ghost, target);
+    this.ghost.paint(STATE_COLORS[past?.state as SessionState] ?? STATE_COLORS.idle, 0.35);
+    this.#spill.update(past?.spilled ?? false, this.glass, t);
+    if (other && !this.#double) void this.#makeDouble();
+    if (this.#double) this.#double.visible = other !== null;
+    if (other) this.#double?.pose(other.q());
+  }
+
+  /** The arm once more, that another recording is seen in. */
+  async #makeDouble(): Promise<void> {
+    if (!this.#robot) return;
+    const { robot, glass } = this.#robot, double = new Arm(robot, glass);
+    this.#double = double;
+    this.base.add(double);
+    const ghost = new Ghost();
+    ghost.fit(glass);
+    ghost.paint(OTHER, 0.6);
+    double.tool.add(ghost);
+    await double.loadMeshes(meshesOf(robot));
+    double.lookThrough(OTHER);
   }
 
   #now(shown: boolean): void {
     this.ghost.visible = this.#path.visible = this.#trail.visible = shown;
+    if (shown && this.#double) this.#double.visible = false;
   }
 
   /** @param t s, of the page's clock */
@@ -221,7 +263,9 @@ export class Stage {
   }
 
   #drawAt(quality: number): void {
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * [1, 0.8, 0.6, 0.4][quality]!);
+    const share = [1, 0.8, 0.6, 0.4][quality]!;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * share);
+    for (const part of [this.glass, this.ghost]) part.thicken(1 / share);
     this.#shade();
     if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }

@@ -1,29 +1,52 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { PRESETS, type Preset } from './presets';
 
 /** What the page's cards leave free of the picture, in normalised device coordinates. */
 const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65, top: 0.45 };
 const WIDENING = 1.2; // 1/s, of the distance
+const FOLLOWING = 3; // 1/s, of what is left of the way
 
 /** From where the scene is seen: turned by pointers, and wide enough that the target does not leave it. */
 export class View {
   readonly camera = new THREE.PerspectiveCamera(45, 1, 0.05, 30);
   readonly orbit: OrbitControls;
+  /** The view goes with the target. */
+  follows = false;
   readonly #seen = new THREE.Vector3();
+  readonly #step = new THREE.Vector3();
   #turning = false;
   #inSight = true;
 
   constructor(canvas: HTMLCanvasElement, private readonly reducedMotion: boolean) {
-    // Over the operator's shoulder: forward is away and to the left, and nothing stands before the glass.
-    this.camera.position.set(-1.28, 1.47, -0.4);
     this.orbit = new OrbitControls(this.camera, canvas);
-    this.orbit.target.set(0.02, 1.03, -0.97);
+    this.look('shoulder');
     this.orbit.enableDamping = !reducedMotion;
     this.orbit.minDistance = 0.4;
     this.orbit.maxDistance = 4;
     this.orbit.maxPolarAngle = 0.53 * Math.PI;
     this.orbit.addEventListener('start', () => { this.#turning = true; });
     this.orbit.addEventListener('end', () => { this.#turning = false; });
+  }
+
+  look(preset: Preset): void {
+    const { from, at } = PRESETS[preset];
+    this.camera.position.set(...from);
+    this.orbit.target.set(...at);
+    this.#inSight = true;
+    this.orbit.update();
+  }
+
+  /** So far away, in the direction of now, that all of it is in the picture. @param box world frame */
+  frame(box: THREE.Box3): void {
+    if (box.isEmpty()) return;
+    const sphere = box.getBoundingSphere(new THREE.Sphere()), half = THREE.MathUtils.degToRad(this.camera.fov) / 2;
+    const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect)), { target, maxDistance, minDistance } = this.orbit;
+    const away = this.camera.position.clone().sub(target);
+    target.copy(sphere.center);
+    away.setLength(THREE.MathUtils.clamp((1.15 * sphere.radius) / Math.sin(narrow), minDistance, maxDistance));
+    this.camera.position.copy(target).add(away);
+    this.#inSight = true;
     this.orbit.update();
   }
 
@@ -40,6 +63,11 @@ export class View {
    * @param dt s
    */
   update(target: THREE.Vector3 | null, dt: number): void {
+    if (this.follows && target && !this.#turning && this.orbit.enabled) {
+      this.#step.copy(target).sub(this.orbit.target).multiplyScalar(this.reducedMotion ? 1 : 1 - Math.exp(-FOLLOWING * Math.min(dt, 0.1)));
+      this.orbit.target.add(this.#step);
+      this.camera.position.add(this.#step);
+    }
     this.orbit.update();
     this.camera.updateMatrixWorld();
     if (!target) return;

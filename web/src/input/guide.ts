@@ -1,0 +1,53 @@
+import * as THREE from 'three';
+import { Words } from './board';
+
+/** What a controller's parts do; each is told at the controller until it was used once. */
+const PARTS = { lead: 'Grip: lead the arm', forward: 'A: forward is where you look', stop: 'B: stop', stick: 'Stick: scale ↕, menu ↔', point: 'Trigger: press on the board, move it' } as const;
+const LEFT: Readonly<Record<string, string>> = { forward: 'X: forward is where you look', stop: 'Y: stop' };
+
+export type Part = keyof typeof PARTS;
+
+/** m, of a controller's label; of what stands before the eyes, and how far. */
+const LABEL = 0.15, NOTICE = 0.5, AHEAD = 0.9, DOWN = 0.16;
+
+/** Words where the person looks: at the controllers what they do, and before the eyes what is lost. */
+export class Guide {
+  readonly notice = new Words('rgba(198, 40, 40, 0.94)', '#ffffff', 1, NOTICE);
+  readonly #labels: { words: Words; left: boolean }[] = [];
+  readonly #unused = new Set<Part>(Object.keys(PARTS) as Part[]);
+
+  constructor() {
+    this.notice.renderOrder = 10;
+    this.notice.material.depthTest = false;
+  }
+
+  /** @param grip of a controller, whichever hand holds it */
+  attach(grip: THREE.Group): void {
+    const words = new Words('rgba(16, 20, 25, 0.85)', '#e8edf3', Object.keys(PARTS).length, LABEL), label = { words, left: false };
+    words.position.set(0, 0.07, -0.06);
+    words.rotation.x = -0.7;
+    grip.add(words);
+    (grip as unknown as THREE.EventDispatcher<{ connected: { data: XRInputSource } }>).addEventListener('connected', ({ data }) => {
+      label.left = data.handedness === 'left';
+      this.#tell(label);
+    });
+    this.#labels.push(label);
+    this.#tell(label);
+  }
+
+  used(part: Part): void {
+    if (this.#unused.delete(part)) this.#labels.forEach((label) => this.#tell(label));
+  }
+
+  get unused(): Part[] { return [...this.#unused]; }
+
+  #tell({ words, left }: { words: Words; left: boolean }): void {
+    words.say([...this.#unused].map((part) => (left && LEFT[part]) || PARTS[part]));
+  }
+
+  /** Before the eyes, wherever they turn. */
+  follow(camera: THREE.Camera): void {
+    camera.matrixWorld.decompose(this.notice.position, this.notice.quaternion, this.notice.scale);
+    this.notice.translateZ(-AHEAD).translateY(-DOWN);
+  }
+}

@@ -1,0 +1,37 @@
+import * as THREE from 'three';
+import type { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
+
+/** m, world: what TransformControls calls 1; arrows begin at 0.3 and end at 0.6 of it, outside of the glass. */
+const SCALE = 0.3;
+/** Of TransformControls' own size: fingers and far views need no smaller handles. */
+const LEAST = { fine: 0.6, coarse: 1 };
+const BEGIN = 0.3, OUT = 0.14;
+
+/** The parts of TransformControls that its type does not tell of. */
+interface Gizmo { gizmo: Record<'translate', THREE.Object3D>; picker: Record<'translate', THREE.Object3D> }
+
+/** Leaves the glass free: arrows begin beside it, squares stand further out, and what is in the middle is felt, not seen. */
+export function clearTheMiddle(controls: TransformControls): void {
+  const { gizmo, picker } = (controls as unknown as { _gizmo: Gizmo })._gizmo;
+  for (const [parts, seen] of [[gizmo.translate, true], [picker.translate, false]] as const) {
+    for (const part of parts.children as THREE.Mesh[]) {
+      const { name, geometry } = part;
+      if (name.length === 2) geometry.translate(...(['X', 'Y', 'Z'].map((axis) => (name.includes(axis) ? OUT : 0)) as [number, number, number]));
+      if (!seen) continue;
+      if (name === 'XYZ') part.geometry = new THREE.BufferGeometry();
+      if (name.length === 1) beginOutside(geometry, 'XYZ'.indexOf(name));
+    }
+  }
+}
+
+/** Of an axis' line that begins in the middle, the near end; arrow heads stay. */
+function beginOutside(geometry: THREE.BufferGeometry, axis: number): void {
+  const position = geometry.getAttribute('position') as THREE.BufferAttribute;
+  for (let i = 0; i < position.count; ++i) if (Math.abs(position.getComponent(i, axis)) < BEGIN) position.setComponent(i, axis, BEGIN);
+}
+
+/** As large as the scene's own things, but never too small to be taken. */
+export function sizeOf(camera: THREE.PerspectiveCamera, at: THREE.Vector3, coarse: boolean): number {
+  const factor = at.distanceTo(camera.position) * Math.min(1.9 * Math.tan((Math.PI * camera.fov) / 360), 7);
+  return Math.max(coarse ? LEAST.coarse : LEAST.fine, (4 * SCALE) / factor);
+}

@@ -1,0 +1,42 @@
+import type { RequestKind } from '../protocol';
+import { inOrder } from '../profiles';
+import type { Session } from '../session';
+
+/** What can be pressed on the board; in the rows of the board from above. */
+export interface Item { row: string; label: string; on: boolean; act: () => void }
+
+export interface Asks {
+  command(kind: RequestKind, more: { text?: string; value?: number }): void;
+  reset(): void;
+  recentre(): void;
+}
+
+/** Of slosh protection, (s^3/m^2) as the weight: a press goes to the next one. */
+const LEVELS = [0, 0.3, 1, 3, 10, 20];
+/** Demonstrations that have room. */
+const SHOWN = 3;
+
+/** Row by row; what cannot be asked for now is not there. */
+export function itemsOf(session: Session, asks: Asks): Item[] {
+  const { welcome, state } = session;
+  if (!welcome || !state || session.past || !session.mayTake) return [];
+  const items: Item[] = [];
+  const add = (row: string, label: string, on: boolean, act: () => void): void => { items.push({ row, label, on, act }); };
+  if (session.mayReset) add('Now', 'Reset', false, () => asks.reset());
+  add('Now', 'Recentre', false, () => asks.recentre());
+  add('Now', state.recording ? 'Recording' : 'Record', state.recording, () => asks.command('record', { value: state.recording ? 0 : 1 }));
+  for (const profile of inOrder(welcome.profiles)) {
+    add('Profile', profile.label.replace(/ \(P\d+\)/, ''), state.controls.profile === profile.index, () => asks.command('profile', { text: profile.name }));
+  }
+  const lateral = welcome.terms.findIndex(({ name, offered }) => name === 'lateral' && offered), weight = state.controls.weights[lateral];
+  if (weight !== undefined) {
+    const less = LEVELS.filter((level) => level < weight - 1e-9).at(-1), more = LEVELS.find((level) => level > weight + 1e-9);
+    if (less !== undefined) add(`Slosh protection ${Number(weight.toPrecision(2))}`, 'less', false, () => asks.command('weight', { text: 'lateral', value: less }));
+    if (more !== undefined) add(`Slosh protection ${Number(weight.toPrecision(2))}`, 'more', false, () => asks.command('weight', { text: 'lateral', value: more }));
+  }
+  add('Demo motion', 'none', state.controls.playback < 0, () => asks.command('playback', { text: '' }));
+  welcome.recordings.slice(0, SHOWN).forEach((text, i) => {
+    add('Demo motion', text.replace(/-demo.*|-recording.*/, ''), state.controls.playback === i, () => asks.command('playback', { text }));
+  });
+  return items;
+}

@@ -1,0 +1,38 @@
+export const SPAN = 60; // s shown
+export const RATE = 15; // points a second
+const POINTS = SPAN * RATE;
+
+/** Newest POINTS rows of several series, the first one times. */
+export class History {
+  readonly times: number[] = [];
+  readonly series: (number | null)[][];
+  readonly #ages: number[] = [];
+  readonly #data: [number[], ...(number | null)[][]];
+
+  constructor(series: number) {
+    this.series = Array.from({ length: series }, () => []);
+    this.#data = [this.#ages, ...this.series];
+  }
+
+  get newest(): number { return this.times[this.times.length - 1] ?? 0; }
+
+  push(time: number, values: readonly (number | null)[]): void {
+    const { times, series } = this;
+    // A session that began anew has no past.
+    if (time < this.newest) for (const row of [times, ...series]) row.length = 0;
+    times.push(time);
+    for (let i = 0; i < series.length; ++i) series[i]!.push(values[i] ?? null);
+    while (times.length > POINTS || time - times[0]! > SPAN) {
+      times.shift();
+      for (const row of series) row.shift();
+    }
+  }
+
+  /** With seconds before the newest row in place of the session's clock; the same arrays each time. */
+  get data(): [number[], ...(number | null)[][]] {
+    const { times, newest } = this;
+    this.#ages.length = times.length;
+    for (let i = 0; i < times.length; ++i) this.#ages[i] = times[i]! - newest;
+    return this.#data;
+  }
+}

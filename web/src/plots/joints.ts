@@ -1,0 +1,47 @@
+import type { Robot, StateMessage } from '../protocol';
+
+interface Row { angle: HTMLElement; at: HTMLElement; speed: HTMLElement; limits: [number, number]; fastest: number; shown: [number, number] }
+
+/** deg, or mm of a sliding joint */
+const angleText = (q: number, sliding: boolean): string => (sliding ? `${(1000 * q).toFixed(0)} mm` : `${((180 / Math.PI) * q).toFixed(0)}°`);
+
+/** Where each joint stands between its limits, and its speed as a share of the fastest. */
+export class Joints {
+  readonly #rows: Row[];
+  readonly #sliding: boolean[];
+
+  constructor(root: HTMLElement, robot: Robot) {
+    this.#sliding = robot.joints.map(({ type }) => type === 'prismatic');
+    root.replaceChildren();
+    this.#rows = robot.joints.map((joint, i) => {
+      const row = document.createElement('div'), name = document.createElement('span'), bar = document.createElement('span');
+      const at = document.createElement('i'), speed = document.createElement('b'), angle = document.createElement('output');
+      const limits: [number, number] = [robot.position_min?.[i] ?? -Math.PI, robot.position_max?.[i] ?? Math.PI], fastest = robot.velocity_max?.[i] ?? 1;
+      name.textContent = joint.name.replace(/_joint$/, '').replaceAll('_', ' ');
+      row.title = `${name.textContent}: from ${angleText(limits[0], this.#sliding[i]!)} to ${angleText(limits[1], this.#sliding[i]!)}; the line beneath is its speed, full at ${angleText(fastest, this.#sliding[i]!)}/s`;
+      bar.className = 'bar';
+      bar.append(at, speed);
+      row.append(name, bar, angle);
+      root.append(row);
+      return { angle, at, speed, limits, fastest, shown: [NaN, NaN] };
+    });
+  }
+
+  draw({ q, dq }: StateMessage): void {
+    this.#rows.forEach((row, i) => {
+      const [low, high] = row.limits, share = Math.round(1000 * Math.min(1, Math.max(0, (q[i]! - low) / (high - low))));
+      const speed = Math.round(100 * Math.min(1, Math.abs(dq[i]!) / row.fastest));
+      if (share !== row.shown[0]) {
+        row.at.style.left = `${share / 10}%`;
+        row.at.dataset.near = String(share < 30 || share > 970);
+        row.angle.textContent = angleText(q[i]!, this.#sliding[i]!);
+      }
+      if (speed !== row.shown[1]) {
+        row.speed.style.width = `${speed}%`;
+        row.speed.dataset.near = String(speed >= 98);
+      }
+      row.shown[0] = share;
+      row.shown[1] = speed;
+    });
+  }
+}

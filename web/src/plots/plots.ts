@@ -1,0 +1,146 @@
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import type { Measure, Profile, StateMessage } from '../protocol';
+import { colorOf, resolved } from '../profiles';
+import { Comparison } from './comparison';
+import { History, RATE, SPAN } from './history';
+import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
+
+/** px, of a row's plot, and of the time axis beneath the last one. */
+const HEIGHT = 40, TIMES = 17;
+/** px, of the value axis; the strip of states leaves as much free. */
+const AXIS = 34;
+
+interface Line { label: string; color: string; dash?: number[] }
+interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number }
+
+const milli = (value: Measure): number | null => (value === null ? null : value / 1000);
+const short = (value: number | null | undefined): string => (value === null || value === undefined ? '–' : value.toFixed(value < 10 ? 2 : 0));
+
+/** The last minute on one time axis: states, what the liquid felt, and how well the hand was followed; profiles have a colour each. */
+export class Plots {
+  readonly #rows: Record<string, Row> = {};
+  readonly #inTurn: Row[];
+  readonly #strip = new Strip();
+  readonly #events = new History(4);
+  readonly #comparison: Comparison;
+  readonly #own: (number | null)[];
+  readonly #event: (number | null)[] = [0, 0, 0, 0];
+  #turn = 0;
+  #next = 0;
+  #missed = -1;
+  /** s, negative, where the pointer is; null: nowhere. */
+  #pointed: number | null = null;
+
+  constructor(private readonly root: HTMLElement, table: HTMLElement, private readonly profiles: Profile[]) {
+    this.#own = profiles.map(() => null);
+    this.#comparison = new Comparison(table, profiles);
+    root.replaceChildren();
+    const strip = this.#frame('states', 'States', '', 'As the lamp shows them; beneath: spills, limits that held the arm back, missed deadlines');
+    strip.append(this.#strip.canvas);
+    this.#strip.canvas.style.marginLeft = `${AXIS}px`;
+    const perProfile = profiles.map((profile) => ({ label: profile.label, color: colorOf(profile) }));
+    const spread = [{ label: 'median', color: 'var(--ink)' }, { label: 'p99', color: 'var(--muted)', dash: [3, 3] }];
+    this.#make('lateral', 'Slosh', 'm/s²', 'Sideways force on the liquid (lateral specific force)', perProfile, 2);
+    this.#make('error', 'Off target', 'mm', 'From the target to the glass', perProfile, 50);
+    this.#make('latency', 'Latency', 'ms', 'From the hand to the command made of it: median, and p99 dashed', spread, 10);
+    this.#make('solve', 'Planning', 'ms', 'How long a plan takes: median, and p99 dashed', spread, 0.2, true);
+    this.#inTurn = Object.values(this.#rows);
+    new ResizeObserver(() => this.resize()).observe(root);
+  }
+
+  #frame(name: string, title: string, unit: string, meaning: string): HTMLElement {
+    const row = document.createElement('figure'), caption = document.createElement('figcaption');
+    row.dataset.chart = name;
+    caption.title = meaning;
+    caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
+    row.append(caption);
+    const box = row.appendChild(document.createElement('div'));
+    this.root.append(row);
+    return box;
+  }
+
+  /** @param least what the axis shows even when all values are smaller */
+  #make(name: string, title: string, unit: string, meaning: string, lines: Line[], least: number, last = false): void {
+    const box = this.#frame(name, title, unit, meaning), history = new History(lines.length), height = HEIGHT + (last ? TIMES : 0);
+    const values = box.previousElementSibling!.appendChild(document.createElement('output'));
+    const ink = (): string => resolved('var(--muted)');
+    const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
+    const plot = new uPlot({
+      width: Math.max(120, box.clientWidth), height, padding: [4, 14, last ? 0 : 4, 0],
+      scales: { x: { time: false, range: [-SPAN, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
+      axes: [
+        { ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (!last ? '' : t === 0 ? 'now' : `${t.toFixed(0)} s`)) },
+        { ...axis, size: AXIS, gap: 3, space: 16 },
+      ],
+      cursor: { y: false, points: { size: 5 }, sync: { key: 'minute' }, drag: { x: false, y: false } },
+      legend: { show: false },
+      hooks: { setCursor: [(u) => { this.#pointed = u.cursor.idx ?? null; }] },
+      series: [{}, ...lines.map(({ label, color, dash }) => ({ label, stroke: () => resolved(color), width: 1.5, points: { show: false }, ...(dash && { dash }) }))],
+    }, history.data as uPlot.AlignedData, box);
+    this.#rows[name] = { history, plot, box, values, lines, height };
+  }
+
+  take(state: StateMessage): void {
+    if (state.now_s < this.#next && state.now_s > this.#next - 1) return;
+    this.#next = state.now_s + 1 / RATE;
+    const [x, y] = state.local_acceleration;
+    const lateral = x === null || y === null ? null : Math.hypot(x, y);
+    const error = milli(state.tracking_error === null ? null : state.tracking_error * 1e6);
+    const t = state.now_s, rows = this.#rows;
+    rows.lateral!.history.push(t, this.#ofProfile(lateral, state.controls.profile));
+    rows.error!.history.push(t, this.#ofProfile(error, state.controls.profile));
+    rows.solve!.history.push(t, [milli(state.solve_us.p50), milli(state.solve_us.p99)]);
+    rows.latency!.history.push(t, [milli(state.latency_us.p50), milli(state.latency_us.p99)]);
+    this.#event[STATE] = STATES.indexOf(state.state);
+    this.#event[SPILLED] = Number(state.liquid.spilled);
+    this.#event[LIMITED] = Number(state.constraint.kind !== 'none');
+    this.#event[MISSED] = Number(this.#missed >= 0 && state.missed_deadlines > this.#missed);
+    this.#missed = state.missed_deadlines;
+    this.#events.push(t, this.#event);
+  }
+
+  /** A row with one profile's value; the same array each time. */
+  #ofProfile(value: number | null, index: number): readonly (number | null)[] {
+    for (let i = 0; i < this.#own.length; ++i) this.#own[i] = this.profiles[i]!.index === index ? value : null;
+    return this.#own;
+  }
+
+  /** One row at a time, so that no picture waits for all of them; states and table with the first. */
+  drawNext(): void {
+    const row = this.#inTurn[this.#turn]!;
+    if (row.box.offsetParent !== null) {
+      row.plot.setData(row.history.data as uPlot.AlignedData);
+      this.#tell(row);
+    }
+    if (this.#turn === 0) {
+      this.#strip.draw(this.#events);
+      this.#comparison.draw(this.#rows.lateral!.history.series, this.#rows.error!.history.series);
+    }
+    this.#turn = (this.#turn + 1) % this.#inTurn.length;
+  }
+
+  /** The values under the pointer, or else the newest ones. */
+  #tell({ history, values, lines }: Row): void {
+    const at = this.#pointed ?? history.times.length - 1;
+    const shown = lines.flatMap((_line, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [short(value)]; }).join(' · ');
+    if (values.textContent !== shown) values.textContent = shown;
+  }
+
+  /** After another theme. */
+  repaint(): void {
+    this.#strip.repaint();
+    for (const { plot } of this.#inTurn) plot.redraw(false);
+  }
+
+  resize(): void {
+    for (const { plot, box, height } of this.#inTurn) {
+      if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height });
+    }
+    const width = this.#inTurn[0]!.box.clientWidth - AXIS - 14;
+    if (width > 0) {
+      this.#strip.canvas.style.width = `${width}px`;
+      this.#strip.resize(width);
+    }
+  }
+}

@@ -1,0 +1,50 @@
+import type { SessionState } from '../protocol';
+import { resolved } from '../profiles';
+import { SPAN, type History } from './history';
+
+export const STATES: readonly SessionState[] = ['idle', 'ready', 'engaged', 'holding', 'stopping', 'fault'];
+/** Of the history that a strip draws: the state's number, and 1 where the liquid spilled, a limit held the arm back, a deadline was missed. */
+export const STATE = 0, SPILLED = 1, LIMITED = 2, MISSED = 3;
+
+/** px of the page */
+const BAND = 12, MARK = 5;
+
+/** The last minute's states as bands, and beneath them what went wrong as marks. */
+export class Strip {
+  readonly canvas = document.createElement('canvas');
+  readonly #context = this.canvas.getContext('2d')!;
+  #colors: string[] = [];
+  #marks: string[] = [];
+
+  constructor() { this.repaint(); }
+
+  /** After another theme, whose colours are others. */
+  repaint(): void {
+    this.#colors = STATES.map((state) => resolved(`var(--state-${state})`));
+    this.#marks = ['var(--liquid)', 'var(--state-holding)', 'var(--ink)'].map(resolved);
+  }
+
+  resize(width: number): void {
+    this.canvas.width = Math.max(1, Math.round(width * devicePixelRatio));
+    this.canvas.height = Math.round((BAND + 3 * MARK + 2) * devicePixelRatio);
+  }
+
+  draw({ times, series, newest }: History): void {
+    const { width, height } = this.canvas, c = this.#context, unit = devicePixelRatio;
+    c.clearRect(0, 0, width, height);
+    const x = (t: number): number => width * (1 + (t - newest) / SPAN);
+    for (let i = 0; i < times.length; ++i) {
+      const from = x(times[i]!), wide = Math.max(unit, (i + 1 < times.length ? x(times[i + 1]!) : width) - from + 0.5);
+      const state = series[STATE]![i];
+      if (state !== null && state !== undefined) {
+        c.fillStyle = this.#colors[state]!;
+        c.fillRect(from, 0, wide, BAND * unit);
+      }
+      for (let k = SPILLED; k <= MISSED; ++k) {
+        if (!series[k]![i]) continue;
+        c.fillStyle = this.#marks[k - SPILLED]!;
+        c.fillRect(from, (BAND + 2 + (k - SPILLED) * MARK) * unit, Math.max(wide, 2 * unit), (MARK - 1) * unit);
+      }
+    }
+  }
+}

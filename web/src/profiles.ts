@@ -1,0 +1,39 @@
+import type { Profile } from './protocol';
+
+/** What the project's own profiles are for, in a line; P1 to P3 are those of the paper. Profiles of the user's own have a name only. */
+const PURPOSE: Readonly<Record<string, string>> = {
+  tracking: 'Follows the hand as closely as the arm can; ignores the liquid, and spills.',
+  'anti-slosh': 'Keeps the liquid as calm as at rest; comes late.',
+  waiter: 'Calm sideways, freer up and down; less late.',
+  carry: 'The closest that spills nothing: the wave stays below the rim.',
+  follow: 'Closer than Tracking, and rougher; ignores the liquid.',
+};
+
+export const purposeOf = (profile: Profile): string => PURPOSE[profile.name] ?? '';
+
+/** P1, P2, P3 first, in their order; then the others as the server has them. */
+export function inOrder(profiles: readonly Profile[]): Profile[] {
+  const place = ({ label }: Profile): number => Number(/\(P(\d+)\)/.exec(label)?.[1] ?? Infinity);
+  return [...profiles].sort((a, b) => (place(a) === place(b) ? a.index - b.index : place(a) - place(b)));
+}
+
+/** How many colours style.css has for profiles that it does not know by name. */
+const OTHERS = 3;
+
+/** For style sheets: the profile's colour, the same on the page and in every report. */
+export function colorOf({ name, index }: Profile): string {
+  const other = `var(--profile-other-${(index % OTHERS) + 1})`;
+  return /^[\w-]+$/.test(name) ? `var(--profile-${name}, ${other})` : other;
+}
+
+let probe: HTMLElement | null = null;
+/** What a colour of the style sheet is now, for a canvas, which knows no variables. */
+export function resolved(color: string): string {
+  if (!probe) {
+    probe = document.createElement('i');
+    probe.hidden = true;
+    document.body.append(probe);
+  }
+  probe.style.color = color;
+  return getComputedStyle(probe).color;
+}

@@ -1,0 +1,122 @@
+import type { Pose, Quat, Vec3 } from '../protocol';
+import type { MutablePose } from '../frames';
+
+/** s, between two looks at the arm in what the server answers; a step goes on by one. */
+const STEP = 1 / 30;
+
+/** "state", "spill", "limit", "setting", "missed" or "gap"; of a state `what` is its name. */
+export interface StoryEvent { t_s: number; kind: string; what: string; why: string }
+
+/** What GET sessions/NAME/motion answers: when, and where the arm was measured; the target, the liquid and what happened, each at times of its own. */
+export interface Motion {
+  name: string;
+  t_s: number[];
+  q: number[][];
+  target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
+  liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[] };
+  settings?: { t_s: number; profile: string; scale: number; fill: number }[];
+  events?: StoryEvent[];
+}
+
+/** The last entry of rising times that is not after `wanted`; -1 before the first. */
+export function indexAt(times: readonly number[], wanted: number): number {
+  let low = -1, high = times.length;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle]! <= wanted) low = middle; else high = middle;
+  }
+  return low;
+}
+
+const last = <T extends { t_s: number }>(entries: readonly T[] | undefined, wanted: number, fits: (entry: T) => boolean = () => true): T | undefined => {
+  for (let i = (entries?.length ?? 0) - 1; i >= 0; --i) if (entries![i]!.t_s <= wanted && fits(entries![i]!)) return entries![i];
+  return undefined;
+};
+
+/** A recorded motion as it plays; knows no DOM. */
+export class Player {
+  playing = true;
+  loops = false;
+  speed = 1;
+  /** s from its begin. */
+  at = 0;
+  readonly duration: number;
+  readonly begin: number;
+  readonly #q: Float64Array;
+  readonly #target: MutablePose = { p: [0, 0, 0], q: [0, 0, 0, 1] };
+  readonly #tilt: [number, number] = [0, 0];
+
+  constructor(readonly motion: Motion) {
+    if (motion.t_s.length === 0 || motion.q.length !== motion.t_s.length) throw new Error(`${motion.name} holds no motion`);
+    this.begin = motion.t_s[0]!;
+    this.duration = motion.t_s[motion.t_s.length - 1]! - this.begin;
+    this.#q = new Float64Array(motion.q[0]!.length);
+  }
+
+  seek(at: number): void { this.at = Math.max(0, Math.min(this.duration, at)); }
+
+  advance(dt: number): void {
+    if (!this.playing) return;
+    this.seek(this.at + dt * this.speed);
+    if (this.at < this.duration) return;
+    if (this.loops && this.duration > 0) this.at = 0; else this.playing = false;
+  }
+
+  toggle(): void {
+    if (!this.playing && this.at >= this.duration) this.at = 0;
+    this.playing = !this.playing;
+  }
+
+  /** So many looks on, or back. */
+  step(count: number): void {
+    this.playing = false;
+    this.seek(this.at + count * STEP);
+  }
+
+  /** When the arm first followed, s from the begin: where two sessions are laid over each other. */
+  get firstGrip(): number {
+    const grip = this.motion.events?.find(({ kind, what }) => kind === 'state' && what === 'engaged');
+    return grip ? Math.max(0, grip.t_s - this.begin) : 0;
+  }
+
+  /** s, of the recording's own clock. */
+  get now(): number { return this.begin + this.at; }
+
+  /** rad, at `at`; the same array each time. */
+  q(): Float64Array {
+    const { t_s: t, q } = this.motion, wanted = this.now;
+    const i = Math.max(0, indexAt(t, wanted)), j = Math.min(i + 1, t.length - 1), span = t[j]! - t[i]!;
+    const share = span > 0 ? Math.min(1, Math.max(0, (wanted - t[i]!) / span)) : 0;
+    for (let k = 0; k < this.#q.length; ++k) this.#q[k] = q[i]![k]! + share * (q[j]![k]! - q[i]![k]!);
+    return this.#q;
+  }
+
+  /** Where the hand wanted the glass; null: not recorded. The same pose each time. */
+  target(): Pose | null {
+    const target = this.motion.target, i = target ? indexAt(target.t_s, this.now) : -1;
+    if (!target || i < 0) return null;
+    const { p, q } = this.#target;
+    for (let k = 0; k < 3; ++k) p[k] = target.p[i]![k]!;
+    for (let k = 0; k < 4; ++k) q[k] = target.q[i]![k]!;
+    return this.#target;
+  }
+
+  /** rad, of the liquid's surface about the glass's x and y; the same array each time. */
+  tilt(): [number, number] {
+    const liquid = this.motion.liquid, i = liquid ? indexAt(liquid.t_s, this.now) : -1;
+    this.#tilt[0] = i < 0 ? 0 : liquid!.tilt[i]![0];
+    this.#tilt[1] = i < 0 ? 0 : liquid!.tilt[i]![1];
+    return this.#tilt;
+  }
+
+  get spilled(): boolean {
+    const liquid = this.motion.liquid, i = liquid ? indexAt(liquid.t_s, this.now) : -1;
+    return i >= 0 && liquid!.spilled[i] === 1;
+  }
+
+  get state(): string { return last(this.motion.events, this.now, ({ kind }) => kind === 'state')?.what ?? ''; }
+  get profile(): string { return last(this.motion.settings, this.now)?.profile ?? ''; }
+  get scale(): number | undefined { return last(this.motion.settings, this.now)?.scale; }
+  /** m; 0: not recorded. */
+  get fill(): number { return last(this.motion.settings, this.now)?.fill ?? 0; }
+}

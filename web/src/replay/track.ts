@@ -1,0 +1,131 @@
+import uPlot from 'uplot';
+import type { Profile } from '../protocol';
+import { colorOf, resolved } from '../profiles';
+import { indexAt, type Motion, type Player } from './player';
+
+/** px: of a plot, its value axis, the bands of states and profiles. */
+const HEIGHT = 64, TIMES = 17, AXIS = 34, BAND = 12;
+/** Points of a curve at most: more are seen by nobody, and a session of hours has them. */
+const POINTS = 3000;
+
+type Curve = 'lateral' | 'error_mm';
+
+/** A curve over s from the begin, thinned by the largest, and broken where nothing was planned for half a second. */
+export function curveOf(motion: Motion, name: Curve, begin: number): [number[], (number | null)[]] {
+  const target = motion.target, times: number[] = [], values: (number | null)[] = [];
+  if (!target) return [times, values];
+  const stride = Math.max(1, Math.ceil(target.t_s.length / POINTS));
+  for (let i = 0; i < target.t_s.length; i += stride) {
+    const t = target.t_s[i]! - begin, before = times[times.length - 1];
+    if (before !== undefined && t - before > Math.max(0.5, 3 * stride * 0.05)) {
+      times.push((t + before) / 2);
+      values.push(null);
+    }
+    let most: number | null = null;
+    for (let k = i; k < Math.min(target.t_s.length, i + stride); ++k) {
+      const value = target[name][k] ?? null;
+      if (value !== null && (most === null || value > most)) most = value;
+    }
+    times.push(t);
+    values.push(most);
+  }
+  return [times, values];
+}
+
+/** The whole recording on one time axis: states, profiles, what the liquid felt and how well the hand was followed; pointing at it seeks. */
+export class Track {
+  readonly #bands = document.createElement('canvas');
+  readonly #plots: uPlot[] = [];
+  readonly #boxes: HTMLElement[] = [];
+  readonly #cursor = document.createElement('i');
+  #held = false;
+
+  /** @param other laid over it, so many s later */
+  constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], other: Player | null, private readonly late: number) {
+    root.replaceChildren();
+    const bands = this.#frame('State', 'and profile');
+    this.#bands.style.marginLeft = `${AXIS}px`;
+    bands.append(this.#bands);
+    this.#make('Slosh', 'm/s²', 'lateral', other, false);
+    this.#make('Off target', 'mm', 'error_mm', other, true);
+    this.#cursor.className = 'cursor';
+    root.append(this.#cursor);
+    root.onpointerdown = (event) => { this.#held = true; this.#seek(event); };
+    root.onpointermove = (event) => { if (this.#held && event.buttons) this.#seek(event); };
+    root.onpointerup = root.onpointercancel = () => { this.#held = false; };
+    new ResizeObserver(() => this.resize()).observe(root);
+    this.resize();
+  }
+
+  #frame(title: string, unit: string): HTMLElement {
+    const row = document.createElement('figure'), caption = document.createElement('figcaption');
+    caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
+    row.append(caption);
+    const box = row.appendChild(document.createElement('div'));
+    this.root.append(row);
+    this.#boxes.push(box);
+    return box;
+  }
+
+  #make(title: string, unit: string, name: Curve, other: Player | null, last: boolean): void {
+    const { player } = this, box = this.#frame(title, unit), curves = [curveOf(player.motion, name, player.begin)];
+    if (other) {
+      const [times, values] = curveOf(other.motion, name, other.begin);
+      curves.push([times.map((t) => t - this.late), values]);
+    }
+    const ink = (): string => resolved('var(--muted)');
+    const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
+    this.#plots.push(new uPlot({
+      width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, 0, 0, 0],
+      scales: { x: { time: false, range: [0, Math.max(0.1, player.duration)] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
+      axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (last ? `${t} s` : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
+      cursor: { show: false }, legend: { show: false },
+      series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
+    }, uPlot.join(curves as uPlot.AlignedData[]), box));
+  }
+
+  /** px from the track's left to where its times begin, and how many of them there are. */
+  get #span(): [number, number] {
+    const box = this.#boxes[0]!.getBoundingClientRect(), left = box.left - this.root.getBoundingClientRect().left + AXIS;
+    return [left, Math.max(1, box.width - AXIS)];
+  }
+
+  #seek(event: PointerEvent): void {
+    const [left, width] = this.#span, share = (event.clientX - this.root.getBoundingClientRect().left - left) / width;
+    this.player.playing = false;
+    this.player.seek(share * this.player.duration);
+  }
+
+  /** px from the left, of a time in s from the begin. */
+  x(at: number): number {
+    const [left, width] = this.#span;
+    return left + width * (this.player.duration > 0 ? at / this.player.duration : 0);
+  }
+
+  draw(): void { this.#cursor.style.left = `${this.x(this.player.at)}px`; }
+
+  resize(): void {
+    const [, width] = this.#span;
+    this.#boxes.slice(1).forEach((box, i) => { if (box.clientWidth > 0) this.#plots[i]!.setSize({ width: box.clientWidth, height: this.#plots[i]!.height }); });
+    this.#bands.width = Math.round(width * devicePixelRatio);
+    this.#bands.height = Math.round((2 * BAND + 2) * devicePixelRatio);
+    this.#bands.style.width = `${width}px`;
+    const { motion, begin, duration } = this.player, c = this.#bands.getContext('2d')!, scale = this.#bands.width / Math.max(0.1, duration);
+    const band = (entries: { t_s: number }[], colors: string[], top: number): void => entries.forEach(({ t_s }, i) => {
+      const from = Math.max(0, t_s - begin), to = (entries[i + 1]?.t_s ?? begin + duration) - begin;
+      c.fillStyle = resolved(colors[i]!);
+      c.fillRect(from * scale, top * devicePixelRatio, Math.max(1, (to - from) * scale), BAND * devicePixelRatio);
+    });
+    const states = (motion.events ?? []).filter(({ kind }) => kind === 'state'), settings = motion.settings ?? [];
+    band(states, states.map(({ what }) => `var(--state-${what})`), 0);
+    band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), BAND + 2);
+  }
+
+  /** What the curves are at the time that is shown. */
+  values(): string {
+    const { motion, now } = this.player, i = motion.target ? indexAt(motion.target.t_s, now) : -1;
+    if (i < 0) return '';
+    const felt = motion.target!.lateral[i], off = motion.target!.error_mm[i];
+    return `slosh ${felt?.toFixed(1) ?? '–'} m/s², off target ${off?.toFixed(0) ?? '–'} mm`;
+  }
+}

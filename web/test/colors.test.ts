@@ -1,0 +1,30 @@
+import pageStyle from '../src/style.css?raw';
+import reportStyle from '../../src/steadyhand/report/page.css?raw';
+import { describe, expect, it } from 'vitest';
+import { inOrder } from '../src/profiles';
+
+const colorsOf = (style: string, prefix: string): Record<string, string> =>
+  Object.fromEntries([...style.matchAll(new RegExp(`--(${prefix}-[\\w-]+): (#[0-9a-f]{6});`, 'g'))].map(([, name, color]) => [name!, color!]));
+const page = pageStyle, report = reportStyle;
+
+describe('colours', () => {
+  it('of profiles and states are the same on the page and in the report', () => {
+    for (const prefix of ['profile', 'state']) {
+      expect(Object.keys(colorsOf(page, prefix)).length).toBeGreaterThan(5);
+      expect(colorsOf(report, prefix)).toEqual(colorsOf(page, prefix));
+    }
+  });
+
+  it('have one meaning each', () => {
+    const all = [...Object.values(colorsOf(page, 'profile')), ...Object.values(colorsOf(page, 'state'))];
+    expect(new Set(all).size).toBe(all.length);
+  });
+});
+
+describe('profiles', () => {
+  it('come as P1, P2, P3, then the others as the server has them', () => {
+    const labels = ['Anti-slosh (P2)', 'Carry', 'Follow', 'Tracking (P1)', 'Waiter (P3)'];
+    const profiles = labels.map((label, index) => ({ index, label, name: label, weights: [] }));
+    expect(inOrder(profiles).map(({ label }) => label)).toEqual(['Tracking (P1)', 'Anti-slosh (P2)', 'Waiter (P3)', 'Carry', 'Follow']);
+  });
+});
