@@ -1,0 +1,206 @@
+"""What is kept of a study: a folder with a file for each thing, so that a run that is killed loses the trial under way and no other.
+
+    FOLDER/study.yaml                  the study, as it was read
+    FOLDER/schedule.csv                who has which condition when
+    FOLDER/participants/P01/consent.json, answers.csv
+    FOLDER/participants/P01/trials/005-CONDITION-TASK-1.csv and .mcap
+
+A trial counts as finished once its CSV is there; it is written last, and renamed into place.
+"""
+
+from __future__ import annotations
+
+import csv
+import fcntl
+import io
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .measures import Row
+from .study_file import Study, StudyError
+from .trial import Condition, Track
+
+KEEP_FREE = 100e6  # bytes of disk below which no trial is begun
+
+
+class Planned(NamedTuple):
+    """A trial of the schedule. number: from 1, in the order that the participant has them."""
+
+    participant: str
+    number: int
+    period: int
+    """At which place of the order its condition comes, from 1."""
+    condition: str
+    task: str
+    repetition: int
+    """From 1; 0: training."""
+
+    @property
+    def stem(self) -> str:
+        plain = re.sub(r"[^\w.+-]+", "-", f"{self.condition}-{self.task}".lower())
+        return f"{self.number:03}-{plain}-{self.repetition or 'training'}"
+
+
+COLUMNS = ("participant", "number", "period", "condition", "profile", "scale", "latency_s", "path", "task", "repetition", "goal", "measure",
+           "value", "unit")  # fmt: skip
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """All of it or nothing, also if the program or the machine stops on the way."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    beside = path.with_name(path.name + ".tmp")
+    try:
+        with open(beside, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(beside, path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
+
+
+def _csv(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return out.getvalue().encode()
+
+
+class Folder:
+    """A study's folder, held by one process at a time."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = Path(path)
+
+    def hold(self) -> None:
+        """Raises StudyError if another process has it."""
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._lock = open(self.path / ".lock", "w")
+        except OSError as error:
+            raise StudyError(f"{self.path} cannot be written: {error.strerror}") from None
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise StudyError(f"{self.path} is in use by another run of this study; end that one first, or name another folder with --out") from None
+
+    def begin(self, study: Study, schedule: list[list[Planned]], simulated: bool) -> None:
+        """Writes study and schedule; where there are some already, they must be the same."""
+        self.has_room()
+        kept = self.path / "study.yaml"
+        head = f"# {len(schedule)}{' simulated' if simulated else ''} participants\n".encode()
+        if kept.exists() and kept.read_bytes() != head + study.text.encode():
+            raise StudyError(
+                f"{kept} is another study than {study.path}, has another number of participants, or people where these are simulated: go on with "
+                "that one, or name another folder with --out"
+            )
+        rows = [each for participant in schedule for each in participant]
+        write_whole(self.path / "schedule.csv", _csv(Planned._fields, rows))
+        write_whole(kept, head + study.text.encode())
+
+    def has_room(self) -> None:
+        free = shutil.disk_usage(self.path).free
+        if free < KEEP_FREE:
+            raise StudyError(f"the disk of {self.path} has {free / 1e6:.0f} MB left; {KEEP_FREE / 1e6:.0f} MB are needed. Finished trials are kept: "
+                             "make room and run the same command again")  # fmt: skip
+
+    def participant(self, who: str) -> Path:
+        return self.path / "participants" / who
+
+    def trial(self, planned: Planned, ending: str) -> Path:
+        return self.participant(planned.participant) / "trials" / (planned.stem + ending)
+
+    def finished(self, planned: Planned) -> bool:
+        return self.trial(planned, ".csv").exists()
+
+    def deleted(self, who: str) -> bool:
+        return (self.path / "deleted" / who).exists()
+
+    def write_trial(self, planned: Planned, condition: Condition, rows: list[Row], mcap: bytes) -> None:
+        head = (planned.participant, planned.number, planned.period, planned.condition, condition.profile, condition.scale, condition.latency,
+                condition.path, planned.task, planned.repetition)  # fmt: skip
+        write_whole(self.trial(planned, ".mcap"), mcap)
+        write_whole(self.trial(planned, ".csv"), _csv(COLUMNS, ((*head, row.goal, row.measure, repr(row.value), row.unit) for row in rows)))
+
+    def write_consent(self, who: str, text: str, agreed: bool, when: str) -> None:
+        write_whole(self.participant(who) / "consent.json", json.dumps({"text": text, "agreed": agreed, "when": when}, indent=1).encode())
+
+    def consented(self, who: str) -> bool:
+        path = self.participant(who) / "consent.json"
+        return path.exists() and json.loads(path.read_text())["agreed"] is True
+
+    def answers(self, who: str) -> list[dict[str, str]]:
+        """Rows of participant, condition ("": of all), key, value."""
+        path = self.participant(who) / "answers.csv"
+        return list(csv.DictReader(path.open(newline=""))) if path.exists() else []
+
+    def add_answers(self, who: str, condition: str, answers: dict[str, int]) -> None:
+        rows = [tuple(row.values()) for row in self.answers(who) if row["condition"] != condition or row["key"] not in answers]
+        rows += [(who, condition, key, str(value)) for key, value in answers.items()]
+        write_whole(self.participant(who) / "answers.csv", _csv(("participant", "condition", "key", "value"), rows))
+
+    def delete(self, who: str) -> None:
+        """Everything of a participant, for good; that there was one is kept, so that the id is not given again."""
+        folder = self.participant(who)
+        if not re.fullmatch(r"P\d+", who) or not folder.is_dir():
+            known = sorted(each.name for each in (self.path / "participants").glob("P*"))
+            raise StudyError(f"{self.path} has no participant {who!r}; there are {', '.join(known) or 'none'}")
+        write_whole(self.path / "deleted" / who, b"")
+        shutil.rmtree(folder)
+
+
+_SCHEMAS = {
+    "/operator_sample": "foxglove.PoseInFrame", "/target": "foxglove.PoseInFrame", "/glass": "foxglove.PoseInFrame",
+    "/joint_state": "steadyhand.JointState", "/study": "steadyhand.Study",
+}  # fmt: skip
+
+
+def _time(ns: int) -> str:
+    return f'{{"sec":{ns // 10**9},"nsec":{ns % 10**9}}}'
+
+
+def _pose(ns: int, frame: str, p: Any, more: str = "") -> bytes:
+    x, y, z = p
+    return (f'{{"timestamp":{_time(ns)},"frame_id":"{frame}","pose":{{"position":{{"x":{x:.6g},"y":{y:.6g},"z":{z:.6g}}},'
+            f'"orientation":{{"x":0,"y":0,"z":0,"w":1}}}}{more}}}').encode()  # fmt: skip
+
+
+def to_mcap(track: Track, planned: Planned, condition: Condition, study: Study) -> bytes:
+    """The trial as MCAP with JSON messages, in the topics of docs/recordings.md as far as there are some, 100 times a second."""
+    from mcap.writer import CompressionType, Writer
+
+    out = io.BytesIO()
+    writer = Writer(out, compression=CompressionType.ZSTD)
+    writer.start(library="steadyhand study")
+    ids = {name: writer.register_schema(name, "jsonschema", b'{"type":"object"}') for name in sorted(set(_SCHEMAS.values()))}
+    channels = {topic: writer.register_channel(topic, "json", ids[name]) for topic, name in _SCHEMAS.items()}
+    run = {"robot": study.robot.name, "profile": condition.profile, "scale": repr(condition.scale), "rate_hz": repr(study.rate),
+           "study": study.name, "participant": planned.participant, "condition": planned.condition, "task": planned.task,
+           "repetition": str(planned.repetition), "latency_s": repr(condition.latency), "path": condition.path}  # fmt: skip
+    writer.add_metadata("run", run)
+    sequence = 0
+    held_json = {}
+    for i, t in enumerate(track.t):
+        ns = round(t * 1e9)
+        numbers = ",".join(f"{v:.6g}" for v in track.q[i]), ",".join(f"{v:.6g}" for v in track.dq[i])
+        held = held_json.setdefault(track.held_back[i], json.dumps(track.held_back[i]))
+        messages = {
+            "/operator_sample": _pose(ns, "operator", track.hand[i], ',"clutch":true,"tracked":true,"emulated":false,"lead_s":0'),
+            "/target": _pose(ns, "base", track.target[i], ',"engaged":true'),
+            "/glass": _pose(ns, "base", track.glass[i]),
+            "/joint_state": f'{{"timestamp":{_time(ns)},"q":[{numbers[0]}],"dq":[{numbers[1]}]}}'.encode(),
+            "/study": f'{{"timestamp":{_time(ns)},"goal":{track.goal[i]},"held_back":{held},"freeboard":{track.freeboard[i]:.5g},'
+                      f'"spilled_share":{track.spilled_share[i]:.6g}}}'.encode(),
+        }  # fmt: skip
+        for topic, data in messages.items():
+            writer.add_message(channels[topic], ns, data, ns, sequence)
+        sequence += 1
+    writer.finish()
+    return out.getvalue()
