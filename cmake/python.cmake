@@ -33,6 +33,7 @@ file(MAKE_DIRECTORY "${python_package}")
 foreach(file ${python_files})
   file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/${file}" "${python_package}/${file}" SYMBOLIC)
 endforeach()
+file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/study" "${python_package}/study" SYMBOLIC)
 
 if(STEADYHAND_PROCESSORS)
   set_target_properties(steadyhand_module PROPERTIES BUILD_RPATH "$ORIGIN/lib" INSTALL_RPATH "$ORIGIN/lib")

@@ -1,4 +1,4 @@
-"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them."""
+"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, and study."""
 
 import signal
 import sys
@@ -7,6 +7,10 @@ from . import _native
 
 
 def main() -> int:
+    if sys.argv[1:2] == ["study"]:
+        from .study.__main__ import main as study
+
+        return study(sys.argv[2:])
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python would look for Ctrl-C only after the command
     code, message = _native.run_program(["steadyhand", *sys.argv[1:]])
     if message:

@@ -208,11 +208,11 @@ def write_tables(results: Results, out: Path) -> None:
     rows, contrasts = [], []
     for each in results.analysed:
         for condition, mean in zip(results.study.conditions, each.means):
-            rows.append((each.task, each.measure.name, each.measure.unit, condition.name, *map(repr, mean)))
+            rows.append((each.task, each.measure.name, each.measure.unit, condition.name, *map(float, mean)))
         for contrast in each.model:
-            contrasts.append((each.task, each.measure.name, "mixed model", contrast.name, contrast.reference, *map(repr, contrast.difference), repr(contrast.p), ""))
+            contrasts.append((each.task, each.measure.name, "mixed model", contrast.name, contrast.reference, *map(float, contrast.difference), contrast.p, ""))
         for pair in each.pairs:
-            contrasts.append((each.task, each.measure.name, "pair", pair.a, pair.b, *map(repr, pair.difference), repr(pair.p), repr(pair.p_holm)))
+            contrasts.append((each.task, each.measure.name, "pair", pair.a, pair.b, *map(float, pair.difference), pair.p, pair.p_holm))
     write_whole(Path(out) / "summary.csv", _csv(("task", "measure", "unit", "condition", "mean", "low", "high"), rows))
     write_whole(Path(out) / "contrasts.csv", _csv(("task", "measure", "by", "condition", "reference", "difference", "low", "high", "p", "p_holm"), contrasts))
 

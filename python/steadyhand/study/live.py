@@ -82,6 +82,7 @@ class Leader:
         self.program, self.client = program, PageClient(program.port)
         self.state: dict[str, Any] = {}
         self.holder, self.heard = 0, time.monotonic()
+        self.profiles: list[str] = []
         self._replies: list[dict[str, Any]] = []
         home = study.robot.fk(study.robot.home)
         self.start = home[:3, 3]
@@ -98,6 +99,8 @@ class Leader:
             if kind == "state":
                 states.append(message)
                 self.state, self.heard = message, time.monotonic()
+            elif kind == "welcome":
+                self.profiles = [each["name"] for each in message["profiles"]]
             elif kind == "reply":
                 self._replies.append(message)
             elif kind == "lease":
@@ -144,8 +147,10 @@ class Leader:
         """Raises StudyError if the program does not do so within some seconds."""
         deadline = time.monotonic() + 20.0
         wanted = {"scale": condition.scale, "latency": condition.command_latency}
-        profiles: list[str] = []
         while time.monotonic() < deadline:
+            self.client.send(type="request", kind="playback", text="")
+            for _ in self.look(0.3):
+                pass
             self.client.send(type="request", kind="profile", text=condition.profile)
             for kind, value in wanted.items():
                 self.client.send(type="request", kind=kind, value=value)
@@ -153,9 +158,9 @@ class Leader:
             while time.monotonic() < until:
                 for state in self.look():
                     controls = state["controls"]
-                    if all(abs(controls[kind] - value) < 1e-6 for kind, value in wanted.items()):
+                    if self.profiles[controls["profile"]] == condition.profile and all(abs(controls[kind] - value) < 1e-6 for kind, value in wanted.items()):
                         return
-        raise StudyError(f"steadyhand does not take condition {condition.name!r}; is a hand still leading the arm? {profiles or ''}")
+        raise StudyError(f"steadyhand does not take condition {condition.name!r}; is a hand still leading the arm?")
 
     def _show_goals(self, course: Course, text: str, display_latency: float) -> None:
         def shown(goal: Goal | None) -> dict[str, Any] | None:
@@ -266,6 +271,9 @@ def prompt(leader: Leader, text: str) -> str:
 
 def lead(study: Study, out: Path, port: int) -> int:
     """The next participant who is not done, from where they were. Returns the exit code."""
+    files = [c.name for c in study.conditions if "/" in c.profile or "." in c.profile]
+    if files:
+        raise StudyError(f"{study.path}: condition {files[0]!r} has a profile of a file; with people it must be one that steadyhand has by name")
     only_simulated = [c.name for c in study.conditions if c.profile == ONE_INSTANT_IK]
     if only_simulated:
         raise StudyError(

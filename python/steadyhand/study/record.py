@@ -127,7 +127,7 @@ class Folder:
         head = (planned.participant, planned.number, planned.period, planned.condition, condition.profile, condition.scale, condition.latency,
                 condition.path, planned.task, planned.repetition)  # fmt: skip
         write_whole(self.trial(planned, ".mcap"), mcap)
-        write_whole(self.trial(planned, ".csv"), _csv(COLUMNS, ((*head, row.goal, row.measure, repr(row.value), row.unit) for row in rows)))
+        write_whole(self.trial(planned, ".csv"), _csv(COLUMNS, ((*head, row.goal, row.measure, repr(float(row.value)), row.unit) for row in rows)))
 
     def write_consent(self, who: str, text: str, agreed: bool, when: str) -> None:
         write_whole(self.participant(who) / "consent.json", json.dumps({"text": text, "agreed": agreed, "when": when}, indent=1).encode())
@@ -181,10 +181,11 @@ def to_mcap(track: Track, planned: Planned, condition: Condition, study: Study) 
     writer.start(library="steadyhand study")
     ids = {name: writer.register_schema(name, "jsonschema", b'{"type":"object"}') for name in sorted(set(_SCHEMAS.values()))}
     channels = {topic: writer.register_channel(topic, "json", ids[name]) for topic, name in _SCHEMAS.items()}
-    run = {"robot": study.robot.name, "profile": condition.profile, "scale": repr(condition.scale), "rate_hz": repr(study.rate),
+    run = {"robot": study.robot.name, "profile": condition.profile, "scale": repr(condition.scale), "yaw_deg": "0", "rate_hz": repr(study.rate),
            "study": study.name, "participant": planned.participant, "condition": planned.condition, "task": planned.task,
            "repetition": str(planned.repetition), "latency_s": repr(condition.latency), "path": condition.path}  # fmt: skip
     writer.add_metadata("run", run)
+    writer.add_metadata("robot", {"json": study.robot._native.json})
     sequence = 0
     held_json = {}
     for i, t in enumerate(track.t):

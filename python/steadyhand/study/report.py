@@ -23,7 +23,8 @@ STYLE = """
 body{font:16px/1.5 system-ui,sans-serif;color:#1d2530;max-width:62rem;margin:2rem auto;padding:0 1rem}
 h1{font-size:1.9rem;line-height:1.2}h2{margin-top:2.4rem;border-bottom:1px solid #d5dbe2}h3{margin:1.6rem 0 .4rem}
 table{border-collapse:collapse;margin:.6rem 0;font-size:.92rem}td,th{padding:.18rem .7rem .18rem 0;text-align:right;white-space:nowrap}
-td:first-child,th:first-child{text-align:left}th{border-bottom:1px solid #9aa6b4;font-weight:600}
+td:first-child,th:first-child{text-align:left}th{border-bottom:1px solid #9aa6b4;font-weight:600;white-space:normal;vertical-align:bottom}
+.plots{display:flex;flex-wrap:wrap;gap:.5rem}.plots svg{flex:0 1 29rem}
 svg{max-width:100%;height:auto}.note{color:#55616f;font-size:.92rem}.best{font-weight:700}blockquote{margin:0;padding:.2rem 1rem;border-left:3px solid #9aa6b4}
 details{margin:.4rem 0}
 """
@@ -80,7 +81,7 @@ def _axis(each: Analysed) -> str:
 
 def plot_conditions(each: Analysed, names: Sequence[str]) -> str:
     """Participants as dots, means with their intervals."""
-    figure, axes = _figure(1.2 + 1.1 * len(names), 3.4)
+    figure, axes = _figure(max(3.0, 1.2 + 0.8 * len(names)), 3.4)
     values = np.exp(each.values) if each.measure.logarithmic else each.values
     rng = np.random.default_rng(0)
     for j in range(len(names)):
@@ -255,11 +256,11 @@ def render(results: Results) -> str:
         body += "how many there are; the tables below are).</p>\n" + best_by_level(results, along)
     for task in dict.fromkeys(each.task for each in results.analysed):
         body += f"<h2>{html.escape(task)}</h2>\n{_means(results, task)}"
-        for each in (e for e in results.analysed if e.task == task):
-            if each.measure.name in PLOTTED or each.task == "questionnaires":
-                if each.measure.name in PLOTTED:
-                    lines = list(dict.fromkeys(_other(c.factors, along) for c in study.conditions)) if along else []
-                    body += f"<h3>{html.escape(_axis(each))}</h3>\n" + (plot_factors(each, results, along, lines) if along else plot_conditions(each, names))
+        found = [each for each in results.analysed if each.task == task]
+        lines = list(dict.fromkeys(_other(c.factors, along) for c in study.conditions)) if along else []
+        plots = [plot_factors(e, results, along, lines) if along else plot_conditions(e, names) for e in found if e.measure.name in PLOTTED]
+        body += f'<div class="plots">{"".join(plots)}</div>\n'
+        for each in found:
             if len(names) > 1:
                 body += f"<details><summary>{html.escape(each.measure.label)}: tests</summary>\n{_tests(each, n)}</details>\n"
     if results.fitts:
