@@ -81,6 +81,30 @@ TEST_F(Recorded, EverythingIsInTheFileAndTimesCountFromTheBegin) {
 }
 
 /// In force when a file begins, and each change.
+TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  SessionSnapshot snapshot;
+  const auto look = [&](double seconds, SupervisionState state, bool spilled) {
+    snapshot.state = state;
+    snapshot.liquid.spilled = spilled;
+    for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(10)) {
+      snapshot.now = now;
+      taps.look(snapshot);
+    }
+  };
+  look(0.5, SupervisionState::kReady, false);
+  look(1.0, SupervisionState::kEngaged, true);
+  look(0.5, SupervisionState::kReady, false);
+  recorder.ask(false);
+  look(0.1, SupervisionState::kReady, false);
+  const std::vector<SessionEntry> sessions = list_sessions(settings.folder);
+  ASSERT_EQ(sessions.size(), 1u);
+  EXPECT_TRUE(sessions[0].complete);
+  EXPECT_EQ(sessions[0].summary.at("spilled"), "yes");
+  EXPECT_NEAR(std::stod(sessions[0].summary.at("engaged_s")), 1.0, 0.02);
+}
+
 TEST_F(Recorded, EveryFileTellsWhatStandsAroundTheArm) {
   SessionRecorder recorder = make();
   LiveTaps taps = recorder.taps();

@@ -135,6 +135,20 @@ void SessionRecorder::end_file() {
                      : "recorded: " + path_.string());
 }
 
+/// What is known when a file ends before its session does.
+void SessionRecorder::sum_up(const SessionSnapshot& now) {
+  if (!file_) return;
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  const Status added = file_->add_metadata(
+      "summary", {{"duration_s", number(to_seconds(tally_.last - tally_.begin))},
+                  {"engaged_s", number(to_seconds(tally_.engaged))},
+                  {"latency_p50_ms", number(1e-3 * now.latency_us.p50)},
+                  {"latency_p99_ms", number(1e-3 * now.latency_us.p99)},
+                  {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
+                  {"spilled", tally_.spilled ? "yes" : "no"}});
+  if (!added) notice("the recording has no summary: " + added.error().message);
+}
+
 bool SessionRecorder::is_gone() const {
   std::error_code failed;
   return !fs::exists(path_, failed) && !failed;
@@ -247,9 +261,16 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
 void SessionRecorder::look(const SessionSnapshot& now) {
   const bool begins = wanted_ && !file_;
   if (begins) begin_file();
-  if (!wanted_ && file_) end_file();
   const Time at = now.now - begin_;
+  if (begins || tally_.last == Time(0)) tally_ = {at, at, Time(0), false, now.missed_deadlines};
+  if (!wanted_ && file_) {
+    sum_up(now);
+    end_file();
+  }
   if (at < Time(0)) return;
+  if (now.state == SupervisionState::kEngaged) tally_.engaged += at - tally_.last;
+  tally_.spilled = tally_.spilled || now.liquid.spilled;
+  tally_.last = at;
   if (begins) {
     if (operator_settings_) {
       operator_settings_->at = at;
@@ -270,6 +291,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
                             now.cycles, now.missed_deadlines, now.planner_rate_hz});
     if (const std::string why = file_ ? no_room() : ""; !why.empty()) {
       wanted_ = false;
+      sum_up(now);
       end_file();
       notice("the recording ended, the session goes on: " + why);
     }

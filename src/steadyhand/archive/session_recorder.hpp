@@ -91,6 +91,7 @@ class SessionRecorder {
   void begin_file();
   void make_room();
   void end_file();
+  void sum_up(const SessionSnapshot& now);
   bool is_gone() const;  ///< the file that is written, from its folder
   Result<Recorder> create(const std::filesystem::path& path) const;
   void write_flight();
@@ -112,6 +113,14 @@ class SessionRecorder {
   std::optional<SettingsChange> operator_settings_;  ///< in force
   std::optional<Cell> cell_;                         ///< the same, as it was at `cell_at_` since the begin
   Time cell_at_{0};
+
+  /// Of the file that is written, for the list of recordings, where the session goes on behind it.
+  struct Tally {
+    Time begin{0}, last{0}, engaged{0};
+    bool spilled = false;
+    std::uint64_t missed_before = 0;
+  };
+  Tally tally_;
 
   struct Flight {
     explicit Flight(double seconds);
