@@ -34,8 +34,12 @@ const seconds = (value) => (value == null ? '–' : `${value.toFixed(2)}\u00a0s`
  * at another's time, which the line passes over; null stays and breaks it.
  */
 function columns(curves) {
-  return uPlot.join(curves.map(({ t, values }) => broken(t, values)));
+  const tables = curves.map(({ t, values }) => broken(t, values));
+  return uPlot.join(tables, tables.map((table) => table.map(() => EXPAND_NULLS)));
 }
+
+/** uPlot's word for a null that holds at the other curves' times around it, too. */
+const EXPAND_NULLS = 2;
 
 /** With a null where nothing was planned for a while, so that no line joins what is before and after. */
 function broken(t, values) {

@@ -108,13 +108,13 @@
     range.max = String(postures.length - 1);
     const project = ([x, y, z]) => {
       const u = x * Math.sin(azimuth) + y * Math.cos(azimuth), v = x * Math.cos(azimuth) - y * Math.sin(azimuth);
-      return [-u, z * Math.cos(tilt) + v * Math.sin(tilt) - 0.25];
+      return [-u, z * Math.cos(tilt) + v * Math.sin(tilt) - 0.3];
     };
     const draw = () => {
       const ratio = devicePixelRatio, width = canvas.clientWidth * ratio, height = canvas.clientHeight * ratio, c = canvas.getContext('2d');
       canvas.width = width;
       canvas.height = height;
-      const unit = Math.min(width, height) / 2.1;
+      const unit = Math.min(width, height) / 1.45;
       const line = (points, name, thick, alpha = 1) => {
         c.beginPath();
         points.map(project).forEach(([u, v], i) => c[i ? 'lineTo' : 'moveTo'](width / 2 + unit * u, height / 2 - unit * v));
