@@ -27,12 +27,17 @@ const OWN = 'own drawing', THREE = 'three.js', MESSAGES = 'messages (parsing, pl
 
 /** Whose an allocation is; `inherited`: whose its caller's is. */
 function shareOf(file, name, inherited) {
-  if (inherited === MESSAGES || file.endsWith('src/plots.ts') || (file.endsWith('src/connection.ts') && name.endsWith('onmessage'))) return MESSAGES;
-  if (file.includes('node_modules/three')) return THREE;
+  if (inherited === MESSAGES || file.startsWith('src/plots/') || (file.endsWith('src/connection.ts') && name.endsWith('onmessage'))) return MESSAGES;
+  // An object of three.js that our own code makes is our own.
+  if (file.includes('node_modules/three')) return inherited === OWN && /^([A-Z]\w*|clone)$/.test(name) ? OWN : THREE;
   if (file.includes('node_modules/uplot')) return MESSAGES;
   if (file.startsWith('src/')) return OWN;
   return inherited; // of a built-in function: the caller's
 }
+
+/** Bytes a picture that drawing the scene leaves, of what `allocations` returns: what comes once a second or with a message is not in it. */
+export const ofTheScene = ({ frames, shares }) => shares.find(([share]) => share === OWN)[1].functions
+  .reduce((sum, [name, size]) => (/ src\/scene\/|node_modules\/three/.test(name) ? sum + size / frames : sum), 0);
 
 /** @returns frames, and [share, {bytes, functions: [name, bytes], largest first}] of everything allocated in so many seconds */
 export async function allocations(page, sources, seconds) {
