@@ -101,6 +101,7 @@ export class Recordings {
       words.append(Object.assign(document.createElement('strong'), { textContent: session.label || name }), session.label ? `${name} · ${figures(session)}` : figures(session));
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
       report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
+      item.dataset.spilled = session.summary.spilled ?? '';
       row.className = 'row';
       row.append(button('Replay', `Replay ${name} in the scene`, () => void this.open(name)), report);
       if (this.player && this.player.motion.name !== name) row.append(button('Compare', `Show ${name} beside the one that plays`, () => void this.compare(name)));
@@ -192,7 +193,7 @@ export class Recordings {
     element('past-events', HTMLOListElement).replaceChildren(...listed.map(({ t_s, kind, what, why }) => {
       const item = document.createElement('li'), at = Math.max(0, t_s - begin);
       item.dataset.kind = kind === 'state' ? what : kind;
-      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(at) }), ` ${why ? `${what}: ${why}` : what}`);
+      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${(Math.ceil(at * 100) / 100).toFixed(2)}`, textContent: fine(at) }), ` ${why ? `${what}: ${why}` : what}`);
       return item;
     }));
   }

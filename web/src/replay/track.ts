@@ -4,9 +4,14 @@ import { colorOf, resolved } from '../profiles';
 import { indexAt, type Motion, type Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
-const HEIGHT = 64, TIMES = 17, AXIS = 34, BAND = 12;
+const HEIGHT = 60, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
+/** uPlot's word for a null that holds at the other curve's times around it, too. */
+const EXPAND_NULLS = 2;
 /** Points of a curve at most: more are seen by nobody, and a session of hours has them. */
 const POINTS = 3000;
+
+/** Beneath the bands. */
+const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
 type Curve = 'lateral' | 'error_mm';
 
@@ -81,7 +86,7 @@ export class Track {
       axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (last ? `${t} s` : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
-    }, uPlot.join(curves as uPlot.AlignedData[]), box));
+    }, uPlot.join(curves as uPlot.AlignedData[], curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
   }
 
   /** px from the track's left to where its times begin, and how many of them there are. */
@@ -108,7 +113,7 @@ export class Track {
     const [, width] = this.#span;
     this.#boxes.slice(1).forEach((box, i) => { if (box.clientWidth > 0) this.#plots[i]!.setSize({ width: box.clientWidth, height: this.#plots[i]!.height }); });
     this.#bands.width = Math.round(width * devicePixelRatio);
-    this.#bands.height = Math.round((2 * BAND + 2) * devicePixelRatio);
+    this.#bands.height = Math.round((2 * BAND + MARK + 4) * devicePixelRatio);
     this.#bands.style.width = `${width}px`;
     const { motion, begin, duration } = this.player, c = this.#bands.getContext('2d')!, scale = this.#bands.width / Math.max(0.1, duration);
     const band = (entries: { t_s: number }[], colors: string[], top: number): void => entries.forEach(({ t_s }, i) => {
@@ -118,6 +123,11 @@ export class Track {
     });
     const states = (motion.events ?? []).filter(({ kind }) => kind === 'state'), settings = motion.settings ?? [];
     band(states, states.map(({ what }) => `var(--state-${what})`), 0);
+    for (const { t_s, kind } of motion.events ?? []) {
+      if (!(kind in MARKS)) continue;
+      c.fillStyle = resolved(MARKS[kind]!);
+      c.fillRect((t_s - begin) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
+    }
     band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), BAND + 2);
   }
 
