@@ -23,6 +23,7 @@ class ClosedLoop {
   void pose();
   void advance();
 
+  const Ocp& ocp() const { return ocp_; }
   const OcpInstance& instance() const { return instance_; }
   const WarmStart& warm_start() const { return warm_start_; }
   Solution& solution() { return solution_; }

@@ -21,7 +21,8 @@ class Loop:
     peers: dict
 
     def ratio(self, peer):
-        return self.peers[peer] / self.figures["mean_us"] if peer in self.peers else None
+        """Times of both on the sampled problems, ours the least of three solves of each."""
+        return self.peers[peer] / self.figures["sampled_us"] if peer in self.peers else None
 
 
 def run_loops(program, options, folder):
@@ -78,7 +79,7 @@ LEGEND = """\
 unsolved    not converged to the tolerance (infeasible: nor inside the constraints)
 same, lower, higher, only F.  of the sampled problems, solved by FATROP too, from a cold start: objective within 1e-4, lower, higher than
             FATROP's, feasible for FATROP only
-peer /      mean time of the peer on the sampled problems / our mean time on all, at N = 8"""
+peer /      mean time of the peer / ours, on the sampled problems at N = 8; ours is the least of three solves of each"""
 
 
 def summary(loops, paper):

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,7 @@
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/record/problem_json.hpp"
+#include "support/problem_set.hpp"
 
 namespace steadyhand::bench {
 namespace {
@@ -25,8 +27,31 @@ struct Options {
   unsigned seed = 1;
   SolveBudget budget;
   std::filesystem::path problems;  ///< folder for the sampled problems
+  std::filesystem::path keep;      ///< folder for problems as they were posed
+  int keep_every = 1;              ///< of the problems, one is kept
+  int keep_above = 0;              ///< of these, those that took more iterations or are unsolved
   bool json = false;
 };
+
+/// The problem that the loop poses.
+PosedProblem posed(const std::string& name, const Profile& profile, const OcpSettings& settings,
+                   const ClosedLoop& loop) {
+  PosedProblem problem{
+      name, profile.name, settings.horizon, settings.weights, loop.instance(), loop.warm_start().guess(), {}};
+  if (const Multipliers* multipliers = loop.warm_start().multipliers()) {
+    for (const int r : multipliers->stored()) {
+      for (int k = 0; k <= settings.horizon; ++k) {
+        const ConstraintRow row = multipliers->row(r);
+        if (const double m = multipliers->find(r)[k]; m != 0.0) {
+          problem.multipliers.push_back({k, loop.ocp().constraints()[row.constraint]->name(), row.row, m});
+        }
+      }
+    }
+  }
+  return problem;
+}
+
+constexpr int kRepetitions = 3;  ///< of sampled problems
 
 double percentile(const std::vector<double>& sorted, double share) {
   return sorted[std::min(sorted.size() - 1, static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
@@ -65,11 +90,19 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
   ClosedLoop loop(ocp, *ocp.weights(settings.weights), sequence, reach, make_obstacles(model, objects, options.seed),
                   options.seed);
 
+  std::ofstream kept;
+  if (!options.keep.empty()) {
+    kept.open(options.keep / fmt::format("{}-{}-{}.txt", sequence.name, profile.name, horizon));
+    if (!kept) return Error{fmt::format("{}: cannot be written to", options.keep.string())};
+  }
   std::vector<double> times, times_of_iterations, times_of_choosing;
   double iterations = 0.0;
   int most = 0, unsolved = 0, infeasible = 0;
   Comparison comparison;
   std::vector<ProblemRecord> sampled;
+  double sampled_us = 0.0;  // of the sampled problems, each the least of several solves
+  Solution again;
+  again.prepare(ocp);
   const int every = options.sample > 0 ? std::max(1, options.solves / options.sample) : 0;
   for (int i = 0; i < options.solves; ++i) {
     loop.pose();
@@ -83,7 +116,18 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
     most = std::max(most, solution.iterations);
     unsolved += solution.status != SolveStatus::kSolved;
     infeasible += solution.status == SolveStatus::kInfeasible;
+    if (kept.is_open() && i % options.keep_every == 0 &&
+        (solution.iterations > options.keep_above || solution.status != SolveStatus::kSolved)) {
+      write(posed(fmt::format("{}-{}-{}", sequence.name, options.seed, i), profile, settings, loop), kept);
+    }
     if (every > 0 && i % every == every / 2) {
+      double least = solution.time_us;
+      for (int repetition = 1; repetition < kRepetitions; ++repetition) {
+        solver->solve(loop.instance(), loop.warm_start().guess(), loop.warm_start().multipliers(), options.budget,
+                      again);
+        least = std::min(least, again.time_us);
+      }
+      sampled_us += least;
       sampled.push_back(to_record(ocp, loop.instance(), loop.warm_start().guess(), profile.tolerance));
       Trajectory still(ocp.dof(), horizon);
       for (StateVector& x : still.x) x = loop.instance().x0;
@@ -115,6 +159,7 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
                         {"p999_us", percentile(times, 0.999)},
                         {"worst_us", times.back()},
                         {"iteration_us", percentile(times_of_iterations, 0.5)},
+                        {"sampled_us", sampled.empty() ? 0.0 : sampled_us / static_cast<double>(sampled.size())},
                         {"iterations", iterations / options.solves},
                         {"most_iterations", most},
                         {"unsolved", unsolved},
@@ -230,6 +275,10 @@ int main(int argc, char** argv) {
   app.add_option("--solves", options.solves, "Solves of each combination")->capture_default_str();
   app.add_option("--sample", options.sample, "How many of them FATROP solves too, from a cold start");
   app.add_option("--problems", options.problems, "Folder for the sampled problems, in the form that `solve` reads");
+  app.add_option("--keep", options.keep, "Folder for problems as they were posed, which bench_problems reads");
+  app.add_option("--keep-every", options.keep_every, "Keep one of so many")->capture_default_str();
+  app.add_option("--keep-above", options.keep_above, "Of these, those of more iterations, and those unsolved")
+      ->capture_default_str();
   app.add_option("--seed", options.seed, "Of sequences and noise")->capture_default_str();
   app.add_option("--budget-us", options.budget.time_us, "Time budget of a solve, 0: none")->capture_default_str();
   app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();

@@ -5,6 +5,11 @@ add_subdirectory(examples EXCLUDE_FROM_ALL)
 add_executable(bench_solvers EXCLUDE_FROM_ALL bench/solvers.cpp bench/closed_loop.cpp bench/sequences.cpp)
 steadyhand_cold(bench_solvers)
 target_link_libraries(bench_solvers PRIVATE steadyhand_config steadyhand_input steadyhand_record steadyhand_command_line)
+target_include_directories(bench_solvers PRIVATE tests)
+add_executable(bench_problems EXCLUDE_FROM_ALL bench/problems.cpp)
+steadyhand_cold(bench_problems)
+target_link_libraries(bench_problems PRIVATE steadyhand_config steadyhand_command_line nlohmann_json::nlohmann_json)
+target_include_directories(bench_problems PRIVATE tests)
 
 # A Universal Robots controller for tests, and as a program to try `--arm ur` with.
 file(GLOB fake_ur_sources CONFIGURE_DEPENDS tests/support/ur/*.cpp)

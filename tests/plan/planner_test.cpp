@@ -100,7 +100,7 @@ TEST(Planner, KeepsTheLastPlanWhenSolvingFails) {
 /// FATROP throws where it cannot go on, and so may what it stands on.
 struct Thrower final : Solver {
   std::string_view name() const override { return "thrower"; }
-  void solve(const OcpInstance&, const Trajectory&, const std::vector<std::vector<double>>*, const SolveBudget&,
+  void solve(const OcpInstance&, const Trajectory&, const Multipliers*, const SolveBudget&,
              Solution& solution) override {
     solution.status = SolveStatus::kSolved;
     solution.iterations = 3;

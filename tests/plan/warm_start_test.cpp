@@ -18,9 +18,9 @@ struct Fixture {
       solution.trajectory.x[k + 1] = problem.ocp.next(solution.trajectory.x[k], solution.trajectory.u[k]);
     }
     for (int k = 0; k <= N; ++k) {
-      for (std::size_t i = 0; i < solution.multipliers[k].size(); ++i) {
+      for (std::size_t i = 0; i < evaluation.rows(k).size(); ++i) {
         const ConstraintRow row = evaluation.rows(k)[i];
-        solution.multipliers[k][i] = 1000.0 * row.constraint + row.row + 0.01 * k;
+        solution.multipliers.set(k, row, 1000.0 * row.constraint + row.row + 0.01 * k);
       }
     }
     warm_start.reset(Time(0));
@@ -62,7 +62,7 @@ TEST(WarmStart, ShiftsByAnyTime) {
         const ConstraintRow row = f.evaluation.rows(k)[i];
         const bool of_state = f.problem.ocp.constraints()[row.constraint]->nodes() == Nodes::kStates;
         const double node = std::min(k + intervals, of_state ? 8.0 : 7.0);
-        EXPECT_NEAR((*f.warm_start.multipliers())[k][i], f.expected(row, node), 1e-9);
+        EXPECT_NEAR(f.warm_start.multipliers()->at(k, row), f.expected(row, node), 1e-9);
       }
     }
     // The guess's velocities are the solution's at the shifted times, and constant behind its end.
@@ -94,7 +94,7 @@ TEST(WarmStart, BackwardsItBeginsWithTheFirstNode) {
         const ConstraintRow row = f.evaluation.rows(k)[i];
         const bool of_state = f.problem.ocp.constraints()[row.constraint]->nodes() == Nodes::kStates;
         const double node = std::max(k - (1.0 - seconds) / f.problem.ocp.dt(), of_state ? 1.0 : 0.0);
-        EXPECT_NEAR((*f.warm_start.multipliers())[k][i], f.expected(row, node), 1e-9) << seconds;
+        EXPECT_NEAR(f.warm_start.multipliers()->at(k, row), f.expected(row, node), 1e-9) << seconds;
       }
     }
     for (const JointVector& u : f.warm_start.guess().u) EXPECT_TRUE(u.allFinite());

@@ -232,8 +232,8 @@ TEST(Realtime, RefusesNumbersThatAreNotFinite) {
     guess.u[2][1] = bad;
     solver->solve(problem.instance, guess, nullptr, {}, problem.solution);
     EXPECT_EQ(problem.solution.status, SolveStatus::kInvalid);
-    auto multipliers = problem.solution.multipliers;
-    multipliers[1][0] = bad;
+    Multipliers multipliers = problem.solution.multipliers;
+    multipliers.set(1, {0, 0}, bad);
     solver->solve(problem.instance, problem.guess, &multipliers, {}, problem.solution);
     EXPECT_EQ(problem.solution.status, SolveStatus::kInvalid);
   }

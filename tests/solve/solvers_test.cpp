@@ -23,8 +23,9 @@ TEST_P(EverySolver, ReachesKktPoints) {
       ++solved;
       EXPECT_LT(problem.solution.violation, kSolveTolerance);
       EXPECT_LT(problem.solution.kkt_error, 1e-4) << "seed " << seed << " trial " << trial;
-      for (const auto& node : problem.solution.multipliers) {
-        for (const double multiplier : node) active += std::abs(multiplier) > 1e-3;
+      const Multipliers& multipliers = problem.solution.multipliers;
+      for (const int r : multipliers.stored()) {
+        for (int k = 0; k <= problem.ocp.horizon(); ++k) active += std::abs(multipliers.find(r)[k]) > 1e-3;
       }
     }
   }
@@ -55,7 +56,7 @@ TEST_P(EverySolver, ReachesKktPointsWithALiquid) {
         outside += evaluation.price(k) > 1e-3;
         for (std::size_t i = 0; i < evaluation.rows(k).size(); ++i) {
           const auto& constraint = *problem.ocp.constraints()[evaluation.rows(k)[i].constraint];
-          const double multiplier = problem.solution.multipliers[k][i];
+          const double multiplier = problem.solution.multipliers.at(k, evaluation.rows(k)[i]);
           active += constraint.name() == "no_spill" && multiplier > 1e-3 && multiplier < 0.99 * constraint.price(0);
         }
       }

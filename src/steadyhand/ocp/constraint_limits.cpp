@@ -17,6 +17,15 @@ class Limits final : public ConstraintFor<Limits> {
 
   int entry(int row) const override { return part_ * rows() + row; }
 
+  void find_near(const NodeBatch& nodes, Lanes acts, char* near) const override {
+    for (int i = 0; i < rows(); ++i) {
+      const Lanes v = value_at<Lanes>(nodes, i), inside = min(v - lower_[i], upper_[i] - v);
+      if (any(select(acts > 0.0, inside - activation_margin(i), 0.0) < 0.0)) near[i] = 1;
+    }
+  }
+  /// Those of joints far from their limits need not be looked at.
+  double activation_margin(int row) const override { return kFar * (upper_[row] - lower_[row]); }
+
   EntryRange support(int row, int /*dof*/) const override { return {entry(row), entry(row) + 1}; }
 
   template <typename S>
@@ -31,6 +40,8 @@ class Limits final : public ConstraintFor<Limits> {
   void hessian_at(const NodeOf<S>& /*node*/, int /*row*/, S /*scale*/, NodeHessianOf<S>& /*hessian*/) const {}
 
  private:
+  static constexpr double kFar = 0.1;  ///< share of the range
+
   Part part_;
   JointVector lower_, upper_;
 };

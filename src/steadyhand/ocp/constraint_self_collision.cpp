@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -19,6 +21,13 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
       const bool spheres = first.shape.kind == ShapeKind::kSphere && second.shape.kind == ShapeKind::kSphere;
       const double radii = first.shape.radius + second.shape.radius;
       rows_.push_back({i, j, {first.link, second.link}, spheres, radii, 0.5 / radii});
+      const auto extent = [](const Shape& shape) { return shape.core.norm() + shape.radius; };  // a cylinder's box, too
+      const double apart = extent(first.shape) + extent(second.shape) + kNear;
+      const int r = static_cast<int>(balls_.size());
+      if (groups_.empty() || groups_.back().first != i || r - groups_.back().begin == kAtOnce)
+        groups_.push_back({i, r, r});
+      groups_.back().end = r + 1;
+      balls_.push_back({apart * apart, j, spheres});
     }
   }
 
@@ -70,10 +79,48 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     }
   }
 
+  /// A pair is near if the balls around it are, and then, unless it is these balls, if it is itself. Most pairs are not:
+  /// several of one body are asked at once.
+  void find_near(const NodeBatch& nodes, Lanes acts, char* near) const override {
+    for (const Group& group : groups_) {
+      const Vector3Of<Lanes> p = nodes.arm.body(group.first).p;
+      const auto beyond = [&](const Balls& balls) {
+        return (nodes.arm.body(balls.second).p - p).squaredNorm() - balls.apart_squared;
+      };
+      Lanes least = std::numeric_limits<double>::infinity();
+      for (int r = group.begin; r < group.end; ++r) least = min(beyond(balls_[r]), least);
+      if (!any(select(acts > 0.0, least, 0.0) < 0.0)) continue;
+      for (int r = group.begin; r < group.end; ++r) {
+        if (!any(select(acts > 0.0, beyond(balls_[r]), 0.0) < 0.0)) continue;
+        const bool exact = balls_[r].exact;
+        if (exact || any(select(acts > 0.0, value_at<Lanes>(nodes, r) - activation_margin(r), 0.0) < 0.0)) near[r] = 1;
+      }
+    }
+  }
+
   double activation_margin(int row) const override {
     const auto [i, j] = model_->pairs[row];
     const bool round = model_->bodies[i].shape.is_round() && model_->bodies[j].shape.is_round();
     return round ? kNear + 0.5 * kNear * kNear / rows_[row].radii : kNear;  // the value at that distance
+  }
+
+  /// Moving joint m moves the second body alone, as seen from the first, and no point of it by more than its distance
+  /// from the joint.
+  JointVector levers() const override {
+    const int n = model_->dof();
+    JointVector result = JointVector::Zero(n);
+    for (const Row& row : rows_) {
+      const Body& body = model_->bodies[row.second];
+      double distance = body.origin.translation().norm() + body.shape.core.norm();  // of points of its core
+      for (int m = row.between.last - 1; m >= row.between.first; --m) {
+        const Joint& joint = model_->joints[m];
+        const bool turns = joint.type == JointType::kRevolute;
+        result[m] = std::max(result[m], (turns ? distance : 1.0) / kNear);
+        distance += joint.origin.translation().norm();
+        if (!turns) distance += std::max(std::abs(model_->position_min[m]), std::abs(model_->position_max[m]));
+      }
+    }
+    return result;
   }
 
  private:
@@ -104,8 +151,22 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     double scale;        ///< 1/m, 1 / (2 radii): hundreds of divisions would take a microsecond
   };
 
+  /// The spheres around a pair.
+  struct Balls {
+    double apart_squared;  ///< m^2, of centres from which on the pair is not near
+    int second;
+    bool exact;  ///< the bodies are these spheres
+  };
+  /// Rows begin .. end - 1, whose first body is the same.
+  struct Group {
+    int first, begin, end;
+  };
+  static constexpr int kAtOnce = 12;
+
   const RobotModel* model_;
   std::vector<Row> rows_;
+  std::vector<Balls> balls_;
+  std::vector<Group> groups_;
 };
 
 }  // namespace

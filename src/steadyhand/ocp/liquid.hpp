@@ -13,6 +13,7 @@ class LiquidObjective : public ObjectiveFor<LiquidObjective<axes...>> {
  public:
   Nodes nodes() const final { return Nodes::kIntervals; }
   int weight_count(int /*dof*/) const final { return 1; }
+  bool quadratic_in_input() const final { return true; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {

@@ -14,6 +14,7 @@ class Acceleration final : public ObjectiveFor<Acceleration> {
   Nodes nodes() const override { return Nodes::kIntervals; }
   int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
+  bool quadratic_in_input() const override { return true; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {

@@ -83,8 +83,12 @@ Lanes Constraint::value(const NodeBatch& nodes, int row) const {
   for_each_lane(nodes, [&](const Node& node, int lane) { result.set(lane, value(node, row)); });
   return result;
 }
-void Constraint::values(const NodeBatch& nodes, Lanes* values, int stride) const {
-  for (int i = 0; i < rows(); ++i) values[i * stride] = value(nodes, i);
+void Constraint::find_near(const NodeBatch& nodes, Lanes acts, char* near) const {
+  for (int i = 0; i < rows(); ++i) {
+    const Bounds limit = bounds(i);
+    const Lanes v = value(nodes, i), inside = min(v - limit.lower, limit.upper - v);
+    if (any(select(acts > 0.0, inside - activation_margin(i), 0.0) < 0.0)) near[i] = 1;
+  }
 }
 void Constraint::add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const {
   add_by_lane<NodeGradient>(nodes, gradient, [&](const Node& node, int lane, NodeGradient& one) {

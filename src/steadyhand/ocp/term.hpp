@@ -105,6 +105,9 @@ class Objective {
   virtual int weight_count(int dof) const = 0;
   /// Whether it looks at the arm's motion (velocities, accelerations of the tool).
   virtual bool needs_motion() const { return nodes() == Nodes::kIntervals; }
+  /// Whether for given q and dq the value is a convex quadratic function of u, whose Hessian add_convex_hessian() gives:
+  /// then node 0, whose state is given, is computed once for all iterates.
+  virtual bool quadratic_in_input() const { return false; }
 
   virtual double value(const Node& node, const JointVector& weight) const = 0;
   virtual void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const = 0;
@@ -192,8 +195,9 @@ class Constraint {
   virtual void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const = 0;
 
   virtual Lanes value(const NodeBatch& nodes, int row) const;
-  /// Of all rows: row i goes to values[i * stride].
-  virtual void values(const NodeBatch& nodes, Lanes* values, int stride) const;
+  /// Sets near[i] for every row i that is within its activation margin or beyond its bounds in a lane where `acts` is
+  /// not 0, and perhaps for others. Of all a solver does this alone is done for all rows.
+  virtual void find_near(const NodeBatch& nodes, Lanes acts, char* near) const;
   virtual void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const;
   virtual void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const;
 
@@ -206,6 +210,10 @@ class Constraint {
   /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all
   /// rows at its solution. Infinite: never leave it out. In the row's unit.
   virtual double activation_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
+  /// How fast its rows may use up their margins: a row that is outside its activation margin for some q is inside its
+  /// bounds for every q' with sum_j lever_j |q'_j - q_j| <= 1, whatever dq and u are. 1/rad (1/m), one for each joint;
+  /// empty: nobody knows, and a solver computes all rows to be sure. Called at set-up.
+  virtual JointVector levers() const { return {}; }
 
  protected:
   explicit Constraint(ConstraintInfo info) : info_(std::move(info)) {}
@@ -226,9 +234,6 @@ class ConstraintFor : public Constraint {
     term().hessian_at(node, row, scale, hessian);
   }
   Lanes value(const NodeBatch& nodes, int row) const final { return term().template value_at<Lanes>(nodes, row); }
-  void values(const NodeBatch& nodes, Lanes* values, int stride) const final {
-    for (int i = 0; i < term().rows(); ++i) values[i * stride] = term().template value_at<Lanes>(nodes, i);
-  }
   void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const final {
     term().template gradient_at<Lanes>(nodes, row, scale, gradient);
   }

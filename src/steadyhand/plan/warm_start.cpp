@@ -6,9 +6,8 @@
 namespace steadyhand {
 
 WarmStart::WarmStart(const Ocp& ocp) : ocp_(ocp), last_(ocp.dof(), ocp.horizon()), guess_(last_) {
-  Solution empty;
-  empty.prepare(ocp);
-  multipliers_ = last_multipliers_ = empty.multipliers;
+  last_multipliers_.prepare(ocp);
+  multipliers_.prepare(ocp);
 }
 
 void WarmStart::reset(Time now) {
@@ -48,38 +47,23 @@ void WarmStart::shift(const StateVector& x0, Time start) {
   if (known_) shift_multipliers(shift / dt);
 }
 
-/// Between two nodes the multipliers go over linearly; those of the last node stand for what comes after it. Rows of a
-/// constraint stand together at each node, behind those of the constraints before it that act there.
+/// Between two nodes the multipliers go over linearly; those of the last node stand for what comes after it.
 void WarmStart::shift_multipliers(double intervals) {
   const int N = ocp_.horizon();
-  std::size_t begin_at_first = 0, begin_between = 0, begin_at_last = 0;
-  for (const auto& constraint : ocp_.constraints()) {
-    const bool of_state = constraint->nodes() == Nodes::kStates;
-    const int first = of_state ? 1 : 0, last = of_state ? N : N - 1, rows = constraint->rows();
-    const auto begin = [&](int k) { return k == 0 ? begin_at_first : k == N ? begin_at_last : begin_between; };
+  multipliers_.clear();
+  for (const int r : last_multipliers_.stored()) {
+    const bool of_state = ocp_.constraints()[last_multipliers_.row(r).constraint]->nodes() == Nodes::kStates;
+    const int first = of_state ? 1 : 0, last = of_state ? N : N - 1;
+    const double* from = last_multipliers_.find(r);
+    double* to = multipliers_.store(r);
     for (int k = first; k <= last; ++k) {
       const double at = std::clamp(k + intervals, static_cast<double>(first), static_cast<double>(last));
       const int before = static_cast<int>(at), after = std::min(before + 1, last);
-      const double share = at - before;
-      const double* a = last_multipliers_[before].data() + begin(before);
-      const double* b = last_multipliers_[after].data() + begin(after);
-      double* to = multipliers_[k].data() + begin(k);
-      for (int r = 0; r < rows; ++r) to[r] = a[r] + share * (b[r] - a[r]);
+      to[k] = from[before] + (at - before) * (from[after] - from[before]);
     }
-    (of_state ? begin_at_last : begin_at_first) += rows;
-    begin_between += rows;
   }
 }
 
-void WarmStart::forget(int constraint, int row) {
-  for (int k = 0; k <= ocp_.horizon(); ++k) {
-    if (!ocp_.acts(ocp_.constraints()[constraint]->nodes(), k)) continue;
-    std::size_t begin = 0;
-    for (int c = 0; c < constraint; ++c) {
-      if (ocp_.acts(ocp_.constraints()[c]->nodes(), k)) begin += ocp_.constraints()[c]->rows();
-    }
-    multipliers_[k][begin + row] = 0.0;
-  }
-}
+void WarmStart::forget(int constraint, int row) { multipliers_.clear({constraint, row}); }
 
 }  // namespace steadyhand

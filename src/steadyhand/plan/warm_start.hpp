@@ -25,14 +25,14 @@ class WarmStart {
   /// As shift() left it.
   const Trajectory& guess() const { return guess_; }
   /// Null until something was kept.
-  const std::vector<std::vector<double>>* multipliers() const { return known_ ? &multipliers_ : nullptr; }
+  const Multipliers* multipliers() const { return known_ ? &multipliers_ : nullptr; }
 
  private:
   void shift_multipliers(double intervals);
 
   const Ocp& ocp_;
   Trajectory last_, guess_;
-  std::vector<std::vector<double>> last_multipliers_, multipliers_;
+  Multipliers last_multipliers_, multipliers_;
   Time last_start_{0};
   bool known_ = false;
 };

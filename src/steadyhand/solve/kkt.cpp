@@ -5,8 +5,7 @@
 
 namespace steadyhand {
 
-double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory,
-                 const std::vector<std::vector<double>>& multipliers) {
+double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, const Multipliers& multipliers) {
   const Ocp& ocp = evaluation.ocp();
   const int n = ocp.dof(), entries = ocp.entries();
   const double dt = ocp.dt();
@@ -19,7 +18,7 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory,
     evaluation.add_objective_gradient(k, 1.0, gradient);
     for (std::size_t i = 0; i < evaluation.rows(k).size(); ++i) {
       const ConstraintRow row = evaluation.rows(k)[i];
-      const double multiplier = multipliers[k][i];
+      const double multiplier = multipliers.at(k, row);
       const double value = evaluation.constraint(k, row);
       const Bounds bounds = evaluation.bounds(row);
       evaluation.add_constraint_gradient(k, row, multiplier, gradient);

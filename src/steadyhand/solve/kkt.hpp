@@ -1,8 +1,7 @@
 #pragma once
 
-#include <vector>
-
 #include "steadyhand/ocp/evaluation.hpp"
+#include "steadyhand/solve/multipliers.hpp"
 
 namespace steadyhand {
 
@@ -13,7 +12,6 @@ namespace steadyhand {
 /// - what a multiplier is above its row's price,
 /// - wrong signs of multipliers of one-sided rows.
 /// Unscaled, in the units of the problem. `evaluation` must be set to the trajectory. Allocates nothing.
-double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory,
-                 const std::vector<std::vector<double>>& multipliers);
+double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, const Multipliers& multipliers);
 
 }  // namespace steadyhand

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "steadyhand/ocp/evaluation.hpp"
 #ifdef STEADYHAND_FATROP
 #include "steadyhand/solve/fatrop/fatrop.hpp"
 #endif
@@ -27,9 +26,7 @@ std::string_view to_string(SolveStatus status) {
 
 void Solution::prepare(const Ocp& ocp) {
   trajectory = Trajectory(ocp.dof(), ocp.horizon());
-  const Evaluation evaluation(ocp);
-  multipliers.resize(ocp.horizon() + 1);
-  for (int k = 0; k <= ocp.horizon(); ++k) multipliers[k].assign(evaluation.rows(k).size(), 0.0);
+  multipliers.prepare(ocp);
 }
 
 namespace {

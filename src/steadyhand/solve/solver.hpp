@@ -7,6 +7,7 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/ocp/ocp.hpp"
+#include "steadyhand/solve/multipliers.hpp"
 
 namespace steadyhand {
 
@@ -29,9 +30,7 @@ std::string_view to_string(SolveStatus status);
 struct Solution {
   SolveStatus status = SolveStatus::kInvalid;
   Trajectory trajectory;
-  /// Lagrange multipliers of the constraint rows: [k][i] belongs to Evaluation::rows(k)[i], negative at a lower bound,
-  /// positive at an upper one.
-  std::vector<std::vector<double>> multipliers;
+  Multipliers multipliers;
   double objective = 0.0;  ///< J
   double violation = 0.0;  ///< see Evaluation::violation
   double kkt_error = 0.0;  ///< see kkt_error()
@@ -50,9 +49,8 @@ class Solver {
   /// @param guess starting point of the primal variables; x_0 is taken from the instance, other states need not obey
   /// the dynamics.
   /// @param multipliers starting point of Solution::multipliers, or null
-  virtual void solve(const OcpInstance& instance, const Trajectory& guess,
-                     const std::vector<std::vector<double>>* multipliers, const SolveBudget& budget,
-                     Solution& solution) = 0;
+  virtual void solve(const OcpInstance& instance, const Trajectory& guess, const Multipliers* multipliers,
+                     const SolveBudget& budget, Solution& solution) = 0;
 
  protected:
   Solver() = default;

@@ -326,9 +326,8 @@ class FatropSolver final : public Solver {
 
   std::string_view name() const override { return "fatrop"; }
 
-  void solve(const OcpInstance& instance, const Trajectory& guess,
-             const std::vector<std::vector<double>>* /*multipliers*/, const SolveBudget& budget,
-             Solution& solution) override {
+  void solve(const OcpInstance& instance, const Trajectory& guess, const Multipliers* /*multipliers*/,
+             const SolveBudget& budget, Solution& solution) override {
     const auto start = SteadyClock::now();
     solution.status = SolveStatus::kInvalid;
     solution.iterations = 0;
@@ -395,11 +394,12 @@ class FatropSolver final : public Solver {
     const auto& dual = program.data->current_iterate().dual_eq();
     Trajectory& trajectory = solution.trajectory;
     trajectory.x[0] = instance.x0;
+    solution.multipliers.clear();
     for (int k = 0; k <= ocp_.horizon(); ++k) {
-      std::fill(solution.multipliers[k].begin(), solution.multipliers[k].end(), 0.0);
       const auto& posed = program.problem->posed(k);
       for (std::size_t i = 0; i < posed.size(); ++i) {
-        solution.multipliers[k][posed[i]] = dual(info.offsets_g_eq_slack[k] + static_cast<Index>(i));
+        const ConstraintRow row = program.problem->evaluation().rows(k)[posed[i]];
+        solution.multipliers.set(k, row, dual(info.offsets_g_eq_slack[k] + static_cast<Index>(i)));
       }
       if (k == ocp_.horizon()) break;
       for (int i = 0; i < ocp_.dof(); ++i) trajectory.u[k][i] = primal(info.offsets_primal_u[k] + i);

@@ -28,6 +28,13 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
     }
     batches_.push_back(batch);
   }
+  inputs_only_ = state_batches_ < batches();
+  for (const auto& constraint : ocp.constraints()) {
+    for (int row = 0; constraint->nodes() == Nodes::kIntervals && row < constraint->rows(); ++row) {
+      inputs_only_ = inputs_only_ && constraint->entry(row) >= 0;
+    }
+  }
+  start_ = {JointVector::Zero(n), JointVector::Zero(n), Eigen::MatrixXd::Zero(n, n)};
   weighted_.reserve(ocp.objectives().size());
   near_.resize(ocp.obstacle_rows());
   if (!ocp.liquid()) return;
@@ -38,6 +45,7 @@ BatchEvaluation::BatchEvaluation(const Ocp& ocp)
 
 void BatchEvaluation::set_instance(const OcpInstance& instance) {
   fresh_ = true;
+  start_known_ = false;
   needs_motion_ = false;
   weighted_.clear();
   for (int i = 0; i < std::ssize(ocp_.objectives()); ++i) {
@@ -68,6 +76,10 @@ void BatchEvaluation::set_point(NodeTable& z) {
   JointVectorOf<Lanes> q(n);
   for (int b = 0; b < batches(); ++b) {
     Batch& batch = batches_[b];
+    if (is_start(b)) {
+      for (int i = 0; i < n; ++i) batch.u[i] = z[2 * n + i][b];
+      continue;
+    }
     for (int i = 0; i < n; ++i) {
       q[i] = z[i][b];
       batch.dq[i] = z[n + i][b];
@@ -76,8 +88,37 @@ void BatchEvaluation::set_point(NodeTable& z) {
     if (fresh_ || b < state_batches_) batch.arm.set_position(q);  // behind them only node 0, which stands still
     if (needs_motion_) batch.arm.set_motion(batch.dq, batch.u);
   }
+  if (fresh_) find_start();
   fresh_ = false;
   if (ocp_.liquid() && liquid_.counts) roll_out_slosh(z);
+}
+
+void BatchEvaluation::find_start() {
+  for (const int i : weighted_) {
+    const Objective& term = *ocp_.objectives()[i];
+    if (!inputs_only_ || (term.nodes() == Nodes::kIntervals && !term.quadratic_in_input())) return;
+  }
+  const int n = ocp_.dof(), b = state_batches_;
+  NodeGradientOf<Lanes> gradient = NodeGradientOf<Lanes>::Zero(3 * n);
+  NodeHessianOf<Lanes> hessian(3 * n, 3 * n);
+  for (int j = 0; j < 3 * n; ++j) {
+    for (int i = 0; i <= j; ++i) hessian(i, j) = 0.0;
+  }
+  Lanes value = 0.0;
+  for (const int i : weighted_) {
+    const Objective& term = *ocp_.objectives()[i];
+    if (b >= acting_batches(term.nodes())) continue;
+    value += term.value(node(b), batches_[b].weights[i]);
+    term.add_gradient(node(b), batches_[b].weights[i], gradient);
+    term.add_convex_hessian(node(b), batches_[b].weights[i], hessian);
+  }
+  start_.value = value[0];
+  for (int i = 0; i < n; ++i) {
+    start_.u[i] = batches_[b].u[i][0];
+    start_.gradient[i] = gradient[2 * n + i][0];
+    for (int j = i; j < n; ++j) start_.hessian(i, j) = start_.hessian(j, i) = hessian(2 * n + i, 2 * n + j)[0];
+  }
+  start_known_ = true;
 }
 
 void BatchEvaluation::roll_out_slosh(NodeTable& z) {
@@ -131,12 +172,29 @@ double BatchEvaluation::objective() const {
   Lanes total = 0.0;
   for (const int i : weighted_) {
     const Objective& term = *ocp_.objectives()[i];
-    for (int b = 0; b < acting_batches(term.nodes()); ++b) total += term.value(node(b), batches_[b].weights[i]);
+    for (int b = 0; b < acting_batches(term.nodes()); ++b) {
+      if (!is_start(b)) total += term.value(node(b), batches_[b].weights[i]);
+    }
   }
-  return sum(total);
+  if (!start_known_) return sum(total);
+  const JointVector step = start_step();
+  return sum(total) + start_.value + step.dot(start_.gradient + 0.5 * (start_.hessian * step));
+}
+
+JointVector BatchEvaluation::start_step() const {
+  const int n = ocp_.dof();
+  JointVector step(n);
+  for (int i = 0; i < n; ++i) step[i] = batches_[state_batches_].u[i][0] - start_.u[i];
+  return step;
 }
 
 void BatchEvaluation::add_objective_gradient(int b, NodeGradientOf<Lanes>& gradient) const {
+  if (is_start(b)) {
+    const int n = ocp_.dof();
+    const JointVector by_u = start_.gradient + start_.hessian * start_step();
+    for (int i = 0; i < n; ++i) gradient[2 * n + i].set(0, gradient[2 * n + i][0] + by_u[i]);
+    return;
+  }
   for (const int i : weighted_) {
     const Objective& term = *ocp_.objectives()[i];
     if (b < acting_batches(term.nodes())) term.add_gradient(node(b), batches_[b].weights[i], gradient);
@@ -144,6 +202,16 @@ void BatchEvaluation::add_objective_gradient(int b, NodeGradientOf<Lanes>& gradi
 }
 
 void BatchEvaluation::add_objective_hessian(int b, Curvature curvature, NodeHessianOf<Lanes>& hessian) const {
+  if (is_start(b)) {
+    const int n = ocp_.dof();
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i <= j; ++i) {
+        Lanes& entry = hessian(2 * n + i, 2 * n + j);
+        entry.set(0, entry[0] + start_.hessian(i, j));
+      }
+    }
+    return;
+  }
   for (const int i : weighted_) {
     const Objective& term = *ocp_.objectives()[i];
     if (b >= acting_batches(term.nodes())) continue;

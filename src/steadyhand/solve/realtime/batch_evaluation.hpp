@@ -41,9 +41,10 @@ class BatchEvaluation {
   void add_objective_hessian(int b, Curvature curvature, NodeHessianOf<Lanes>& hessian) const;
 
   Lanes constraint(int b, ConstraintRow row) const { return term(row).value(node(b), row.row); }
-  /// All rows of constraint c: row i goes to values[i * stride].
-  void constraints(int b, int c, Lanes* values, int stride) const {
-    ocp_.constraints()[c]->values(node(b), values, stride);
+  /// See Constraint::find_near, of constraint c.
+  void find_near(int b, int c, char* near) const {
+    const Constraint& constraint = *ocp_.constraints()[c];
+    constraint.find_near(node(b), acts(constraint.nodes(), b), near);
   }
   void add_constraint_gradient(int b, ConstraintRow row, NodeGradientOf<Lanes>& gradient) const {
     term(row).add_gradient(node(b), row.row, 1.0, gradient);
@@ -108,6 +109,10 @@ class BatchEvaluation {
              ocp_.liquid() ? &batch.slosh : nullptr, &liquid_},
             scratch_};
   }
+  /// Whether node 0 stands alone in batch b and is known as Start.
+  bool is_start(int b) const { return start_known_ && b == state_batches_; }
+  void find_start();
+  JointVector start_step() const;  ///< of u_0, from where Start was computed
   void roll_out_slosh(NodeTable& z);
   const Constraint& term(ConstraintRow row) const { return *ocp_.constraints()[row.constraint]; }
 
@@ -121,6 +126,16 @@ class BatchEvaluation {
   std::vector<SloshStep> slosh_steps_;         ///< by interval
   std::vector<int> weighted_;                  ///< objectives whose weight is not 0
   bool needs_motion_ = false, fresh_ = true;
+
+  /// J of node 0, whose state is given: a quadratic function of u_0.
+  struct Start {
+    JointVector u, gradient;  ///< where it was computed
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints> hessian;
+    double value = 0.0;
+  };
+  Start start_;
+  bool inputs_only_;  ///< node 0 stands alone in a batch, and constraints on intervals are limits
+  bool start_known_ = false;
   mutable Kinematics scratch_;
 };
 

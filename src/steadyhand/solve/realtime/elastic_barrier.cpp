@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "steadyhand/solve/realtime/log_sum.hpp"
+#include "steadyhand/solve/realtime/transpose.hpp"
 
 namespace steadyhand::realtime {
 namespace {
@@ -46,6 +47,14 @@ std::vector<JointVector> unit_curvatures(const Ocp& ocp) {
   return result;
 }
 
+/// Whether all its rows are limits or always in the working set.
+bool needs_no_watch(const Constraint& constraint) {
+  for (int row = 0; row < constraint.rows(); ++row) {
+    if (constraint.entry(row) < 0 && std::isfinite(constraint.activation_margin(row))) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 ElasticBarrier::ElasticBarrier(const Ocp& ocp)
@@ -58,24 +67,33 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
       evaluation_(ocp),
       rows_(ocp),
       unit_curvature_(unit_curvatures(ocp)),
+      levers_(JointVector::Zero(ocp.dof())),
       z_(entries_, order_),
-      values_(rows_.size(), order_),
+      begun_(z_),
+      near_(rows_.size(), 0),
       blocks_(order_.batches()),
-      largest_multiplier_(rows_.size(), 0.0),
       gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(entries_)),
       lagrangian_gradient_(gradient_),
       slosh_costates_(ocp.liquid() ? ocp.horizon() : 0) {
+  for (const auto& constraint : ocp.constraints()) {
+    if (needs_no_watch(*constraint)) continue;
+    const JointVector levers = constraint->levers();
+    all_known_ = all_known_ && levers.size() == n_;
+    if (levers.size() == n_) levers_ = levers_.cwiseMax(levers);
+  }
   for (auto& batch : blocks_) batch.reserve(rows_.size());
   std::size_t gradients = 0;
   for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
   gradients_.reserve(gradients * order_.batches());
+  sources_.reserve(static_cast<std::size_t>(kMaxEntries) * (kMaxEntries + 1 + 2 * kLanes));
 }
 
-void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
-                           const std::vector<std::vector<double>>* multipliers) {
+void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers) {
   evaluation_.set_instance(instance);
   slosh_ = ocp_.liquid() && instance.liquid.counts;
   entries_ = slosh_ ? ocp_.entries() : 3 * n_;
+  hessian_.resize(entries_, entries_);
+  model_gradient_.resize(entries_);
   for (auto& gradient : gradient_) gradient.resize(entries_);
   curvature_scale_ = 0.0;
   for (std::size_t i = 0; i < unit_curvature_.size(); ++i) {
@@ -87,69 +105,74 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z,
   gradients_.clear();
   z_ = z;
   set_point();
-  compute_all_rows();
-  if (multipliers) find_largest_multipliers(*multipliers);
-  Lanes violation = 0.0;
-  for (int r = 0; r < rows_.size(); ++r) {
-    const Lanes least = least_inside(r);
-    if (!rows_[r].soft()) violation = max(violation, -least);
-    if (rows_.in_working_set(r) || any(least < rows_[r].activation_margin) ||
-        (multipliers && largest_multiplier_[r] > kNoMultiplier)) {
-      work_on(r, multipliers);
-    }
+  find_near();
+  if (multipliers) {
+    for (const int r : multipliers->stored()) near_[r] |= static_cast<char>(had_multiplier(*multipliers, r));
   }
-  violation_ = largest(violation);
+  for (const int r : rows_.working_set()) near_[r] = 1;
+  for_each_near([&](int r) { work_on(r, multipliers); });
+  violation_ = violation_of_blocks();
+  begun_ = z_;
+}
+
+void ElasticBarrier::watch() {
+  if (stayed_near(0.5)) return;
+  find_near();
+  for_each_near([&](int r) {
+    if (!rows_.in_working_set(r)) take(r);
+  });
+  begun_ = z_;
+}
+
+bool ElasticBarrier::stayed_near(double share) const {
+  for (int b = 0; b < evaluation_.acting_batches(Nodes::kStates); ++b) {
+    Lanes moved = 0.0;
+    for (int i = 0; i < n_; ++i) moved += levers_[i] * abs(z_[i][b] - begun_[i][b]);
+    if (any(moved > share)) return false;
+  }
+  return true;
 }
 
 void ElasticBarrier::set_point() {
+  differentiated_ = false;
   evaluation_.set_point(z_);
   objective_ = evaluation_.objective();
 }
 
-void ElasticBarrier::compute_all_rows() {
-  for (int b = 0; b < evaluation_.batches(); ++b) {
-    int r = 0;
-    for (int c = 0; c < std::ssize(ocp_.constraints()); ++c) {
-      const Constraint& constraint = *ocp_.constraints()[c];
-      if (b < evaluation_.acting_batches(constraint.nodes())) {
-        evaluation_.constraints(b, c, values_[r] + b, values_.batches());
-      }
-      r += constraint.rows();
+void ElasticBarrier::find_near() {
+  std::fill(near_.begin(), near_.end(), 0);
+  for (int c = 0, first = 0; c < std::ssize(ocp_.constraints()); ++c) {
+    const Constraint& constraint = *ocp_.constraints()[c];
+    for (int b = 0; b < evaluation_.acting_batches(constraint.nodes()); ++b) {
+      evaluation_.find_near(b, c, near_.data() + first);
     }
+    first += constraint.rows();
   }
 }
 
-/// Smallest distance of row r to its bounds in each lane, over the batches; negative outside.
-Lanes ElasticBarrier::least_inside(int r) const {
-  const Row& row = rows_[r];
-  Lanes least = kInfinity;
-  for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
-    const Lanes v = values_[r][b], here = min(v - row.bounds.lower, row.bounds.upper - v);
-    least = min(least, select(evaluation_.acts(row.nodes, b) > 0.0, here, kInfinity));
-  }
-  return least;
-}
-
-void ElasticBarrier::find_largest_multipliers(const std::vector<std::vector<double>>& multipliers) {
-  std::fill(largest_multiplier_.begin(), largest_multiplier_.end(), 0.0);
-  for (int k = 0; k <= horizon_; ++k) {
-    const double* here = multipliers[k].data();
-    if (k > 0 && k < horizon_) {  // all rows, in their order
-      for (int r = 0; r < rows_.size(); ++r) {
-        largest_multiplier_[r] = std::max(largest_multiplier_[r], std::abs(here[r]));
-      }
-    } else {
-      for (int r = 0; r < rows_.size(); ++r) {
-        if (k < rows_.first(r) || k > rows_.last(r)) continue;
-        largest_multiplier_[r] = std::max(largest_multiplier_[r], std::abs(here[rows_.slot(r, k)]));
+double ElasticBarrier::violation_of_blocks() const {
+  Lanes violation = 0.0;
+  for (const auto& batch : blocks_) {
+    for (const RowBlock& block : batch) {
+      for (int i = 0; !block.soft && i < block.side_count; ++i) {
+        violation = max(violation, -block.inside(block.sides[i]));
       }
     }
   }
+  return largest(violation);
 }
 
-void ElasticBarrier::work_on(int r, const std::vector<std::vector<double>>* multipliers) {
+bool ElasticBarrier::had_multiplier(const Multipliers& multipliers, int r) const {
+  const double* numbers = multipliers.find(r);
+  return numbers && std::any_of(numbers, numbers + horizon_ + 1, [](double m) { return std::abs(m) > kNoMultiplier; });
+}
+
+void ElasticBarrier::work_on(int r, const Multipliers* multipliers) {
   rows_.add(r);
   const Row& row = rows_[r];
+  merit_known_ = false;
+  if (row.entry < 0) differentiated_ = false;
+  const double* known = multipliers ? multipliers->find(r) : nullptr;
   for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
     RowBlock& block = blocks_[b].emplace_back();
     block.row = r;
@@ -158,15 +181,14 @@ void ElasticBarrier::work_on(int r, const std::vector<std::vector<double>>* mult
     block.soft = row.soft();
     block.price = block.soft ? row.price : kPenalty;
     block.acts = evaluation_.acts(row.nodes, b);
-    block.value = values_[r][b];
+    block.value = compute(block, b);
     block.side_count = 0;
     block.gradient = gradients_.size();
     if (row.entry < 0) gradients_.resize(gradients_.size() + row.support.last - row.support.first);
 
     Lanes given = 0.0;
-    for (int i = 0; multipliers && i < kLanes; ++i) {
-      const int k = order_.node(b * kLanes + i);
-      if (block.acts[i] > 0.0) given.set(i, (*multipliers)[k][rows_.slot(r, k)]);
+    for (int i = 0; known && i < kLanes; ++i) {
+      if (block.acts[i] > 0.0) given.set(i, known[order_.node(b * kLanes + i)]);
     }
     for (const double sign : {1.0, -1.0}) {
       const double limit = sign > 0.0 ? row.bounds.lower : row.bounds.upper;
@@ -180,8 +202,16 @@ void ElasticBarrier::work_on(int r, const std::vector<std::vector<double>>* mult
   }
 }
 
+void ElasticBarrier::take(int r) {
+  work_on(r, nullptr);
+  for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) {
+    start_slacks(blocks_[b].back());
+  }
+}
+
 void ElasticBarrier::start_slacks(double mu) {
   mu_ = mu;
+  merit_known_ = false;
   for_each_block([&](RowBlock& block, int) { start_slacks(block); });
 }
 
@@ -205,26 +235,51 @@ void ElasticBarrier::move(const NodeTable& z) {
   for_each_block([&](RowBlock& block, int b) { block.value = compute(block, b); });
 }
 
-const Residuals& ElasticBarrier::differentiate() {
-  Lanes violation = 0.0, complementarity = 0.0, centrality = 0.0;
+void ElasticBarrier::differentiate_terms() {
+  if (differentiated_) return;
   for (int b = 0; b < evaluation_.batches(); ++b) {
     gradient_[b].setZero();
     evaluation_.add_objective_gradient(b, gradient_[b]);
+    for (const RowBlock& block : blocks_[b]) {
+      if (block.entry >= 0) continue;
+      const auto [first, last] = block.support;
+      NodeGradientOf<Lanes> gradient(entries_);
+      gradient.segment(first, last - first).setZero();
+      evaluation_.add_constraint_gradient(b, rows_[block.row].id, gradient);
+      std::copy_n(gradient.data() + first, last - first, gradients_.data() + block.gradient);
+    }
+  }
+  if (slosh_) evaluation_.differentiate_slosh(z_);
+  differentiated_ = true;
+}
+
+void ElasticBarrier::set_mu(double mu) {
+  mu_ = mu;
+  Lanes centrality = 0.0;
+  for_each_block([&](const RowBlock& block, int) {
+    for (int i = 0; i < block.side_count; ++i) centrality = max(centrality, off_centre(block, block.sides[i]));
+  });
+  residuals_.centrality = largest(centrality);
+}
+
+/// How far the products of a bound are from mu.
+Lanes ElasticBarrier::off_centre(const RowBlock& block, const Side& side) const {
+  return max(abs(side.slack * side.multiplier - mu_), abs(side.elastic * (block.price - side.multiplier) - mu_));
+}
+
+const Residuals& ElasticBarrier::differentiate() {
+  differentiate_terms();
+  Lanes violation = 0.0, complementarity = 0.0, centrality = 0.0;
+  for (int b = 0; b < evaluation_.batches(); ++b) {
     NodeGradientOf<Lanes>& lagrangian = lagrangian_gradient_[b];
     lagrangian = gradient_[b];
-    for (RowBlock& block : blocks_[b]) {
+    for (const RowBlock& block : blocks_[b]) {
       const Lanes multiplier = block.signed_multiplier();
       if (block.entry >= 0) {
         lagrangian[block.entry] += multiplier;
       } else {
-        const auto [first, last] = block.support;
-        NodeGradientOf<Lanes> gradient(entries_);
-        gradient.segment(first, last - first).setZero();
-        evaluation_.add_constraint_gradient(b, rows_[block.row].id, gradient);
-        for (int i = first; i < last; ++i) {
-          gradients_[block.gradient + i - first] = gradient[i];
-          lagrangian[i] += multiplier * gradient[i];
-        }
+        const Lanes* gradient = gradients_.data() + block.gradient;
+        for (int i = block.support.first; i < block.support.last; ++i) lagrangian[i] += multiplier * *gradient++;
       }
       for (int i = 0; i < block.side_count; ++i) {
         const Side& side = block.sides[i];
@@ -235,13 +290,12 @@ const Residuals& ElasticBarrier::differentiate() {
           violation = max(violation, -g);
           complementarity = max(complementarity, abs(y * g));
         }
-        centrality = max(centrality, max(abs(side.slack * y - mu_), abs(side.elastic * w - mu_)));
+        centrality = max(centrality, off_centre(block, side));
       }
     }
   }
   residuals_ = {0.0, largest(violation), largest(complementarity), largest(centrality)};
 
-  if (slosh_) evaluation_.differentiate_slosh(z_);
   std::array<double, 2 * kMaxJoints> costate{};  // dL/dx_{k+1} of everything from node k + 1 on
   SloshState slosh = SloshState::Zero();         // the same by the liquid's state
   for (int k = horizon_; k >= 0; --k) {
@@ -278,13 +332,22 @@ const Residuals& ElasticBarrier::differentiate() {
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
   newton.use_slosh(slosh_);
+  if (laid_out_ != entries_) lay_out_model(newton);
+  NodeHessianOf<Lanes>& H = hessian_;
+  NodeGradientOf<Lanes>& g = model_gradient_;
   for (int b = 0; b < evaluation_.batches(); ++b) {
-    NodeHessianOf<Lanes> H(entries_, entries_);
     for (int j = 0; j < entries_; ++j) {  // no term is of the liquid and of the arm
       for (int i = j < 3 * n_ ? 0 : 3 * n_; i <= j; ++i) H(i, j) = 0.0;
     }
     evaluation_.add_objective_hessian(b, curvature, H);
-    NodeGradientOf<Lanes> g = gradient_[b];
+    for (const RowBlock& block : blocks_[b]) {
+      if (block.entry >= 0 || curvature == Curvature::kConvex) continue;
+      const Lanes multiplier = block.signed_multiplier();
+      if (any(abs(multiplier) > kNoMultiplier)) {
+        evaluation_.add_constraint_hessian(b, rows_[block.row].id, multiplier, H);
+      }
+    }
+    g = gradient_[b];
     for (RowBlock& block : blocks_[b]) {
       Lanes stiffness = 0.0, force = 0.0;
       for (int i = 0; i < block.side_count; ++i) {
@@ -309,13 +372,9 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
         for (int i = 0; i <= j; ++i) H(first + i, first + j) += scaled * gradient[i];
         g[first + j] += force * gradient[j];
       }
-      const Lanes multiplier = block.signed_multiplier();
-      if (curvature == Curvature::kExact && any(abs(multiplier) > kNoMultiplier)) {
-        evaluation_.add_constraint_hessian(b, rows_[block.row].id, multiplier, H);
-      }
     }
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
-    write_model(b, H, g, newton);
+    write_model(b, newton);
   }
   if (slosh_) add_slosh(curvature, newton);
 }
@@ -323,7 +382,7 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
 /// How the liquid goes, and for the exact curvature the second derivatives of that.
 void ElasticBarrier::add_slosh(Curvature curvature, NewtonSystem& newton) const {
   for (int k = 0; k < horizon_; ++k) newton.slosh_step(k) = evaluation_.slosh_step(k);
-  if (curvature != Curvature::kExact) return;
+  if (curvature == Curvature::kConvex) return;
   const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i - n; };  // of w = [u; q; dq]
   evaluation_.for_each_slosh_hessian(z_, slosh_costates_, [&](int k, const NodeHessianOf<Lanes>& H, int lane) {
     const SloshStep& step = evaluation_.slosh_step(k);
@@ -340,25 +399,45 @@ void ElasticBarrier::add_slosh(Curvature curvature, NewtonSystem& newton) const 
   });
 }
 
-void ElasticBarrier::write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g,
-                                 NewtonSystem& newton) const {
+/// Where a node's model in NewtonSystem's order finds its numbers: by rows of w = [u; q; dq; state of the liquid], in
+/// whole registers from the one that holds the diagonal on.
+void ElasticBarrier::lay_out_model(const NewtonSystem& newton) {
+  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i < 3 * n ? i - n : i; };
+  laid_out_ = entries_;
+  sources_.clear();
+  for (int i = 0; i < entries_; ++i) {
+    for (int j = i / kLanes * kLanes; j < newton.width(); ++j) {
+      const Lanes* source = &zero_;  // no term is of the liquid and of the arm
+      if (j == newton.gradient()) {
+        source = &model_gradient_[z_entry(i)];
+      } else if (j >= i && j < entries_ && (i < 3 * n_) == (j < 3 * n_)) {
+        const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
+        source = &hessian_(first, second);
+      }
+      sources_.push_back(source);
+    }
+  }
+}
+
+void ElasticBarrier::write_model(int b, NewtonSystem& newton) const {
   const int lanes = std::min(kLanes, horizon_ + 1 - b * kLanes);  // without padding
   std::array<double*, kLanes> models;
-  for (int i = 0; i < lanes; ++i) models[i] = newton.row(order_.node(b * kLanes + i), 0);
-  // Of w = [u; q; dq; state of the liquid].
-  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i < 3 * n ? i - n : i; };
-  for (int i = 0; i < entries_; ++i) {
-    const int row = i * newton.width();
-    for (int lane = 0; i < 3 * n_ && lane < lanes; ++lane) {
-      std::fill_n(models[lane] + row + 3 * n_, entries_ - 3 * n_, 0.0);
+  for (int i = 0; i < kLanes; ++i) {
+    models[i] = i < lanes ? newton.row(order_.node(b * kLanes + i), 0) : newton.padding();
+  }
+  const int width = newton.width();
+  const int rows = order_.node(b * kLanes) == 0 ? n_ : entries_;  // of node 0, whose state is given, only u counts
+  const Lanes* const* source = sources_.data();
+  for (int i = 0; i < rows; ++i) {
+    for (int j = i / kLanes * kLanes; j < width; j += kLanes) {
+      std::array<Lanes, kLanes> numbers;
+#pragma GCC unroll 8
+      for (int lane = 0; lane < kLanes; ++lane) numbers[lane] = *source[lane];
+      source += kLanes;
+      transpose(numbers);
+#pragma GCC unroll 8
+      for (int lane = 0; lane < kLanes; ++lane) numbers[lane].store(models[lane] + i * width + j);
     }
-    for (int j = i; j < (i < 3 * n_ ? 3 * n_ : entries_); ++j) {
-      const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
-      const Lanes& numbers = H(first, second);
-      for (int lane = 0; lane < lanes; ++lane) models[lane][row + j] = numbers[lane];
-    }
-    const Lanes& numbers = g[z_entry(i)];
-    for (int lane = 0; lane < lanes; ++lane) models[lane][row + newton.gradient()] = numbers[lane];
   }
 }
 
@@ -398,8 +477,25 @@ double ElasticBarrier::complete(const NodeTable& step) {
   return std::isfinite(total) ? total : kInfinity;
 }
 
-double ElasticBarrier::phi(Lanes cost_of_elastic, double logarithms) const {
-  const double result = objective_ + sum(cost_of_elastic) - mu_ * logarithms;
+bool ElasticBarrier::meet_limits(const NodeTable& step) {
+  bool met = false;
+  for (const int r : rows_.limits()) {
+    const Row& row = rows_[r];
+    if (rows_.in_working_set(r)) continue;
+    Lanes least = kInfinity;
+    for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
+      const Lanes v = z_[row.entry][b] + step[row.entry][b], inside = min(v - row.bounds.lower, row.bounds.upper - v);
+      least = min(least, select(evaluation_.acts(row.nodes, b) > 0.0, inside, kInfinity));
+    }
+    if (!any(least < kClose * row.activation_margin)) continue;
+    take(r);
+    met = true;
+  }
+  return met;
+}
+
+double ElasticBarrier::phi(double cost_of_elastic, double logarithms) const {
+  const double result = objective_ + cost_of_elastic - mu_ * logarithms;
   return std::isfinite(result) ? result : kInfinity;
 }
 
@@ -416,15 +512,20 @@ double ElasticBarrier::cost_of_prices() const {
 }
 
 double ElasticBarrier::merit() {
-  Lanes elastic = 0.0;
-  LogSum logarithms;
-  for_each_block([&](const RowBlock& block, int) {
-    for (int i = 0; i < block.side_count; ++i) {
-      elastic += block.price * block.sides[i].elastic;
-      logarithms.add(block.sides[i].slack * block.sides[i].elastic);
-    }
-  });
-  return phi(elastic, logarithms.value());
+  if (!merit_known_) {
+    Lanes elastic = 0.0;
+    LogSum logarithms;
+    for_each_block([&](const RowBlock& block, int) {
+      for (int i = 0; i < block.side_count; ++i) {
+        elastic += block.price * block.sides[i].elastic;
+        logarithms.add(block.sides[i].slack * block.sides[i].elastic);
+      }
+    });
+    cost_of_elastic_ = sum(elastic);
+    logarithms_ = logarithms.value();
+    merit_known_ = true;
+  }
+  return phi(cost_of_elastic_, logarithms_);
 }
 
 double ElasticBarrier::try_step(const NodeTable& z, double scale) {
@@ -445,10 +546,15 @@ double ElasticBarrier::try_step(const NodeTable& z, double scale) {
       logarithms.add(side.new_slack * side.new_elastic);
     }
   });
-  return phi(sum_of_excess, logarithms.value());
+  tried_cost_of_elastic_ = sum(sum_of_excess);
+  tried_logarithms_ = logarithms.value();
+  return phi(tried_cost_of_elastic_, tried_logarithms_);
 }
 
 void ElasticBarrier::accept() {
+  cost_of_elastic_ = tried_cost_of_elastic_;
+  logarithms_ = tried_logarithms_;
+  merit_known_ = true;
   for_each_block([&](RowBlock& block, int) {
     for (int i = 0; i < block.side_count; ++i) {
       Side& side = block.sides[i];
@@ -460,30 +566,44 @@ void ElasticBarrier::accept() {
 }
 
 ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
-  compute_all_rows();
+  if (all_known_ && differentiated_ && stayed_near(1.0)) {
+    violation_ = residuals_.violation;
+    return Check::kNothingNew;
+  }
+  violation_ = violation_of_blocks();
+  find_near();
   Check result = Check::kNothingNew;
-  Lanes violation = 0.0;
-  for (int r = 0; r < rows_.size(); ++r) {
-    const Lanes outside = -least_inside(r);
-    if (!rows_[r].soft()) violation = max(violation, outside);
-    if (rows_.in_working_set(r) || !any(outside > tolerance)) continue;
-    work_on(r, nullptr);
-    for (int b = 0; b < evaluation_.acting_batches(rows_[r].nodes); ++b) start_slacks(blocks_[b].back());
+  for_each_near([&](int r) {
+    if (rows_.in_working_set(r)) return;
+    const double outside = violation(r);
+    if (!rows_[r].soft()) violation_ = std::max(violation_, outside);
+    if (!(outside > tolerance)) return;
+    take(r);
     if (rows_[r].entry < 0) result = Check::kMissed;
     if (result == Check::kNothingNew) result = Check::kMissedLinear;
-  }
-  violation_ = largest(violation);
+  });
   return result;
 }
 
-void ElasticBarrier::write_multipliers(std::vector<std::vector<double>>& multipliers) const {
-  for (auto& node : multipliers) std::fill(node.begin(), node.end(), 0.0);
+/// How far row r, which is not in the working set, is outside its bounds.
+double ElasticBarrier::violation(int r) const {
+  const Row& row = rows_[r];
+  Lanes outside = 0.0;
+  for (int b = 0; b < evaluation_.acting_batches(row.nodes); ++b) {
+    const Lanes v = evaluation_.constraint(b, row.id), here = max(row.bounds.lower - v, v - row.bounds.upper);
+    outside = max(outside, select(evaluation_.acts(row.nodes, b) > 0.0, here, 0.0));
+  }
+  return largest(outside);
+}
+
+void ElasticBarrier::write_multipliers(Multipliers& multipliers) const {
+  multipliers.clear();
   for (int b = 0; b < evaluation_.batches(); ++b) {
     for (const RowBlock& block : blocks_[b]) {
       const Lanes numbers = block.signed_multiplier();
+      double* nodes = multipliers.store(block.row);
       for (int i = 0; i < kLanes; ++i) {
-        const int k = order_.node(b * kLanes + i);
-        if (block.acts[i] > 0.0) multipliers[k][rows_.slot(block.row, k)] = numbers[i];
+        if (block.acts[i] > 0.0) nodes[order_.node(b * kLanes + i)] = numbers[i];
       }
     }
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "steadyhand/solve/multipliers.hpp"
 #include "steadyhand/solve/realtime/batch_evaluation.hpp"
 #include "steadyhand/solve/realtime/newton_system.hpp"
 #include "steadyhand/solve/realtime/node_table.hpp"
@@ -40,14 +41,16 @@ class ElasticBarrier {
   /// Starts a new problem at z. Takes the rows near their bounds into the working set, beside those in it.
   /// start_slacks() must follow before anything but differentiate().
   /// @param multipliers those of a solution nearby, or null
-  void begin(const OcpInstance& instance, const NodeTable& z, const std::vector<std::vector<double>>* multipliers);
+  void begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers);
   /// Slacks for the point and the barrier parameter mu: far enough from zero to move. Multipliers on the central path
   /// or, if that is larger, as they are.
   void start_slacks(double mu);
-  void set_mu(double mu) { mu_ = mu; }
+  /// After differentiate(), whose residuals are those of the new mu then.
+  void set_mu(double mu);
   double mu() const { return mu_; }
 
   /// Where the Newton step starts: derivatives and residuals at the point that begin(), try_step() or move() set last.
+  /// What depends on the point alone is computed once for each.
   const Residuals& differentiate();
   /// Of the last differentiate().
   const Residuals& residuals() const { return residuals_; }
@@ -57,6 +60,10 @@ class ElasticBarrier {
   /// @return dphi along the step; +infinity for a step that is not finite
   double complete(const NodeTable& step);
   double largest_scale() const { return largest_scale_; }
+
+  /// Takes limits that the step would lead to, or close to, into the working set. True if there were any: then the
+  /// model is another one.
+  bool meet_limits(const NodeTable& step);
 
   double merit();
   /// phi at z + scale * step with the slacks moved along; infinite where it is not finite.
@@ -72,17 +79,21 @@ class ElasticBarrier {
   enum class Check { kNothingNew, kMissedLinear, kMissed };
   /// Looks at all rows at the point; those outside their bounds by more than the tolerance go into the working set.
   Check check_all_rows(double tolerance);
+  /// Takes rows that the point has come near to into the working set, where the joints have moved far enough since all
+  /// were looked at.
+  void watch();
   /// Violation of all rows without a price where begin() or check_all_rows() looked last.
   double violation() const { return violation_; }
   double curvature_scale() const { return curvature_scale_; }
-  /// Multipliers in the order of Solution::multipliers.
-  void write_multipliers(std::vector<std::vector<double>>& multipliers) const;
+  /// Of the rows in the working set.
+  void write_multipliers(Multipliers& multipliers) const;
 
  private:
   static constexpr double kPenalty = 1e6;
   static constexpr double kStayInside = 0.995;  ///< largest share of the way to zero that a slack goes in one step
   /// Multipliers below this are taken for those of rows that are not near their bounds.
   static constexpr double kNoMultiplier = 1e-4;
+  static constexpr double kClose = 0.1;  ///< share of its margin at which a limit is met
 
   /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
   struct Side {
@@ -115,16 +126,30 @@ class ElasticBarrier {
   };
 
   void set_point();  ///< all that is known at z_
-  void compute_all_rows();
-  Lanes least_inside(int r) const;
+  void differentiate_terms();
+  void find_near();
+  /// Calls f(row) with the rows of near_.
+  template <typename F>
+  void for_each_near(const F& f) {
+    for (auto at = near_.begin(); (at = std::find(at, near_.end(), 1)) != near_.end(); ++at) {
+      f(static_cast<int>(at - near_.begin()));
+    }
+  }
+  Lanes off_centre(const RowBlock& block, const Side& side) const;
+  double violation_of_blocks() const;
+  double violation(int r) const;
   Lanes compute(const RowBlock& block, int b) const;
-  void work_on(int r, const std::vector<std::vector<double>>* multipliers);
+  /// Whether since all rows were looked at no joint moved so far that a row could have come through this share of its
+  /// margin.
+  bool stayed_near(double share) const;
+  void take(int r);  ///< works on it from here on
+  void work_on(int r, const Multipliers* multipliers);
   void start_slacks(RowBlock& block) const;
-  /// Largest multiplier of each row over the nodes.
-  void find_largest_multipliers(const std::vector<std::vector<double>>& multipliers);
+  bool had_multiplier(const Multipliers& multipliers, int r) const;
   void add_slosh(Curvature curvature, NewtonSystem& newton) const;
-  void write_model(int b, const NodeHessianOf<Lanes>& H, const NodeGradientOf<Lanes>& g, NewtonSystem& newton) const;
-  double phi(Lanes cost_of_elastic, double logarithms) const;
+  void lay_out_model(const NewtonSystem& newton);
+  void write_model(int b, NewtonSystem& newton) const;
+  double phi(double cost_of_elastic, double logarithms) const;
   double cost_of_prices() const;
   /// Calls f(block, batch) with every block.
   template <typename F>
@@ -145,14 +170,26 @@ class ElasticBarrier {
   double curvature_scale_ = 1.0;
   double mu_ = 1.0;
 
+  JointVector levers_;     ///< 1/rad, of the constraints that know them (Constraint::levers)
+  bool all_known_ = true;  ///< these are all with rows outside of the working set
+
   NodeTable z_;                                ///< the point
-  NodeTable values_;                           ///< of all rows, where they were computed last
+  NodeTable begun_;                            ///< where begin() or watch() looked at all rows
+  std::vector<char> near_;                     ///< by row, see Constraint::find_near
   std::vector<std::vector<RowBlock>> blocks_;  ///< by batch
   std::vector<Lanes> gradients_;               ///< of the blocks
-  std::vector<double> largest_multiplier_;
   double objective_ = 0.0, violation_ = 0.0;
-  std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
+  bool differentiated_ = false;  ///< gradient_ and gradients_ are those of the point
+  bool merit_known_ = false;     ///< what follows is of the slacks
+  double cost_of_elastic_ = 0.0, logarithms_ = 0.0;
+  double tried_cost_of_elastic_ = 0.0, tried_logarithms_ = 0.0;  ///< by try_step()
+  std::vector<NodeGradientOf<Lanes>> gradient_;                  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
+  NodeHessianOf<Lanes> hessian_;          ///< of a batch, as model() makes it
+  NodeGradientOf<Lanes> model_gradient_;  ///< the same
+  std::vector<const Lanes*> sources_;     ///< see lay_out_model()
+  int laid_out_ = 0;                      ///< the entries for which it was called
+  Lanes zero_ = 0.0;
   std::vector<SloshState> slosh_costates_;  ///< dL by the liquid's state at k + 1, of everything from there on
   Residuals residuals_;
   double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;

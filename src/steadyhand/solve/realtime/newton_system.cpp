@@ -30,6 +30,13 @@ struct Kernels {
     }
   }
 
+  /// The same with two.
+  static void add(double* to, double factor, const double* from, double factor2, const double* from2, int first) {
+    for (int j = block_of(first); j < kWidth; j += kLanes) {
+      (Lanes::load(to + j) + (factor * Lanes::load(from + j) + factor2 * Lanes::load(from2 + j))).store(to + j);
+    }
+  }
+
   /// The rows of P, the Hessian by [q; dq], and the gradient: by columns q_0.., dq_0.., gradient; both triangles.
   static void cost_to_go(const Model& next, double (&P)[2 * n][2 * n + 1]) {
     for (int i = 0; i < 2 * n; ++i) {
@@ -39,12 +46,12 @@ struct Kernels {
   }
 
   /// model += [B A]' P [B A], and the gradient likewise. P stands in the rows and columns of [q; dq] of `next`.
-  static void pull_back(const Model& next, double dt, Model& model) {
+  static void pull_back(const Model& next, double dt, Model& model, bool state_too) {
     const double h = 0.5 * dt * dt;
     double P[2 * n][2 * n + 1];
     cost_to_go(next, P);
+    alignas(64) double of_q[kWidth] = {}, of_v[kWidth] = {};  // rows of P [B A] for q+_i and dq+_i, by [u; q; dq]
     for (int i = 0; i < n; ++i) {
-      alignas(64) double of_q[kWidth] = {}, of_v[kWidth] = {};  // rows of P [B A] for q+_i and dq+_i, by [u; q; dq]
       for (int j = 0; j < n; ++j) {
         of_q[j] = h * P[i][j] + dt * P[i][n + j];
         of_v[j] = h * P[n + i][j] + dt * P[n + i][n + j];
@@ -59,11 +66,10 @@ struct Kernels {
       }
       of_q[kGradient] = P[i][2 * n];
       of_v[kGradient] = P[n + i][2 * n];
-      add(model[i], h, of_q, i);
-      add(model[i], dt, of_v, i);
+      add(model[i], h, of_q, dt, of_v, i);
+      if (!state_too) continue;
       add(model[n + i], 1.0, of_q, n + i);
-      add(model[2 * n + i], dt, of_q, 2 * n + i);
-      add(model[2 * n + i], 1.0, of_v, 2 * n + i);
+      add(model[2 * n + i], dt, of_q, 1.0, of_v, 2 * n + i);
     }
   }
 
@@ -174,31 +180,56 @@ struct Kernels {
     }
   }
 
-  /// Gaussian elimination of u: its rows keep what the forward sweep needs.
+  /// Gaussian elimination of u: its rows keep what the forward sweep needs. Each row is finished at once, in registers.
   static bool eliminate(Model& model, double smallest_pivot, bool state_too) {
-    std::array<double, n> inverse;
-    for (int p = 0; p < n; ++p) {
-      if (!(model[p][p] > smallest_pivot)) return false;
-      inverse[p] = 1.0 / model[p][p];
-      for (int i = p + 1; i < n; ++i) add(model[i], -model[p][i] * inverse[p], model[p], i);
-    }
-    if (!state_too) return true;
-    for (int i = n; i < kSize; ++i) {
-      std::array<double, n> factor;
-      for (int p = 0; p < n; ++p) factor[p] = model[p][i] * inverse[p];
-      for (int j = block_of(i); j < kWidth; j += kLanes) {
-        Lanes sum = Lanes::load(model[i] + j);
-        for (int p = 0; p < n; ++p) sum -= factor[p] * Lanes::load(model[p] + j);
-        sum.store(model[i] + j);
+    alignas(64) Row scaled[n];  // rows of u over their pivots
+    return eliminate_from<0>(model, scaled, smallest_pivot, state_too);
+  }
+
+  /// The rows whose diagonal is in the register `block` of a row, and those behind them.
+  template <int block>
+  static bool eliminate_from(Model& model, Row* scaled, double smallest_pivot, bool state_too) {
+    if constexpr (block * kLanes < kSize) {
+      for (int i = block * kLanes; i < std::min((block + 1) * kLanes, state_too ? kSize : n); ++i) {
+        reduce<block>(model, scaled, i);
+        if (i >= n) continue;
+        if (!(model[i][i] > smallest_pivot)) return false;
+        const double inverse = 1.0 / model[i][i];
+        for (int j = block * kLanes; j < kWidth; j += kLanes) {
+          (inverse * Lanes::load(model[i] + j)).store(scaled[i] + j);
+        }
       }
+      return eliminate_from<block + 1>(model, scaled, smallest_pivot, state_too);
     }
     return true;
+  }
+
+  /// Takes from row i what eliminating the numbers of u before it leaves of it.
+  template <int block>
+  static void reduce(Model& model, const Row* scaled, int i) {
+    constexpr int kCount = kWidth / kLanes - block;
+    std::array<Lanes, kCount> row;
+#pragma GCC unroll 16
+    for (int j = 0; j < kCount; ++j) row[j] = Lanes::load(model[i] + (block + j) * kLanes);
+    const auto take = [&](int p) {
+      const Lanes factor = scaled[p][i];
+#pragma GCC unroll 16
+      for (int j = 0; j < kCount; ++j) row[j] -= factor * Lanes::load(model[p] + (block + j) * kLanes);
+    };
+    if (i >= n) {
+#pragma GCC unroll 8
+      for (int p = 0; p < n; ++p) take(p);
+    } else {
+      for (int p = 0; p < i; ++p) take(p);
+    }
+#pragma GCC unroll 16
+    for (int j = 0; j < kCount; ++j) row[j].store(model[i] + (block + j) * kLanes);
   }
 
   static bool factorise(double* numbers, const SloshStep* steps, int horizon, double dt, double smallest_pivot) {
     Model* models = reinterpret_cast<Model*>(numbers);
     for (int k = horizon - 1; k >= 0; --k) {
-      pull_back(models[k + 1], dt, models[k]);
+      pull_back(models[k + 1], dt, models[k], k > 0);
       if constexpr (s > 0) pull_back_slosh(models[k + 1], steps[k], dt, models[k]);
       if (!eliminate(models[k], smallest_pivot, k > 0)) return false;
     }
@@ -272,7 +303,7 @@ NewtonSystem::NewtonSystem(int dof, int slosh_states, int horizon, double dt)
       width_(padded_width(size_)),
       slosh_(slosh_states > 0),
       dt_(dt),
-      numbers_(static_cast<std::size_t>(horizon + 1) * size_ * width_, 0.0) {
+      numbers_(static_cast<std::size_t>(horizon + 2) * size_ * width_, 0.0) {
   if (slosh_states == 0) return;
   slosh_steps_.resize(horizon);
   for (SloshStep& step : slosh_steps_) step.by_motion.setZero(3, 3 * dof);

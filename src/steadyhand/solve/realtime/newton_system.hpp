@@ -23,6 +23,8 @@ class NewtonSystem {
   /// read.
   double* row(int k, int i) { return numbers_.data() + (static_cast<std::size_t>(k) * size_ + i) * width_; }
   int width() const { return width_; }
+  /// Room for rows of a model that nobody reads.
+  double* padding() { return row(horizon_ + 1, 0); }
   /// Column of the gradient.
   int gradient() const { return size_; }
   /// Whether the liquid's state is part of the next models; at first it is if there is one.

@@ -39,7 +39,7 @@ class Realtime final : public Solver {
 
   std::string_view name() const override { return "realtime"; }
 
-  void solve(const OcpInstance& instance, const Trajectory& guess, const std::vector<std::vector<double>>* multipliers,
+  void solve(const OcpInstance& instance, const Trajectory& guess, const Multipliers* multipliers,
              const SolveBudget& limits, Solution& solution) override {
     const auto start = SteadyClock::now();
     Budget budget{limits.time_us > 0.0 ? start + std::chrono::nanoseconds(std::llround(1e3 * limits.time_us))
@@ -62,20 +62,12 @@ class Realtime final : public Solver {
   }
 
  private:
-  bool valid(const Trajectory& guess, const std::vector<std::vector<double>>* multipliers,
-             const Solution& solution) const {
+  bool valid(const Trajectory& guess, const Multipliers* multipliers, const Solution& solution) const {
     if (std::ssize(guess.u) != ocp_.horizon()) return false;
     for (const JointVector& u : guess.u) {
       if (u.size() != n_ || !u.allFinite()) return false;
     }
-    if (multipliers == nullptr) return true;
-    if (multipliers->size() != solution.multipliers.size()) return false;
-    for (std::size_t k = 0; k < multipliers->size(); ++k) {
-      const auto& node = (*multipliers)[k];
-      if (node.size() != solution.multipliers[k].size()) return false;
-      if (!std::all_of(node.begin(), node.end(), [](double m) { return std::isfinite(m); })) return false;
-    }
-    return true;
+    return multipliers == nullptr || (multipliers->same_sizes(solution.multipliers) && multipliers->all_finite());
   }
 
   /// point_ <- x_0 and what follows from the accelerations u(k, x_k).
@@ -104,8 +96,7 @@ class Realtime final : public Solver {
   }
 
   /// Solves from point_. True if point_ becomes a KKT point with all rows checked.
-  bool solve_from_point(const OcpInstance& instance, const std::vector<std::vector<double>>* multipliers,
-                        Budget& budget) {
+  bool solve_from_point(const OcpInstance& instance, const Multipliers* multipliers, Budget& budget) {
     start_ = point_;
     barrier_.forget_rows();
     while (true) {
@@ -119,13 +110,15 @@ class Realtime final : public Solver {
   enum class Outcome { kSolved, kMissedRows, kGaveUp };
 
   /// Follows the minimisers of the barrier problem from point_ as mu goes to zero.
-  Outcome minimise(const OcpInstance& instance, const std::vector<std::vector<double>>* multipliers, Budget& budget) {
+  Outcome minimise(const OcpInstance& instance, const Multipliers* multipliers, Budget& budget) {
     const double last_mu = 0.1 * tolerance_;
+    path_ = {};
     barrier_.begin(instance, point_, multipliers);
     keep(barrier_.violation());
     barrier_.start_slacks(multipliers ? warm_mu() : kColdMu);
+    barrier_.differentiate();
     while (true) {
-      const Residuals now = barrier_.differentiate();
+      const Residuals now = barrier_.residuals();
       if (now.kkt() <= tolerance_) {
         switch (barrier_.check_all_rows(tolerance_)) {
           case ElasticBarrier::Check::kNothingNew:
@@ -133,7 +126,8 @@ class Realtime final : public Solver {
           case ElasticBarrier::Check::kMissed:
             return Outcome::kMissedRows;
           case ElasticBarrier::Check::kMissedLinear:
-            break;  // goes on from here with the rows in the working set
+            barrier_.differentiate();  // goes on from here with the rows in the working set
+            break;
         }
       } else if (barrier_.mu() <= last_mu) {
         // A minimiser that is not a solution lies outside of bounds: locally infeasible.
@@ -145,6 +139,8 @@ class Realtime final : public Solver {
       if (budget.spent()) return Outcome::kGaveUp;
       ++budget.used;
       if (!descend()) return Outcome::kGaveUp;
+      barrier_.watch();
+      barrier_.differentiate();
     }
   }
 
@@ -154,21 +150,55 @@ class Realtime final : public Solver {
     return std::clamp(kWarmMu * dual * dual, kLeastWarmMu, kMostWarmMu);
   }
 
+  /// What became of a try to go on.
+  enum class Step { kTaken, kNoDescent, kIndefinite };
+
   /// One Newton step with line search from point_, where barrier_ has been differentiated. False if there is no
   /// descent.
   bool descend() {
-    const double smallest_pivot = 1e-10 * barrier_.curvature_scale();
-    for (double damping = 0.0; damping <= 1e6 * barrier_.curvature_scale();
-         damping = std::max(1e-6 * barrier_.curvature_scale(), 100.0 * damping)) {
-      for (const Curvature curvature : {Curvature::kExact, Curvature::kConvex}) {
-        barrier_.model(curvature, damping, newton_);
-        if (!newton_.factorise(smallest_pivot)) continue;
-        newton_.solve(step_);
-        if (search()) return true;
-        break;
+    const double unit = barrier_.curvature_scale();
+    Step step = attempt(Curvature::kExact, 0.0);
+    // Convex steps do well far from the solution. Where they go on and on it is flat, and how flat matters.
+    if (step == Step::kIndefinite && path_.convex_steps >= kPatience) {
+      const double least = std::max(kLeastDamping * unit, path_.damping / 3.0);
+      for (double damping = least; step == Step::kIndefinite && damping < kMostDamping * unit; damping *= 4.0) {
+        step = attempt(Curvature::kExact, damping);
+        path_.damping = damping;
       }
     }
-    return false;
+    if (step != Step::kTaken) {
+      step = attempt(Curvature::kConvex, 0.0);
+      ++path_.convex_steps;
+    }
+    for (double damping = 1e-6 * unit; step != Step::kTaken && damping <= 1e6 * unit; damping *= 100.0) {
+      step = attempt(Curvature::kExact, damping);
+      if (step == Step::kIndefinite) step = attempt(Curvature::kConvex, damping);
+    }
+    return step == Step::kTaken;
+  }
+
+  Step attempt(Curvature curvature, double damping) {
+    if (!find_step(curvature, damping, kSmallestPivot * barrier_.curvature_scale())) return Step::kIndefinite;
+    return search() ? Step::kTaken : Step::kNoDescent;
+  }
+
+  /// Steps of a few hundredths lead along the boundary, not on: slacks that are too small for their multipliers hold
+  /// everything up. The barrier is begun anew from here, with room.
+  void leave_boundary(double taken) {
+    path_.short_steps = taken < kShort ? path_.short_steps + 1 : 0;
+    if (path_.short_steps < kJammed) return;
+    path_.short_steps = 0;
+    barrier_.start_slacks(std::clamp(100.0 * barrier_.mu(), 1e-4, kColdMu));
+  }
+
+  /// step_ <- the Newton step, with every limit in the working set that it leads to.
+  bool find_step(Curvature curvature, double damping, double smallest_pivot) {
+    do {
+      barrier_.model(curvature, damping, newton_);
+      if (!newton_.factorise(smallest_pivot)) return false;
+      newton_.solve(step_);
+    } while (barrier_.meet_limits(step_));
+    return true;
   }
 
   /// Moves point_ along step_ until phi has decreased enough (Armijo).
@@ -180,6 +210,7 @@ class Realtime final : public Solver {
       if (barrier_.try_step(point_, scale) <= phi + 1e-4 * scale * slope + noise) {
         barrier_.accept();
         point_.set_sum(point_, scale, step_);
+        leave_boundary(scale);
         return true;
       }
     }
@@ -240,14 +271,26 @@ class Realtime final : public Solver {
 
   static constexpr double kColdMu = 0.1;
   static constexpr double kWarmMu = 3e-3, kLeastWarmMu = 1e-5, kMostWarmMu = 1e-2;
-  static constexpr double kCloseEnough = 100.0;  ///< residuals / mu at which mu is lowered
-  static constexpr double kConverged = 0.1;      ///< residuals / mu at which the last minimiser is reached
+  static constexpr double kCloseEnough = 100.0;    ///< residuals / mu at which mu is lowered
+  static constexpr double kConverged = 0.1;        ///< residuals / mu at which the last minimiser is reached
+  static constexpr double kSmallestPivot = 1e-10;  ///< in units of the curvature
+  static constexpr double kLeastDamping = 1e-3, kMostDamping = 1e3;  ///< the same, of exact steps
+  static constexpr int kPatience = 15;    ///< convex steps of a path before exact ones are damped
+  static constexpr double kShort = 0.05;  ///< share of a Newton step that leads nowhere
+  static constexpr int kJammed = 3;       ///< such steps, one after another
+
+  /// What has happened on the way of minimise().
+  struct Path {
+    int convex_steps = 0, short_steps = 0;
+    double damping = 0.0;  ///< that was enough last
+  };
 
   const Ocp& ocp_;
   int n_;
   double tolerance_;
   ElasticBarrier barrier_;
   NewtonSystem newton_;
+  Path path_;
   NodeTable start_, point_, trial_, step_;
   NodeTable fallback_;  ///< feasible, or the least infeasible start
   double fallback_violation_ = 0.0;

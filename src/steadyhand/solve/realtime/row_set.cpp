@@ -4,11 +4,9 @@
 
 namespace steadyhand::realtime {
 
-RowSet::RowSet(const Ocp& ocp) : horizon_(ocp.horizon()) {
-  int first_slots = 0, last_slots = 0;
+RowSet::RowSet(const Ocp& ocp) {
   for (int c = 0; c < std::ssize(ocp.constraints()); ++c) {
     const Constraint& constraint = *ocp.constraints()[c];
-    const bool of_state = constraint.nodes() == Nodes::kStates;
     for (int i = 0; i < constraint.rows(); ++i) {
       rows_.push_back({{c, i},
                        constraint.nodes(),
@@ -17,26 +15,26 @@ RowSet::RowSet(const Ocp& ocp) : horizon_(ocp.horizon()) {
                        constraint.support(i, ocp.dof()),
                        constraint.activation_margin(i),
                        constraint.price(i)});
-      slot_first_.push_back(of_state ? -1 : first_slots++);
-      slot_last_.push_back(of_state ? last_slots++ : -1);
+      if (rows_.back().entry >= 0) limits_.push_back(size() - 1);
     }
   }
-  in_working_set_.resize(rows_.size());
+  for (int r = 0; r < size(); ++r) {
+    if (!std::isfinite(rows_[r].activation_margin)) always_.push_back(r);
+  }
+  in_working_set_.assign(rows_.size(), 0);
   working_set_.reserve(rows_.size());
   reset();
 }
 
 void RowSet::reset() {
+  for (const int r : working_set_) in_working_set_[r] = 0;
   working_set_.clear();
-  for (int r = 0; r < size(); ++r) {
-    in_working_set_[r] = !std::isfinite(rows_[r].activation_margin);
-    if (in_working_set_[r]) working_set_.push_back(r);
-  }
+  for (const int r : always_) add(r);
 }
 
 void RowSet::add(int r) {
   if (in_working_set_[r]) return;
-  in_working_set_[r] = true;
+  in_working_set_[r] = 1;
   working_set_.push_back(r);
 }
 
