@@ -79,8 +79,8 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     }
   }
 
-  /// A pair is near if the balls around it are, and then, unless it is these balls, if it is itself. Most pairs are not:
-  /// several of one body are asked at once.
+  /// A pair is near if the balls around it are, and then, unless it is these balls, if it is itself. Most pairs are
+  /// not: several of one body are asked at once.
   void find_near(const NodeBatch& nodes, Lanes acts, char* near) const override {
     for (const Group& group : groups_) {
       const Vector3Of<Lanes> p = nodes.arm.body(group.first).p;

@@ -105,8 +105,8 @@ class Objective {
   virtual int weight_count(int dof) const = 0;
   /// Whether it looks at the arm's motion (velocities, accelerations of the tool).
   virtual bool needs_motion() const { return nodes() == Nodes::kIntervals; }
-  /// Whether for given q and dq the value is a convex quadratic function of u, whose Hessian add_convex_hessian() gives:
-  /// then node 0, whose state is given, is computed once for all iterates.
+  /// Whether for given q and dq the value is a convex quadratic function of u, whose Hessian add_convex_hessian()
+  /// gives: then node 0, whose state is given, is computed once for all iterates.
   virtual bool quadratic_in_input() const { return false; }
 
   virtual double value(const Node& node, const JointVector& weight) const = 0;
