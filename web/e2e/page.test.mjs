@@ -420,3 +420,21 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
   const unlabelled = await phone.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
   assert.equal(unlabelled, 0);
 });
+
+test('nothing lies over Stop: not the first steps, not the keys, on no screen', IN_CHROMIUM, async () => {
+  for (const viewport of [{ width: 1280, height: 800 }, { width: 390, height: 844 }]) {
+    page = await open({ first: true, context: { viewport } });
+    const reached = () => page.evaluate(() => {
+      const stop = document.querySelector('#stop'), { left, top, width, height } = stop.getBoundingClientRect();
+      const points = [0.05, 0.5, 0.95].flatMap((x) => [0.1, 0.5, 0.9].map((y) => document.elementFromPoint(left + x * width, top + y * height)));
+      return points.every((element) => element !== null && stop.contains(element));
+    });
+    assert.ok(await reached(), 'beside the first steps');
+    await page.click('#first-close');
+    await page.evaluate(() => document.querySelector('#help-open').click());
+    assert.ok(await reached(), 'beside the keys');
+    await page.evaluate(() => scrollTo(0, 500));
+    assert.ok(await reached(), 'while the controls are scrolled');
+    await page.context().close();
+  }
+});
