@@ -15,6 +15,7 @@ EXAMPLES = """examples:
   ./steadyhand study analyse studies/profiles                          report.html, summary.csv, contrasts.csv
   ./steadyhand study delete studies/profiles P03                       all that is kept of a participant
   ./steadyhand study operator                                          the simulated operator beside published figures
+  ./steadyhand study settling                                          how long the glass swings after a reach, under each profile
   ./steadyhand study truth                                             the statistics on data whose truth is known
 Exit codes: 0 done; 1 something went wrong on the way; 2 bad input, with the reason on stderr."""
 
@@ -125,7 +126,22 @@ def _truth(arguments: list[str]) -> int:
     return 0
 
 
-COMMANDS = {"analyse": _analyse, "delete": _delete, "operator": _operator, "truth": _truth}
+def _settling(arguments: list[str]) -> int:
+    parser = _parser(" settling")
+    parser.add_argument("--rate", type=_positive, default=50, help="Hz, of plans")
+    given = parser.parse_args(arguments)
+    from .. import _native
+    from .trial import ONE_INSTANT_IK
+    from .validation import settling
+
+    print("from the end of a reach of 20 cm in half a second to where the glass stays within 10 mm of its place")
+    for profile in [*_native.names_in("profiles"), ONE_INSTANT_IK]:
+        seconds = settling(profile, float(given.rate))
+        print(f"{profile:16} {f'{seconds:.2f} s' if seconds < 5.4 else 'not within 5 s'}")
+    return 0
+
+
+COMMANDS = {"analyse": _analyse, "delete": _delete, "operator": _operator, "settling": _settling, "truth": _truth}
 
 
 def main(arguments: list[str] | None = None) -> int:

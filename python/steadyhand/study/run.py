@@ -14,7 +14,7 @@ from .operator import STEP, Person
 from .order import orders
 from .record import Folder, Planned, to_mcap
 from .study_file import Study, StudyError, load_study
-from .trial import run_trial
+from .trial import ONE_INSTANT_IK, run_trial
 
 
 def participant_id(index: int) -> str:
@@ -48,6 +48,8 @@ def simulate_one(study: Study, folder: Folder, planned: Planned) -> None:
     task = next(each for each in study.tasks if each.name == planned.task)
     trial = run_trial(study.robot, condition, task, person, rng, study.rate)
     rows = measure(task, trial.reached, trial, STEP)
+    if condition.profile == ONE_INSTANT_IK:
+        rows = [row for row in rows if row.measure != "collisions_prevented"]  # it looks for none
     folder.write_trial(planned, condition, rows, to_mcap(trial.track, planned, condition, study))
 
 

@@ -13,9 +13,10 @@ from .._arrays import Array
 from .._robot import Robot
 from .analysis import FittsLine, fitts_line
 from .measures import throughput
-from .operator import DURATIONS, MISS_Z, Person, chosen_duration, expected_times
+from .one_instant_ik import OneInstantIk
+from .operator import DURATIONS, MISS_Z, STEP, Person, chosen_duration, expected_times, minimum_jerk
 from .tasks import Targets
-from .trial import Condition, run_trial
+from .trial import CONTROL, ONE_INSTANT_IK, Assisted, Condition, run_trial
 
 DISTANCES, WIDTHS = (0.08, 0.15, 0.25), (0.012, 0.02, 0.032, 0.05)  # m; twelve indices of difficulty
 LATENCIES = (0.0, 0.05, 0.1, 0.2, 0.4)  # s
@@ -102,6 +103,25 @@ def lag_table(operators: int, profile: str = "follow", path: str = "command", la
         assert line is not None
         rows.append(LagRow(latency, line, float(np.mean([g[-1] for g in goals])), float(np.nanmean([t for _, found in done for t in found]))))
     return rows
+
+
+def settling(profile: str, rate: float = 50.0, seconds: float = 6.0) -> float:
+    """s from the end of a reach of 0.2 m in 0.5 s (of the glass) to where the glass stays within 10 mm of its place; `seconds` less the
+    reach: it does not in that time.
+    """
+    robot = Robot("ur5e")
+    condition = Condition("", profile)
+    machine = OneInstantIk(robot, condition.scale) if profile == ONE_INSTANT_IK else Assisted(robot, condition, rate)
+    T, place, late = np.eye(4), robot.fk(robot.home)[:3, 3] + [0.0, 0.2, 0.0], 0.0
+    for k in range(round(seconds / STEP)):
+        t = k * STEP
+        T[1, 3] = 0.2 / condition.scale * minimum_jerk(t / 0.5)
+        machine.feed(T, t, True)
+        for i in range(round(STEP / CONTROL)):
+            q, _, _ = machine.update(t + i * CONTROL)
+        if np.abs(robot.fk(q)[:3, 3] - place).max() > 0.01:
+            late = t + STEP
+    return late - 0.5
 
 
 def lag_text(rows: list[LagRow]) -> str:
