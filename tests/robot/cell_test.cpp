@@ -67,6 +67,35 @@ TEST_F(Carrying, WhatCannotBeTakenIsRefusedWithTheReason) {
   EXPECT_EQ(reason(attach(cell, "inside", arm)), "");
 }
 
+/// Larger than the arm, in motion on its own, at no place at all, or of a name that no terminal should get.
+TEST_F(Carrying, WhatIsNoThingToCarryIsRefused) {
+  cell.objects.push_back(object("ball", Shape::sphere(10.0), {0.0, 0.0, 10.5}));
+  EXPECT_NE(reason(attach(cell, "ball", arm)).find("it may be at most 2 m"), std::string::npos);
+  const auto elbow = std::find_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.link == 3; });
+  const Vector3 there = arm.body(static_cast<int>(elbow - model.bodies.begin())).p;
+  cell.objects.back() = object("wall", Shape::box({5.0, 5.0, 0.05}), there);
+  EXPECT_NE(reason(attach(cell, "wall", arm)).find("which must not touch it"), std::string::npos);
+  cell.objects.back() = object("rolling", Shape::sphere(0.02), arm.p() + Vector3(0.0, 0.0, 0.3));
+  cell.objects.back().velocity = Vector3::UnitX();
+  const Result<Cell> caught = attach(cell, "rolling", arm);
+  ASSERT_TRUE(caught);
+  EXPECT_TRUE(caught->objects.back().velocity.isZero(0.0));
+  arm.set_position(JointVector::Constant(6, std::numeric_limits<double>::quiet_NaN()));
+  EXPECT_FALSE(attach(cell, "bottle", arm));
+  arm.set_position(model.home);
+  cell.objects.back().name = "bot\x1b[2Jtle";
+  EXPECT_EQ(obstacles_of(cell, model).error().message,
+            "cell 'cell': an object has no name, or one with control characters");
+}
+
+TEST_F(Carrying, WhoMayTouchAnObjectThatGoesIsForgotten) {
+  cell.objects[1].may_be_touched_by = {"table"};
+  const Result<Cell> left = without(cell, "table");
+  ASSERT_TRUE(left) << reason(left);
+  EXPECT_TRUE(obstacles_of(*left, model));
+  EXPECT_EQ(reason(without(*left, "table")), "there is no object 'table'");
+}
+
 TEST_F(Carrying, AtMostEightAtOnce) {
   for (int i = 0; i < kMaxCarried; ++i) {
     CellObject crumb = object("crumb " + std::to_string(i), Shape::sphere(0.005), Vector3(0.0, 0.0, 0.2));

@@ -1,6 +1,7 @@
 // What MoveIt's messages make of a cell.
 #include <gtest/gtest.h>
 
+#include <ctime>
 #include <deque>
 #include <limits>
 
@@ -224,7 +225,31 @@ TEST_F(MoveItScene, WhatCannotBeIsRefused) {
   octomap.world.octomap.octomap.data = sequence_of<decltype(octomap.world.octomap.octomap.data)>(voxels);
   refused(octomap, "octomap");
   refused(scene({object("good", at(1, 1, 1), {ball}), elsewhere}, true), "camera");
+  refused(object("\x1b[2J", at(0, 0, 0), {ball}), "an id with control characters");
+  elsewhere.header.frame_id = text("cam\nera");
+  refused(elsewhere, "object 'x' has a frame with control characters");
+  refused(attached("el\u009bbow", object("there", at(0, 0, 0), {})), "object 'there' has a link with control characters");
   ASSERT_EQ(take(object("there", at(2, 0, 0), {}, {}, kMove)), "") << "what is known is known still";
+}
+
+/// As many as a message holds, at once: who else wants to change the cell waits meanwhile.
+TEST_F(MoveItScene, TooManyAreRefusedBeforeTheyAreAllLookedAt) {
+  const auto processor_time = [&](int count) {
+    std::vector<CollisionObjectMessage> objects;
+    for (int i = 0; i < count; ++i)
+      objects.push_back(object("object " + std::to_string(i), at(1, 0, 0), {primitive(kSphere, {0.1})}));
+    const Result<SceneChange> change = read(scene(objects, true));
+    EXPECT_TRUE(change);
+    std::clock_t least = std::numeric_limits<std::clock_t>::max();
+    for (int i = 0; i < 5; ++i) {
+      const std::clock_t begin = std::clock();
+      const Result<Cell> changed = keeper.apply(*change, cell, arm);
+      least = std::min(least, std::clock() - begin);
+      EXPECT_TRUE(!changed && changed.error().message.find("at most 64") != std::string::npos);
+    }
+    return least;
+  };
+  EXPECT_LT(processor_time(10'000), 20 * processor_time(100) + 1000);
 }
 
 /// Over the wire, each of the three.

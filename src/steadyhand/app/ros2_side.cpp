@@ -21,6 +21,7 @@ void Ros2Side::close() { bridge_.reset(); }  // before what its callbacks use
 namespace {
 
 constexpr Time kShowPeriod = std::chrono::milliseconds(40);
+constexpr Time kSayPeriod = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -42,7 +43,8 @@ Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const Se
   return take_scene(session, clock);
 }
 
-/// What a message changes is in the cell before the next one is looked at. What it cannot be is said once.
+/// What a message changes is in the cell before the next one is looked at. What it cannot be is said,
+/// once a second at most.
 Status Ros2Side::take_scene(LiveSession& session, const Clock& clock) {
   return bridge_->listen_to_scene([this, &session, &clock](const Result<SceneChange>& change) {
     const Time now = clock.now();
@@ -51,9 +53,10 @@ Status Ros2Side::take_scene(LiveSession& session, const Clock& clock) {
         !change ? Status(change.error())
         : !arm  ? Status(arm.error())
                 : session.change_cell([&](Cell cell) { return scene_->apply(*change, std::move(cell), *arm); }, now);
-    const std::string text = done ? "" : "note: a scene from ROS 2 is not taken: " + done.error().message + "\n";
-    if (!text.empty() && text != said_) say_(text);
-    said_ = text;
+    const std::lock_guard lock(saying_);
+    if (done || (said_at_ && now - *said_at_ < kSayPeriod)) return;
+    said_at_ = now;
+    say_("note: a scene from ROS 2 is not taken: " + done.error().message + "\n");
   });
 }
 

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 
 #include "steadyhand/app/arm_choice.hpp"
@@ -35,7 +37,8 @@ class Ros2Side {
 
   std::unique_ptr<SceneKeeper> scene_;
   std::function<void(std::string)> say_;
-  std::string said_;  ///< of the scene last
+  std::mutex saying_;
+  std::optional<Time> said_at_;  ///< that a scene was not taken
   std::unique_ptr<Ros2Bridge> bridge_;
   std::atomic<bool> at_page_{false};
   Time shown_{0};

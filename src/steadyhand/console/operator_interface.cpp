@@ -129,14 +129,10 @@ bool OperatorInterface::spares_liquid(int profile, double tilt) const {
 /// The object comes, moves or goes.
 Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
   const auto change = [&](Cell cell) -> Result<Cell> {
+    if (!request.object) return without(std::move(cell), request.text);
     const auto found = std::find_if(cell.objects.begin(), cell.objects.end(),
                                     [&](const CellObject& object) { return object.name == request.text; });
     const bool known = found != cell.objects.end();
-    if (!request.object) {
-      if (!known) return Error{fmt::format("there is no object '{}'", request.text)};
-      cell.objects.erase(found);
-      return cell;
-    }
     if (known && found->attached)
       return Error{fmt::format("object '{}' is carried by the tool; detach it first", request.text)};
     CellObject& object = known ? *found : cell.objects.emplace_back();

@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "steadyhand/core/text.hpp"
 #include "steadyhand/robot/gaps.hpp"
 
 namespace steadyhand {
@@ -113,6 +114,13 @@ Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm) {
   return cell;
 }
 
+Result<Cell> without(Cell cell, const std::string& name) {
+  if (std::erase_if(cell.objects, [&](const CellObject& object) { return object.name == name; }) == 0)
+    return Error{fmt::format("there is no object '{}'", name)};
+  for (CellObject& object : cell.objects) std::erase(object.may_be_touched_by, name);
+  return cell;
+}
+
 Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
   const Cell cell = in_base(given, model);
   const auto refuse = [&](const std::string& reason) { return Error{fmt::format("cell '{}': {}", cell.name, reason)}; };
@@ -125,7 +133,7 @@ Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
     const auto refuse_object = [&](const std::string& reason) {
       return refuse(fmt::format("object '{}': {}", object.name, reason));
     };
-    if (object.name.empty()) return refuse("an object has no name");
+    if (!is_name(object.name)) return refuse("an object has no name, or one with control characters");
     if (!names.insert(object.name).second) return refuse_object("there are two of this name");
     if (!(object.margin >= 0.0 && object.margin <= 1.0)) {
       return refuse_object(fmt::format("the margin is {} m; it must be from 0 to 1", object.margin));

@@ -43,6 +43,9 @@ Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm);
 /// The same, back.
 Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm);
 
+/// The cell without this object; others no longer name it among what may touch them. Fails if there is none.
+Result<Cell> without(Cell cell, const std::string& name);
+
 /// The objects as a planner takes them, in the same order, with their margins. Fails on more than there may be, on
 /// sizes and numbers that cannot be, on two of one name, and on bodies, links or objects that there are not, with the
 /// reason.

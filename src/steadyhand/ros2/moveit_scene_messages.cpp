@@ -6,6 +6,8 @@
 #include <cmath>
 #include <span>
 
+#include "steadyhand/core/text.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -65,6 +67,7 @@ SceneObject read_object(const CollisionObjectMessage& message) {
   SceneObject object;
   object.id = message.id;
   object.frame = message.header.frame_id;
+  if (!object.frame.empty() && !is_name(object.frame)) throw Wrong{"has a frame with control characters"};
   if (message.operation > 3) throw Wrong{fmt::format("has operation {}; it is from 0 to 3", message.operation)};
   object.operation = static_cast<SceneObject::Operation>(message.operation);
   if (object.operation == SceneObject::Operation::kRemove) return object;
@@ -91,6 +94,7 @@ SceneObject read_attached(const AttachedObjectMessage& message) {
   SceneObject object = read_object(message.object);
   object.attached = true;
   object.link = message.link_name;
+  if (!object.link.empty() && !is_name(object.link)) throw Wrong{"has a link with control characters"};
   for (const char* link : elements(message.touch_links)) object.touch_links.emplace_back(link);
   return object;
 }
@@ -98,6 +102,7 @@ SceneObject read_attached(const AttachedObjectMessage& message) {
 /// What reads it, with the object's id before what is wrong with it.
 template <typename Message, typename Read>
 SceneObject named(const Message& message, const char* id, const Read& read) {
+  if (*id != '\0' && !is_name(id)) throw Wrong{"an object has an id with control characters"};
   try {
     return read(message);
   } catch (const Wrong& wrong) {
@@ -182,7 +187,7 @@ Result<Cell> SceneKeeper::apply(const SceneChange& change, Cell given, const Kin
   }
   for (const SceneObject& object : change.objects) {
     cell = apply(object, *std::move(cell), arm);
-    if (!cell) break;
+    if (!cell || cell->objects.size() > Obstacles::kMost) break;
   }
   if (cell) {
     if (const Result<Obstacles> obstacles = obstacles_of(*cell, *model_); !obstacles) cell = obstacles.error();
@@ -237,7 +242,7 @@ Result<Cell> SceneKeeper::apply(const SceneObject& object, Cell cell, const Kine
       return cell;
     }
     if (parts().empty()) return refuse("there is none to remove");
-    std::erase_if(cell.objects, [&](const CellObject& each) { return is_part(each, object.id); });
+    for (const std::string& name : parts()) cell = *without(std::move(cell), name);
     parts_.erase(object.id);
     return cell;
   }

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "steadyhand/core/json_writer.hpp"
+#include "steadyhand/core/text.hpp"
 
 namespace steadyhand {
 namespace {
@@ -190,16 +191,6 @@ constexpr RequestName kRequests[] = {
     {"delete", RequestKind::kDelete, true, false},
 };
 
-/// Text in UTF-8 that a terminal shows as it is.
-bool is_name(std::string_view text) {
-  unsigned char before = 0;
-  for (const unsigned char c : text) {
-    if (c < 0x20 || c == 0x7f || (before == 0xc2 && c < 0xa0)) return false;  // 0xc2: up to U+00BF, C1 below U+00A0
-    before = c;
-  }
-  return !text.empty();
-}
-
 RequestMessage read_request(Reader& reader) {
   RequestMessage message;
   const std::string name = reader.text("kind", 32);
@@ -218,10 +209,10 @@ RequestMessage read_request(Reader& reader) {
       message.request.value = reader.number("value", sign ? -kLargestValue : 0.0, kLargestValue);
     }
     const bool carries = known.kind == RequestKind::kAttach || known.kind == RequestKind::kDetach;
-    if (carries && message.request.text.empty()) reader.fail("'text' must be the object's name");
+    if ((carries || known.kind == RequestKind::kObject) && !is_name(message.request.text))
+      reader.fail("'text' must be the object's name, without control characters");
     if (known.kind == RequestKind::kObject) {
       const Json* object = reader.member("object");
-      if (!is_name(message.request.text)) reader.fail("'text' must be the object's name, without control characters");
       if (object && object->is_object()) {
         message.request.object = read_object(*object, message.request.text, reader);
       } else if (object && !object->is_null()) {

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string_view>
+
+namespace steadyhand {
+
+/// Whether it is text that a terminal shows as it is: no control characters, and not empty.
+inline bool is_name(std::string_view text) {
+  unsigned char before = 0;
+  for (const unsigned char c : text) {
+    if (c < 0x20 || c == 0x7f || (before == 0xc2 && c < 0xa0)) return false;  // 0xc2: up to U+00BF, C1 below U+00A0
+    before = c;
+  }
+  return !text.empty();
+}
+
+}  // namespace steadyhand
