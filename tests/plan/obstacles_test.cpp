@@ -184,6 +184,46 @@ TEST(Obstacles, APlanMayLeadOutOfOne) {
   EXPECT_EQ(check_plan(rest, rest.x[0], {}, loop.arm, coming), PlanFault::kNone) << "it goes";
 }
 
+/// From the depth of one obstacle a body may go into no other: not even as deep.
+TEST(Obstacles, WhatIsLeftIsNoLeaveToEnterOthers) {
+  Loop loop(3);
+  RobotModel bare = loop.model;
+  bare.pairs.clear();
+  bare.bodies = {{"ball", 6, Shape::sphere(0.05)}};
+  bare.bodies[0].origin.translation() = Vector3(0.0, 0.0, 0.2);
+  Kinematics arm(bare);
+  Plan plan;
+  stand(bare.home, Time(0), plan);
+  plan.intervals = 4;
+  for (int k = 0; k < 4; ++k) {  // to and fro of the acceleration: 0.3 rad further, at rest
+    plan.u[k] = (k < 2 ? 30.0 : -30.0) * JointVector::Unit(6, 1);
+    plan.x[k + 1].resize(12);
+    plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+        plan.x[k].tail(6) + plan.dt * plan.u[k];
+  }
+  bare.acceleration_max.setConstant(40.0);
+  bare.velocity_max.setConstant(10.0);
+  const auto center = [&](int node) {
+    arm.set_position(plan.x[node].head(6));
+    return arm.body(0).p;
+  };
+  const Vector3 from = center(0), first = (center(1) - from).normalized(), to = center(4),
+                last = (to - center(3)).normalized();
+  ASSERT_GT((to - from).norm(), 0.1);
+  const double apart = 0.05 + 0.02;
+  const auto fault = [&](std::initializer_list<Obstacle> list) {
+    return check_plan(plan, plan.x[0], {}, arm, cell(list));
+  };
+  for (const double speed : {0.0, 1e-3}) {
+    const Vector3 velocity = speed * Vector3::UnitX();
+    const Obstacle left = obstacle(Shape::sphere(0.02), from - (apart - 0.03) * first);
+    const Obstacle entered = obstacle(Shape::sphere(0.02), to + (apart - 0.02) * last, velocity);
+    EXPECT_EQ(fault({left}), PlanFault::kNone);
+    EXPECT_EQ(fault({entered}), PlanFault::kObstacle);
+    EXPECT_EQ(fault({left, entered}), PlanFault::kObstacle);
+  }
+}
+
 /// What comes at the arm may come as near as if the arm braked: no plan is better at once. No nearer: the plan may not
 /// meet it.
 TEST(Obstacles, WhatComesIsNotMet) {

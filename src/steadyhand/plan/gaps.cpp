@@ -43,11 +43,12 @@ LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
     include(first.link, second.link, first.shape.radius + second.shape.radius);
   }
   for (const Body& body : model.bodies) {
-    for (const int row : {kStandingRow, kMovingRow}) include(row, body.link, body.shape.radius);
+    for (int kind = 0; kind < kObstacleRows; ++kind) include(row_of(ObstacleRow(kind)), body.link, body.shape.radius);
   }
   for (const Obstacle& carried : obstacles.all()) {
     if (!carried.carried) continue;
-    for (const int row : {kStandingRow, kMovingRow}) include(row, model.dof(), carried.shape.radius);
+    for (int kind = 0; kind < kObstacleRows; ++kind)
+      include(row_of(ObstacleRow(kind)), model.dof(), carried.shape.radius);
   }
   for_each_carried_pair(model, obstacles, [&](int body, int obstacle) {
     include(model.bodies[body].link, model.dof(),
@@ -79,9 +80,9 @@ Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVec
       }
     }
   }
-  most.speed.row(kStandingRow) = most.speed.row(0);
-  most.speed.row(kMovingRow) = most.speed.row(0) + obstacle_speed.transpose();
-  for (const int row : {kStandingRow, kMovingRow}) most.acceleration.row(row) = most.acceleration.row(0);
+  most.speed.bottomRows<kObstacleRows>().rowwise() = most.speed.row(0).eval();
+  for (const ObstacleRow kind : {kMoving, kEnteredMoving}) most.speed.row(row_of(kind)) += obstacle_speed.transpose();
+  most.acceleration.bottomRows<kObstacleRows>().rowwise() = most.acceleration.row(0).eval();
   return most;
 }
 
@@ -103,11 +104,8 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
 LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t) {
   const RobotModel& model = kinematics.model();
   LinkPairs smallest = LinkPairs::Constant(kFar);
-  if (obstacles.count() > 0) {
-    const ObstacleGaps around = obstacle_gaps(obstacles, kinematics, t);
-    smallest.row(kStandingRow) = around.standing.min(kFar).transpose();
-    smallest.row(kMovingRow) = around.moving.min(kFar).transpose();
-  }
+  if (obstacles.count() > 0)
+    smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t).min(kFar);
   for (const BodyPair& pair : model.pairs) {
     double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
     least = std::min(least, gap(kinematics, pair));
@@ -122,7 +120,7 @@ LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, dou
 PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest) {
   const auto below = (gaps < smallest).eval();
   if (!below.any()) return PlanFault::kNone;
-  return below.bottomRows<2>().any() ? PlanFault::kObstacle : PlanFault::kSelfCollision;
+  return below.bottomRows<kObstacleRows>().any() ? PlanFault::kObstacle : PlanFault::kSelfCollision;
 }
 
 GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,

@@ -8,11 +8,9 @@
 
 namespace steadyhand {
 
-/// A value for each two links, the nearer to the base first; the last rows are for obstacles and a link: what stands
-/// tells more of the time between two moments than what may move fast.
-using LinkPairs = Eigen::Array<double, kMaxJoints + 3, kMaxJoints + 1>;
-inline constexpr int kStandingRow = kMaxJoints + 1;  ///< of LinkPairs
-inline constexpr int kMovingRow = kMaxJoints + 2;    ///< of LinkPairs
+/// A value for each two links, the nearer to the base first; the last rows are for obstacles (ObstacleRow) and a link.
+using LinkPairs = Eigen::Array<double, kMaxJoints + 1 + kObstacleRows, kMaxJoints + 1>;
+constexpr int row_of(ObstacleRow kind) { return kMaxJoints + 1 + kind; }
 
 /// Smallest gap between the bodies of two links, or obstacles and a link, m; 1e6 where there are none. Call
 /// set_position before.

@@ -62,12 +62,23 @@ Obstacle ObstacleSweep::at_start(int obstacle) const {
   return result;
 }
 
+void ObstacleSweep::note_entered(const Kinematics& arm, double overlap) {
+  entered_.fill(0);
+  for_each_near([&](int body, int obstacle) {
+    const Solid part = solid(arm, *obstacles_, body);
+    if (distance(shape(obstacle), placed(obstacle, 0.0), part.shape, part.at) < -overlap)
+      entered_[body] |= std::uint64_t{1} << obstacle;
+  });
+}
+
 ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t) {
-  const auto none = LinkLengths::Constant(std::numeric_limits<double>::infinity());
-  ObstacleGaps smallest{none, none};
+  ObstacleGaps smallest = ObstacleGaps::Constant(std::numeric_limits<double>::infinity());
   sweep.for_each_near([&](int body, int obstacle) {
     const Solid part = solid(arm, sweep.obstacles(), body);
-    double& least = (sweep.moves(obstacle) ? smallest.moving : smallest.standing)[part.link];
+    const bool moves = sweep.moves(obstacle);
+    const ObstacleRow row =
+        sweep.entered(body, obstacle) ? (moves ? kEnteredMoving : kEnteredStanding) : (moves ? kMoving : kStanding);
+    double& least = smallest(row, part.link);
     least = std::min(least, distance(sweep.shape(obstacle), sweep.placed(obstacle, t), part.shape, part.at));
   });
   return smallest;

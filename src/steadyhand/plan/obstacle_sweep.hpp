@@ -25,6 +25,9 @@ class ObstacleSweep {
   /// Leaves each pair whose boxes are nearer than `margin` (m) in a motion of `duration` (s), on which no point of a
   /// link is ever further than `stray` (m) from where it passed.
   void find(double duration, double margin, const LinkLengths& stray);
+  /// Remembers of what find() left the pairs that overlap by more than `overlap` (m) at the motion's beginning, where
+  /// the arm is now. Call set_position before.
+  void note_entered(const Kinematics& arm, double overlap);
 
   const Obstacles& obstacles() const { return *obstacles_; }  ///< all of them
   int count() const { return obstacles_->count; }             ///< of obstacles
@@ -35,6 +38,8 @@ class ObstacleSweep {
   Placed placed(int obstacle, double t) const { return placed_after(obstacles_->list[obstacle], since_ + t); }
   /// Whether it has a velocity.
   bool moves(int obstacle) const { return !obstacles_->list[obstacle].velocity.isZero(0.0); }
+  /// Whether the body overlaps it at the motion's beginning (note_entered).
+  bool entered(int body, int obstacle) const { return (entered_[body] >> obstacle & 1) != 0; }
   /// As it is at the motion's beginning.
   Obstacle at_start(int obstacle) const;
 
@@ -55,15 +60,19 @@ class ObstacleSweep {
   LinkLengths fastest_ = LinkLengths::Zero();
   double since_;  ///< s, from the obstacles' time to the motion's beginning
   std::array<Box, kMaxSolids> ways_;
-  std::array<std::uint64_t, kMaxSolids> near_{};  ///< bit o of a body: obstacle o
+  std::array<std::uint64_t, kMaxSolids> near_{};     ///< bit o of a body: obstacle o
+  std::array<std::uint64_t, kMaxSolids> entered_{};  ///< likewise
   static_assert(Obstacles::kMost <= 64);
 };
 
-/// Smallest gaps of each link to obstacles, m; infinity where there is none.
-struct ObstacleGaps {
-  LinkLengths standing;  ///< to those without a velocity
-  LinkLengths moving;    ///< to the others
-};
+/// Kinds of obstacles as a body of the arm sees them: what it was in at the motion's beginning may be left and entered
+/// no further, which is no licence to enter others; what stands tells more of the time between two moments than what
+/// may move fast.
+enum ObstacleRow : int { kStanding, kMoving, kEnteredStanding, kEnteredMoving };
+inline constexpr int kObstacleRows = 4;
+
+/// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none.
+using ObstacleGaps = Eigen::Array<double, kObstacleRows, kMaxJoints + 1>;
 
 /// To what find() left of the obstacles, t (s) after the motion's beginning. Call set_position before.
 ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t);

@@ -144,9 +144,10 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   Moment start = after({-into, plan.x[first].head(n), plan.x[first].tail(n), {}}, plan.u[first], into);
   start.t = 0.0;
   kinematics.set_position(start.q);
+  const double overlap = std::max(settings.tolerance, settings.overlap_between_nodes);
+  if (obstacles.count > 0) sweep.note_entered(kinematics, overlap);
   start.gaps = gaps(kinematics, sweep, 0.0);
   // What is beyond now may come back, and go no further.
-  const double overlap = std::max(settings.tolerance, settings.overlap_between_nodes);
   const LinkPairs usual = -(settings.tolerance - start.gaps).max(overlap);
   LinkPairs smallest = usual;
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
@@ -166,8 +167,11 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
     smallest = usual;
     for (const double t : {first_moment.t, middle.t, last_moment.t}) {
       kinematics.set_position(straight_stop_at(model, start.q, start.dq, t));
-      smallest.row(kMovingRow) =
-          smallest.row(kMovingRow).min(gaps(kinematics, sweep, t).row(kMovingRow) - settings.tolerance);
+      const LinkPairs braking = gaps(kinematics, sweep, t);
+      for (const ObstacleRow kind : {kMoving, kEnteredMoving}) {
+        auto row = smallest.row(row_of(kind));
+        row = row.min(braking.row(row_of(kind)) - settings.tolerance);
+      }
     }
   };
   const bool some_move = (sweep.fastest() > 0.0).any();
