@@ -114,5 +114,25 @@ TEST(PairsThatMeet, LeavesOutOnlyWhatCannot) {
   EXPECT_EQ(pairs_that_meet(planar_arm(0.35), {{0, 1}}, 0.02).size(), 0u);
 }
 
+/// A block on the base, and a cube on the arm's second link that can come over it, so high above: of balls around them
+/// nothing could be shown.
+TEST(PartsMayMeet, NotWhereFacesStayApart) {
+  const auto block = [](const Vector3& center, const Vector3& half) {
+    Points corners;
+    for (int i = 0; i < 8; ++i)
+      corners.push_back(center + half.cwiseProduct(Vector3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
+    return corners;
+  };
+  const Points base = block(Vector3::Zero(), {0.1, 0.1, 0.1});
+  const auto meets = [&](double z, double margin) {
+    return parts_may_meet(planar_arm(0.0), 0, {base}, 2, {block({0.0, 0.0, z}, {0.02, 0.02, 0.02})}, margin);
+  };
+  EXPECT_TRUE(meets(0.0, 1e-3));
+  EXPECT_TRUE(meets(0.12, 1e-3)) << "faces on each other";
+  EXPECT_FALSE(meets(0.13, 1e-3));
+  EXPECT_TRUE(meets(0.13, 0.02));
+  EXPECT_TRUE(meets(0.1215, 1e-3)) << "too near to be shown within its steps";
+}
+
 }  // namespace
 }  // namespace steadyhand

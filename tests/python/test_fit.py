@@ -333,7 +333,7 @@ def bodies_by_link(file):
 OBJ = "o tube\n{vertices}\n{faces}\n"
 
 
-@pytest.mark.parametrize("kind", ["stl", "ascii", "obj", "dae", "package", "absolute", "scale"])
+@pytest.mark.parametrize("kind", ["stl", "ascii", "obj", "dae", "package", "renamed", "absolute", "scale"])
 def test_meshes_of_every_kind_are_covered(tmp_path, kind):
     triangles = tube()
     mesh, scale = "tube.stl", "1 1 1"
@@ -353,6 +353,10 @@ def test_meshes_of_every_kind_are_covered(tmp_path, kind):
         (tmp_path / "my_arm").mkdir()
         write_stl(tmp_path / "my_arm/tube.stl", triangles)
         mesh = "package://my_arm/tube.stl"
+    elif kind == "renamed":
+        (tmp_path / "meshes").mkdir()
+        write_stl(tmp_path / "meshes/other.stl", triangles)
+        mesh = "package://my_arm_support/meshes/other.stl"
     elif kind == "absolute":
         mesh = "file://" + str(tmp_path / "tube.stl")
     elif kind == "scale":

@@ -125,6 +125,13 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const Places& plac
   settings.judged = kJudged;
   settings.progress = progress;
   Result<FitResult> fit = fit_bodies(settings);
+  if (!fit) {  // collision geometry may be so coarse that the arm always touches itself
+    settings.visual = true;
+    if (Result<FitResult> shown = fit_bodies(settings)) {
+      say(fmt::format("{}: {}; what it shows is taken instead", name, fit.error().message));
+      fit = std::move(shown);
+    }
+  }
   if (!fit) return Error{fmt::format("no bodies could be fitted: {} (--no-fit goes without)", fit.error().message)};
   const std::string text = robot_file(*fit, "steadyhand fit " + file->filename().string(), folder);
   const bool stays = !folder.empty() && keep(kept, text);

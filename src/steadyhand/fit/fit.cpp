@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 
 #include "steadyhand/collision/proximity.hpp"
 #include "steadyhand/fit/cover.hpp"
@@ -213,6 +214,28 @@ std::vector<Poses> free_poses(const RobotModel& model, const std::vector<Part>& 
   return free;
 }
 
+/// Pairs of rows of FitResult::links that stand apart in every configuration, the first one nearer to the base.
+using Apart = std::set<std::pair<std::size_t, std::size_t>>;
+
+/// Of links with two joints between them: with more, the search does not end.
+Apart links_apart(const RobotModel& model, const std::vector<Part>& parts) {
+  constexpr double kClear = 1e-3;  // m: more than by which convex parts are smaller than what they hold
+  std::map<std::size_t, std::vector<Points>> corners;
+  std::map<std::size_t, int> links;
+  for (const Part& part : parts) {
+    corners[part.row].push_back(part.corners);
+    links[part.row] = part.link;
+  }
+  Apart apart;
+  for (const auto& [a, link_a] : links) {
+    for (const auto& [b, link_b] : links) {
+      if (link_b == link_a + 2 && !parts_may_meet(model, link_a, corners[a], link_b, corners[b], kClear))
+        apart.emplace(a, b);
+    }
+  }
+  return apart;
+}
+
 /// The bodies of a link as they stand: a core's corners and a radius about them.
 struct Fitted {
   int link = 0;
@@ -248,11 +271,12 @@ std::vector<Fitted> cores_of(const std::vector<Solid>& solids, std::size_t row, 
 /// Where other links come near one of them: near their bodies, where they have some, else near their convex parts.
 std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
                              const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
-                             const UrdfChain::Frame& frame, std::uint32_t seed) {
+                             const Apart& apart, const UrdfChain::Frame& frame, std::uint32_t seed) {
   std::vector<Probe> probes;
   for (const Poses& poses : free) {
     const Eigen::Isometry3d X_frame_base = (poses[frame.link] * frame.X_link_frame).inverse();
     for (std::size_t other = 0; other < bodies.size(); ++other) {
+      if (apart.count({row, other}) + apart.count({other, row}) > 0) continue;
       Probe nearest;
       nearest.limit = std::numeric_limits<double>::infinity();
       for (const Part& own : parts) {
@@ -301,12 +325,13 @@ std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
 }
 
 /// Configurations that the bodies refuse.
-int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free) {
+int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free, const Apart& apart) {
   int refused = 0;
   for (const Poses& poses : free) {
     bool touches = false;
     for (std::size_t a = 0; a < bodies.size() && !touches; ++a) {
       for (std::size_t b = 0; b < bodies.size() && !touches; ++b) {
+        if (apart.count({a, b}) > 0) continue;
         for (const Fitted& first : bodies[a]) {
           for (const Fitted& second : bodies[b]) {
             if (touches || second.link < first.link + 2) continue;
@@ -530,6 +555,8 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
   if (free.empty()) {
     return Error{fmt::format("{}: its links touch each other in every configuration", settings.urdf.string())};
   }
+  say("looking for links that never meet", 0.15);
+  const Apart apart = links_apart(result.model, make_parts(result.links, *chain, 0));
   const std::size_t rows = result.links.size();
   std::vector<std::vector<Solid>> solids = exact;
   std::vector<std::vector<Fitted>> bodies(rows);
@@ -546,7 +573,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       if (!exact[row].empty()) continue;
       const FittedLink& link = result.links[row];
       const UrdfChain::Frame& frame = chain->frames.at(link.link);
-      std::vector<Probe> probes = probes_of(row, parts, round == 0 ? begun : bodies, free, frame, settings.seed);
+      std::vector<Probe> probes = probes_of(row, parts, round == 0 ? begun : bodies, free, apart, frame, settings.seed);
       add_probes_around(link.parts, settings.seed, probes);
       CoverSettings cover_settings;
       cover_settings.most = settings.most;
@@ -562,7 +589,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       const Cover found = cover(surfaces[row], probes, cover_settings, solids[row]);
       const std::vector<Fitted> before = bodies[row];
       bodies[row] = cores_of(found.solids, row, frame);
-      const int refused = round == 0 ? 0 : count_refused(bodies, free);
+      const int refused = round == 0 ? 0 : count_refused(bodies, free, apart);
       if (round > 0 && refused > least) {
         bodies[row] = before;
         continue;
@@ -570,11 +597,13 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       least = refused;
       solids[row] = found.solids;
     }
-    if (round == 0) least = count_refused(bodies, free);
+    if (round == 0) least = count_refused(bodies, free, apart);
   }
+  std::vector<std::size_t> row_of_body;
   for (std::size_t row = 0; row < rows; ++row) {
     FittedLink& link = result.links[row];
     measure(surfaces[row], solids[row], link);
+    row_of_body.insert(row_of_body.end(), solids[row].size(), row);
     for (std::size_t i = 0; i < solids[row].size(); ++i) {
       const ShapeKind kind = solids[row][i].shape.kind;
       ++(kind == ShapeKind::kSphere ? link.spheres : kind == ShapeKind::kCapsule ? link.capsules : link.boxes);
@@ -594,6 +623,9 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
   const std::vector<BodyPair> parting = default_pairs(result.model);
   result.always = result.candidates - static_cast<int>(parting.size());
   result.model.pairs = pairs_that_meet(result.model, parting, kMargin);
+  std::erase_if(result.model.pairs, [&](const BodyPair& pair) {
+    return apart.count({row_of_body[pair.first], row_of_body[pair.second]}) > 0;
+  });
   result.never = static_cast<int>(parting.size() - result.model.pairs.size());
   if (result.never > 0) {
     result.robot.pairs.emplace();
@@ -602,8 +634,9 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
     }
   }
   if (!choose_home(result)) {
-    return Error{
-        fmt::format("{}: no configuration was found in which the arm does not touch itself", settings.urdf.string())};
+    return Error{fmt::format("{}: no configuration was found in which the arm does not touch itself{}",
+                             settings.urdf.string(),
+                             settings.visual ? "" : "; its collision geometry may be coarse: --visual takes what it shows")};
   }
   if (settings.judged > 0) judge(*chain, settings, result);
   say("done", 1.0);

@@ -11,23 +11,28 @@ namespace steadyhand {
 namespace {
 
 constexpr int kSteps = 20'000;
+constexpr int kStepsOfParts = 100'000;
 constexpr double kLeastMove = 1e-6;  // m
 
-/// Searches the joints between two bodies for a place where they are near, and leaves out boxes of joint angles in
+/// Searches the joints between two solids for a place where they are near, and leaves out boxes of joint angles in
 /// which a bound on how far the second one can move shows that there is none.
+/// @tparam Distance of the second's pose in the frame of the first's link, m; never more than the solids' own
+template <typename Distance>
 class NearSearch {
  public:
-  NearSearch(const RobotModel& model, const BodyPair& pair, double margin)
-      : model_(model), a_(model.bodies[pair.first]), b_(model.bodies[pair.second]), margin_(margin) {
-    const int count = b_.link - a_.link;
+  /// @param furthest m, of the second's points from the origin of its link
+  /// @param turned m, of the same from the axis of the last joint
+  NearSearch(const RobotModel& model, int first, int last, double furthest, double turned, double margin,
+             const Distance& distance)
+      : model_(model), first_(first), last_(last), margin_(margin), distance_(distance) {
+    const int count = last - first;
     middle_.resize(count);
     half_.resize(count);
     reach_.resize(count);
-    // Distance of the second body's furthest point from a joint's axis: at most that from its origin.
-    double behind = b_.origin.translation().norm() + b_.shape.extent();
+    double behind = furthest;
     for (int k = count - 1; k >= 0; --k) {
-      const Joint& joint = model.joints[a_.link + k];
-      const double low = model.position_min[a_.link + k], high = model.position_max[a_.link + k];
+      const Joint& joint = model.joints[first + k];
+      const double low = model.position_min[first + k], high = model.position_max[first + k];
       middle_[k] = 0.5 * (low + high);
       half_[k] = 0.5 * (high - low);
       if (joint.type == JointType::kPrismatic) {
@@ -35,35 +40,23 @@ class NearSearch {
         behind += std::max(std::abs(low), std::abs(high));
       } else {
         half_[k] = std::min(half_[k], M_PI);
-        reach_[k] = behind;
-        if (k == count - 1) {
-          reach_[k] = b_.origin.translation().cross(joint.axis).norm() + b_.shape.extent();
-        }
+        reach_[k] = k == count - 1 ? turned : behind;
       }
       behind += joint.origin.translation().norm();
     }
   }
 
   /// False: shown that they never are.
-  bool may_meet() {
-    steps_ = kSteps;
-    return search(middle_, half_);
-  }
+  bool may_meet(int& steps) { return search(middle_, half_, steps); }
 
  private:
-  double distance_at(const JointVector& q) const {
+  bool search(const JointVector& middle, const JointVector& half, int& steps) {
+    if (--steps < 0) return true;
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    for (int k = a_.link; k < b_.link; ++k) T = T * model_.joints[k].origin * motion(model_.joints[k], q[k - a_.link]);
-    const Eigen::Isometry3d B = T * b_.origin;
-    return distance(a_.shape, Placed{a_.origin.translation(), a_.origin.linear()}, b_.shape,
-                    Placed{B.translation(), B.linear()});
-  }
-
-  bool search(const JointVector& middle, const JointVector& half) {
-    if (--steps_ < 0) return true;
-    const double there = distance_at(middle);
-    if (there < margin_) return true;
+    for (int k = first_; k < last_; ++k) T = T * model_.joints[k].origin * motion(model_.joints[k], middle[k - first_]);
     const JointVector moves = half.cwiseProduct(reach_);
+    const double there = distance_(T, margin_ + moves.sum());
+    if (there < margin_) return true;
     if (there - moves.sum() > margin_) return false;
     if (moves.sum() < kLeastMove) return true;  // along where they are just so near it would go on for ever
     int k = 0;
@@ -72,22 +65,54 @@ class NearSearch {
     halved[k] *= 0.5;
     lower[k] -= halved[k];
     upper[k] += halved[k];
-    return search(lower, halved) || search(upper, halved);
+    return search(lower, halved, steps) || search(upper, halved, steps);
   }
 
   const RobotModel& model_;
-  const Body &a_, &b_;
+  int first_, last_;
   double margin_;
-  int steps_ = 0;
-  JointVector middle_, half_, reach_;  // reach: m that a point of the second body moves at most for joint velocity 1
+  const Distance& distance_;
+  JointVector middle_, half_, reach_;  // reach: m that a point of the second moves at most for joint velocity 1
 };
 
+bool may_meet(const RobotModel& model, const BodyPair& pair, double margin) {
+  const Body &a = model.bodies[pair.first], &b = model.bodies[pair.second];
+  const Placed A{a.origin.translation(), a.origin.linear()};
+  const auto apart = [&](const Eigen::Isometry3d& T, double) {
+    const Eigen::Isometry3d B = T * b.origin;
+    return distance(a.shape, A, b.shape, Placed{B.translation(), B.linear()});
+  };
+  const double furthest = b.origin.translation().norm() + b.shape.extent();
+  const double turned = b.origin.translation().cross(model.joints[b.link - 1].axis).norm() + b.shape.extent();
+  int steps = kSteps;
+  return NearSearch(model, a.link, b.link, furthest, turned, margin, apart).may_meet(steps);
+}
+
 }  // namespace
+
+bool parts_may_meet(const RobotModel& model, int first, const std::vector<Points>& parts_of_first, int second,
+                    const std::vector<Points>& parts_of_second, double margin) {
+  int steps = kStepsOfParts;
+  for (const Points& a : parts_of_first) {
+    for (const Points& b : parts_of_second) {
+      double furthest = 0.0, turned = 0.0;
+      for (const Vector3& corner : b) {
+        furthest = std::max(furthest, corner.norm());
+        turned = std::max(turned, corner.cross(model.joints[second - 1].axis).norm());
+      }
+      const auto apart = [&](const Eigen::Isometry3d& T, double enough) {
+        return nearest_points(a, b, T, enough).distance;
+      };
+      if (NearSearch(model, first, second, furthest, turned, margin, apart).may_meet(steps)) return true;
+    }
+  }
+  return false;
+}
 
 std::vector<BodyPair> pairs_that_meet(const RobotModel& model, const std::vector<BodyPair>& pairs, double margin) {
   std::vector<BodyPair> kept;
   for (const BodyPair& pair : pairs) {
-    if (NearSearch(model, pair, margin).may_meet()) kept.push_back(pair);
+    if (may_meet(model, pair, margin)) kept.push_back(pair);
   }
   return kept;
 }
