@@ -17,6 +17,7 @@
 #include "steadyhand/console/output_queue.hpp"
 #include "steadyhand/console/stop_signals.hpp"
 #include "steadyhand/live/realtime.hpp"
+#include "steadyhand/ocp/objectives.hpp"
 #include "steadyhand/robot/loading.hpp"
 #include "steadyhand/serve/site.hpp"
 #ifdef STEADYHAND_FIT
@@ -186,8 +187,9 @@ Status run(Options options, int& exit_code) {
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), *model);
   int chosen = 0;
-  const Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
+  Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();
+  for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, *model);
 
   options.arm.complete(settings);
   if (Status s = check_hand(options, settings); !s) return s;

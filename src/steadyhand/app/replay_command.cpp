@@ -13,6 +13,7 @@
 #include "steadyhand/app/robot_choice.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/ocp/objectives.hpp"
 #include "steadyhand/record/cell_json.hpp"
 #include "steadyhand/record/plan_csv.hpp"
 #include "steadyhand/record/robot_json.hpp"
@@ -210,6 +211,7 @@ Status run_replay(ReplayOptions options) {
   for (const std::string& name : options.profiles) {
     Result<Profile> profile = load_profile(name, places);
     if (!profile) return profile.error();
+    add_posture_where_redundant(profile->ocp, *model);
     for (const Profile& other : profiles) {
       if (other.name == profile->name) return Error{"--profile: '" + other.name + "' is named twice; give each once"};
     }

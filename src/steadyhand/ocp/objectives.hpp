@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "steadyhand/ocp/settings.hpp"
 #include "steadyhand/ocp/term.hpp"
 
 namespace steadyhand {
@@ -16,5 +17,9 @@ std::shared_ptr<const Objective> make_lateral_objective();       ///< w (a_x^2 +
 std::shared_ptr<const Objective> make_vertical_objective();      ///< w (a_z - g)^2, w: 1
 // Not by default:
 std::shared_ptr<const Objective> make_posture_objective();  ///< (q - q_home)' diag(w) (q - q_home), w: n
+
+/// For an arm with more joints than a pose has numbers: `posture`, where the weights do not name it, so light that it
+/// decides only what the other terms leave open.
+void add_posture_where_redundant(OcpSettings& settings, const RobotModel& model);
 
 }  // namespace steadyhand

@@ -27,6 +27,14 @@ void add_optional_objectives(OcpSettings& settings) {
   }
 }
 
+void add_posture_where_redundant(OcpSettings& settings, const RobotModel& model) {
+  constexpr int kPose = 6;
+  constexpr double kLight = 0.1;  // 1/(rad^2 s): home in some ten seconds, and up to 0.4 mm off the target meanwhile
+  if (model.dof() <= kPose) return;
+  settings.weights.try_emplace("posture", 1, kLight);
+  add_optional_objectives(settings);
+}
+
 std::vector<ConstraintMaker> default_constraints() {
   return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision,
           make_obstacles,       make_no_spill,        make_held_down,           make_lean};

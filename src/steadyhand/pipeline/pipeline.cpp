@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/ocp/objectives.hpp"
 #include "steadyhand/robot/model_check.hpp"
 
 namespace steadyhand {
@@ -62,8 +63,9 @@ Result<std::unique_ptr<Pipeline>> Pipeline::make(const std::string& robot, const
                                                  const Places& places) {
   Result<RobotModel> model = open_robot(robot, places);
   if (!model) return model.error();
-  const Result<Profile> settings = load_profile(profile, places);
+  Result<Profile> settings = load_profile(profile, places);
   if (!settings) return settings.error();
+  add_posture_where_redundant(settings->ocp, *model);
   return make(*std::move(model), PipelineSettings(*settings));
 }
 

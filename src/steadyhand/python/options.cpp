@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "steadyhand/ocp/objectives.hpp"
 #include "steadyhand/python/objective.hpp"
 
 namespace steadyhand::python {
@@ -44,7 +45,7 @@ RetargetSettings retarget_settings(const nb::dict& options) {
   return settings;
 }
 
-PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& options) {
+PipelineSettings pipeline_settings(const RobotModel& model, const std::string& profile, const nb::dict& options) {
   PipelineSettings settings(value_of(load_profile(profile)));
   settings.retarget = retarget_settings(options);
   take(options, "rate", settings.rate_hz);
@@ -57,6 +58,7 @@ PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& o
   for (const auto& [name, values] : weights) settings.ocp.weights[name] = values;
   for (auto& objective : objectives_of(options)) settings.ocp.objectives.push_back(objective);
   add_optional_objectives(settings.ocp);
+  add_posture_where_redundant(settings.ocp, model);
   take(options, "solver", settings.planner.solver);
   take_positive(options, "tolerance", 0.1, settings.planner.tolerance);
   take(options, "time_budget_us", settings.planner.budget.time_us);

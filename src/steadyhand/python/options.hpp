@@ -7,7 +7,7 @@ namespace steadyhand::python {
 
 /// A profile's settings and what keyword arguments change of them. The dict has only keys that are named there, with
 /// numbers that are finite; what is out of range is refused.
-PipelineSettings pipeline_settings(const std::string& profile, const nb::dict& options);
+PipelineSettings pipeline_settings(const RobotModel& model, const std::string& profile, const nb::dict& options);
 RetargetSettings retarget_settings(const nb::dict& options);
 
 }  // namespace steadyhand::python

@@ -208,7 +208,7 @@ class Stages {
 };
 
 std::unique_ptr<Stages> make_stages(const Robot& robot, const std::string& profile, const nb::dict& options) {
-  PipelineSettings settings = pipeline_settings(profile, options);
+  PipelineSettings settings = pipeline_settings(*robot.model, profile, options);
   Cell cell;
   if (options.contains("cell")) {
     cell = nb::cast<const Cell&>(options["cell"]);

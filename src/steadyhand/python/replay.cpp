@@ -165,7 +165,7 @@ Hand load_session_hand(const std::string& path, double from, double until, bool 
 
 nb::dict run_replay(const Hand& hand, const Robot& robot, const std::string& profile, const nb::dict& options) {
   ReplaySettings settings;
-  settings.pipeline = pipeline_settings(profile, options);
+  settings.pipeline = pipeline_settings(*robot.model, profile, options);
   settings.changes = hand.changes;
   if (!options.contains("cell_fixed")) settings.cells = hand.cells;
   settings.cell = nb::cast<const Cell&>(options["cell"]);
