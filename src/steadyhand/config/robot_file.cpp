@@ -17,12 +17,13 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
   }
   YamlMap urdf = robot.map("urdf");
   const std::string package = urdf.text("package"), path = urdf.text("path");
+  const std::string distribution = urdf.text("distribution", "");
   if (package.empty() || path.empty()) return;  // told by finish()
   const Result<fs::path> found = find_in_package(places, package, path);
   if (found) {
     settings.urdf = *found;
   } else {
-    urdf.fail("package", ": " + found.error().message);
+    urdf.fail("package", ": " + found.error().message + (distribution.empty() ? "" : ": pip install " + distribution));
   }
 }
 
