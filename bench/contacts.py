@@ -3,7 +3,7 @@ python bench/contacts.py [--cycles 1000000] [--robots ur5e_fitted fr3 gen3 so101
 
 Each episode of 20 s has another hand (sweeps, turns, jumps and releases), profile and cell of up to 8 objects, a third of which
 are carried by the tool. What is commanded is looked at by other programs' geometry: Pinocchio's kinematics of the URDF, Coal's
-distances of its collision meshes to each other and to the objects. No contact between two commands can be missed: from one
+distances of its collision meshes and the glass to each other and to the objects. No contact between two commands can be missed: from one
 distance to the next look no point of the arm goes as far as it (conservative advancement along the commands, halved between
 them where the distance is less than one cycle's way).
 
@@ -13,100 +13,41 @@ Prints a line for each robot, and fails if a command is beyond a limit or a mesh
 from __future__ import annotations
 
 import argparse
-import itertools
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import coal
 import numpy as np
 import pinocchio as pin
 import steadyhand
-import yaml
-from scipy.spatial import ConvexHull
+from arm_meshes import ArmMeshes
 from steadyhand import Cell, Object, Pipeline, pose
 
-ROOT = Path(__file__).resolve().parents[1]
 PROFILES = ("tracking", "follow", "carry", "waiter", "anti-slosh")
 RATE, EPISODE = 500.0, 20.0  # Hz, s
 DEEPEST = 1e-4  # m, of a contact that is rounding
 NEAR = 0.004  # m: nearer hulls are looked at by their meshes
 
 
-def urdf_of(robot: str) -> Path:
-    """Of a robot file, through those that it extends."""
-    settings = yaml.safe_load((ROOT / f"robots/{robot}.yaml").read_text())
-    if "urdf" not in settings:
-        return urdf_of(settings["extends"])
-    for folder in map(Path, sys.path):
-        path = folder / settings["urdf"]["package"] / settings["urdf"]["path"]
-        if path.exists():
-            return path
-    raise SystemExit(f"the package {settings['urdf']['package']} of robot {robot} is not installed")
+GLASS = coal.Cylinder(0.035, 0.11)  # m, about the tool's z
 
 
-def locked_of(robot: str) -> dict[str, float]:
-    settings = yaml.safe_load((ROOT / f"robots/{robot}.yaml").read_text())
-    return settings.get("locked", {}) | (locked_of(settings["extends"]) if "extends" in settings else {})
+def transform(T) -> coal.Transform3s:
+    return coal.Transform3s(T[:3, :3], T[:3, 3])
 
 
-def hull_of(shape):
-    """The convex hull of a mesh, which is never further away than the mesh; of what is convex, itself."""
-    if not isinstance(shape, coal.BVHModelBase):
-        return shape
-    vertices = np.array([shape.vertex(i) for i in range(shape.num_vertices)])
-    hull = ConvexHull(vertices)
-    kept = {old: new for new, old in enumerate(hull.vertices)}
-    points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
-    for vertex in vertices[hull.vertices]:
-        points.append(vertex)
-    for face, normal in zip(hull.simplices, hull.equations[:, :3]):
-        a, b, c = face if np.dot(np.cross(*(vertices[face[1:]] - vertices[face[0]])), normal) > 0 else face[::-1]
-        faces.append(coal.Triangle(kept[a], kept[b], kept[c]))
-    return coal.Convex(points, faces)
-
-
-class Meshes:
-    """The arm's collision meshes, and how far they are from each other and from a cell's objects."""
+class Meshes(ArmMeshes):
+    """With how far they are from each other and from a cell's objects."""
 
     def __init__(self, name: str):
-        self.robot = steadyhand.Robot(name)
-        urdf = urdf_of(name)
-        folders = [str(urdf.parent), *map(str, urdf.parents)]
-        text = urdf.read_text().replace("drake:", "drake_")
-        if "xacro:" in text:
-            text = subprocess.run(["xacro", str(urdf)], capture_output=True, text=True, check=True).stdout
-        self.model = pin.buildModelFromXML(text)
-        geometry = pin.buildGeomFromUrdfString(self.model, text, pin.GeometryType.COLLISION, package_dirs=folders)
-        self.data = self.model.createData()
-        joints = [self.model.getJointId(joint) for joint in self.robot.joint_names]
-        self.columns = [self.model.joints[joint].idx_q for joint in joints]
-        self.rest = pin.neutral(self.model)
-        for joint, value in locked_of(name).items():
-            self.rest[self.model.joints[self.model.getJointId(joint)].idx_q] = value
-        self.parts = []  # (link behind so many joints, joint of Pinocchio's, placement in it, its hull and itself)
-        for part in geometry.geometryObjects:
-            path = set(self.model.supports[part.parentJoint])
-            link = sum(joint in path for joint in joints)
-            self.parts.append((link, part.parentJoint, part.placement, (hull_of(part.geometry), part.geometry)))
-        named = self.robot.description["bodies"]
-        pairs = {tuple(sorted((named[a]["link"], named[b]["link"]))) for a, b in self.robot.description["pairs"]}
-        self.pairs = [(a, b) for a, b in itertools.combinations(range(len(self.parts)), 2)
-                      if tuple(sorted((self.parts[a][0], self.parts[b][0]))) in pairs]  # fmt: skip
+        super().__init__(name)
         tool = np.array(self.robot.description["tool"]["origin"])
         self.reach = np.linalg.norm(tool[:3, 3]) + 0.4 + sum(
             np.linalg.norm(np.array(joint["origin"])[:3, 3]) for joint in self.robot.description["joints"])  # fmt: skip
 
     def least(self, q, objects, carried) -> tuple[float, str]:
         """m, and between what: of parts that must not touch, and of parts and objects."""
-        self.rest[self.columns] = q
-        pin.forwardKinematics(self.model, self.data, self.rest)
-        at = []
-        for _, joint, placement, _ in self.parts:
-            M = self.data.oMi[joint] * placement
-            at.append(coal.Transform3s(M.rotation, M.translation))
-        request, least, between = coal.DistanceRequest(), np.inf, ""
+        at, request, least, between = self.place(q), coal.DistanceRequest(), np.inf, ""
 
         def look(first, where, second, there, what):
             nonlocal least, between
@@ -120,16 +61,18 @@ class Meshes:
             look(self.parts[a][3], at[a], self.parts[b][3], at[b], f"links {self.parts[a][0]} and {self.parts[b][0]}")
         T = self.robot.fk(q)
         objects = [(name, (shape, shape), there) for name, shape, there in objects]
-        held = [(name, (shape, shape), coal.Transform3s(*(lambda M: (M[:3, :3], M[:3, 3]))(T @ origin))) for name, shape, origin in carried]
+        # What the tool holds, and how many joints are before the links that must not touch it.
+        held = [(name, (shape, shape), transform(T @ origin), self.robot.dof) for name, shape, origin in carried]
+        held.append(("the glass", (GLASS, GLASS), transform(T), self.robot.dof - 1))
         for name, shape, there in objects:
             for (link, _, _, part), where in zip(self.parts, at):
                 if link > 0:
                     look(part, where, shape, there, f"link {link} and {name}")
-            for other, part, where in held:
+            for other, part, where, _ in held:
                 look(part, where, shape, there, f"{other} and {name}")
-        for name, shape, there in held:
+        for name, shape, there, before in held:
             for (link, _, _, part), where in zip(self.parts, at):
-                if link < self.robot.dof:
+                if link < before:
                     look(part, where, shape, there, f"link {link} and {name}")
         return least, between
 
@@ -188,9 +131,9 @@ def random_objects(random: np.random.Generator, meshes: Meshes) -> tuple[Cell, l
         cell = cell.attach(name, robot, robot.home)
     home = np.linalg.inv(robot.fk(robot.home))
     carried = [(name, shape, home @ T) for name, shape, T in carried]
-    standing = [(name, shape, coal.Transform3s(T[:3, :3], T[:3, 3])) for name, shape, T in standing]
+    standing = [(name, shape, transform(T)) for name, shape, T in standing]
     for name, shape, there in list(standing):  # what is carried must not begin in what stands
-        if carried and min(coal.distance(s, coal.Transform3s(*(lambda M: (M[:3, :3], M[:3, 3]))(np.linalg.inv(home) @ o)), shape,
+        if carried and min(coal.distance(s, transform(np.linalg.inv(home) @ o), shape,
                                          there, coal.DistanceRequest(), coal.DistanceResult()) for _, s, o in carried) < 0.02:  # fmt: skip
             return random_objects(random, meshes)
     return cell, standing, carried
