@@ -228,7 +228,8 @@ TEST_F(MoveItScene, WhatCannotBeIsRefused) {
   refused(object("\x1b[2J", at(0, 0, 0), {ball}), "an id with control characters");
   elsewhere.header.frame_id = text("cam\nera");
   refused(elsewhere, "object 'x' has a frame with control characters");
-  refused(attached("el\u009bbow", object("there", at(0, 0, 0), {})), "object 'there' has a link with control characters");
+  refused(attached("el\u009bbow", object("there", at(0, 0, 0), {})),
+          "object 'there' has a link with control characters");
   ASSERT_EQ(take(object("there", at(2, 0, 0), {}, {}, kMove)), "") << "what is known is known still";
 }
 

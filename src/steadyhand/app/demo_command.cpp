@@ -186,6 +186,7 @@ Status run(Options options, int& exit_code) {
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), *model);
+  if (Status s = check_carried(settings.live.cell, at_home(*model)); !s) return s;
   int chosen = 0;
   Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();

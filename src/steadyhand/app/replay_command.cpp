@@ -205,7 +205,7 @@ Status run_replay(ReplayOptions options) {
   const Result<Cell> opened = open_cell(options.cell, places);
   if (!opened) return opened.error();
   const Cell cell = in_base(*opened, *model);
-  if (const Result<Obstacles> obstacles = obstacles_of(cell, *model); !obstacles) return obstacles.error();
+  if (Status s = check_carried(cell, at_home(*model)); !s) return s;
   for (const std::string& doubt : doubts_about(*model)) std::cout << "note: " << doubt << "\n";
   std::vector<Profile> profiles;
   for (const std::string& name : options.profiles) {

@@ -29,4 +29,10 @@ Result<RobotModel> choose_robot(const std::string& name, const Places& places, b
 }
 #endif
 
+Kinematics at_home(const RobotModel& model) {
+  Kinematics arm(model);
+  arm.set_position(model.home);
+  return arm;
+}
+
 }  // namespace steadyhand

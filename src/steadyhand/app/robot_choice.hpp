@@ -4,13 +4,16 @@
 
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/core/result.hpp"
-#include "steadyhand/robot/model.hpp"
+#include "steadyhand/robot/kinematics.hpp"
 
 namespace steadyhand {
 
 /// The robot that a command is told to use. A bare URDF gets bodies fitted to its meshes, unless `no_fit`; what is done
 /// is said on stderr.
 Result<RobotModel> choose_robot(const std::string& name, const Places& places, bool no_fit);
+
+/// The arm at home; the model must outlive it.
+Kinematics at_home(const RobotModel& model);
 
 /// Help of the flag that sets no_fit.
 inline constexpr const char* kNoFitHelp = "A bare URDF goes without bodies: nothing keeps the arm off itself";

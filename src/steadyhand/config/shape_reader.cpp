@@ -46,7 +46,7 @@ PlacedShape read_box(YamlMap box) {
   const std::vector<double> size = box.numbers("size", Interval::positive(), 3);
   const double rounding = box.number("rounding", Interval::not_negative(), 0.0);
   const Vector3 core = 0.5 * Vector3(size[0], size[1], size[2]) - Vector3::Constant(rounding);
-  if (core.minCoeff() <= 0.0) box.fail("rounding", "must be less than half of each size");
+  if (box.has("size") && core.minCoeff() <= 0.0) box.fail("rounding", "must be less than half of each size");
   return {Shape::box(core.cwiseMax(kTiny), rounding),
           Eigen::Translation3d(read_vector(box, "center", Vector3::Zero())) * read_rpy(box, "rpy")};
 }

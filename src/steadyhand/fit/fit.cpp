@@ -634,9 +634,9 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
     }
   }
   if (!choose_home(result)) {
-    return Error{fmt::format("{}: no configuration was found in which the arm does not touch itself{}",
-                             settings.urdf.string(),
-                             settings.visual ? "" : "; its collision geometry may be coarse: --visual takes what it shows")};
+    return Error{
+        fmt::format("{}: no configuration was found in which the arm does not touch itself{}", settings.urdf.string(),
+                    settings.visual ? "" : "; its collision geometry may be coarse: --visual takes what it shows")};
   }
   if (settings.judged > 0) judge(*chain, settings, result);
   say("done", 1.0);

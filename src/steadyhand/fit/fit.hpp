@@ -66,8 +66,8 @@ Result<FitResult> fit_bodies(const FitSettings& settings);
 /// Pairs that can come nearer than `margin` (m), or of which it is not shown within some steps that they cannot.
 std::vector<BodyPair> pairs_that_meet(const RobotModel& model, const std::vector<BodyPair>& pairs, double margin);
 
-/// Whether convex parts, as their corners in the frames of two links of the chain, can come nearer than `margin` (m), or
-/// it is not shown within some steps that they cannot.
+/// Whether convex parts, as their corners in the frames of two links of the chain, can come nearer than `margin` (m),
+/// or it is not shown within some steps that they cannot.
 bool parts_may_meet(const RobotModel& model, int first, const std::vector<Points>& parts_of_first, int second,
                     const std::vector<Points>& parts_of_second, double margin);
 

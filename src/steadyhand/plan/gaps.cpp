@@ -104,8 +104,7 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
 LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t) {
   const RobotModel& model = kinematics.model();
   LinkPairs smallest = LinkPairs::Constant(kFar);
-  if (obstacles.count() > 0)
-    smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t).min(kFar);
+  if (obstacles.count() > 0) smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t).min(kFar);
   for (const BodyPair& pair : model.pairs) {
     double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
     least = std::min(least, gap(kinematics, pair));

@@ -84,8 +84,21 @@ Eigen::Isometry3d tool_pose(const Kinematics& arm) {
 
 }  // namespace
 
-Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm) {
+Status check_carried(const Cell& cell, const Kinematics& arm) {
   constexpr double kOverlap = 2e-3;  // m
+  const Result<Obstacles> obstacles = obstacles_of(cell, arm.model());
+  if (!obstacles) return obstacles.error();
+  for (int i = 0; i < obstacles->count; ++i) {
+    if (!obstacles->list[i].carried) continue;
+    const auto [body, distance] = nearest_body(arm, *obstacles, i, 0.0);
+    if (distance >= -kOverlap) continue;
+    return Error{fmt::format("object '{}' overlaps {} by {:.1f} mm, which must not touch it", cell.objects[i].name,
+                             arm.model().bodies[body].name, -1e3 * distance)};
+  }
+  return Done{};
+}
+
+Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm) {
   cell = in_base(std::move(cell), arm.model());
   const Result<CellObject*> found = find(cell, name, false);
   if (!found) return found.error();
@@ -94,13 +107,7 @@ Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm) {
   object.origin = tool_pose(arm).inverse() * object.origin;
   object.velocity.setZero();
   object.attached = true;
-  const Result<Obstacles> obstacles = obstacles_of(cell, arm.model());
-  if (!obstacles) return obstacles.error();
-  const int index = static_cast<int>(&object - cell.objects.data());
-  if (const auto [body, distance] = nearest_body(arm, *obstacles, index, 0.0); distance < -kOverlap) {
-    return Error{fmt::format("object '{}' overlaps {} by {:.1f} mm, which must not touch it", name,
-                             arm.model().bodies[body].name, -1e3 * distance)};
-  }
+  if (Status s = check_carried(cell, arm); !s) return s.error();
   return cell;
 }
 

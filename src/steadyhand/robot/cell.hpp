@@ -36,9 +36,13 @@ Cell in_base(Cell cell, const RobotModel& model);
 /// The cell as it is `t` s later: what moves has gone on, and stands where it came to Obstacles::kFarthest.
 Cell cell_after(Cell cell, double t);
 
+/// Fails on cells that cannot be, and where what the tool carries overlaps (by more than 2 mm) a body of the arm that
+/// must not touch it, which no motion might bring apart. Call set_position before.
+Status check_carried(const Cell& cell, const Kinematics& arm);
+
 /// The cell with this object in the tool, where it is now, or let go of, where it is now. Fails on a name that the cell
-/// does not have, on what is carried already, or is not, on half-spaces, and where the object overlaps (by more than 2
-/// mm) a body of the arm that must not touch it, which no motion might bring apart. Call set_position before.
+/// does not have, on what is carried already, or is not, on half-spaces, and as check_carried. Call set_position
+/// before.
 Result<Cell> attach(Cell cell, const std::string& name, const Kinematics& arm);
 /// The same, back.
 Result<Cell> detach(Cell cell, const std::string& name, const Kinematics& arm);

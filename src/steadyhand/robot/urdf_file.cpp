@@ -165,7 +165,8 @@ std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& nam
   };
   if (name.starts_with("file://")) return existing(folder / name.substr(7));
   if (!name.starts_with("package://")) return existing(folder / name);
-  const std::string inside = name.substr(10), in_package = inside.substr(std::min(inside.find('/'), inside.size() - 1) + 1);
+  const std::string inside = name.substr(10),
+                    in_package = inside.substr(std::min(inside.find('/'), inside.size() - 1) + 1);
   for (const std::string& path : {inside, in_package}) {  // the package may have been copied under another name
     for (fs::path above = folder;; above = above.parent_path()) {
       if (const auto found = existing(above / path)) return found;

@@ -18,8 +18,8 @@ namespace steadyhand {
 /// Prints nothing.
 ///
 /// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
-/// looked for in the URDF's folder and those above it; where there is none, PATH alone, as packages are copied under other
-/// names.
+/// looked for in the URDF's folder and those above it; where there is none, PATH alone, as packages are copied under
+/// other names.
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file);
 
 /// A pose of a URDF.
