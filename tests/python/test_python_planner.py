@@ -211,6 +211,20 @@ def test_posture_draws_the_joints_home_where_the_task_leaves_them_a_choice(robot
     assert left[1.0] < 0.02 and left[0.0] > 1.0
 
 
+def test_an_arm_of_seven_joints_comes_back_to_its_posture():
+    """Led away and back, its elbow is where it was, which nothing else than `posture` sees to; an arm of six has no such term."""
+    arm, left = steadyhand.Robot("gen3"), {}
+    assert steadyhand.Planner(arm).weights["posture"].tolist() == [0.1] * 7
+    for name, weights in (("default", {}), ("none", {"posture": 0.0})):
+        planner = steadyhand.Planner(arm, "tracking", weights=weights)
+        for i in range(700):
+            t = 0.05 * min(i, 200)  # 10 s of circles, 25 s at rest
+            plan = planner.update(target(arm, x=0.15 * np.sin(3 * t), y=0.25 * np.sin(2 * t), z=0.15 * (1 - np.cos(t))) if i < 200 else target(arm), 0.05 * i)
+        assert np.abs(arm.fk(plan.q[0])[:3, 3] - target(arm)[:3, 3]).max() < 1e-3
+        left[name] = np.abs(plan.q[0] - arm.home).max()
+    assert left["default"] < 0.02 and left["none"] > 4 * left["default"], left
+
+
 def test_posture_is_a_term_only_where_it_is_named(robot):
     assert "posture" not in steadyhand.Planner(robot).weights
     assert steadyhand.Planner(robot, weights={"posture": 0.5}).weights["posture"].tolist() == [0.5] * 6

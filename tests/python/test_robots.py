@@ -70,6 +70,28 @@ def test_the_page_gets_the_arms_own_meshes(robot, tmp_path):
     assert 1000 < triangles <= 100_000
 
 
+def test_the_tip_chooses_one_of_two_arms(tmp_path):
+    """Of the arms beside each other `--tip` takes one, with bodies fitted to it and without; the other stands."""
+    def arm(side, y):
+        link = lambda name: f'<link name="{side}_{name}"><collision><origin xyz="0 0 0.1"/><geometry><box size="0.04 0.04 0.2"/></geometry></collision></link>'
+        joint = lambda k, parent, child, axis, at: (f'<joint name="{side}_{k}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{at}"/><axis xyz="{axis}"/><limit lower="-2" upper="2" velocity="2" effort="1"/></joint>')  # fmt: skip
+        names = [f"{side}_{part}" for part in ("upper", "lower", "hand")]
+        chain = [("base", names[0], "0 1 0", f"0 {y} 0.3"), (names[0], names[1], "1 0 0", "0 0 0.22"), (names[1], names[2], "0 1 0", "0 0 0.22")]
+        return "".join(link(part) for part in ("upper", "lower", "hand")) + "".join(joint(k, *part) for k, part in enumerate(chain))
+
+    (tmp_path / "two.urdf").write_text(f'<robot name="two"><link name="base"/>{arm("left", 0.3)}{arm("right", -0.3)}</robot>')
+    recording = Path(PROGRAM).parent / "share/steadyhand/recordings/physics/demo-recording.json"
+    arguments = ["replay", recording, "--until", "1", "--profile", "tracking", "--robot", tmp_path / "two.urdf"]
+    for tip, side in (("left_hand", 1), ("right_hand", -1)):
+        for fit in ([], ["--no-fit"]):
+            run(*arguments, "--tip", tip, *fit, "--out", tmp_path / tip)
+            with open(tmp_path / tip / "tracking/plan.csv", newline="") as file:
+                assert side * float(next(csv.DictReader(file))["planned_y_m"]) > 0.2
+    assert "no link 'third_hand'" in run(*arguments, "--tip", "third_hand", code=2).stderr
+    assert "--tip is for URDFs" in run(*arguments[:-1], "ur5e", "--tip", "wrist_3_link", code=2).stderr
+
+
 def test_macros_are_expanded(tmp_path):
     (tmp_path / "arm.urdf.xacro").write_text("""<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="made">
       <xacro:macro name="part" params="k parent">

@@ -44,6 +44,7 @@ struct Options {
   std::string input;
   RecordingOptions range;
   std::string page;
+  std::string tip;
   bool headless = false, no_browser = false, no_fit = false;
   bool keep_going = false, hand_on_hardware = false;
   double seconds = 0.0;  ///< 0: until Ctrl-C
@@ -156,10 +157,11 @@ void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) 
 
 /// The arm's meshes for the page, unless the page has them.
 #ifdef STEADYHAND_FIT
-void add_arm_scene(const std::string& name, const RobotModel& model, const Places& places, ServerSettings& server) {
+void add_arm_scene(const std::string& name, const std::string& tip, const RobotModel& model, const Places& places,
+                   ServerSettings& server) {
   const std::string path = "/arms/" + model.meshes + ".glb";
   if (server.page_folder.empty() && Site::embedded().find(path) != nullptr) return;
-  Result<std::string> scene = arm_scene(name, places);
+  Result<std::string> scene = arm_scene(name, tip, places);
   if (!scene) {
     std::cerr << "note: the page draws only the arm's bodies: " << scene.error().message << "\n";
   } else if (!scene->empty()) {
@@ -167,7 +169,7 @@ void add_arm_scene(const std::string& name, const RobotModel& model, const Place
   }
 }
 #else
-void add_arm_scene(const std::string&, const RobotModel&, const Places&, ServerSettings&) {}
+void add_arm_scene(const std::string&, const std::string&, const RobotModel&, const Places&, ServerSettings&) {}
 #endif
 
 Status run(Options options, int& exit_code) {
@@ -180,9 +182,9 @@ Status run(Options options, int& exit_code) {
   settings.server.page_folder = options.page;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
-  Result<RobotModel> model = choose_robot(settings.robot, places, options.no_fit);
+  Result<RobotModel> model = choose_robot(settings.robot, options.tip, places, options.no_fit);
   if (!model) return model.error();
-  if (!options.headless) add_arm_scene(settings.robot, *model, places, settings.server);
+  if (!options.headless) add_arm_scene(settings.robot, options.tip, *model, places, settings.server);
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), *model);
@@ -281,6 +283,7 @@ void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
   command->add_flag("--hand-on-hardware", options->hand_on_hardware,
                     "With --headless and a real arm, which else is refused: the recorded hand leads it");
   command->add_flag("--no-browser", options->no_browser, "Do not open the page");
+  command->add_option("--tip", options->tip, kTipHelp);
   command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
   command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
   command->add_option("--input", options->input,

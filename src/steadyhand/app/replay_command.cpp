@@ -44,6 +44,7 @@ struct ReplayOptions {
   std::string translation_frame = "base", rotation_frame = "base";
   std::string solver;
   fs::path out = "out";
+  std::string tip;
   bool dump_problems = false, no_fit = false;
   std::vector<SettingsChange> changes;  ///< of a session's settings
   std::vector<CellChange> cells;        ///< of what stood around its arm
@@ -200,7 +201,7 @@ Status run_replay(ReplayOptions options) {
     }
   }
   if (!recording) return recording.error();
-  const Result<RobotModel> model = choose_robot(options.robot, places, options.no_fit);
+  const Result<RobotModel> model = choose_robot(options.robot, options.tip, places, options.no_fit);
   if (!model) return model.error();
   const Result<Cell> opened = open_cell(options.cell, places);
   if (!opened) return opened.error();
@@ -258,6 +259,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
   command->add_option("--robot", options->robot, "Name, robot file or URDF")->capture_default_str();
   command->add_option("--cell", options->cell, "What stands around the arm: name, cell file or none")
       ->capture_default_str();
+  command->add_option("--tip", options->tip, kTipHelp);
   command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
   command->add_option("--profile", options->profiles, "Names or files of profiles, one run each")
       ->capture_default_str();

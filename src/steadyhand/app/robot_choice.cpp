@@ -11,20 +11,21 @@
 namespace steadyhand {
 
 #ifdef STEADYHAND_FIT
-Result<RobotModel> choose_robot(const std::string& name, const Places& places, bool no_fit) {
-  if (no_fit) return open_robot(name, places);
+Result<RobotModel> choose_robot(const std::string& name, const std::string& tip, const Places& places, bool no_fit) {
+  if (no_fit) return open_urdf(name, tip, places);
   ProgressBar bar(1, "fit:");
   const auto say = [&](const std::string& line) {
     bar.finish();
     std::cerr << "steadyhand: " << line << "\n";
   };
   const auto show = [&](const std::string& what, double fraction) { bar.show(what, fraction); };
-  Result<RobotModel> model = open_fitted_robot(name, places, say, show);
+  Result<RobotModel> model = open_fitted_robot(name, tip, places, say, show);
   bar.finish();
   return model;
 }
 #else
-Result<RobotModel> choose_robot(const std::string& name, const Places& places, bool) {
+Result<RobotModel> choose_robot(const std::string& name, const std::string& tip, const Places& places, bool) {
+  if (!tip.empty()) return Error{"--tip: this build has no room 'fit', which knows it"};
   return open_robot(name, places);
 }
 #endif

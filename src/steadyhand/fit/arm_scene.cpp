@@ -215,11 +215,12 @@ class Gltf {
 
 }  // namespace
 
-Result<std::string> arm_scene(const std::string& robot, const Places& places) {
+Result<std::string> arm_scene(const std::string& robot, const std::string& tip, const Places& places) {
   const Result<fs::path> file = find_named_file(places, "robots", robot);
   if (!file) return Error{"robot " + file.error().message};
   RobotSettings settings;
   settings.urdf = *file;
+  settings.tool_link = tip;
   if (file->extension() == ".yaml" || file->extension() == ".yml") {
     Result<RobotSettings> read = load_robot_settings(*file, places);
     if (!read) return read.error();

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 1;  ///< of the fitter: another one finds other bodies
+constexpr int kVersion = 2;  ///< of the fitter: another one finds other bodies
 constexpr int kJudged = 20'000;
 
 /// FNV-1a, twice from different beginnings.
@@ -47,13 +47,13 @@ std::string bytes_of(const fs::path& file) {
 }
 
 /// Of all that a fit depends on; nothing if the URDF has no geometry.
-Result<std::optional<std::string>> digest_of(const fs::path& urdf) {
+Result<std::optional<std::string>> digest_of(const fs::path& urdf, const std::string& tip) {
   const Result<urdf::ModelInterfaceSharedPtr> model = read_urdf(urdf);
   if (!model) return model.error();
   std::error_code error;
   const fs::path folder = fs::absolute(urdf, error).parent_path();
   Digest digest;
-  digest.add(fmt::format("{}", kVersion));
+  digest.add(fmt::format("{} {}", kVersion, tip));
   const std::string text = bytes_of(urdf);
   const Result<std::string> whole = text.find("<xacro:") == std::string::npos ? text : expand_xacro(urdf);
   if (!whole) return whole.error();
@@ -81,6 +81,8 @@ fs::path cache_folder() {
   return home != nullptr && *home != '\0' ? fs::path(home) / ".cache/steadyhand" : fs::path();
 }
 
+bool is_robot_file(const fs::path& file) { return file.extension() == ".yaml" || file.extension() == ".yml"; }
+
 /// The file is there whole or not at all.
 bool keep(const fs::path& file, const std::string& text) {
   std::error_code error;
@@ -97,14 +99,25 @@ bool keep(const fs::path& file, const std::string& text) {
 
 }  // namespace
 
-Result<RobotModel> open_fitted_robot(const std::string& name, const Places& places,
+Result<RobotModel> open_urdf(const std::string& name, const std::string& tip, const Places& places) {
+  const Result<fs::path> file = find_named_file(places, "robots", name);
+  if (tip.empty() || !file) return open_robot(name, places);
+  if (is_robot_file(*file))
+    return Error{fmt::format("--tip is for URDFs; {} says which link carries the tool", file->string())};
+  RobotSettings settings;
+  settings.urdf = *file;
+  settings.tool_link = tip;
+  return load_robot(settings);
+}
+
+Result<RobotModel> open_fitted_robot(const std::string& name, const std::string& tip, const Places& places,
                                      const std::function<void(const std::string&)>& say,
                                      const std::function<void(const std::string&, double)>& progress) {
   const Result<fs::path> file = find_named_file(places, "robots", name);
-  if (!file || file->extension() == ".yaml" || file->extension() == ".yml") return open_robot(name, places);
-  const Result<std::optional<std::string>> digest = digest_of(*file);
+  if (!file || is_robot_file(*file)) return open_urdf(name, tip, places);
+  const Result<std::optional<std::string>> digest = digest_of(*file, tip);
   if (!digest) return digest.error();
-  if (!digest->has_value()) return open_robot(name, places);
+  if (!digest->has_value()) return open_urdf(name, tip, places);
 
   const fs::path folder = cache_folder();
   const fs::path kept = folder / fmt::format("{}-{}.yaml", file->stem().string(), **digest);
@@ -122,6 +135,7 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const Places& plac
   }
   FitSettings settings;
   settings.urdf = *file;
+  settings.tip = tip;
   settings.judged = kJudged;
   settings.progress = progress;
   Result<FitResult> fit = fit_bodies(settings);
