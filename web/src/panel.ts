@@ -51,10 +51,10 @@ const ANSWER_WITHIN = 1;
 
 /** Why the controls cannot be used, and what to do; empty: they can. */
 function whyDisabled(session: Session, present: boolean): string {
-  if (session.past) return 'A recording is shown: go back to now to change these.';
-  if (!present) return 'There is no connection to the arm.';
-  if (!session.paired) return 'To change these, enter the code from the terminal.';
-  return session.mayTake ? '' : `Client ${session.holder} drives: ask for the arm to change these.`;
+  if (session.past) return 'A recording is shown: what is grey acts on now. “Back to now” brings it back.';
+  if (!present) return 'There is no connection to the arm: nothing that is grey can reach it.';
+  if (!session.paired) return 'You are watching: to use what is grey, enter the code from the terminal.';
+  return session.mayTake ? '' : `Client ${session.holder} drives: to use what is grey, ask for the arm.`;
 }
 
 /** deg */
@@ -266,6 +266,7 @@ export class Panel {
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, present));
     why.hidden = why.textContent === '';
+    write(element('objects-hint', HTMLElement), why.textContent || 'Drag them over the floor: the arm keeps away.');
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
       node.disabled = !mayChoose;
