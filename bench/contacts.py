@@ -1,5 +1,5 @@
 """Planning cycles at 500 Hz over random hands, arms, profiles and cells, judged on the meshes: `PYTHONPATH=build/release/python
-python bench/contacts.py [--cycles 1000000] [--robots ur5e_fitted fr3 gen3 so101] [--seed 1]`.
+python bench/contacts.py [--cycles 1000000] [--robots ur5e_fitted fr3 gen3 iiwa14 xarm7 so101] [--seed 1]`.
 
 Each episode of 20 s has another hand (sweeps, turns, jumps and releases), profile and cell of up to 8 objects, a third of which
 are carried by the tool. What is commanded is looked at by other programs' geometry: Pinocchio's kinematics of the URDF, Coal's
@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 
 import coal
 import numpy as np
@@ -179,7 +180,7 @@ def run(name: str, cycles: int, seed: int) -> bool:
     robot, random = meshes.robot, np.random.default_rng([seed, *name.encode()])
     limits = [np.array(robot.description[key]) for key in ("position_min", "position_max", "velocity_max", "acceleration_max")]
     done = beyond = contacts = refused = unsolved = 0
-    least, between, where, begin = np.inf, "", "", time.time()
+    least, between, where, begin, faults = np.inf, "", "", time.time(), Counter()
     while done < cycles:
         state = random.bit_generator.state["state"]["state"]
         cell, standing, carried = random_objects(random, meshes)
@@ -196,7 +197,9 @@ def run(name: str, cycles: int, seed: int) -> bool:
             beyond += bool((q < limits[0] - 3e-6).any() or (q > limits[1] + 3e-6).any() or (abs(dq) > limits[2] + 1e-3).any()
                            or (abs(ddq) > limits[3] + 1e-2).any())  # fmt: skip
             plan = pipeline.plan
-            refused += plan.status == "previous" and plan.fault not in ("none", "spill")
+            if plan.status == "previous" and plan.fault not in ("none", "spill"):
+                refused += 1
+                faults[plan.fault] += 1
             unsolved += plan.status != "solved"
         done += len(way)
         distance, what = first_contact(meshes, np.array(way), standing, carried)
@@ -204,7 +207,7 @@ def run(name: str, cycles: int, seed: int) -> bool:
         if distance < least:
             least, between, where = distance, what, f"episode {done // len(way)}, {profile}, {cell!r}, state {state}"
     print(f"{name:12} {done} cycles, {beyond} beyond a limit; {contacts} of {done // int(EPISODE * RATE)} episodes with a contact of meshes, "
-          f"smallest distance {1e3 * least:.2f} mm ({between}; {where}); {1e2 * refused / done:.4f} % of plans refused by the check, "
+          f"smallest distance {1e3 * least:.2f} mm ({between}; {where}); {1e2 * refused / done:.4f} % of plans refused by the check {dict(faults) or ''}, "
           f"{1e2 * unsolved / done:.3f} % not solved to the optimum; {time.time() - begin:.0f} s", flush=True)  # fmt: skip
     return beyond == 0 and contacts == 0
 
@@ -212,7 +215,7 @@ def run(name: str, cycles: int, seed: int) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--cycles", type=int, default=1_000_000, help="over all robots")
-    parser.add_argument("--robots", nargs="+", default=["ur5e_fitted", "fr3", "gen3", "so101"])
+    parser.add_argument("--robots", nargs="+", default=["ur5e_fitted", "fr3", "gen3", "iiwa14", "xarm7", "so101"])
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     good = [run(robot, arguments.cycles // len(arguments.robots), arguments.seed) for robot in arguments.robots]
