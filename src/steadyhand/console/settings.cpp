@@ -136,10 +136,12 @@ SettingsTable describe(SessionSettings& s) {
         ur.lost_cycles_max, up_to(1.0));
 
   GlassSettings& glass = live.glass;
-  t.add("glass.radius", "m", "inside", glass.radius, up_to(1.0));
+  t.add("glass.radius", "m", "inside, of the liquid's surface", glass.radius, up_to(1.0));
   t.add("glass.height", "m", "inside", glass.height, up_to(2.0));
   t.add("glass.fill", "m", "of liquid, less than the height", glass.fill, up_to(2.0));
   t.add("glass.viscosity", "m^2/s", "of the liquid; water's is 1e-6", glass.viscosity, at_most(1.0));
+  t.add("glass.frequency_factor", "", "of the liquid, over that in a cylinder of this radius and fill (docs/profiles.md)",
+        glass.frequency_factor, {0.2, 5.0});
 
   t.add("recording.enabled", "write the session to a file", s.recording.enabled);
   t.add("recording.folder", "of the files", s.recording_folder);

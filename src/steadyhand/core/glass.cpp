@@ -13,7 +13,7 @@ constexpr double kBesselZero = 1.8411837813;
 
 double slosh_frequency(const GlassSettings& glass) {
   const double k = kBesselZero / glass.radius;
-  return std::sqrt(kGravity.z() * k * std::tanh(k * glass.fill));
+  return glass.frequency_factor * std::sqrt(kGravity.z() * k * std::tanh(k * glass.fill));
 }
 
 double slosh_damping(const GlassSettings& glass) {

@@ -67,7 +67,8 @@ Node Evaluation::node(int k) const {
           times_[k],
           instance_->near,
           ocp_->liquid() ? &slosh_[k] : nullptr,
-          &instance_->liquid};
+          &instance_->liquid,
+          &instance_->u_followed};
 }
 
 const SloshStep& Evaluation::slosh_step(int k) const {

@@ -16,7 +16,7 @@ Objectives default_objectives() {
           make_acceleration_objective(), make_lateral_objective(),     make_vertical_objective()};
 }
 
-Objectives optional_objectives() { return {make_posture_objective()}; }
+Objectives optional_objectives() { return {make_posture_objective(), make_acceleration_step_objective()}; }
 
 void add_optional_objectives(OcpSettings& settings) {
   for (const auto& optional : optional_objectives()) {
@@ -65,6 +65,8 @@ Status check(const LiquidSettings& liquid) {
   }
   if (!(glass.viscosity >= 0.0 && glass.viscosity <= 1.0))
     return Error{fmt::format("the liquid's viscosity is {}; it must be from 0 to 1 m^2/s", glass.viscosity)};
+  if (!(glass.frequency_factor >= 0.2 && glass.frequency_factor <= 5.0))
+    return Error{fmt::format("the glass's frequency_factor is {}; it must be from 0.2 to 5", glass.frequency_factor)};
   if (!(liquid.margin >= 0.0 && liquid.margin <= kLargest))
     return Error{fmt::format("the liquid's margin is {} m; it must be from 0 to {}", liquid.margin, kLargest)};
   for (const double factor : liquid.frequencies) {
@@ -219,6 +221,8 @@ Status Ocp::check(const OcpInstance& instance) const {
   if (liquid_ && !(instance.liquid.state.allFinite() && std::isfinite(instance.liquid.room))) {
     return Error{"the liquid's state or room has a number that is not finite"};
   }
+  if (const auto size = instance.u_followed.size(); (size != 0 && size != dof()) || !instance.u_followed.allFinite())
+    return Error{fmt::format("u_followed has {} numbers; it must have {} finite ones, or none", size, dof())};
   if (instance.weights.size() != objectives_.size()) {
     return Error{fmt::format("{} weights for {} objectives", instance.weights.size(), objectives_.size())};
   }

@@ -28,6 +28,7 @@ struct OcpInstance {
   std::vector<JointVector> weights;  ///< by index of Ocp::objectives()
   NearObstacles near;                ///< one for each row of the constraint of obstacles
   LiquidInstance liquid;             ///< in a problem with a liquid
+  JointVector u_followed;            ///< rad/s^2, the acceleration that the arm has until node 0; empty: none
 };
 
 /// The optimal control problem of docs/formulation.md as data: minimise dt * sum of objectives subject to the exact

@@ -42,6 +42,7 @@ struct LiquidSettings {
   /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
   double least_weight = 0.3;
   double lean_max = 20.0 * M_PI / 180.0;  ///< rad, (0, pi/2]: of the glass's axis, from the vertical
+  bool operator==(const LiquidSettings&) const = default;
 };
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.

@@ -93,7 +93,8 @@ class SloshModel {
 
 /// What a problem knows of the liquid at its node 0.
 struct LiquidInstance {
-  SloshModel model;  ///< of intervals of the problem's dt
+  SloshModel model;     ///< of intervals of the problem's dt
+  GlassSettings glass;  ///< that the model is of
   /// False: the liquid does not count. Its rows are far inside their bounds, and a solver may leave out its states.
   bool counts = true;
   double room = 0.0;  ///< m, how high a wave may be

@@ -49,6 +49,7 @@ struct NodeOf {
   const NearObstacles& near;                    ///< of the instance
   const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
   const LiquidInstance* liquid = nullptr;       ///< of the instance; null likewise
+  const JointVector* u_followed = nullptr;      ///< of the instance
 };
 using Node = NodeOf<double>;
 

@@ -168,6 +168,7 @@ Status Planner::set_glass(const GlassSettings& glass) {
   settings.glass = glass;
   if (Status s = check(settings); !s) return s.error();
   liquid_->set_glass(glass);
+  instance_.liquid.glass = glass;
   instance_.liquid.model = SloshModel(glass, ocp_.dt(), settings.frequencies);
   instance_.liquid.room = std::max(0.25 * glass.freeboard(), glass.freeboard() - settings.margin);
   freeboard_ = glass.freeboard();
@@ -187,6 +188,7 @@ const Plan& Planner::update(const Reference& reference) {
   const JointCommand now = sample(plan_, reference.start);
   instance_.x0.resize(2 * ocp_.dof());
   instance_.x0 << now.q, now.dq;
+  instance_.u_followed = sample(plan_, reference.start - Time(1)).ddq;
   instance_.reference = reference;
   if (liquid_) instance_.liquid.state = liquid_->at(plan_, liquid_at_start_, reference.start);
   warm_start_.shift(instance_.x0, reference.start);

@@ -106,7 +106,7 @@ class BatchEvaluation {
   NodeBatch node(int b) const {
     const Batch& batch = batches_[b];
     return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref, batch.time, near_,
-             ocp_.liquid() ? &batch.slosh : nullptr, &liquid_},
+             ocp_.liquid() ? &batch.slosh : nullptr, &liquid_, &u_followed_},
             scratch_};
   }
   /// Whether node 0 stands alone in batch b and is known as Start.
@@ -122,6 +122,7 @@ class BatchEvaluation {
   int state_batches_;
   NearObstacles near_;                         ///< of the instance
   LiquidInstance liquid_;                      ///< the same
+  JointVector u_followed_;                     ///< the same
   std::vector<SloshIntervalOf<Lanes>> slosh_;  ///< intervals kLanes b to kLanes b + kLanes - 1
   std::vector<SloshStep> slosh_steps_;         ///< by interval
   std::vector<int> weighted_;                  ///< objectives whose weight is not 0
