@@ -63,6 +63,59 @@ TEST(ProblemJson, RoundTrips) {
   EXPECT_EQ(read.tolerance, 1e-7);
 }
 
+TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
+  std::mt19937 random(2);
+  const RobotModel model = random_arm(6, random);
+  OcpSettings settings;
+  settings.liquid.emplace().price = 70.0;
+  settings.weights["acceleration_step"] = {0.1};
+  add_optional_objectives(settings);
+  const Ocp ocp(model, settings);
+  OcpInstance instance;
+  instance.x0 = StateVector::Random(12);
+  instance.u_followed = JointVector::Random(6);
+  instance.weights = *ocp.weights(settings.weights);
+  instance.reference.nodes = 8;
+  for (int k = 0; k < 8; ++k) {
+    instance.reference.p[k] = Vector3::Random();
+    instance.reference.R[k].setIdentity();
+  }
+  GlassSettings glass = settings.liquid->glass;
+  glass.fill = 0.07;
+  glass.frequency_factor = 0.9;
+  instance.liquid = {SloshModel(glass, ocp.dt(), settings.liquid->frequencies), glass, false, 0.0123,
+                     SloshState::Random()};
+  const auto path = write("");
+  ASSERT_TRUE(write_problems({to_record(ocp, instance, Trajectory(6, 8), 1e-6)}, path));
+  const auto file = read_problems(path);
+  ASSERT_TRUE(file) << file.error().message;
+  const ProblemRecord& read = file->problems[0];
+  EXPECT_EQ(read.u_followed, instance.u_followed);
+  ASSERT_TRUE(read.liquid);
+  LiquidSettings expected = *settings.liquid;
+  expected.glass = glass;
+  EXPECT_EQ(read.liquid->settings, expected);
+  EXPECT_FALSE(read.liquid->counts);
+  EXPECT_EQ(read.liquid->room, 0.0123);
+  EXPECT_EQ(read.liquid->state, instance.liquid.state);
+
+  Json json = Json::parse(std::ifstream(path))[0];
+  const auto message = [&](const std::string& key, const Json& value) {
+    Json spoilt = json;
+    value.is_null() ? void(spoilt["liquid"].erase(key)) : void(spoilt["liquid"][key] = value);
+    const auto result = parse_problems(spoilt.dump(), "");
+    return result ? "" : result.error().message;
+  };
+  EXPECT_EQ(message("fill", 0.06), "");
+  EXPECT_EQ(message("fill", nullptr), "problem.liquid.fill: is missing");
+  EXPECT_EQ(message("fill", "full"), "problem.liquid.fill: is \"full\"; it must be a number");
+  EXPECT_EQ(message("counts", 1), "problem.liquid.counts: must be true or false");
+  EXPECT_NE(message("colour", 1).find("problem.liquid.colour: is unknown; the keys are"), std::string::npos);
+  EXPECT_EQ(message("state", {1.0, 2.0}), "problem.liquid.state: has 2 entries; it must have 15");
+  json["u_followed"] = {1.0};
+  EXPECT_EQ(message("fill", 0.06), "problem.u_followed: has 1 entries; it must have 6");
+}
+
 TEST(ProblemJson, OneProblemNeedsNoGuess) {
   const auto file = read_problems(write(good_problem().dump()));
   ASSERT_TRUE(file) << file.error().message;

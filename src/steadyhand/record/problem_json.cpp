@@ -1,6 +1,7 @@
 #include "steadyhand/record/problem_json.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <fstream>
@@ -73,16 +74,55 @@ NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
   return result;
 }
 
+/// The numbers of a liquid that stand under a key of their own.
+template <typename Liquid, typename Each>
+void for_each_number(Liquid& liquid, const Each& each) {
+  auto& settings = liquid.settings;
+  each("radius", settings.glass.radius);
+  each("height", settings.glass.height);
+  each("fill", settings.glass.fill);
+  each("viscosity", settings.glass.viscosity);
+  each("frequency_factor", settings.glass.frequency_factor);
+  each("price", settings.price);
+  each("least_weight", settings.least_weight);
+  each("lean", settings.lean_max);
+  each("room", liquid.room);
+}
+
+LiquidRecord liquid(const OrderedJson& json, const std::string& key) {
+  if (!json.is_object()) json::fail(key, "must be an object");
+  LiquidRecord result;
+  std::set<std::string> known{"frequencies", "state", "counts"};
+  for_each_number(result, [&](const char* name, double& value) {
+    known.insert(name);
+    value = json::number(json::member(json, key, name), key + "." + name);
+  });
+  for (const auto& [name, value] : json.items()) {
+    if (!known.contains(name))
+      json::fail(key + "." + name, fmt::format("is unknown; the keys are {}", fmt::join(known, ", ")));
+  }
+  const auto factors = json::vector<std::vector<double>>(json::member(json, key, "frequencies"), key + ".frequencies",
+                                                         kSloshModes);
+  std::copy(factors.begin(), factors.end(), result.settings.frequencies.begin());
+  result.state = json::vector<Eigen::VectorXd>(json::member(json, key, "state"), key + ".state", kSloshStates);
+  if (json.contains("counts")) {
+    if (!json["counts"].is_boolean()) json::fail(key + ".counts", "must be true or false");
+    result.counts = json["counts"].get<bool>();
+  }
+  return result;
+}
+
 ProblemRecord problem(const OrderedJson& json, const std::string& key) {
   if (!json.is_object()) json::fail(key, "must be an object");
   static const std::set<std::string> known{"robot",     "dt",        "horizon", "x0",        "weights",
-                                           "reference", "obstacles", "guess",   "tolerance", "position_margin"};
+                                           "reference", "obstacles", "guess",   "tolerance", "position_margin",
+                                           "u_followed", "liquid"};
   for (const auto& [name, value] : json.items()) {
     if (!known.contains(name)) {
       json::fail(
           key + "." + name,
-          "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, guess, "
-          "tolerance");
+          "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, "
+          "u_followed, liquid, guess, tolerance");
     }
   }
   ProblemRecord result;
@@ -127,6 +167,9 @@ ProblemRecord problem(const OrderedJson& json, const std::string& key) {
         json::vector<JointVector>(json["position_margin"], key + ".position_margin", x0.size() / 2);
   }
   if (json.contains("obstacles")) result.near = obstacles(json["obstacles"], key + ".obstacles");
+  if (json.contains("u_followed"))
+    result.u_followed = json::vector<JointVector>(json["u_followed"], key + ".u_followed", x0.size() / 2);
+  if (json.contains("liquid")) result.liquid = liquid(json["liquid"], key + ".liquid");
   if (json.contains("guess") && !json["guess"].is_null()) {
     if (!json["guess"].is_object()) json::fail(key + ".guess", "must be an object");
     result.guess = trajectory(json["guess"], key + ".guess", result.horizon, result.x0.size());
@@ -163,6 +206,14 @@ OrderedJson to_json(const ProblemRecord& problem) {
     entry["depth"] = near.depth;
     if (near.corner >= 0) entry["corner"] = near.corner;
     json["obstacles"].push_back(std::move(entry));
+  }
+  if (problem.u_followed.size() > 0) json["u_followed"] = numbers_json(problem.u_followed);
+  if (problem.liquid) {
+    OrderedJson& liquid = json["liquid"];
+    for_each_number(*problem.liquid, [&](const char* name, double value) { liquid[name] = value; });
+    liquid["frequencies"] = problem.liquid->settings.frequencies;
+    liquid["counts"] = problem.liquid->counts;
+    liquid["state"] = numbers_json(problem.liquid->state);
   }
   for (const auto& [name, values] : problem.weights) {
     json["weights"][name] = values.size() == 1 ? OrderedJson(values[0]) : OrderedJson(values);
@@ -213,6 +264,13 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
   record.position_margin = ocp.position_margin();
   std::copy_if(instance.near.begin(), instance.near.end(), std::back_inserter(record.near),
                [](const NearObstacle& near) { return near.body >= 0; });
+  for (const auto& objective : ocp.objectives())
+    if (objective->name() == "acceleration_step") record.u_followed = instance.u_followed;
+  if (ocp.liquid()) {
+    const LiquidInstance& liquid = instance.liquid;
+    record.liquid = {*ocp.liquid(), liquid.counts, liquid.room, liquid.state};
+    record.liquid->settings.glass = liquid.glass;
+  }
   record.guess = guess;
   record.tolerance = tolerance;
   return record;

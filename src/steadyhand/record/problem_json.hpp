@@ -13,6 +13,14 @@
 
 namespace steadyhand {
 
+/// The liquid of a problem, and where it is at node 0.
+struct LiquidRecord {
+  LiquidSettings settings;
+  bool counts = true;
+  double room = 0.0;  ///< m, as LiquidInstance has it
+  SloshState state = SloshState::Zero();
+};
+
 /// One problem as `steadyhand solve` reads it: docs/formulation.md gives the JSON.
 struct ProblemRecord {
   std::string robot;
@@ -23,6 +31,8 @@ struct ProblemRecord {
   Reference reference;
   JointVector position_margin;  ///< rad (m), as OcpSettings has it
   NearObstacles near;           ///< those that a row is for
+  JointVector u_followed;       ///< rad/s^2, as OcpInstance has it
+  std::optional<LiquidRecord> liquid;
   std::optional<Trajectory> guess;
   double tolerance = 1e-6;
 };

@@ -35,9 +35,17 @@ Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std
   OcpSettings settings;
   settings.weights = problem.weights;
   add_optional_objectives(settings);
-  if (!prepared.ocp || prepared.ocp->horizon() != problem.horizon || prepared.ocp->obstacle_rows() != rows ||
+  if (problem.liquid) settings.liquid = problem.liquid->settings;
+  const auto names = [](const Objectives& objectives) {
+    std::vector<std::string> result;
+    for (const auto& each : objectives) result.push_back(each->name());
+    return result;
+  };
+  const LiquidSettings* liquid = prepared.ocp ? prepared.ocp->liquid() : nullptr;
+  const bool same_liquid = settings.liquid ? liquid && *liquid == *settings.liquid : !liquid;
+  if (!prepared.ocp || !same_liquid || prepared.ocp->horizon() != problem.horizon || prepared.ocp->obstacle_rows() != rows ||
       prepared.ocp->position_margin() != problem.position_margin || prepared.ocp->dt() != problem.dt ||
-      prepared.ocp->objectives().size() != settings.objectives.size() || prepared.tolerance != problem.tolerance) {
+      names(prepared.ocp->objectives()) != names(settings.objectives) || prepared.tolerance != problem.tolerance) {
     settings.horizon = problem.horizon;
     settings.dt = problem.dt;
     settings.obstacle_rows = rows;
@@ -62,6 +70,12 @@ Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
   instance.reference = problem.reference;
   instance.near = problem.near;
   instance.near.resize(ocp.obstacle_rows());
+  instance.u_followed = problem.u_followed;
+  if (problem.liquid) {
+    const LiquidSettings& liquid = problem.liquid->settings;
+    instance.liquid = {SloshModel(liquid.glass, ocp.dt(), liquid.frequencies), liquid.glass, problem.liquid->counts,
+                       problem.liquid->room, problem.liquid->state};
+  }
   Result<std::vector<JointVector>> weights = ocp.weights(problem.weights);
   if (!weights) return weights.error();
   instance.weights = *std::move(weights);
