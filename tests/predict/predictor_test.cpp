@@ -336,6 +336,38 @@ TEST(DecayingPrediction, IsNearerThanConstantVelocityOnReaches) {
 }
 
 /// It finds the velocity of a hand that goes on, and then lets it decay: far ahead the hand rests.
+/// Further the later and the faster; nothing is said of a hand that is lost, and of constant velocity.
+TEST(DecayingPrediction, KnowsHowFarOffItMayBe) {
+  PredictorSettings settings;
+  settings.model = Prediction::kDecaying;
+  const Predictor fresh(settings);
+  EXPECT_EQ(fresh.spread(Time(0)).along, 0.0);
+  Predictor predictor(settings);
+  const auto pass = [&](double speed) {
+    predictor = Predictor(settings);
+    Motion motion{Vector3::Zero(), Vector3(speed, 0.0, 0.0), Vector3::Zero(), Quaternion::Identity()};
+    for (int i = 0; i < 60; ++i) predictor.update(motion.at(0.011 * i));
+    return predictor.newest().stamp.hand;
+  };
+  const Time slow_end = pass(0.1);
+  double before = 0.0;
+  for (const double ahead : {0.0, 0.05, 0.1, 0.2, 0.4, 0.8}) {
+    const Spread spread = predictor.spread(slow_end + from_seconds(ahead));
+    EXPECT_GT(spread.along, before);
+    EXPECT_GE(spread.along, spread.across);
+    before = spread.along;
+  }
+  const Spread slow = predictor.spread(slow_end + from_seconds(0.2));
+  const Spread fast = predictor.spread(pass(1.0) + from_seconds(0.2));
+  EXPECT_GT(fast.along, 3.0 * slow.along);
+  EXPECT_GT(fast.across, 1.5 * slow.across);
+  const Reference reference = predictor.predict(predictor.newest().stamp.hand);
+  EXPECT_EQ(reference.spread[3].along, fast.along);
+  EXPECT_EQ(predictor.predict(predictor.newest().stamp.hand + from_seconds(1.0)).spread[0].along, 0.0);  // lost
+  predictor.set_model(Prediction::kConstantVelocity);
+  EXPECT_EQ(predictor.predict(predictor.newest().stamp.hand).spread[3].along, 0.0);
+}
+
 TEST(DecayingPrediction, ComesToRest) {
   Random random(12);
   for (int trial = 0; trial < 200; ++trial) {

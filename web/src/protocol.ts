@@ -60,6 +60,8 @@ export interface StateMessage {
   clearance: Measure;
   nearest: [number, number];
   path: Vec3[];
+  /** Where the hand is expected, x, y and z, and standard deviations along and across its way, m; 0: not known. */
+  prediction: [number, number, number, number, number][];
   liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean; spilled_share: number };
   solve_us: Timing;
   latency_us: Timing;

@@ -28,6 +28,12 @@ struct Target {
   Time look_ahead{0};    ///< as the operator sample's
 };
 
+/// How far off a predicted position may be: standard deviations along the way that the hand goes, and in each direction
+/// across it, m. 0: not known.
+struct Spread {
+  double along = 0.0, across = 0.0;
+};
+
 /// The predicted target over the planner's horizon: entry k-1 holds node k = 1..nodes at time start + k * dt.
 struct Reference {
   Stamp stamp;
@@ -36,6 +42,7 @@ struct Reference {
   int nodes = 0;                       ///< N
   std::array<Vector3, kMaxHorizon> p;  ///< m, base frame
   std::array<Matrix3, kMaxHorizon> R;  ///< controlled frame to base
+  std::array<Spread, kMaxHorizon> spread{};
 };
 
 /// How a plan came about.

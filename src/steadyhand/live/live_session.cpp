@@ -300,6 +300,7 @@ void LiveSession::refresh() {
     arm_kinematics_.set_position(plan.x[k].head(plan.joints));
     s.path[k] = {arm_kinematics_.p(), Quaternion(arm_kinematics_.R())};
   }
+  s.prediction = planner_view_.reference;
   s.liquid = monitor_.liquid();
   s.solve_us = links_->solve_us.summary();
   s.latency_us = links_->latency_us.summary();

@@ -113,6 +113,7 @@ void PlanningStage::step(Time now) {
   const bool moves = start < followed_.start + from_seconds(followed_.intervals * followed_.dt);
   const SupervisionState state = report_.state;
   if (!following_) view_.constraint = {};
+  view_.reference.nodes = 0;
   if (following_) {
     plan_following(start);
   } else if (moves && (state == SupervisionState::kReady || state == SupervisionState::kHolding || report_.soft_stop)) {
@@ -240,7 +241,9 @@ void PlanningStage::send_target(const Target& target) {
 }
 
 void PlanningStage::plan_following(Time start) {
-  if (!solve(start, weights_)) return;
+  const bool solved = solve(start, weights_);
+  view_.reference = scaled_.planner->instance().reference;
+  if (!solved) return;
   send(scaled_.planner->plan());
   view_.constraint = active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance().reference,
                                        reach_, scaled_.arm, settings_.planner.obstacles);

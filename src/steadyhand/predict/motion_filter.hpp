@@ -1,6 +1,6 @@
 #pragma once
 
-#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/arrows.hpp"
 
 namespace steadyhand {
 
@@ -16,6 +16,8 @@ class MotionFilter {
 
   /// Where it will be, s after the last measurement: velocity and acceleration decay, as hands come to rest.
   Pose ahead(double t) const;
+  /// How far off ahead(t).p may be. It grows with the time, and with how fast the hand is and how fast that changes.
+  Spread spread(double t) const;
   const Vector3& velocity() const { return velocity_; }                  ///< m/s
   const Vector3& angular_velocity() const { return angular_velocity_; }  ///< rad/s, in the frame of the pose
 

@@ -91,6 +91,11 @@ Pose Predictor::at(Time t) const {
   return {newest_.X_base_tool.p + elapsed * velocity_, rotation(elapsed * angular_velocity_) * newest_.X_base_tool.q};
 }
 
+Spread Predictor::spread(Time t) const {
+  if (settings_.model != Prediction::kDecaying || count_ == 0) return {};
+  return filter_.spread(to_seconds(t - time_of(newest_)));
+}
+
 Reference Predictor::predict(Time start) const {
   Reference reference;
   reference.stamp = {newest_.stamp.hand, start};
@@ -99,12 +104,14 @@ Reference Predictor::predict(Time start) const {
   reference.nodes = count_ == 0 ? 0 : std::clamp(settings_.horizon, 0, kMaxHorizon);
   const bool lost = to_seconds(start - newest_.stamp.hand) > settings_.max_gap;
   for (int k = 0; k < reference.nodes; ++k) {
-    const Pose target = lost ? newest_.X_base_tool : at(start + from_seconds((k + 1) * settings_.dt));
+    const Time then = start + from_seconds((k + 1) * settings_.dt);
+    const Pose target = lost ? newest_.X_base_tool : at(then);
     const Vector3 from_center = target.p - settings_.reach_center;
     const double distance = from_center.norm();
     const bool beyond = distance > settings_.reach;
     reference.p[k] = beyond ? Vector3(settings_.reach_center + (settings_.reach / distance) * from_center) : target.p;
     reference.R[k] = target.q.toRotationMatrix();
+    if (!lost) reference.spread[k] = spread(then);
   }
   return reference;
 }

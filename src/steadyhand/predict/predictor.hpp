@@ -52,6 +52,8 @@ class Predictor {
   void update(const Target& target);
   /// Where the target is at time t, if it goes on as it does; not clipped. Before any target: the identity.
   Pose at(Time t) const;
+  /// How far off at(t).p may be; not known of constant velocities, and before any target.
+  Spread spread(Time t) const;
   /// Nodes 1..N at start + k * dt. Before any target: nodes = 0. If the newest target is older than max_gap at the
   /// start: at rest where the hand was seen last.
   Reference predict(Time start) const;

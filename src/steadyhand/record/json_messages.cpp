@@ -84,6 +84,12 @@ void append_json(JsonBuffer& out, const Reference& reference) {
   for (int k = 0; k < reference.nodes; ++k) write_pose(*json, reference.p[k], Quaternion(reference.R[k]));
   json->end_array();
   json->member("dt_s", reference.dt);
+  for (const auto& [key, part] : {std::pair("along_m", &Spread::along), std::pair("across_m", &Spread::across)}) {
+    json->key(key);
+    json->begin_array();
+    for (int k = 0; k < reference.nodes; ++k) json->value(reference.spread[k].*part);
+    json->end_array();
+  }
 }
 
 void append_json(JsonBuffer& out, const Plan& plan, std::span<const Pose> path) {

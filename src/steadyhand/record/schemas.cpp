@@ -75,6 +75,9 @@ Schema poses_in_frame() {
   properties["poses"] = array(pose("Pose in 3D space"), "Poses in 3D space");
   properties["dt_s"] = number(
       "time from one pose to the next, s; the first pose of /plan is at timestamp, that of /reference dt_s later");
+  properties["along_m"] = joints(
+      "/reference: standard deviations of the poses' positions along the way that the hand goes, m; 0: not known");
+  properties["across_m"] = joints("/reference: likewise, in each direction across it");
   properties["origin"] = text("/plan: solved, feasible or previous");
   properties["nodes"] = array(node, "/plan: the joints at the poses");
   return finish("foxglove.PosesInFrame", "An array of timestamped poses for an object or reference frame in 3D space",

@@ -452,6 +452,14 @@ std::string state_message(const OperatorView& s) {
     json->value(s.path[static_cast<std::size_t>(k)].p);
   }
   json->end_array();
+  json->key("prediction");
+  json->begin_array();
+  for (int k = 0; k < s.prediction.nodes; ++k) {
+    const Vector3& p = s.prediction.p[k];
+    const Spread& spread = s.prediction.spread[k];
+    json->value(std::array{p.x(), p.y(), p.z(), spread.along, spread.across});
+  }
+  json->end_array();
   json->key("liquid");
   json->begin_object();
   json->member("tilt", std::array{s.liquid.tilt_x, s.liquid.tilt_y});

@@ -14,7 +14,7 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
   readonly #color: THREE.BufferAttribute;
 
   /** @param thickness m, of its beginning; @param opacity there */
-  constructor(capacity: number, private readonly thickness: number, private readonly opacity: number) {
+  constructor(capacity: number, private readonly thickness: number, protected readonly opacity: number) {
     const geometry = new THREE.BufferGeometry();
     const position = new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 3), 3);
     const color = new THREE.BufferAttribute(new Float32Array(capacity * SIDES * 4).fill(1), 4);
@@ -41,7 +41,7 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
 
   begin(): void { this.#count = 0; }
 
-  append(point: Vec3): void {
+  append(point: ArrayLike<number>): void {
     if (this.#count < this.capacity) this.#put(this.#count++, point);
   }
 
@@ -53,9 +53,15 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
   }
 
   /** Number by number: `set` would box each. */
-  #put(k: number, point: Vec3): void {
+  #put(k: number, point: ArrayLike<number>): void {
     for (let i = 0; i < 3; ++i) this.#points[3 * k + i] = point[i]!;
   }
+
+  /** m. @param rest 1 at the first point, 0 at the last */
+  protected radius(_k: number, rest: number): number { return this.thickness * (0.25 + 0.75 * rest); }
+
+  /** How much of what is behind it hides. */
+  protected strength(rest: number): number { return this.opacity * rest; }
 
   /** Shows the points since begin(). In plain numbers: calls of three.js' vectors would box each of them. */
   end(): void {
@@ -73,13 +79,13 @@ export class Ribbon extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMate
       const steep = Math.abs(tz) > 0.95, across = steep ? Math.sqrt(ty * ty + tz * tz) : Math.sqrt(tx * tx + ty * ty);
       const sx = steep ? 0 : -ty / across, sy = (steep ? -tz : tx) / across, sz = steep ? ty / across : 0;
       const ux = ty * sz - tz * sy, uy = tz * sx - tx * sz, uz = tx * sy - ty * sx;
-      const rest = 1 - k / Math.max(1, n - 1), radius = this.thickness * (0.25 + 0.75 * rest);
+      const rest = 1 - k / Math.max(1, n - 1), radius = this.radius(k, rest);
       for (let i = 0; i < SIDES; ++i) {
         const c = radius * cos[i]!, s = radius * sin[i]!, v = k * SIDES + i;
         at[3 * v] = p[3 * k]! + c * sx + s * ux;
         at[3 * v + 1] = p[3 * k + 1]! + c * sy + s * uy;
         at[3 * v + 2] = p[3 * k + 2]! + c * sz + s * uz;
-        colors[4 * v + 3] = this.opacity * rest;
+        colors[4 * v + 3] = this.strength(rest);
       }
     }
     this.#position.needsUpdate = true;

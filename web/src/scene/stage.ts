@@ -11,6 +11,7 @@ import { Ribbon } from './ribbon';
 import { Room, TABLE } from './room';
 import { Spill } from './spill';
 import { Surroundings } from './surroundings';
+import { Tube } from './tube';
 import { View } from './view';
 
 export const STATE_COLORS: Record<SessionState, number> = {
@@ -60,6 +61,7 @@ export class Stage {
   #double: Arm | null = null;
   readonly #room = new Room();
   readonly #path = new Ribbon(132, 0.0055, 0.95);
+  readonly #tube = new Tube(128);
   readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
   readonly #reach: THREE.Mesh;
   readonly #spill: Spill;
@@ -111,7 +113,8 @@ export class Stage {
       new THREE.MeshBasicMaterial({ color: 0x7b8794, wireframe: true, transparent: true, opacity: 0.08 }));
     this.#reach.visible = false;
     this.#trail.paint(0x8a94a0);
-    this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#reach);
+    this.#tube.paint(0x2f7fd0);
+    this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#tube, this.#reach);
     this.#now(false);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.#pace = new Pace(software ? COARSEST : 0);
@@ -219,7 +222,7 @@ export class Stage {
   }
 
   #now(shown: boolean): void {
-    this.ghost.visible = this.#path.visible = this.#trail.visible = shown;
+    this.ghost.visible = this.#path.visible = this.#tube.visible = this.#trail.visible = shown;
     if (shown && this.#double) this.#double.visible = false;
   }
 
@@ -240,6 +243,7 @@ export class Stage {
     for (let k = 0; k < state.path.length; ++k) this.#path.append(state.path[k]!);
     this.#path.end();
     this.#path.paint(color);
+    this.#tube.show(state);
     if (state.now_s === this.#shownAt) return;
     // A session that began anew has no past.
     if (state.now_s < this.#shownAt || state.now_s > this.#shownAt + 1) this.#trail.begin();

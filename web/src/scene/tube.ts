@@ -1,0 +1,32 @@
+import type { StateMessage } from '../protocol';
+import { Ribbon } from './ribbon';
+
+/** Standard deviations across the way of the hand that the tube shows: it holds it in seven of eight cases. */
+const SHOWN = 2;
+
+/** Where the hand may be over the horizon: around its expected way, as wide as that is unsure. */
+export class Tube extends Ribbon {
+  readonly #radii: Float32Array;
+
+  constructor(nodes: number) {
+    super(nodes + 1, 0, 0.14);
+    this.#radii = new Float32Array(nodes + 1);
+  }
+
+  protected override radius(k: number): number { return this.#radii[k]!; }
+  protected override strength(): number { return this.opacity; }
+
+  /** From the target on; nothing where the spread is not known. */
+  show({ prediction, target }: StateMessage): void {
+    this.begin();
+    if (prediction.some((node) => node[4] > 0)) {
+      this.append(target.p);
+      for (let k = 0; k < prediction.length && k + 1 < this.capacity; ++k) {
+        const node = prediction[k]!;
+        this.#radii[k + 1] = SHOWN * node[4];
+        this.append(node);
+      }
+    }
+    this.end();
+  }
+}
