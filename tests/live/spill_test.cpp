@@ -72,5 +72,35 @@ TEST(Spill, PouringIsAllowedAndNothingSteps) {
   EXPECT_GT((session.glass(session.last_command.q).q * Vector3::UnitZ()).z(), std::cos(0.05));
 }
 
+/// From upright to pouring and back while a hand moves that holds its glass level: what only moves spills nothing.
+TEST(Spill, SwitchingBetweenUprightAndPouringSpillsNothing) {
+  VirtualSession session(with("carry"));
+  session.hand = [](double t) {
+    Pose pose = brisk(0.6 * t);
+    pose.q = Eigen::AngleAxisd(0.4 * std::sin(1.1 * t), Vector3::UnitZ());
+    return pose;
+  };
+  ASSERT_TRUE(session.grip());
+  OperatorSettings settings;
+  settings.scale = 0.5;
+  Pose before = session.glass(session.last_command.q);
+  double fastest = 0.0;
+  for (int change = 0; change < 20; ++change) {
+    settings.no_spill = change % 2 == 1;
+    settings.tilt_max = settings.no_spill ? 0.0 : M_PI;
+    session.planner_side().settings.write(settings);
+    for (int step = 0; step < 10; ++step) {
+      session.run(0.03 + 0.002 * change);
+      const Pose now = session.glass(session.last_command.q);
+      fastest = std::max(fastest, (now.p - before.p).norm() / (0.03 + 0.002 * change));
+      before = now;
+    }
+    EXPECT_FALSE(session.monitor().liquid().spilled) << "change " << change;
+  }
+  EXPECT_GT(fastest, 0.1);  // m/s: it moves
+  EXPECT_EQ(session.state(), SupervisionState::kEngaged);
+  session.expect_safe();
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -127,7 +127,7 @@ test('leads, feels limits, loses the hand, scales, looks forward, also in the re
   await say(page, { type: 'request', kind: 'scale', value: 2 }); // so that the little that a slow machine sees of the motion is enough
   await until(async () => (await state(page)).controls.scale === 2, 'the scale');
   const begin = await state(watcher);
-  await press('right', 'trigger'); // for a gripper: it moves nothing
+  await press('right', 'trigger'); // before a grip it means nothing
   const lead = (by, done) => until(async () => {
     await place('right', HOME.right);
     await squeeze('right');
@@ -163,6 +163,28 @@ test('leads, feels limits, loses the hand, scales, looks forward, also in the re
   assert.equal(await page.evaluate(() => globalThis.steadyhand.stage.scene.background), null, 'the real room is the backdrop');
   await leave();
   assert.deepEqual(page.complaints, []);
+});
+
+test('the trigger pours in a grip, and what ends the grip ends that', async () => {
+  const tilted = (to, what) => until(async () => Math.abs((await state(page)).controls.tilt - to) < 1e-3, what);
+  await say(page, { type: 'request', kind: 'tilt', value: 0.25 });
+  await tilted(0.25, 'the tilt');
+  await press('right', 'trigger'); // before the grip it means nothing
+  await squeeze('right');
+  await frames();
+  await tilted(0.25, 'the tilt to stay');
+  await press('right', 'trigger', 0);
+  await frames();
+  await press('right', 'trigger');
+  await tilted(Math.PI, 'the trigger to pour');
+  await press('right', 'trigger', 0);
+  await tilted(0.25, 'the tilt that was before');
+  await frames();
+  await press('right', 'trigger');
+  await tilted(Math.PI, 'the trigger to pour again');
+  await press('right', 'squeeze', 0);
+  await tilted(0.25, 'the end of the grip to end it');
+  await ready(page);
 });
 
 test('asks for a floor and for layers, for no hands; 72 pictures a second; no shadows', async () => {

@@ -31,7 +31,8 @@ interface Heard { readonly pose: MutablePose; known: boolean; guessed: boolean; 
 /**
  * A headset: the grip of either controller leads the arm, and the one that has it keeps it; B or Y of any stops, a thumbstick scales up and
  * down, chooses on the board to either side, and pressed resets, or presses what it chose; A or X makes where the operator looks forward,
- * without which nothing is led; a trigger presses what its ray is on, or moves the board.
+ * without which nothing is led; a trigger presses what its ray is on, or moves the board, and that of
+ * the controller that leads lets the glass pour.
  */
 export class Headset {
   /** The page itself emulates it. */
@@ -55,6 +56,8 @@ export class Headset {
   #scaleAt = 0;
   #chooseAt = 0;
   #constrained = false;
+  /** rad, to which the tilt goes back after pouring; null: nothing is poured. */
+  #tiltAfter: number | null = null;
   #wroteAt = 0;
   #meansBefore: Means = ON_PAGE;
   readonly #eye = new THREE.Vector3();
@@ -131,6 +134,7 @@ export class Headset {
   /** Whatever is held now must be opened first. */
   #letGo(): void {
     this.hand.release('headset');
+    this.#pour(false);
     this.#buttons.forget();
   }
 
@@ -169,6 +173,8 @@ export class Headset {
       this.#scale(source.gamepad!.axes[3] ?? 0, now);
       if (source.handedness === this.#handedness) leading = source;
     }
+    const pulled = leading !== undefined && (this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER));
+    this.#pour(pulled && this.hand.source === 'headset');
     if (this.hand.source !== 'headset') return;
     // Switched off, or put down: that is no letting go. The server hears that there is no pose.
     if (!leading) return this.#report(null, 0, now);
@@ -213,6 +219,14 @@ export class Headset {
     if (!this.hand.grab('headset')) return;
     this.#handedness = source.handedness;
     this.guide.used('lead');
+  }
+
+  /** From pulling the trigger in a grip until it or the grip opens the glass leans as the hand does. */
+  #pour(wanted: boolean): void {
+    const tilt = this.facts.state?.controls.tilt;
+    if (wanted === (this.#tiltAfter !== null) || tilt === undefined) return;
+    this.connection.send({ type: 'request', kind: 'tilt', value: this.#tiltAfter ?? Math.PI });
+    this.#tiltAfter = wanted ? tilt : null;
   }
 
   #report(pose: XRPose | null, lead: number, now: number): void {
