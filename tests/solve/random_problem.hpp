@@ -28,13 +28,13 @@ struct RandomProblem {
   }
 
   /// A start at rest that is clear of itself and a reference that moves to a pose nearby.
-  void draw(double reach) {
+  void draw(double reach, double least_upright = 0.8) {
     Kinematics arm(model);
     JointVector q;
     do {
       q = random_joints(model.dof(), 2.0, random);
       arm.set_position(q);
-    } while (clearance(arm) < 0.02 || (ocp.liquid() && arm.R()(2, 2) < 0.8));
+    } while (clearance(arm) < 0.02 || (ocp.liquid() && arm.R()(2, 2) < least_upright));
     instance.x0 = StateVector::Zero(2 * model.dof());
     instance.x0.head(model.dof()) = q;
     if (ocp.liquid()) fill_glass(arm);

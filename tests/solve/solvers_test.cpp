@@ -34,6 +34,20 @@ TEST_P(EverySolver, ReachesKktPoints) {
   std::cout << solved << " of " << problems << " solved, " << active << " active rows\n";
 }
 
+/// In a glass on its head the liquid's state grows beyond all bounds: a solver gives up, and does not go on for ever.
+TEST_P(EverySolver, EndsWhereTheLiquidFallsOut) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    RandomProblem problem(3 + static_cast<int>(seed % 6), seed, 16, true);
+    auto solver = *make_solver(GetParam(), problem.ocp, kSolveTolerance);
+    for (int trial = 0; trial < 6; ++trial) {
+      problem.draw(0.3, -1.0);
+      problem.instance.liquid.state *= trial % 2 == 0 ? 1.0 : 100.0;
+      solver->solve(problem.instance, problem.guess, nullptr, {}, problem.solution);
+      EXPECT_GE(problem.solution.iterations, 0);
+    }
+  }
+}
+
 /// Rows with a price may be outside their bounds in a solution; inside them a multiplier has what it had.
 TEST_P(EverySolver, ReachesKktPointsWithALiquid) {
   int solved = 0, problems = 0, active = 0, outside = 0;

@@ -19,6 +19,11 @@ using SteadyClock = std::chrono::steady_clock;
 
 /// Thrown out of FATROP's loop when the time is up; it knows no budget in time.
 struct OutOfTime {};
+/// Thrown where a state has grown beyond all bounds, as that of a liquid in a glass on its head: FATROP would look for a
+/// regularisation, or for a step, without end.
+struct Diverged {};
+constexpr double kMostCurvature = 1e12;  ///< of a node's Hessian that FATROP can still regularise
+constexpr int kMostTrials = 100;         ///< points that a line search may look at
 
 /// The problem in FATROP's words: stages k = 0..N with z = (u_k, x_k), no variables x_0 (given), the terms' rows as
 /// inequalities. The liquid's state stands behind x_k. A row with a price has an input e >= 0 by which it may be
@@ -51,6 +56,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
     guess_.u = guess.u;
     guess_.x[0] = instance.x0;
     deadline_ = deadline;
+    trials_ = 0;
     evaluation_.set_trajectory(guess_);
     for (int k = 0; k <= ocp_.horizon(); ++k) guess_slosh_[k] = evaluation_.slosh(k);
     for (int k = 0; k <= ocp_.horizon(); ++k) pick_rows(k);
@@ -112,7 +118,10 @@ class FatropOcp final : public fatrop::OcpAbstract {
 
   Index eval_RSQrqt(const Scalar* objective_scale, const Scalar* u, const Scalar* x, const Scalar* lam_dyn,
                     const Scalar* /*lam_eq*/, const Scalar* lam_ineq, MAT* res, const Index k) override {
-    if (k == 0 && SteadyClock::now() > deadline_) throw OutOfTime();
+    if (k == 0) {
+      trials_ = 0;
+      if (SteadyClock::now() > deadline_) throw OutOfTime();
+    }
     if (is_extra(k)) {
       BLASFEO_DMATEL(res, 0, 0) = 1.0;
       return 0;
@@ -127,6 +136,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
       (void)evaluation_.slosh_step(k);
       evaluation_.add_slosh_hessian(k, Eigen::Map<const SloshState>(lam_dyn + 2 * n_), hessian);
     }
+    if (!(hessian.cwiseAbs().maxCoeff() < kMostCurvature)) throw Diverged();  // also what is no number
     const Index size = get_nu(k) + get_nx(k);
     for (int j = 0; j < size; ++j) {
       for (int i = 0; i < size; ++i) {
@@ -188,6 +198,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
   }
 
   Index eval_L(const Scalar* objective_scale, const Scalar* u, const Scalar* x, Scalar* res, const Index k) override {
+    if (k == 0 && SteadyClock::now() > deadline_) throw OutOfTime();
+    if (k == 0 && ++trials_ > kMostTrials) throw Diverged();
     if (is_extra(k)) {
       *res = 0.5 * x[0] * x[0];
       return 0;
@@ -294,6 +306,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
   Trajectory guess_;
   std::vector<SloshState> guess_slosh_;
   SteadyClock::time_point deadline_;
+  int trials_ = 0;  ///< since the derivatives were asked for
   std::vector<int> order_;
   std::vector<double> distance_;
 };
@@ -368,6 +381,7 @@ class FatropSolver final : public Solver {
       program.algorithm->reset();
       flag = program.algorithm->optimize();
     } catch (const OutOfTime&) {
+    } catch (const Diverged&) {
     } catch (...) {  // FATROP's own: what it leaves behind is judged as any other point
     }
     solution.iterations += program.data->iteration_number();
