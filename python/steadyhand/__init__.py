@@ -9,6 +9,7 @@ from . import _places  # noqa: F401  before anything looks for a robot
 from ._native import SteadyhandError, processor, solvers
 from ._native import version as __version__
 from ._cell import Cell, Object
+from ._glass import Glass
 from ._objective import Node, Objective
 from ._planner import Pipeline, Plan, Planner
 from ._poses import pose, quat_xyzw
@@ -21,7 +22,7 @@ SteadyhandError.__module__ = __name__
 SteadyhandError.__doc__ = "What was refused, and what would be right, in the words that the program prints."
 
 __all__ = [
-    "Cell", "Change", "Commands", "Hand", "Liquid", "LiquidState", "Node", "Object", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
+    "Cell", "Change", "Commands", "Glass", "Hand", "Liquid", "LiquidState", "Node", "Object", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
     "Robot", "Session", "Setting", "Solution", "States", "SteadyhandError", "Steps", "__version__", "pose", "processor",
     "quat_xyzw", "read_recording", "read_session", "replay", "solve", "solvers",
 ]  # fmt: skip

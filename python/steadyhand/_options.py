@@ -34,6 +34,8 @@ def options(**given: Any) -> dict[str, Any]:
             result[key] = int(whole)
         elif key in ("solver", "translation_frame", "rotation_frame"):
             result[key] = text(key, value)
+        elif key == "glass":
+            result[key] = value
         elif key == "accept_emulated":
             result[key] = bool(value)
         else:

@@ -13,6 +13,7 @@ from . import _native
 from ._arrays import Array, array, flag, number
 from ._cell import CellLike, as_cell
 from ._documented import document
+from ._glass import GlassLike, glass_of
 from ._options import Weights, options, weights_of
 from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
@@ -234,8 +235,9 @@ class Pipeline(_Stages):
     """From the operator's hand to joint commands, as the program does it: retargeting, prediction, planning and tracking. The
     arm is taken to follow its commands, and to stand at home at first.
 
-    rate: Hz, plans that update() makes, 0.001 to 1e4. scale, yaw, translation_frame, rotation_frame, ramp: as Retargeter's. The rest: as
-    Planner's. Raises as Planner.
+    rate: Hz, plans that update() makes, 0.001 to 1e4. scale, yaw, translation_frame, rotation_frame, ramp: as Retargeter's; tilt, too,
+    which is the profile's if it is not given. glass: a Glass, or its numbers, for a profile that knows a liquid. The rest: as Planner's.
+    Raises as Planner.
 
     >>> arm = Pipeline("ur5e", profile="waiter")
     >>> arm.feed(np.eye(4), t=0.0, clutch=True)     # each pose of the hand
@@ -253,6 +255,8 @@ class Pipeline(_Stages):
         translation_frame: str | None = None,
         rotation_frame: str | None = None,
         ramp: float | None = None,
+        tilt: float | None = None,
+        glass: GlassLike | None = None,
         weights: Weights | None = None,
         horizon: int | None = None,
         dt: float | None = None,
@@ -268,7 +272,7 @@ class Pipeline(_Stages):
         self.robot = as_robot(robot)
         given = options(
             rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, ramp=ramp,
-            weights=weights, horizon=horizon, dt=dt, solver=solver, tolerance=tolerance, time_budget_us=time_budget_us,
+            tilt=tilt, glass=glass_of(glass), weights=weights, horizon=horizon, dt=dt, solver=solver, tolerance=tolerance, time_budget_us=time_budget_us,
             velocity_scale=velocity_scale, acceleration_scale=acceleration_scale, window=window,
         )  # fmt: skip
         self._stages = _make(self.robot, profile, given, objectives, cell)
@@ -301,6 +305,14 @@ class Pipeline(_Stages):
     def engaged(self) -> bool:
         """Whether the arm follows the hand."""
         return self._stages.target[1]
+
+    def set_tilt(self, tilt: float) -> None:
+        """rad, how far the glass may lean with the hand: 0 is upright, pi as the hand leans. It does not jump there."""
+        self._stages.set_tilt(number("tilt", tilt))
+
+    def set_no_spill(self, on: bool) -> None:
+        """Whether the next plans shall spill nothing. Raises SteadyhandError where the profile knows no liquid."""
+        self._stages.set_no_spill(flag("on", on))
 
     def release(self) -> None:
         """Lets go of the hand: the next pose with a closed clutch takes hold anew."""

@@ -15,6 +15,7 @@ from . import _native
 from ._arrays import Array, array, flags, number, text
 from ._cell import CellLike, as_cell
 from ._documented import document
+from ._glass import GlassLike, glass_of
 from ._options import Weights, options
 from ._objective import Objective, bound
 from ._robot import Robot, as_robot, opened
@@ -198,6 +199,8 @@ def replay(
     yaw: float | None = None,
     translation_frame: str | None = None,
     rotation_frame: str | None = None,
+    tilt: float | None = None,
+    glass: GlassLike | None = None,
     solver: str | None = None,
     weights: Weights | None = None,
     objectives: Iterable[Objective] = (),
@@ -208,7 +211,7 @@ def replay(
     recording: the path of a file (CSV, A-Frame motion capture, or the MCAP of a session, whose profile, rate, scale and yaw then
     are the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and, if need be, clutch (m,).
     profile: as Planner's; "tracking" if it is not given. rate: Hz, plans, 1 to 500; 20 if it is not given.
-    track: which of an A-Frame file. start, until: s after the file's first sample. scale to rotation_frame: as Retargeter's.
+    track: which of an A-Frame file. start, until: s after the file's first sample. scale to glass: as Pipeline's.
     weights, objectives: as Planner's. cell: a Cell or what Cell() takes; if it is not given, as in the command: that of the session
     as it changed, else "pedestal", the floor and the column that an arm stands on.
 
@@ -216,7 +219,7 @@ def replay(
     FileNotFoundError for a path where nothing is.
     """
     model = as_robot(robot)
-    given = options(rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, solver=solver, weights=weights)
+    given = options(rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, tilt=tilt, glass=glass_of(glass), solver=solver, weights=weights)
     given["objectives"] = bound(objectives, model)
     if isinstance(recording, Hand):
         count = np.size(recording.t)

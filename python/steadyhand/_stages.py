@@ -20,6 +20,7 @@ class Retargeter:
     scale: metres of the tool per metre of the hand, above 0. yaw: rad, turn of the operator's axes about the base's z.
     translation_frame, rotation_frame: "base": the operator's axes, turned by yaw, are the base's; "tool": the hand's axes at
     engagement are the tool's at engagement. ramp: s in which the share of the motion that is followed grows from 0 to all.
+    tilt: rad, how far the tool's z may lean from the vertical with the hand, 0 (upright) to pi (as the hand leans).
 
     Raises ValueError (SteadyhandError is one) for numbers out of range or not finite and for matrices that are no pose or of
     another shape; TypeError for what are no numbers.
@@ -32,8 +33,9 @@ class Retargeter:
         translation_frame: str = "base",
         rotation_frame: str = "base",
         ramp: float = 0.0,
+        tilt: float | None = None,
     ) -> None:
-        given = options(scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, ramp=ramp)
+        given = options(scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, ramp=ramp, tilt=tilt)
         self._native = _native.Retargeter(given)
 
     def update(self, T_operator_hand: ArrayLike, t: float, T_base_tool: ArrayLike, clutch: bool = True) -> tuple[Array, bool]:
@@ -48,6 +50,10 @@ class Retargeter:
             flag("clutch", clutch),
             array("T_base_tool", T_base_tool, (4, 4)),
         )
+
+    def set_tilt(self, tilt: float) -> None:
+        """rad. From one to the other the target goes at a radian a second: it does not jump."""
+        self._native.set_tilt(number("tilt", tilt))
 
     def release(self) -> None:
         """Lets go: the next pose with a closed clutch engages anew."""
@@ -92,6 +98,12 @@ class Predictor:
         """Where the target is at time t, if it goes on as it does: (4, 4), not clipped."""
         return self._native.at(number("t", t, "seconds"))
 
+    def spread(self, t: float) -> tuple[float, float]:
+        """How far off at(t) may be: standard deviations of its position, m, along the way that the target goes and in each
+        direction across it. (0, 0): not known, as of constant velocity, or before any target.
+        """
+        return self._native.spread(number("t", t, "seconds"))
+
     def predict(self, t: float) -> Array:
         """(N, 4, 4): where the target is at t + dt, ..., t + N dt, inside the reach; (0, 4, 4) before any target."""
         return self._native.predict(number("t", t, "seconds"))
@@ -121,25 +133,27 @@ class LiquidState(NamedTuple):
 
 
 class Liquid:
-    """The liquid in a cylindrical glass: its surface as a plane that swings with the first sloshing mode, driven by the glass's
-    acceleration also along its axis. radius, height, fill: m, inside the glass; viscosity: m^2/s, kinematic, water's by default.
-    Raises as Retargeter.
+    """The liquid in a glass: its surface as a plane that swings with the first sloshing mode, driven by the glass's
+    acceleration also along its axis. radius to frequency_factor: as Glass's. Raises as Retargeter.
     """
 
-    def __init__(self, radius: float = 0.035, height: float = 0.1, fill: float = 0.09, viscosity: float = 1e-6) -> None:
+    def __init__(self, radius: float = 0.035, height: float = 0.1, fill: float = 0.09, viscosity: float = 1e-6, frequency_factor: float = 1.0) -> None:
         radius, height, fill = number("radius", radius, "metres"), number("height", height, "metres"), number("fill", fill, "metres")
-        viscosity = number("viscosity", viscosity, "m^2/s")
+        viscosity, frequency_factor = number("viscosity", viscosity, "m^2/s"), number("frequency_factor", frequency_factor)
+        if not 0.2 <= frequency_factor <= 5.0:
+            raise ValueError(f"frequency_factor is {frequency_factor:g}; it must be from 0.2 to 5")
         if not (radius > 0.0 and 0.0 < fill < height and 0.0 <= viscosity <= 1.0):
             raise ValueError(
                 f"a glass of radius {radius:g} m and height {height:g} m, filled to {fill:g} m, with a viscosity of {viscosity:g} m^2/s: "
                 "radius and fill must be above 0, the fill below the height, the viscosity from 0 to 1"
             )
-        self._native = _native.Liquid(radius, height, fill, viscosity)
+        glass = radius, height, fill, viscosity, frequency_factor
+        self._native = _native.Liquid(glass)
         self.frequency: float
         """rad/s, of the first sloshing mode."""
         self.damping: float
         """Of that mode, as a share of critical damping: 0.006 for water in a drinking glass."""
-        self.frequency, self.damping = _native.Liquid.mode(radius, height, fill, viscosity)
+        self.frequency, self.damping = _native.Liquid.mode(glass)
 
     def update(self, dt: float, local_acceleration: ArrayLike) -> LiquidState:
         """Moves on by dt s, in which the glass has this acceleration (3,), m/s^2, in its own frame, as

@@ -250,6 +250,37 @@ def test_retargeting_scales_and_turns_and_never_steps():
     assert not retargeter.update(hand, 0.2, T, clutch=False)[1]
 
 
+def test_a_profile_says_how_far_the_glass_leans_with_the_hand():
+    t = 0.01 * np.arange(200)
+    hand = np.repeat(np.eye(4)[None], len(t), axis=0)
+    angle = np.minimum(t, 1.0)  # rad, about x
+    hand[:, 1, 1] = hand[:, 2, 2] = np.cos(angle)
+    hand[:, 2, 1], hand[:, 1, 2] = np.sin(angle), -np.sin(angle)
+    lean = {}
+    for name, profile, tilt in (("upright", "carry", None), ("a little", "carry", 0.2), ("as the hand", "tracking", None)):
+        target = steadyhand.replay((t, hand), profile, tilt=tilt).steps.T_base_target
+        lean[name] = np.arccos(np.clip(target[-1, 2, 2], -1, 1))
+    assert lean["upright"] < 0.03 and abs(lean["a little"] - 0.2) < 0.03 and abs(lean["as the hand"] - 1.0) < 0.05
+    retargeter = steadyhand.Retargeter(tilt=0.0)
+    for i in range(len(t)):
+        T, _ = retargeter.update(hand[i], t[i], np.eye(4))
+    assert T[2, 2] > 1 - 1e-9
+    retargeter.set_tilt(np.pi)
+    leans = [np.arccos(np.clip(retargeter.update(hand[-1], 2 + 0.01 * i, T)[0][2, 2], -1, 1)) for i in range(150)]
+    assert np.diff(leans).max() < 0.011 and abs(leans[-1] - 1.0) < 0.01  # at a radian a second
+
+
+def test_a_glass_of_another_shape_swings_at_its_own_frequency():
+    bowl = steadyhand.Glass(radius=0.07, height=0.06, fill=0.045, frequency_factor=0.9)
+    alike = steadyhand.Liquid(*bowl[:4])
+    assert abs(steadyhand.Liquid(*bowl).frequency / alike.frequency - 0.9) < 1e-12
+    with pytest.raises(ValueError, match="frequency_factor is 0.1; it must be from 0.2 to 5"):
+        steadyhand.Liquid(frequency_factor=0.1)
+    arm = steadyhand.Pipeline("ur5e", "carry", glass=bowl)
+    arm.feed(np.eye(4), 0.0)
+    assert np.isfinite(arm.update(0.01)).all()
+
+
 def test_a_liquid_swings_at_its_frequency():
     liquid = steadyhand.Liquid(viscosity=0.0)
     k = 1.8411837813 / 0.035
@@ -334,6 +365,13 @@ BAD = [
     (lambda: P.Pipeline(R).feed(NAN4, 0.0), V, "T_operator_hand has numbers that are not finite"),
     (lambda: P.Pipeline(R).feed(np.eye(3), 0.0), V, "T_operator_hand has shape (3, 3); expected (4, 4)"),
     (lambda: P.Pipeline(R).update("soon"), T, "t must be a number of seconds, not 'soon'"),
+    (lambda: P.Retargeter(tilt=4.0), S, "tilt is 4; it must be from 0 to pi"),
+    (lambda: P.Retargeter(tilt=-0.1), S, "tilt is -0.1; it must be from 0 to pi"),
+    (lambda: P.Pipeline(R, glass=P.Glass()), S, "glass: profile 'tracking' knows no liquid"),
+    (lambda: P.Pipeline(R, "carry", glass=(0.1, 0.2)), V, "glass has 2 numbers; it needs radius, height, fill, viscosity and frequency_factor"),
+    (lambda: P.Pipeline(R, "carry", glass=P.Glass(frequency_factor=9.0)), S, "frequency_factor is 9; it must be from 0.2 to 5"),
+    (lambda: P.Pipeline(R, "carry", glass=P.Glass(fill=0.2)), S, "a glass of radius 0.035 m and height 0.1 m, filled to 0.2 m"),
+    (lambda: P.Pipeline(R).set_no_spill(True), S, "no_spill: the profile knows no liquid"),
     (lambda: P.Retargeter(scale=0.0), S, "scale is 0; it must be above 0"),
     (lambda: P.Retargeter(ramp=-1.0), S, "ramp is -1 s; it must be at least 0"),
     (lambda: P.Retargeter().update(EYE, 0.0, np.eye(3)), V, "T_base_tool has shape (3, 3)"),

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 
@@ -33,12 +34,23 @@ void take_positive(const nb::dict& options, const char* key, double most, double
 
 }  // namespace
 
-RetargetSettings retarget_settings(const nb::dict& options) {
-  RetargetSettings settings;
+GlassSettings to_glass(nb::handle glass) {
+  const auto [radius, height, fill, viscosity, factor] =
+      nb::cast<std::tuple<double, double, double, double, double>>(glass);
+  return {radius, height, fill, viscosity, factor};
+}
+
+double to_tilt(double tilt) {
+  if (!(tilt >= 0.0) || tilt > M_PI + 1e-6) throw Refused(fmt::format("tilt is {}; it must be from 0 to pi", tilt));
+  return std::min(tilt, M_PI);
+}
+
+RetargetSettings retarget_settings(const nb::dict& options, RetargetSettings settings) {
   take_positive(options, "scale", 1e308, settings.scale);
   take(options, "yaw", settings.yaw);
   take(options, "ramp", settings.ramp);
   if (settings.ramp < 0.0) throw Refused(fmt::format("ramp is {} s; it must be at least 0", settings.ramp));
+  if (options.contains("tilt")) settings.tilt_max = to_tilt(nb::cast<double>(options["tilt"]));
   take_frame(options, "translation_frame", settings.translation_frame);
   take_frame(options, "rotation_frame", settings.rotation_frame);
   take(options, "accept_emulated", settings.accept_emulated);
@@ -47,7 +59,11 @@ RetargetSettings retarget_settings(const nb::dict& options) {
 
 PipelineSettings pipeline_settings(const RobotModel& model, const std::string& profile, const nb::dict& options) {
   PipelineSettings settings(value_of(load_profile(profile)));
-  settings.retarget = retarget_settings(options);
+  settings.retarget = retarget_settings(options, settings.retarget);
+  if (options.contains("glass")) {
+    if (!settings.ocp.liquid) throw Refused(fmt::format("glass: profile '{}' knows no liquid", profile));
+    settings.ocp.liquid->glass = to_glass(options["glass"]);
+  }
   take(options, "rate", settings.rate_hz);
   take(options, "horizon", settings.ocp.horizon);
   take_positive(options, "dt", 10.0, settings.ocp.dt);

@@ -170,6 +170,11 @@ class Stages {
   }
   void set_scale(double scale) { pipeline_->retargeter().set_scale(scale); }
   void set_yaw(double yaw) { pipeline_->retargeter().set_yaw(yaw); }
+  void set_tilt(double tilt) { pipeline_->retargeter().set_tilt_max(to_tilt(tilt)); }
+  void set_no_spill(bool on) {
+    if (on && !pipeline_->planner().ocp().liquid()) throw Refused("no_spill: the profile knows no liquid");
+    pipeline_->planner().set_no_spill(on);
+  }
   void release() { pipeline_->retargeter().release(); }
   const Objectives& objectives() const { return pipeline_->planner().ocp().objectives(); }
   int horizon() const { return pipeline_->planner().ocp().horizon(); }
@@ -281,6 +286,8 @@ void bind_planner(nb::module_& module) {
       .def_prop_ro("target", &Stages::target)
       .def("set_scale", &Stages::set_scale)
       .def("set_yaw", &Stages::set_yaw)
+      .def("set_tilt", &Stages::set_tilt)
+      .def("set_no_spill", &Stages::set_no_spill)
       .def("release", &Stages::release)
       .def_prop_ro("horizon", &Stages::horizon)
       .def_prop_ro("dt", &Stages::dt);

@@ -23,7 +23,8 @@ void bind_retargeter(nb::module_& module) {
       .def("update", &retarget)
       .def("release", &Retargeter::release)
       .def("set_scale", &Retargeter::set_scale)
-      .def("set_yaw", &Retargeter::set_yaw);
+      .def("set_yaw", &Retargeter::set_yaw)
+      .def("set_tilt", [](Retargeter& retargeter, double tilt) { retargeter.set_tilt_max(to_tilt(tilt)); });
 }
 
 void make_predictor(Predictor* self, const Robot* robot, int horizon, double dt, double window, double max_gap,
@@ -67,6 +68,11 @@ void bind_predictor(nb::module_& module) {
              const Pose pose = predictor.at(to_time(t, "t"));
              return from_pose(pose.p, pose.q.toRotationMatrix());
            })
+      .def("spread",
+           [](const Predictor& predictor, double t) {
+             const Spread spread = predictor.spread(to_time(t, "t"));
+             return nb::make_tuple(spread.along, spread.across);
+           })
       .def("predict", &predict)
       .def_prop_ro("velocity", [](const Predictor& predictor) { return from_vector(predictor.velocity()); })
       .def_prop_ro("angular_velocity",
@@ -84,12 +90,10 @@ nb::tuple slosh(Liquid& liquid, double dt, const Row& local_acceleration) {
 
 void bind_liquid(nb::module_& module) {
   nb::class_<Liquid>(module, "Liquid")
-      .def("__init__", [](Liquid* self, double radius, double height, double fill,
-                          double viscosity) { new (self) Liquid(GlassSettings{radius, height, fill, viscosity}); })
+      .def("__init__", [](Liquid* self, nb::tuple glass) { new (self) Liquid(to_glass(glass)); })
       .def_static("mode",
-                  [](double radius, double height, double fill, double viscosity) {
-                    const GlassSettings glass{radius, height, fill, viscosity};
-                    return nb::make_tuple(slosh_frequency(glass), slosh_damping(glass));
+                  [](nb::tuple glass) {
+                    return nb::make_tuple(slosh_frequency(to_glass(glass)), slosh_damping(to_glass(glass)));
                   })
       .def("reset", &Liquid::reset)
       .def("update", &slosh);
