@@ -23,13 +23,13 @@ REST = 1.0  # s, in which the liquid comes to rest before the motion
 def write_motion(arguments):
     """t (s), and the specific force (m/s^2) and the wave (m) at each command, to a file."""
     import steadyhand
-    from carrying import wave
+    from liquid import swing
 
     robot = steadyhand.Robot("ur5e")
     run = steadyhand.replay(arguments.recording, arguments.profile, arguments.rate, robot=robot, scale=arguments.scale, until=arguments.seconds)
     commands = run.commands
     force = robot.local_acceleration(commands.q, commands.dq, commands.ddq)
-    np.savez(arguments.write, t=commands.t - commands.t[0], force=force, wave=wave(commands.t, force))
+    np.savez(arguments.write, t=commands.t - commands.t[0], force=force, wave=swing(force)[0])
 
 
 def glass_mesh(path, height, segments=72, rings=24):

@@ -1,0 +1,101 @@
+"""One-instant inverse kinematics on the same hands, for comparison: `python bench/pink.py` (PyPI pin-pink 4.4.0 and proxsuite, in an
+environment of its own, with PyYAML and build/release/python on PYTHONPATH).
+
+Pink as a careful user tunes it, 500 times a second: a frame task of costs 50 (position) and 10 (orientation) with gain 0.2, the arm's
+limits of position and velocity, accelerations up to 15 rad/s^2, and a barrier between the collision meshes of links that are not
+neighbours. It gets the newest sample of the hand and knows nothing of what comes. Judged as carrying.py judges.
+"""
+
+import argparse
+import multiprocessing
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import steadyhand
+from carrying import judge
+from hands import Targets, add_arguments, hands_of
+from liquid import STEP
+
+ROOT = Path(__file__).resolve().parents[1]
+URDF = "lib/python3*/site-packages/airo_models/arms/ur5e/ur5e.urdf"
+ACCELERATION = 15.0  # rad/s^2
+NEAREST = 8  # pairs in the barrier
+
+
+def load_arm(robot):
+    """The UR5e with our tool as frame `glass`, and its collision meshes, convex, in pairs that can be kept apart."""
+    urdf = next((ROOT / ".deps/venv").glob(URDF))
+    model = pin.buildModelFromUrdf(str(urdf))
+    geometry = pin.buildGeomFromUrdf(model, str(urdf), pin.GeometryType.COLLISION, package_dirs=[str(urdf.parent)])
+    wrist = model.frames[model.getFrameId("wrist_3_link")]
+    tool = pin.SE3(pin.rpy.rpyToMatrix(-np.pi / 2, 0.0, 0.0), np.array([0.0, 0.0, 0.15]))
+    model.addFrame(pin.Frame("glass", wrist.parentJoint, model.getFrameId("wrist_3_link"), wrist.placement * tool, pin.FrameType.OP_FRAME))
+    for item in geometry.geometryObjects:
+        if hasattr(item.geometry, "buildConvexHull"):
+            item.geometry.buildConvexHull(True, "Qt")
+            item.geometry = item.geometry.convex
+    geometry.addAllCollisionPairs()
+    data, seen = model.createData(), pin.GeometryData(geometry)
+    pin.computeCollisions(model, data, geometry, seen, robot.home, False)
+    for k in reversed(range(len(geometry.collisionPairs))):
+        pair = geometry.collisionPairs[k]
+        joints = [geometry.geometryObjects[i].parentJoint for i in (pair.first, pair.second)]
+        if abs(joints[0] - joints[1]) < 2 or seen.collisionResults[k].isCollision():
+            geometry.removeCollisionPair(pair)
+    return model, geometry
+
+
+def follow(hand, robot, gain):
+    """q, dq, ddq at 500 Hz, and how many steps found no solution."""
+    import pink
+    from pink.barriers import SelfCollisionBarrier
+    from pink.limits import AccelerationLimit, ConfigurationLimit, VelocityLimit
+
+    model, geometry = load_arm(robot)
+    configuration = pink.Configuration(model, model.createData(), robot.home, collision_model=geometry, collision_data=pin.GeometryData(geometry))
+    task = pink.tasks.FrameTask("glass", position_cost=50.0, orientation_cost=10.0, gain=gain)
+    acceleration = AccelerationLimit(model, np.full(model.nv, ACCELERATION))
+    limits = [ConfigurationLimit(model), VelocityLimit(model, robot.velocity_max), acceleration]
+    barriers = [SelfCollisionBarrier(NEAREST, gain=20.0, d_min=0.005)]
+    home = robot.fk(robot.home)
+    targets = Targets(hand.read(), hand.scale, np.pi, lambda t: home)
+    q, dq, ddq, v, failed = [], [], [], np.zeros(model.nv), 0
+    for t in np.arange(0.0, targets.t[-1], STEP):
+        newest = targets.T[np.searchsorted(targets.t, t, side="right") - 1]
+        task.set_target(pin.SE3(newest))
+        acceleration.set_last_integration(v, STEP)
+        try:
+            now = pink.solve_ik(configuration, [task], STEP, solver="proxqp", limits=limits, barriers=barriers, safety_break=False)
+        except pink.exceptions.NoSolutionFound:
+            now, failed = v - np.clip(v, -ACCELERATION * STEP, ACCELERATION * STEP), failed + 1
+        q.append(configuration.q.copy())
+        dq.append(v)
+        ddq.append((now - v) / STEP)
+        configuration.integrate_inplace(now, STEP)
+        v = now
+    return (np.array(q), np.array(dq), np.array(ddq)), failed
+
+
+def measure(job):
+    hand, gain = job
+    robot = steadyhand.Robot("ur5e")
+    commands, failed = follow(hand, robot, gain)
+    return {**judge(hand, np.pi, robot, commands), "no_solution": failed}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
+    add_arguments(parser)
+    parser.add_argument("--gain", type=float, default=0.2, help="of the task: the share of the error that a step takes away")
+    arguments = parser.parse_args()
+    found = hands_of(arguments)
+    with multiprocessing.Pool() as pool:
+        rows = pool.map(measure, [(hand, arguments.gain) for hand in found], chunksize=1)
+    for hand, row in zip(found, rows):
+        print(f"{hand.name:44s} scale {hand.scale:.2f} " + " ".join(f"{key} {value:.3g}" for key, value in row.items()))
+    print(f"{len(found)} hands; mean: " + ", ".join(f"{key} {np.mean([row[key] for row in rows]):.3g}" for key in rows[0]))
+
+
+if __name__ == "__main__":
+    main()
