@@ -1,5 +1,12 @@
-"""What a fluid simulation says of the glass: `python bench/fluid.py RECORDING --profile carry` (PyPI pysplishsplash 2.19, in an environment
-of its own: it needs nothing of ours but the motion, which --motion takes from a file that --write has made).
+"""What a fluid simulation says of the glass (PyPI pysplishsplash 2.19 with numpy, in an environment of its own: it needs nothing of ours
+but the motion):
+
+    python bench/fluid.py HAND --profile carry --write motion.npz      with build/release/python on PYTHONPATH; HAND as in hands.py
+    python bench/fluid.py --motion motion.npz --keep seen.npz          in the other environment; a second takes ten and more
+    python bench/fluid.py --draw seen.npz ... --picture crest.png      with matplotlib
+
+Where it ends with a segmentation fault its own libGL* clash with the system's: link the names in pysplishsplash.libs to those of the
+system (apt: libgl1 libopengl0 libglx0 libglu1).
 
 The strips of particles fill the glass to some 70 mm: the rim is put where the liquid that has come to rest has 10 mm left, which is the
 same to the first mode (its frequency changes by less than a thousandth above 50 mm). The glass stands still and the specific force of the commands turns about it (its own turning adds forces that are left out); DFSPH,
@@ -23,13 +30,15 @@ REST = 1.0  # s, in which the liquid comes to rest before the motion
 def write_motion(arguments):
     """t (s), and the specific force (m/s^2) and the wave (m) at each command, to a file."""
     import steadyhand
+    from hands import find_hands
     from liquid import swing
 
     robot = steadyhand.Robot("ur5e")
-    run = steadyhand.replay(arguments.recording, arguments.profile, arguments.rate, robot=robot, scale=arguments.scale, until=arguments.seconds)
+    hand = next(hand for hand in find_hands() if hand.name == arguments.hand)
+    run = steadyhand.replay(hand.path, arguments.profile, arguments.rate, robot=robot, track=hand.track, scale=hand.scale, until=arguments.seconds)
     commands = run.commands
     force = robot.local_acceleration(commands.q, commands.dq, commands.ddq)
-    np.savez(arguments.write, t=commands.t - commands.t[0], force=force, wave=swing(force)[0])
+    np.savez(arguments.write, t=commands.t - commands.t[0], force=force, wave=swing(force)[0], name=f"{hand.name}, {Path(arguments.profile).stem}")
 
 
 def glass_mesh(path, height, segments=72, rings=24):
@@ -101,7 +110,7 @@ def run(seconds, height, force_at):
     return np.array(seen).T
 
 
-def simulate(motion):
+def simulate(motion, keep):
     t, force, plane = motion["t"], motion["force"], motion["wave"]
     upright = np.array([0.0, 0.0, 9.81])
     now, _, stands = run(REST, HEIGHT + 0.05, lambda _: upright)
@@ -111,23 +120,49 @@ def simulate(motion):
     moving = now > REST
     model = np.interp(now[moving] - REST, t, plane)
     waves = stands[moving] - rest
+    if keep:
+        np.savez(keep, t=now[moving] - REST, crest=waves, plane=model, spilled=lost[moving] - lost[~moving][-1], name=motion["name"])
     print(f"at rest {1e3 * rest:.0f} mm; spilled {100 * (lost[-1] - lost[~moving][-1]):.2f} %; crest over rest: largest {1e3 * waves.max():.1f} mm, plane's {1e3 * model.max():.1f} mm; "
           f"crest less plane: mean {1e3 * np.mean(waves - model):.1f}, 99 % {1e3 * np.percentile(waves - model, 99):.1f} mm; correlation {np.corrcoef(waves, model)[0, 1]:.2f}")  # fmt: skip
 
 
+def draw(paths, picture):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(len(paths), sharex=True, figsize=(8, 1.2 + 1.5 * len(paths)), layout="constrained", squeeze=False)
+    for ax, path in zip(axes[:, 0], paths):
+        seen = np.load(path)
+        ax.plot(seen["t"], 1e3 * seen["crest"], color="#2f7fd0", lw=1, label="crest, fluid simulation")
+        ax.plot(seen["t"], 1e3 * seen["plane"], color="#16a085", lw=1.2, label="first mode's plane")
+        ax.axhline(1e3 * (HEIGHT - FILL), color="#c62828", lw=0.8, ls="--", label="rim")
+        ax.set(ylim=(-2, 20), ylabel="mm")
+        ax.set_title(f"{seen['name']}: {100 * seen['spilled'][-1]:.2f} % spilled", fontsize=9, loc="left")
+        ax.grid(alpha=0.25)
+    axes[0, 0].legend(fontsize=8, ncols=3, loc="upper right")
+    axes[-1, 0].set_xlabel("s")
+    figure.savefig(picture, dpi=110)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
-    parser.add_argument("recording", nargs="?", type=Path)
+    parser.add_argument("hand", nargs="?", help="name of one of hands.py")
     parser.add_argument("--profile", default="carry")
     parser.add_argument("--rate", type=float, default=20.0)
-    parser.add_argument("--scale", type=float, default=0.5)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--write", type=Path, help="the motion only, to this file (needs the Python package)")
+    parser.add_argument("--write", type=Path, help="the motion only, to this file")
     parser.add_argument("--motion", type=Path, help="simulate the one of this file")
+    parser.add_argument("--keep", type=Path, help="what was seen")
+    parser.add_argument("--draw", nargs="+", type=Path, help="what was seen, of several")
+    parser.add_argument("--picture", type=Path)
     arguments = parser.parse_args()
     if arguments.write:
         return write_motion(arguments)
-    return simulate(np.load(arguments.motion))
+    if arguments.draw:
+        return draw(arguments.draw, arguments.picture)
+    return simulate(np.load(arguments.motion), arguments.keep)
 
 
 if __name__ == "__main__":

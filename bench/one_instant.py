@@ -1,4 +1,4 @@
-"""One-instant inverse kinematics on the same hands, for comparison: `python bench/pink.py` (PyPI pin-pink 4.4.0 and proxsuite, in an
+"""One-instant inverse kinematics on the same hands, for comparison: `python bench/one_instant.py` (PyPI pin-pink 4.4.0 and proxsuite, in an
 environment of its own, with PyYAML and build/release/python on PYTHONPATH).
 
 Pink as a careful user tunes it, 500 times a second: a frame task of costs 50 (position) and 10 (orientation) with gain 0.2, the arm's
