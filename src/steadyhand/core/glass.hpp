@@ -2,8 +2,8 @@
 
 namespace steadyhand {
 
-/// An upright glass, partly filled: a cylinder, or another container by the radius of its surface and a frequency of its
-/// own.
+/// An upright glass, partly filled: a cylinder, or another container by the radius of its surface and a frequency of
+/// its own.
 struct GlassSettings {
   double radius = 0.035;    ///< m, inside, of the liquid's surface, > 0
   double height = 0.1;      ///< m, inside, > fill

@@ -47,7 +47,7 @@ struct PlannerView {
   Target target;
   ActiveConstraint constraint;
   Plan plan;
-  Reference reference;  ///< of the newest plan towards the hand; without a grip no nodes
+  Reference reference;          ///< of the newest plan towards the hand; without a grip no nodes
   double tracking_error = 0.0;  ///< m, target to tool where the plan begins
   std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0;
 };

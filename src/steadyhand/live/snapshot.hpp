@@ -27,7 +27,7 @@ struct SessionSnapshot {
   std::array<int, 2> nearest{};  ///< that pair
   int path_nodes = 0;
   std::array<Pose, kMaxHorizon + 1> path;  ///< of the controlled frame at the plan's nodes; path_nodes of them
-  Reference prediction;  ///< where the hand is expected; no nodes without a grip
+  Reference prediction;                    ///< where the hand is expected; no nodes without a grip
   LiquidState liquid;
   TimingSummary solve_us, latency_us;  ///< planner's solve; hand to command
   TimingSummary wake_us;               ///< how late control cycles began

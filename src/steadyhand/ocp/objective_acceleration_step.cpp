@@ -3,8 +3,9 @@
 namespace steadyhand {
 namespace {
 
-/// How far the first acceleration is from that which the arm has until then: what the drives feel as a jolt. Whatever is
-/// followed of a plan begins with its first interval, so in closed loop each step that the arm makes has been weighed.
+/// How far the first acceleration is from that which the arm has until then: what the drives feel as a jolt. Whatever
+/// is followed of a plan begins with its first interval, so in closed loop each step that the arm makes has been
+/// weighed.
 class AccelerationStep final : public ObjectiveFor<AccelerationStep> {
  public:
   AccelerationStep()
@@ -16,6 +17,7 @@ class AccelerationStep final : public ObjectiveFor<AccelerationStep> {
   Nodes nodes() const override { return Nodes::kIntervals; }
   int weight_count(int dof) const override { return dof; }
   bool needs_motion() const override { return false; }
+  bool quadratic_in_input() const override { return true; }
 
   template <typename S>
   S value_at(const NodeOf<S>& node, const JointVectorOf<S>& weight) const {

@@ -16,7 +16,7 @@ std::shared_ptr<const Objective> make_acceleration_objective();  ///< u' diag(w)
 std::shared_ptr<const Objective> make_lateral_objective();       ///< w (a_x^2 + a_y^2), a = a_local, w: 1
 std::shared_ptr<const Objective> make_vertical_objective();      ///< w (a_z - g)^2, w: 1
 // Not by default:
-std::shared_ptr<const Objective> make_posture_objective();  ///< (q - q_home)' diag(w) (q - q_home), w: n
+std::shared_ptr<const Objective> make_posture_objective();            ///< (q - q_home)' diag(w) (q - q_home), w: n
 std::shared_ptr<const Objective> make_acceleration_step_objective();  ///< (u_0 - u_followed)' diag(w) (same), w: n
 
 /// For an arm with more joints than a pose has numbers: `posture`, where the weights do not name it, so light that it

@@ -101,8 +101,8 @@ LiquidRecord liquid(const OrderedJson& json, const std::string& key) {
     if (!known.contains(name))
       json::fail(key + "." + name, fmt::format("is unknown; the keys are {}", fmt::join(known, ", ")));
   }
-  const auto factors = json::vector<std::vector<double>>(json::member(json, key, "frequencies"), key + ".frequencies",
-                                                         kSloshModes);
+  const auto factors =
+      json::vector<std::vector<double>>(json::member(json, key, "frequencies"), key + ".frequencies", kSloshModes);
   std::copy(factors.begin(), factors.end(), result.settings.frequencies.begin());
   result.state = json::vector<Eigen::VectorXd>(json::member(json, key, "state"), key + ".state", kSloshStates);
   if (json.contains("counts")) {
@@ -114,15 +114,14 @@ LiquidRecord liquid(const OrderedJson& json, const std::string& key) {
 
 ProblemRecord problem(const OrderedJson& json, const std::string& key) {
   if (!json.is_object()) json::fail(key, "must be an object");
-  static const std::set<std::string> known{"robot",     "dt",        "horizon", "x0",        "weights",
-                                           "reference", "obstacles", "guess",   "tolerance", "position_margin",
+  static const std::set<std::string> known{"robot",      "dt",        "horizon", "x0",        "weights",
+                                           "reference",  "obstacles", "guess",   "tolerance", "position_margin",
                                            "u_followed", "liquid"};
   for (const auto& [name, value] : json.items()) {
     if (!known.contains(name)) {
-      json::fail(
-          key + "." + name,
-          "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, "
-          "u_followed, liquid, guess, tolerance");
+      json::fail(key + "." + name,
+                 "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, "
+                 "u_followed, liquid, guess, tolerance");
     }
   }
   ProblemRecord result;

@@ -43,9 +43,10 @@ Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std
   };
   const LiquidSettings* liquid = prepared.ocp ? prepared.ocp->liquid() : nullptr;
   const bool same_liquid = settings.liquid ? liquid && *liquid == *settings.liquid : !liquid;
-  if (!prepared.ocp || !same_liquid || prepared.ocp->horizon() != problem.horizon || prepared.ocp->obstacle_rows() != rows ||
-      prepared.ocp->position_margin() != problem.position_margin || prepared.ocp->dt() != problem.dt ||
-      names(prepared.ocp->objectives()) != names(settings.objectives) || prepared.tolerance != problem.tolerance) {
+  if (!prepared.ocp || !same_liquid || prepared.ocp->horizon() != problem.horizon ||
+      prepared.ocp->obstacle_rows() != rows || prepared.ocp->position_margin() != problem.position_margin ||
+      prepared.ocp->dt() != problem.dt || names(prepared.ocp->objectives()) != names(settings.objectives) ||
+      prepared.tolerance != problem.tolerance) {
     settings.horizon = problem.horizon;
     settings.dt = problem.dt;
     settings.obstacle_rows = rows;

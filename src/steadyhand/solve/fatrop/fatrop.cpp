@@ -19,8 +19,8 @@ using SteadyClock = std::chrono::steady_clock;
 
 /// Thrown out of FATROP's loop when the time is up; it knows no budget in time.
 struct OutOfTime {};
-/// Thrown where a state has grown beyond all bounds, as that of a liquid in a glass on its head: FATROP would look for a
-/// regularisation, or for a step, without end.
+/// Thrown where a state has grown beyond all bounds, as that of a liquid in a glass on its head: FATROP would look for
+/// a regularisation, or for a step, without end.
 struct Diverged {};
 constexpr double kMostCurvature = 1e12;  ///< of a node's Hessian that FATROP can still regularise
 constexpr int kMostTrials = 100;         ///< points that a line search may look at
