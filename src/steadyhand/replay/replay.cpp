@@ -59,12 +59,23 @@ class Run {
           return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), s.error().message)};
       }
       if (change.weights.empty()) continue;
-      const Result<std::vector<JointVector>> weights = pipeline_.planner().ocp().weights(change.weights);
+      const Result<std::vector<JointVector>> weights = pipeline_.planner().ocp().weights(known(change.weights));
       if (!weights)
         return Error{fmt::format("settings at {:.3f} s: {}", to_seconds(change.at), weights.error().message)};
       pipeline_.planner().set_weights(*weights);
     }
     return Done{};
+  }
+
+  /// Without the terms that the session had for the sake of another profile than the one that is replayed.
+  std::map<std::string, std::vector<double>> known(std::map<std::string, std::vector<double>> weights) const {
+    const auto has = [](const Objectives& objectives, const std::string& name) {
+      return std::any_of(objectives.begin(), objectives.end(), [&](const auto& each) { return each->name() == name; });
+    };
+    std::erase_if(weights, [&](const auto& weight) {
+      return has(optional_objectives(), weight.first) && !has(pipeline_.planner().ocp().objectives(), weight.first);
+    });
+    return weights;
   }
 
   /// What stood around the arm by then.
