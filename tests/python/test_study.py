@@ -259,6 +259,8 @@ def test_latency_on_the_command_delays_the_arm_and_on_the_display_the_picture(ro
     for path in ("command", "display"):
         for latency in (0.0, 0.4):
             made = trial.run_trial(robot, trial.Condition("c", "follow", latency=latency, path=path), task, person, np.random.default_rng(2))
+            assert np.allclose(made.track.target[0], robot.fk(robot.home)[:3, 3]), "the ghost is at the glass until the hand moves"
+            assert np.abs(made.track.hand).max() < 0.4
             hand, target = (np.array(rows)[:, 1] for rows in (made.track.hand, made.track.target))
             moved[path, latency] = (np.argmax(hand > 0.01) * operator.STEP, np.argmax(target - target[0] > 0.005) * operator.STEP)
     def lag(key):

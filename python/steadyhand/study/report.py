@@ -246,7 +246,7 @@ def render(results: Results) -> str:
     names = [c.name for c in study.conditions]
     along = _along(results)
     body = f"<h1>{html.escape(study.title)}</h1>\n"
-    body += f"<p>{n} {'simulated ' if simulated else ''}participants, {len(names)} conditions, {len(study.tasks)} tasks; seed {study.seed}. "
+    body += f"<p>{n} {'simulated ' if simulated else ''}participants, {len(names)} conditions, {len(study.tasks)} task{'s' * (len(study.tasks) > 1)}; seed {study.seed}. "
     body += "Brackets and bars: 95 % intervals. Bold: the best mean. "
     body += f"With so many participants, an effect of d<sub>z</sub> = {number(st.detectable(n))} is found with 80 % power.</p>\n"
     if simulated:
