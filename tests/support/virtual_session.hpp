@@ -182,6 +182,7 @@ class VirtualSession {
   }
   void fail(const char* why) { control_side_.failure = why; }
   void ask_reset() { control_side_.asked.reset(); }
+  void set(const OperatorSettings& settings) { planner_side_.settings.write(settings); }
   Pose glass(const JointVector& q) {
     kinematics_.set_position(q);
     return {kinematics_.p(), Quaternion(kinematics_.R())};

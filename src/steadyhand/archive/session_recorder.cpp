@@ -207,6 +207,7 @@ void SessionRecorder::write_settings(const AppliedSettings& applied) {
   change.tilt = applied.settings.tilt_max;
   change.no_spill = applied.settings.no_spill;
   change.fill = applied.settings.fill;
+  if (applied.settings.latency > 0.0) change.latency = applied.settings.latency;
   if (applied.settings.prediction) change.prediction = to_string(*applied.settings.prediction);
   change.profile = applied.settings.profile;
   write(change);

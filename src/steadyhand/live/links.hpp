@@ -62,6 +62,7 @@ struct OperatorSettings {
   double tilt_max = M_PI;                           ///< rad, see RetargetSettings
   bool no_spill = false;                            ///< plans spill nothing, where the problem knows a liquid
   std::optional<double> fill;                       ///< m of liquid in the glass, fresh; absent: as it is
+  double latency = 0.0;                             ///< s, added on purpose behind the gate, see HandDelay
   std::string_view profile;  ///< name of the one that these began with, kept by whoever sets them; empty: none
 };
 

@@ -154,6 +154,7 @@ void PlanningStage::apply_settings(Time now) {
     }
   }
   fill_ = settings.fill;
+  delay_.set(from_seconds(settings.latency));
   if (settings.prediction) predictor_.set_model(*settings.prediction);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
   links_->taps.settings.push({now, settings});
@@ -190,8 +191,9 @@ void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
     if (gate_.update(sample, now) != HandVerdict::kGood) continue;
     trusted_ = sample;
     const bool followed = gate_.report().clutch && gate_.report().grips == report_.grip;
-    if (following_ && followed) send_target(retargeter_.update(sample, X_base_tool));
+    if (following_ && followed) delay_.push(sample);
   }
+  for (OperatorSample sample; delay_.pop(now, sample);) send_target(retargeter_.update(sample, X_base_tool));
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
   change_holder(links_->holder);  // who may not have said anything yet
   if (to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
@@ -208,6 +210,7 @@ void PlanningStage::change_holder(std::uint64_t holder) {
 /// Begins and ends following as control decided.
 void PlanningStage::follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool) {
   const bool follow = report_.state == SupervisionState::kEngaged;
+  if (!follow) delay_.clear();
   if (follow && report_.engagement != engagement_) {
     engagement_ = report_.engagement;
     const bool new_grip = report_.grip != grip_;

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "steadyhand/core/clock.hpp"
+#include "steadyhand/live/hand_delay.hpp"
 #include "steadyhand/live/links.hpp"
 #include "steadyhand/plan/planner.hpp"
 #include "steadyhand/predict/predictor.hpp"
@@ -88,6 +89,7 @@ class PlanningStage {
   const Clock* clock_;
   Reach reach_;
   HandGate gate_;
+  HandDelay delay_;
   Retargeter retargeter_;
   Predictor predictor_;
   ScaledPlanner scaled_;

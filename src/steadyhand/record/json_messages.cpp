@@ -172,6 +172,7 @@ void append_json(JsonBuffer& out, const SettingsChange& change) {
   if (change.tilt) json->member("tilt", *change.tilt);
   if (change.no_spill) json->member("no_spill", *change.no_spill);
   if (change.fill) json->member("fill", *change.fill);
+  if (change.latency) json->member("latency", *change.latency);
   if (!change.prediction.empty()) json->member("prediction", change.prediction);
   if (!change.profile.empty()) json->member("profile", change.profile);
 }

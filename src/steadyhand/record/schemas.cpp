@@ -146,6 +146,7 @@ Schema operator_settings_schema() {
                  {"tilt", number("how far the glass may lean with the hand, rad")},
                  {"no_spill", flag("plans spill nothing")},
                  {"fill", number("of liquid in the glass, m")},
+                 {"latency", number("added on purpose between the hand's gate and the planner, s")},
                  {"prediction", text("how the hand goes on, for the planner")},
                  {"profile", text("that these began with")}});
 }

@@ -114,6 +114,7 @@ SettingsChange settings_change(const Json& json, const McapMessage& message) {
   change.yaw = read_number(json.at("yaw"));
   if (json.contains("tilt")) change.tilt = read_number(json.at("tilt"));
   if (json.contains("no_spill")) change.no_spill = json.at("no_spill").get<bool>();
+  if (json.contains("latency")) change.latency = json.at("latency").get<double>();
   if (json.contains("fill")) change.fill = read_number(json.at("fill"));
   if (json.contains("prediction")) change.prediction = json.at("prediction").get<std::string>();
   if (json.contains("profile")) change.profile = json.at("profile").get<std::string>();

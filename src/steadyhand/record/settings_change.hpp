@@ -18,6 +18,7 @@ struct SettingsChange {
   std::optional<double> tilt;                          ///< rad, how far the glass may lean with the hand; so, too
   std::optional<bool> no_spill;                        ///< plans spill nothing; so, too
   std::optional<double> fill;                          ///< m of liquid in the glass; absent: as it was
+  std::optional<double> latency;                       ///< s, added on purpose to the hand's way; absent: none
   std::string prediction;                              ///< of the hand, by its name; empty: as it was
   std::string profile;                                 ///< that these began with; empty: not told
 
