@@ -688,5 +688,56 @@ TEST(ClientClock, ForgetsAClockThatWasSetWithinTwoWindows) {
   EXPECT_NEAR(to_seconds(clock.to_session(from_seconds(52.0), now)), 112.0, 1e-6);
 }
 
+TEST_F(HubTest, AStudyIsShownToAllAndAnsweredToItsLeader) {
+  FakeOutbox leader, stranger, page, late;
+  leader.this_user = true;
+  const auto leads = greet(leader), other = greet(stranger), operates = pair(page);
+  say(other, {{"type", "study"}, {"content", {{"text", "mine"}}}});
+  EXPECT_EQ(stranger.last_error(), "unpaired");
+  say(operates, {{"type", "reply"}, {"content", {{"value", 1}}}});
+  EXPECT_EQ(page.last_error(), "unknown") << "nobody leads one";
+
+  say(leads, {{"type", "study"}, {"content", {{"text", "Reach."}}}});
+  EXPECT_EQ((*page.last("study"))["content"]["text"], "Reach.");
+  greet(late);
+  EXPECT_EQ((*late.last("study"))["content"]["text"], "Reach.") << "who comes later sees it, too";
+  say(operates, {{"type", "reply"}, {"content", {{"value", 12}}}});
+  EXPECT_EQ((*leader.last("reply"))["client"], operates);
+  EXPECT_EQ((*leader.last("reply"))["content"]["value"], 12);
+  EXPECT_EQ(page.count("reply"), 0);
+  say(other, {{"type", "reply"}, {"content", {{"value", 3}}}});
+  EXPECT_EQ(leader.count("reply"), 1) << "who is not paired answers nothing";
+
+  FakeOutbox second;
+  second.this_user = true;
+  say(greet(second), {{"type", "study"}, {"content", {{"text", "another"}}}});
+  EXPECT_EQ(second.last_error(), "taken");
+  hub_.leave(leads, now_);
+  EXPECT_TRUE((*page.last("study"))["content"].is_null()) << "its leader has gone";
+}
+
+TEST_F(HubTest, TheLeaderOfAStudySetsConditionsUnlessAHandLeadsTheArm) {
+  FakeOutbox leader, page;
+  leader.this_user = true;
+  const auto leads = greet(leader), operates = pair(page);
+  say(operates, {{"type", "take"}});
+  const Json latency = {{"type", "request"}, {"kind", "latency"}, {"value", 0.2}};
+  say(leads, latency);
+  EXPECT_EQ(leader.last_error(), "no_lease") << "before it leads one";
+  say(leads, {{"type", "study"}, {"content", {{"text", "Rest."}}}});
+  say(leads, latency);
+  ASSERT_EQ(requests_.size(), 1u);
+  EXPECT_EQ(requests_[0].kind, OperatorRequest::Kind::kLatency);
+  say(leads, {{"type", "request"}, {"kind", "playback"}, {"text", "reach"}});
+  EXPECT_EQ(requests_.size(), 1u) << "it leads no arm";
+  OperatorView view;
+  view.state = SupervisionState::kEngaged;
+  hub_.broadcast_state(view);
+  say(leads, latency);
+  EXPECT_EQ(requests_.size(), 1u) << "a hand leads the arm";
+  say(leads, {{"type", "request"}, {"kind", "playback"}, {"text", ""}});
+  EXPECT_EQ(requests_.size(), 2u) << "a recording that plays is ended";
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -52,7 +52,7 @@ OperatorView fixture_view() {
   s.samples = 90;
   s.planner_rate_hz = 50;
   s.recording = true;
-  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, 0.5, 0.0625, true, -1};
+  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, 0.5, 0.0625, true, 0.25, -1};
   return s;
 }
 
@@ -121,6 +121,8 @@ TEST(Messages, WritesTheServersFixtures) {
   facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
   facts.recordings = {"reach"};
   EXPECT_EQ(Json::parse(welcome_message(facts, facts.cell, 3)), expected["welcome"]);
+  EXPECT_EQ(Json::parse(study_message(R"({"text":"Reach each target."})")), expected["study"]);
+  EXPECT_EQ(Json::parse(reply_message(R"({"key":"tlx_mental","value":12})", 3)), expected["reply"]);
   EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);
   EXPECT_EQ(Json::parse(lease_message({3, true, false, 5, from_seconds(7.5)})), expected["lease"]);
   EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);

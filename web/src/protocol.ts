@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'attach' | 'detach' | 'label' | 'rename' | 'delete';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
@@ -19,6 +19,7 @@ export type ClientMessage =
   | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number }
   | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string }
   | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
+  | { type: 'reply'; content: { key: string; value: number } }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 
 export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
@@ -41,6 +42,8 @@ export interface Controls {
   /** m of liquid in the glass. */
   fill: number;
   no_spill: boolean;
+  /** s, added on purpose between the hand's gate and the planner. */
+  latency: number;
 }
 
 export interface StateMessage {
@@ -140,18 +143,29 @@ export interface WelcomeMessage {
   robot: Robot | null;
 }
 
+/** Where the glass is to go, m, in the base; a gate is passed, elsewhere the glass stays. */
+export interface StudyGoal { p: Vec3; radius: number; gate: boolean }
+
+/** What the program that leads a study has the pages show. `display_latency`: s, by which states are drawn late on purpose. */
+export type StudyContent = { title: string; participant: string; text: string } & (
+  | { kind: 'text' }
+  | { kind: 'question'; key: string; low: number; high: number; low_text: string; high_text: string; place: string }
+  | { kind: 'task'; goal: StudyGoal | null; following: StudyGoal | null; done: number; of: number; display_latency: number });
+
 export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease' | 'taken' | 'too_many' | 'full' | 'late' | 'unknown';
 
 export type ServerMessage =
   | WelcomeMessage
   | StateMessage
   | { type: 'cell'; cell: Cell }
+  | { type: 'study'; content: StudyContent | null }
+  | { type: 'reply'; client: number; content: object }
   | { type: 'paired'; token: string }
   | { type: 'lease'; holder: number; yours: boolean; takeable: boolean; asker: number; grant_s: Measure }
   | { type: 'pong'; t_s: number; now_s: number }
   | { type: 'error'; code: Refusal; message: string };
 
-const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error']);
+const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error', 'study', 'reply']);
 
 /** null: nothing that a server of this version says. */
 export function decode(text: string): ServerMessage | null {

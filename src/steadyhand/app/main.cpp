@@ -25,8 +25,9 @@ constexpr const char* kExamples =
     "  ./steadyhand fit my_arm.urdf --out my_arm.yaml   bodies that cover its meshes, as a robot file\n"
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
     "  ./steadyhand bench                         our solver beside its peers\n"
+    "  ./steadyhand study STUDY.yaml              a user study, with people or simulated operators\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
-    "bench and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
+    "bench, study and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
 

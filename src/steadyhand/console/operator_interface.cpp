@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "steadyhand/config/nearest.hpp"
+#include "steadyhand/live/hand_delay.hpp"
 #include "steadyhand/record/cell_json.hpp"
 
 namespace steadyhand {
@@ -86,6 +87,13 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       return Done{};
     case Kind::kRate:
       return session_->set_planner_rate(request.value);
+    case Kind::kLatency:
+      if (!(request.value >= 0.0) || from_seconds(request.value) > HandDelay::kLongest) {
+        return bad_value("latency", "from 0 to 1 s");
+      }
+      controls_.latency = request.value;
+      send();
+      return Done{};
     case Kind::kPlayback:
       return play(request.text, now);
     case Kind::kRecord:
@@ -185,6 +193,7 @@ void OperatorInterface::send() {
   settings.tilt_max = controls_.tilt;
   settings.no_spill = controls_.no_spill;
   settings.fill = controls_.fill;
+  settings.latency = controls_.latency;
   if (controls_.profile >= 0) {
     settings.prediction = profiles_[controls_.profile].prediction;
     settings.profile = profiles_[controls_.profile].name;

@@ -50,6 +50,7 @@ void Hub::leave(std::uint64_t id, Time now) {
   if (!clients_.erase(id)) return;
   if (asker_ == id) end_asking(now);
   if (holder_ == id) give_lease(0, now);
+  if (study_leader_ == id) tell_study("null");
 }
 
 void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
@@ -136,7 +137,7 @@ void Hub::broadcast_state(const OperatorView& view) {
 
 void Hub::shut_down() {
   clients_.clear();
-  holder_ = asker_ = 0;
+  holder_ = asker_ = study_leader_ = 0;
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now) {
@@ -155,6 +156,7 @@ void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, 
     send(client, paired_message(client.token));
   }
   send(client, lease_message(lease_of(id, client, now)));
+  if (!study_.empty()) send(client, study_message(study_));
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const PairMessage& message, Time now) {
@@ -223,7 +225,8 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now) {
-  if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id) {
+  if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id &&
+      !sets_condition(id, message.request, now)) {
     return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
   }
   const auto& [kind, text, value, object, to] = message.request;
@@ -244,6 +247,47 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if (const Status done = callbacks_.on_request(message.request); !done) {
     complain(client, Refusal::kUnknown, done.error().message, now);
   }
+}
+
+/// Who could read this program's memory may lead a study, one at a time.
+void Hub::handle(std::uint64_t id, Client& client, const StudyMessage& message, Time) {
+  if (!client.outbox->of_this_user()) {
+    return refuse(client, Refusal::kUnpaired,
+                  "only a program of the user who started steadyhand, on the same machine, may lead a study");
+  }
+  if (study_leader_ != 0 && study_leader_ != id) {
+    return refuse(client, Refusal::kTaken, fmt::format("client {} leads a study already", study_leader_));
+  }
+  study_leader_ = id;
+  tell_study(message.content);
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time) {
+  if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
+  const auto leader = clients_.find(study_leader_);
+  if (leader == clients_.end()) return refuse(client, Refusal::kUnknown, "no study is led now");
+  send(leader->second, reply_message(message.content, id));
+}
+
+void Hub::tell_study(std::string content) {
+  const bool over = content == "null";
+  for (auto& [id, client] : clients_) {
+    if (client.greeted) send(client, study_message(content));
+  }
+  if (over) study_leader_ = 0;
+  study_ = over ? std::string() : std::move(content);
+}
+
+/// While a study is led, its leader chooses what is compared, but not under a hand that leads the arm; and ends a
+/// recording that plays.
+bool Hub::sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const {
+  using Kind = OperatorRequest::Kind;
+  if (study_leader_ == 0 || study_leader_ != id) return false;
+  const Kind kind = request.kind;
+  if (kind == Kind::kPlayback) return request.text.empty();
+  const bool of_a_condition = kind == Kind::kProfile || kind == Kind::kScale || kind == Kind::kLatency ||
+                              kind == Kind::kFill || kind == Kind::kTilt;
+  return of_a_condition && !led(now);
 }
 
 void Hub::handle(std::uint64_t, Client& client, const PingMessage& message, Time now) {

@@ -100,6 +100,10 @@ class Hub {
   void handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const PingMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const StudyMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time now);
+  void tell_study(std::string content);
+  bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
   bool make_room(const Address& newcomer);
   bool within_rate(Client& client, Time now);
   void pair(std::uint64_t id, Client& client, const std::string& code, Time now);
@@ -127,6 +131,8 @@ class Hub {
   std::uint64_t last_id_ = 0;
   std::uint64_t holder_ = 0;
   std::uint64_t asker_ = 0;         ///< 0: nobody asks for the lease
+  std::uint64_t study_leader_ = 0;  ///< 0: there is no study
+  std::string study_;               ///< what its pages show; empty: nothing
   std::optional<Time> idle_since_;  ///< while somebody asks: since when nothing has led the arm; none: something does
   bool arm_led_ = false;            ///< as the newest state says
   Time last_grip_ = Time::min();    ///< when the holder's closed clutch was last heard

@@ -188,8 +188,18 @@ constexpr RequestName kRequests[] = {
     {"record", RequestKind::kRecord, false, true},   {"object", RequestKind::kObject, true, false},
     {"attach", RequestKind::kAttach, true, false},   {"detach", RequestKind::kDetach, true, false},
     {"label", RequestKind::kLabel, true, false},     {"rename", RequestKind::kRename, true, false},
-    {"delete", RequestKind::kDelete, true, false},
+    {"delete", RequestKind::kDelete, true, false},   {"latency", RequestKind::kLatency, false, true},
 };
+
+/// JSON that is handed on.
+std::string read_content(Reader& reader, bool may_be_null) {
+  const Json* content = reader.member("content");
+  if (!content) return {};
+  if (!content->is_object() && !(may_be_null && content->is_null())) {
+    reader.fail(may_be_null ? "'content' must be an object, or null" : "'content' must be an object");
+  }
+  return content->dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 RequestMessage read_request(Reader& reader) {
   RequestMessage message;
@@ -223,7 +233,8 @@ RequestMessage read_request(Reader& reader) {
   }
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
-      "tilt, fill, rate, playback, record, object, attach, detach, label, rename, delete");
+      "tilt, fill, rate, playback, record, object, attach, detach, label, rename, delete, "
+      "latency");
   return message;
 }
 
@@ -329,9 +340,11 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
     const double echo = reader.number_or("echo_s", -kLongest, kLongest, -1.0);
     return finished(reader, PingMessage{t, echo, reader.number_or("held_s", 0.0, kLongest, 0.0)});
   }
+  if (name == "study") return finished(reader, StudyMessage{read_content(reader, true)});
+  if (name == "reply") return finished(reader, ReplyMessage{read_content(reader, false)});
   return Error{
       "'type' must be one of hello, pair, take, release, ask, answer, "
-      "sample, request, ping"};
+      "sample, request, ping, study, reply"};
 }
 
 std::string welcome_message(const ServerFacts& facts, std::string_view cell, std::uint64_t client) {
@@ -392,6 +405,21 @@ std::string cell_message(std::string_view cell) {
 std::string paired_message(std::string_view token) {
   Message json("paired");
   json->member("token", token);
+  return json.end();
+}
+
+std::string study_message(std::string_view content) {
+  Message json("study");
+  json->key("content");
+  json->raw(content);
+  return json.end();
+}
+
+std::string reply_message(std::string_view content, std::uint64_t client) {
+  Message json("reply");
+  json->member("client", client);
+  json->key("content");
+  json->raw(content);
   return json.end();
 }
 
@@ -486,6 +514,7 @@ std::string state_message(const OperatorView& s) {
   json->member("tilt", s.controls.tilt);
   json->member("fill", s.controls.fill);
   json->member("no_spill", s.controls.no_spill);
+  json->member("latency", s.controls.latency);
   json->end_object();
   return json.end();
 }

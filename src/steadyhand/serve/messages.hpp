@@ -47,8 +47,16 @@ struct PingMessage {
   double echo = -1.0;  ///< s, `now_s` of the newest state that the client has; negative: none
   double held = 0.0;   ///< s, since the client got that state
 };
-using ClientMessage =
-    std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage, RequestMessage, PingMessage>;
+/// What the program that leads a user study has pages show. JSON that only they read; "null": the study is over.
+struct StudyMessage {
+  std::string content;
+};
+/// What a participant answers, for that program.
+struct ReplyMessage {
+  std::string content;
+};
+using ClientMessage = std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage,
+                                   RequestMessage, PingMessage, StudyMessage, ReplyMessage>;
 
 /// Errors: not JSON, an unknown type, a member that is missing, unknown, of the wrong kind, not finite or out of range.
 /// The message names it. Never throws, whatever the bytes.
@@ -62,6 +70,8 @@ std::string welcome_message(const ServerFacts& facts, std::string_view cell, std
 /// It has changed.
 std::string cell_message(std::string_view cell);
 std::string paired_message(std::string_view token);
+std::string study_message(std::string_view content);
+std::string reply_message(std::string_view content, std::uint64_t client);
 /// The lease as one client sees it.
 struct LeaseView {
   std::uint64_t holder = 0;  ///< 0: nobody

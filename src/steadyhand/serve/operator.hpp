@@ -24,6 +24,7 @@ struct OperatorRequest {
     kTilt,      ///< `value`: how far the glass may lean with the hand, rad, 0 to pi
     kFill,      ///< `value`: how high the glass is filled, m
     kRate,      ///< `value`: planning steps a second, Hz
+    kLatency,   ///< `value`: s, added on purpose between the hand's gate and the planner
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
     kRecord,    ///< `value` 0 or 1: whether the session is recorded
     kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
@@ -50,6 +51,7 @@ struct SessionControls {
   double tilt = 0.0;                             ///< rad, how far the glass may lean with the hand
   double fill = 0.0;                             ///< m of liquid in the glass
   bool no_spill = false;                         ///< plans spill nothing
+  double latency = 0.0;                          ///< s, added on purpose between the hand's gate and the planner
   int playback = -1;                             ///< index of the built-in recording that plays the hand; -1: none
 };
 
