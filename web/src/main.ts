@@ -14,7 +14,9 @@ import { Plots } from './plots/plots';
 import { Recordings } from './recordings';
 import { PRESETS, type Preset } from './scene/presets';
 import { Stage } from './scene/stage';
+import type { ServerMessage } from './protocol';
 import { ON_TOUCH, Session } from './session';
+import { DisplayDelay, StudyPanel } from './study';
 
 const canvas = element('scene', HTMLCanvasElement);
 const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)').matches;
@@ -30,8 +32,17 @@ if (code) history.replaceState(null, '', location.pathname + location.search);
 let plots: Plots | null = null, joints: Joints | null = null;
 let shown = '';
 
-const connection = new Connection(browserSurroundings(), code, (message) => {
+const delay = new DisplayDelay((message) => take(message));
+const study = new StudyPanel(stage.base, delay, (key, value) => connection.send({ type: 'reply', content: { key, value } }));
+
+const connection = new Connection(browserSurroundings(), code, (message) => delay.take(message, now()), (status) => {
+  session.connectionBecame(status);
+  if (status !== 'open') hand.letGo();
+});
+
+function take(message: ServerMessage): void {
   session.take(message, now());
+  if (message.type === 'study') study.take(message.content);
   if (message.type === 'state') {
     plots?.take(message);
     if (message.recording !== recorded) void recordings.refresh();
@@ -51,10 +62,7 @@ const connection = new Connection(browserSurroundings(), code, (message) => {
   joints = new Joints(element('joints', HTMLDivElement), robot);
   void stage.setRobot(robot, glass);
   void recordings.follow();
-}, (status) => {
-  session.connectionBecame(status);
-  if (status !== 'open') hand.letGo();
-});
+}
 
 const hand = new Hand(connection, now, () => session.yours && !session.past);
 const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
@@ -132,6 +140,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   const dt = t - last;
   last = t;
   ++frames;
+  delay.release(t);
   headset.update(frame, t);
   drag.show(!headset.session && session.mayLead(t));
   drag.follow();
