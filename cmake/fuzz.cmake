@@ -1,6 +1,6 @@
 # Parsers under hostile input (tests/fuzz), each with the room that it is of. With STEADYHAND_FUZZ, which takes clang, each is
 # a libFuzzer program fuzz_NAME; with any compiler all together are test_fuzz, which replays the corpus.
-set(fuzzed csv=input aframe=input messages=serve urdf=robot rtde=ur mcap=record problems=record yaml=console)
+set(fuzzed csv=input aframe=input messages=desk urdf=robot rtde=ur mcap=record problems=record yaml=console)
 if(STEADYHAND_ROS2)
   list(APPEND fuzzed cdr=ros2)
   set(fuzzed_ros2 steadyhand_ros2)

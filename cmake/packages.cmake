@@ -1,4 +1,8 @@
 # Third-party packages: Debian's development packages, and what the PyPI wheel `casadi` carries (FATROP, BLASFEO).
+if(NOT STEADYHAND_WITH_SYSTEM)
+  include(cmake/bare_packages.cmake)
+  return()
+endif()
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)

@@ -4,7 +4,7 @@ list(FILTER app_sources EXCLUDE REGEX "/(command_line|run|progress_bar|robot_cho
 add_executable(steadyhand ${app_sources})
 steadyhand_cold(steadyhand)
 set_target_properties(steadyhand PROPERTIES UNITY_BUILD OFF)  # each command has Options of its own
-target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_commands)
+target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_browser steadyhand_commands)
 foreach(room ur ros2)
   if(TARGET steadyhand_${room})
     target_link_libraries(steadyhand PRIVATE steadyhand_${room})

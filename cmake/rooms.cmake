@@ -9,13 +9,16 @@ endfunction()
 # Headers that nearly every file includes, compiled once for each way of compiling; -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
 # shows whether every file still names what it uses.
 file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/empty.cpp" CONTENT "")
+if(STEADYHAND_WITH_SYSTEM)
+  set(file_headers <filesystem>)
+endif()
 function(steadyhand_headers name options libraries)
   add_library(${name} OBJECT EXCLUDE_FROM_ALL "${PROJECT_BINARY_DIR}/empty.cpp")
   target_link_libraries(${name} PRIVATE ${libraries})
   target_compile_options(${name} PRIVATE ${options})
   target_compile_definitions(${name} PRIVATE EIGEN_MAX_ALIGN_BYTES=16)
-  target_precompile_headers(${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <fmt/format.h> <algorithm> <cmath> <filesystem>
-                            <functional> <memory> <optional> <string> <vector> ${ARGN})
+  target_precompile_headers(${name} PRIVATE <Eigen/Core> <Eigen/Geometry> <fmt/format.h> <algorithm> <cmath>
+                            ${file_headers} <functional> <memory> <optional> <string> <vector> ${ARGN})
 endfunction()
 set(source_libraries Eigen3::Eigen fmt::fmt)
 set(test_libraries ${source_libraries} GTest::gtest nlohmann_json::nlohmann_json)
@@ -43,20 +46,30 @@ function(steadyhand_cold target)
   target_precompile_headers(${target} REUSE_FROM cold_headers)
 endfunction()
 
-# steadyhand_room(NAME HOT|WARM USES rooms... LINK libraries... EXCEPT folders... TEST_LINK libraries... ONCE files...): src/steadyhand/NAME/*.cpp,
+# steadyhand_room(NAME HOT|WARM USES rooms... LINK libraries... EXCEPT folders... BARE files... TEST_LINK libraries... ONCE files...): src/steadyhand/NAME/*.cpp,
 # and what its folders hold but those left out, become the library steadyhand_NAME; with tests tests/NAME/*.cpp the executable
 # test_NAME. HOT: what it does in a planning period or a cycle of the arm takes time that counts, so the compiler may take
 # its time, too; WARM: it runs in each, but for short; but for HOT files of ONCE, of which packages for several processors hold one version (cmake/levels.cmake).
+# BARE: what of it there is without an operating system (STEADYHAND_WITH_SYSTEM), if not all; with the libraries that are there.
 # Tests of rooms that are neither run under sanitizers; without these they are among the long ones, since what the
 # optimiser does matters less there than the time that a second build takes.
 function(steadyhand_room name)
-  cmake_parse_arguments(room "HOT;WARM" "" "USES;LINK;EXCEPT;TEST_LINK;ONCE" ${ARGN})
+  cmake_parse_arguments(room "HOT;WARM" "" "USES;LINK;EXCEPT;BARE;TEST_LINK;ONCE" ${ARGN})
   list(TRANSFORM room_USES PREPEND steadyhand_)
   set(folder "${PROJECT_SOURCE_DIR}/src/steadyhand/${name}")
   file(GLOB sources CONFIGURE_DEPENDS "${folder}/*.cpp" "${folder}/*/*.cpp")
   foreach(left_out ${room_EXCEPT})
     list(FILTER sources EXCLUDE REGEX "^${folder}/${left_out}/")
   endforeach()
+  if(room_BARE AND NOT STEADYHAND_WITH_SYSTEM)
+    list(TRANSFORM room_BARE PREPEND "${folder}/" OUTPUT_VARIABLE sources)
+    list(TRANSFORM sources APPEND .cpp)
+    foreach(library ${room_LINK})
+      if(NOT TARGET ${library})
+        list(REMOVE_ITEM room_LINK ${library})
+      endif()
+    endforeach()
+  endif()
   if(room_HOT AND STEADYHAND_PROCESSORS)
     steadyhand_room_of_levels(${name} "${sources}" "${room_ONCE}" "${room_USES}" "${room_LINK}")
     return()

@@ -65,6 +65,11 @@ add_executable(kinematics_dump EXCLUDE_FROM_ALL tests/tools/kinematics_dump.cpp)
 steadyhand_cold(kinematics_dump)
 target_link_libraries(kinematics_dump PRIVATE steadyhand_config)
 
+# What this build plans, for comparison with WebAssembly's.
+add_executable(closed_loop EXCLUDE_FROM_ALL tests/tools/closed_loop.cpp)
+steadyhand_cold(closed_loop)
+target_link_libraries(closed_loop PRIVATE steadyhand_browser)
+
 # Long campaigns; see the head of each file.
 add_executable(fuzz_server EXCLUDE_FROM_ALL tests/soak/fuzz_server.cpp)
 steadyhand_cold(fuzz_server)
@@ -131,7 +136,7 @@ endif()
 
 # Everything that `ctest` runs, but for what only `./steadyhand test --long` builds.
 get_property(long_test_targets GLOBAL PROPERTY steadyhand_long_tests)
-add_custom_target(long_tests DEPENDS ${long_test_targets})
+add_custom_target(long_tests DEPENDS ${long_test_targets} closed_loop)
 get_property(test_targets GLOBAL PROPERTY steadyhand_tests)
 add_custom_target(tests DEPENDS ${test_targets} examples write_sample kinematics_dump fake_ur_controller)
 if(STEADYHAND_WITH_PYTHON)

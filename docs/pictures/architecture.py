@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-WIDTH, HEIGHT = 1000, 982
+WIDTH, HEIGHT = 1000, 1044
 
 # Of each library its box (x, y, width, height), where its title stands, the distance of its columns and the width of its rooms'
 # boxes, and where each room stands: column from the left of the box, and row of the figure. Rooms stand below all that they use.
@@ -16,8 +16,8 @@ LIBRARIES = {
     "live": ((446, 258, 386, 590), "below", 97, 84, {
         "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 3), "ur": (0, 4), "ros2": (0.2, 9), "record": (2, 6), "live": (0.8, 8),
         "replay": (2, 8), "archive": (1.4, 9)}),
-    "the program": ((848, 258, 138, 710), "below", 66, 60, {
-        "report": (0, 7), "fit": (1, 7), "serve": (0.75, 9), "console": (0.5, 10), "app": (0.5, 11)}),
+    "the program": ((848, 258, 138, 772), "below", 66, 60, {
+        "report": (0, 7), "fit": (1, 7), "desk": (0.5, 9), "serve": (0, 10), "browser": (1, 10), "console": (0.5, 11), "app": (0.5, 12)}),
     "the Python package": ((446, 866, 170, 90), "above", 97, 84, {"python": (0.4, 11)}),
 }
 FIRST_ROW, ROW = 232, 62

@@ -44,7 +44,7 @@ Rooms read_rooms(const std::string& cmake, std::vector<std::string>& complaints)
     std::istringstream words((*it)[2]);
     bool in_uses = false;
     for (std::string word; words >> word;) {
-      if (word == "USES" || word == "LINK" || word == "TEST_LINK" || word == "EXCEPT") {
+      if (word == "USES" || word == "LINK" || word == "TEST_LINK" || word == "EXCEPT" || word == "BARE") {
         in_uses = word == "USES";
       } else if (in_uses && !rooms.count(word)) {
         complaints.push_back("CMakeLists.txt: " + name + " uses " + word + ", which does not stand above it");

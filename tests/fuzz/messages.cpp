@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/serve/hub.hpp"
+#include "steadyhand/desk/hub.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,4 +1,4 @@
-#include "steadyhand/serve/access.hpp"
+#include "steadyhand/desk/access.hpp"
 
 #include <gtest/gtest.h>
 #include <openssl/pem.h>

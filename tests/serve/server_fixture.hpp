@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "socket_client.hpp"
-#include "steadyhand/serve/messages.hpp"
+#include "steadyhand/desk/messages.hpp"
 #include "steadyhand/serve/server.hpp"
 
 namespace steadyhand {

@@ -5,7 +5,7 @@ import { once } from 'node:events';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
-import { basename, join, resolve } from 'node:path';
+import { basename, dirname, join, resolve } from 'node:path';
 import playwright, { chromium } from 'playwright-core';
 
 export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
@@ -17,11 +17,15 @@ export const FIREFOX = basename(BROWSER ?? '').startsWith('firefox');
 export const picture = (name) => join(ARTEFACTS, `page_${FIREFOX ? 'firefox_' : ''}${name}.png`);
 export const PATIENCE = Number(process.env.STEADYHAND_PATIENCE ?? 180_000); // ms; far above what anything takes, so that a test ends
 
+/** A folder of `./steadyhand site`, whose page is tried in the program's place: what it leads is in a Worker. */
+export const SITE = process.env.STEADYHAND_SITE;
+/** For tests of what only a program has: other clients, a wire, recordings. */
+export const NEEDS_PROGRAM = SITE ? { skip: 'needs a program behind the page' } : {};
 export let browser, address;
 let program, sessions, newest, output, screen;
 
 /** The newest address with its code, from the terminal. */
-export const newestAddress = () => [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1];
+export const newestAddress = () => (SITE ? address : [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1]);
 /** All that the program said. */
 export const terminal = () => output;
 export const plainAddress = () => address.replace(/#.*/, '');
@@ -46,6 +50,13 @@ export async function startProgram(...more) {
   await stopProgram();
   newest = null;
   output = '';
+  if (SITE) { // an ordinary file server; each page has a session of its own
+    program = spawn('python3', ['-u', '-m', 'http.server', '0', '--bind', '127.0.0.1', '--directory', dirname(SITE)], { stdio: ['ignore', 'pipe', 'ignore'] });
+    program.stdout.on('data', (data) => { output += data; });
+    const root = await until(() => output.match(/\((http:\S+)\)/)?.[1], 'the file server');
+    address = new URL(`${basename(SITE)}/`, root).href; // of a folder below: all addresses are relative
+    return;
+  }
   // Another page than the one in the program, while one works on it.
   const page = process.env.STEADYHAND_WEB && !more.includes('--page') ? ['--page', process.env.STEADYHAND_WEB] : [];
   program = spawn(PROGRAM, ['demo', '--port', '0', '--no-browser', '--sessions', sessions, ...page, ...more]);
@@ -175,6 +186,7 @@ export async function cable() {
 
 /** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
 export async function watch() {
+  if (SITE) return { evaluate: (...all) => newest.evaluate(...all) }; // the page alone knows its session
   const context = await browser.newContext();
   const client = await context.newPage();
   client.setDefaultTimeout(PATIENCE);

@@ -2,7 +2,10 @@
 // One program, one page and, but where a test says otherwise, one VR session for all.
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, test } from 'node:test';
-import { closePages, distance, facts, finish, frames as framesOf, inState, open, ready, rest, say, start, startProgram, state, until, watch, withoutPixels } from './harness.mjs';
+import {
+  closePages, distance, facts, finish, frames as framesOf, inState, NEEDS_PROGRAM, open, ready, rest, say, start, startProgram, state, until, watch,
+  withoutPixels,
+} from './harness.mjs';
 
 let page, watcher;
 const HOME = { right: [-0.18, 1.25, -0.6], left: [-0.62, 1.2, -0.5] };
@@ -464,7 +467,7 @@ test('hands that the headset sees lead nothing', async () => {
   await leave();
 });
 
-test('the lease comes with A; a grip before it leads nothing', async () => {
+test('the lease comes with A; a grip before it leads nothing', NEEDS_PROGRAM, async () => {
   await leave();
   await say(page, { type: 'release' });
   await until(async () => !(await facts(page)).yours, 'the lease to be free');
@@ -493,7 +496,7 @@ test('a session that cannot be drawn to is left again, and that is said', async 
   await setForward();
 });
 
-test('the board never says that nothing moves when it cannot know', async () => {
+test('the board never says that nothing moves when it cannot know', NEEDS_PROGRAM, async () => {
   await page.evaluate(() => { globalThis.steadyhand.connection.start = () => {}; }); // stays cut
   await page.evaluate(() => globalThis.socket.close());
   await boardSays('Not connected');

@@ -8,8 +8,8 @@ import { after, afterEach, before, beforeEach, test } from 'node:test';
 import { allocations, buildReadable, ofTheScene } from './allocations.mjs';
 import { findsNothing } from './axe.mjs';
 import {
-  address, browser, cable, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, plainAddress,
-  pressTarget, ready, rest, say, shot, start, startProgram, state, targetOnScreen, until, watch, weight, withoutPixels,
+  address, browser, cable, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, open, PATIENCE, picture, plainAddress,
+  pressTarget, ready, rest, say, shot, SITE, start, startProgram, state, targetOnScreen, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
 let page;
@@ -36,7 +36,7 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
   assert.deepEqual(page.complaints, []);
 });
 
-test('without a server it says so', IN_CHROMIUM, async () => {
+test('without a server it says so', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, colorScheme: 'dark', reducedMotion: 'reduce' });
   await context.routeWebSocket('**/live', () => {}); // opens, and never says a word
   const lonely = await context.newPage();
@@ -131,10 +131,12 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   assert.ok(distance(left.target.p, left.tool.p) < 1e-5 && left.tracking_error === null, 'nothing is wanted of it, and the handles are at the glass');
 
   // The watcher's samples do nothing; its stop does.
-  await watcher.evaluate(() => {
-    for (let i = 1; i < 20; ++i) globalThis.steadyhand.connection.send({ type: 'sample', sequence: i, t_s: performance.now() / 1000, p: [i, 0, 1], q: [0, 0, 0, 1], clutch: true, tracked: true, emulated: false });
-  });
-  await until(async () => (await watcher.evaluate(() => globalThis.steadyhand.session.errors)).includes('no_lease'), 'the refusal');
+  if (!SITE) {
+    await watcher.evaluate(() => {
+      for (let i = 1; i < 20; ++i) globalThis.steadyhand.connection.send({ type: 'sample', sequence: i, t_s: performance.now() / 1000, p: [i, 0, 1], q: [0, 0, 0, 1], clutch: true, tracked: true, emulated: false });
+    });
+    await until(async () => (await watcher.evaluate(() => globalThis.steadyhand.session.errors)).includes('no_lease'), 'the refusal');
+  }
   assert.equal((await state(page)).state, 'ready');
   const bytes = await page.evaluate(async () => {
     const { connection, session } = globalThis.steadyhand, begin = [connection.bytesReceived, session.statesReceived];
@@ -217,7 +219,7 @@ test('a box is added, dragged over the floor, and removed', async () => {
   assert.deepEqual(page.complaints, []);
 });
 
-test('a recording appears in the list, its report opens, and it replays in the scene', async () => {
+test('a recording appears in the list, its report opens, and it replays in the scene', NEEDS_PROGRAM, async () => {
   page = await open();
   const first = await state(page);
   await until(async () => distance((await state(page)).q, first.q) > 0.2, 'a motion to record');
@@ -293,7 +295,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   assert.deepEqual(page.complaints, []);
 });
 
-test('a picture makes nothing anew', IN_CHROMIUM, async (t) => {
+test('a picture makes nothing anew', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async (t) => {
   const folder = mkdtempSync(join(tmpdir(), 'steadyhand-page-'));
   t.after(() => rmSync(folder, { recursive: true, force: true }));
   const sources = buildReadable(folder);
@@ -307,7 +309,7 @@ test('a picture makes nothing anew', IN_CHROMIUM, async (t) => {
   }, 'pictures that make nothing anew').catch((error) => assert.fail(`${bytes} bytes a picture; ${error}`));
 });
 
-test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', async (t) => {
+test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', NEEDS_PROGRAM, async (t) => {
   const watcher = await watch();
   const wire = await cable();
   t.after(wire.remove);
@@ -333,7 +335,7 @@ test('says that it is not connected, comes back by itself, and moves nothing unt
   await inState(watcher, 'ready');
 });
 
-test('a page that comes back draws what stands around the arm by now', async (t) => {
+test('a page that comes back draws what stands around the arm by now', NEEDS_PROGRAM, async (t) => {
   const operator = await open(), wire = await cable();
   t.after(wire.remove);
   await ready(operator);

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import {
-  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, newestAddress, open as openDrawn, pressTarget, ready, rest, say, start,
+  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, newestAddress, open as openDrawn, pressTarget, ready, rest, say, start,
   startProgram, state, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
@@ -109,7 +109,7 @@ test('letters lead the arm also after a slider, a choice or a list was touched',
   }
 });
 
-test('a lease that comes while the grip is held moves nothing; a fresh grip does', IN_CHROMIUM, async () => {
+test('a lease that comes while the grip is held moves nothing; a fresh grip does', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open(), watcher = await watch();
   await ready(page);
   await say(page, { type: 'release' });
@@ -144,7 +144,7 @@ test('a stop in the middle of a drag leaves handles that can be taken again', IN
   await inState(watcher, 'ready');
 });
 
-test('while the past is on the screen nothing but Stop acts on the arm, and nothing of now is beside it', IN_CHROMIUM, async () => {
+test('while the past is on the screen nothing but Stop acts on the arm, and nothing of now is beside it', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open(), watcher = await watch();
   await ready(page);
   await lead(watcher, key(page, 'KeyE'), () => isEngaged(watcher), 'something to record');
@@ -189,7 +189,7 @@ test('while the past is on the screen nothing but Stop acts on the arm, and noth
   await inState(watcher, 'ready');
 });
 
-test('the puddle of now is not beside the past', IN_CHROMIUM, async () => {
+test('the puddle of now is not beside the past', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open();
   await ready(page);
   const spills = (spilled) => page.evaluate((is) => {
@@ -201,7 +201,7 @@ test('the puddle of now is not beside the past', IN_CHROMIUM, async () => {
   assert.equal(await page.evaluate(() => { const { stage, session } = globalThis.steadyhand; stage.showPast(session.state.q); return stage.spilled; }), false);
 });
 
-test('never says that nothing moves when it cannot know', IN_CHROMIUM, async (t) => {
+test('never says that nothing moves when it cannot know', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async (t) => {
   const watcher = await watch(), wire = await cable();
   t.after(wire.remove);
   const page = await open({ cable: wire });
@@ -221,7 +221,7 @@ test('never says that nothing moves when it cannot know', IN_CHROMIUM, async (t)
   assert.equal(await page.isDisabled('#stop'), true);
 });
 
-test('a connection that swallows everything is given up within seconds, and another one is made', IN_CHROMIUM, async (t) => {
+test('a connection that swallows everything is given up within seconds, and another one is made', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async (t) => {
   const wire = await cable();
   t.after(wire.remove);
   const page = await open({ cable: wire });
@@ -237,7 +237,7 @@ test('a connection that swallows everything is given up within seconds, and anot
   await ready(page);
 });
 
-test('a code that is mistyped and a headset that refuses are told', IN_CHROMIUM, async () => {
+test('a code that is mistyped and a headset that refuses are told', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open({ watch: true });
   await page.fill('#code', 'bcdf bcdf bcdf');
   await page.click('#pairing button');
@@ -293,7 +293,7 @@ const stranger = async () => {
   return page;
 };
 
-test('the arm passes to who asks: granted, refused, and when nothing has led it for ten seconds', IN_CHROMIUM, async () => {
+test('the arm passes to who asks: granted, refused, and when nothing has led it for ten seconds', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open(), watcher = await watch();
   await ready(page);
   const other = await stranger();
@@ -323,7 +323,7 @@ test('the arm passes to who asks: granted, refused, and when nothing has led it 
   assert.equal((await facts(page)).yours, true);
 });
 
-test('the second tab of the same person takes the arm at once', IN_CHROMIUM, async () => {
+test('the second tab of the same person takes the arm at once', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open(), watcher = await watch();
   await ready(page);
   const tab = await page.context().newPage();
@@ -339,7 +339,7 @@ test('the second tab of the same person takes the arm at once', IN_CHROMIUM, asy
   await inState(watcher, 'ready');
 });
 
-test('any tab stops the arm, paired or not, whoever leads it', IN_CHROMIUM, async () => {
+test('any tab stops the arm, paired or not, whoever leads it', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open(), watcher = await watch(), visitor = await open({ watch: true });
   await ready(page);
   await page.bringToFront();

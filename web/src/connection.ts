@@ -1,10 +1,12 @@
 import { decode, encode, PROTOCOL_VERSION, type ClientMessage, type ServerMessage, type StateMessage } from './protocol';
+import { hasSimd } from './worker/module';
+import { PortSocket, type Socket } from './worker/port_socket';
 
 export type ConnectionStatus = 'connecting' | 'open' | 'lost' | 'refused';
 
 /** What a connection needs of the browser; tests bring their own. */
 export interface Surroundings {
-  open(): WebSocket;
+  open(): Socket;
   /** s, monotonic. */
   now(): number;
   after(seconds: number, act: () => void): number;
@@ -26,6 +28,13 @@ export function browserSurroundings(): Surroundings {
   };
 }
 
+/** Of a page without a program behind it: its session is in a Worker. @param onFailure why there is none, for people */
+export function workerSurroundings(onFailure: (why: string) => void): Surroundings {
+  const begin = { site: new URL('.', location.href).href, robot: new URLSearchParams(location.search).get('robot') ?? '', simd: hasSimd() };
+  // Nobody else is there: no token of an earlier session counts.
+  return { ...browserSurroundings(), open: () => new PortSocket(begin, onFailure), readToken: () => '', keepToken: () => {} };
+}
+
 const PING_EVERY = 0.5; // s
 /** s without a word after which a connection is given up: one whose far end is gone would wait for TCP, minutes perhaps. */
 export const SILENT = 3;
@@ -37,7 +46,7 @@ export class Connection {
   /** s, of the last pong; NaN before the first. */
   roundTrip = NaN;
   bytesReceived = 0;
-  #socket: WebSocket | null = null;
+  #socket: Socket | null = null;
   #attempts = 0;
   #timer = 0;
   #heard = 0;

@@ -1,5 +1,5 @@
 import './style.css';
-import { browserSurroundings, Connection } from './connection';
+import { browserSurroundings, Connection, workerSurroundings } from './connection';
 import { offerFirstSteps } from './first_steps';
 import { Hand } from './hand';
 import { Drag } from './input/drag';
@@ -29,13 +29,22 @@ const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
 // Nobody should copy it from the address bar.
 if (code) history.replaceState(null, '', location.pathname + location.search);
 
+/** A page of `./steadyhand site` says so: there is no program behind it. */
+const alone = document.querySelector('meta[name="steadyhand-session"][content="worker"]') !== null;
+if (alone) {
+  document.body.dataset.alone = 'true';
+  // Offline after the first visit; where browsers allow none (plain HTTP of another machine) the page works as it is.
+  if ('serviceWorker' in navigator) navigator.serviceWorker.register('./offline.js').catch(() => {});
+}
+element('unstarted', HTMLElement).remove();
+
 let plots: Plots | null = null, joints: Joints | null = null;
 let shown = '';
 
 const delay = new DisplayDelay((message) => take(message));
 const study = new StudyPanel(stage.base, delay, (key, value) => connection.send({ type: 'reply', content: { key, value } }));
 
-const connection = new Connection(browserSurroundings(), code, (message) => delay.take(message, now()), (status) => {
+const connection = new Connection(alone ? workerSurroundings((why) => { session.failure = why; }) : browserSurroundings(), code, (message) => delay.take(message, now()), (status) => {
   session.connectionBecame(status);
   if (status !== 'open') hand.letGo();
 });
@@ -45,7 +54,7 @@ function take(message: ServerMessage): void {
   if (message.type === 'study') study.take(message.content);
   if (message.type === 'state') {
     plots?.take(message);
-    if (message.recording !== recorded) void recordings.refresh();
+    if (message.recording !== recorded && !alone) void recordings.refresh();
     recorded = message.recording;
   }
   if (message.type === 'cell') stage.setCell(message.cell);

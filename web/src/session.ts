@@ -42,6 +42,8 @@ export class Session {
   means = ON_PAGE;
   /** What was refused last; the page, too, may say so. */
   lastError: { code: Refusal; message: string; at?: number } | null = null;
+  /** Why there is no session in this page, in words for people; empty: there is one, or it is elsewhere. */
+  failure = '';
   statesReceived = 0;
   #stateAt = -Infinity;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
@@ -49,7 +51,10 @@ export class Session {
 
   connectionBecame(status: ConnectionStatus): void {
     this.status = status;
-    if (status === 'open') return;
+    if (status === 'open') {
+      this.failure = '';
+      return;
+    }
     // Whatever was true of the lease ended with the connection.
     this.paired = false;
     this.yours = this.takeable = false;
@@ -123,6 +128,7 @@ export class Session {
   advice(now: number, heldFor = 0): string {
     const { means } = this;
     if (this.status === 'refused') return this.lastError?.message ?? 'This page is of another version: reload it.';
+    if (this.failure) return this.failure;
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
     if (this.past) return `You see a recording. The arm itself is ${this.state?.state ?? 'elsewhere'}; only Stop acts on it.`;

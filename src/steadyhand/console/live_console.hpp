@@ -9,8 +9,8 @@
 
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/console/operator_interface.hpp"
 #include "steadyhand/console/session_library.hpp"
+#include "steadyhand/desk/operator_interface.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
 
@@ -76,7 +76,6 @@ class LiveConsole {
  private:
   LiveConsole(const RobotModel& model, ConsoleSettings settings, Clock& clock, ConsoleCallbacks callbacks,
               std::unique_ptr<LiveSession> session);
-  ServerFacts describe_session() const;
   SessionRecorder::Metadata describe_run() const;
   Status open_page();
   Status edit_session(const SessionEdit& edit);

@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "steadyhand/arm/arm_kinds.hpp"
+#include "steadyhand/desk/session_setup.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
 
-SessionSettings::SessionSettings() { live.planning.retarget.ramp = kLiveRamp; }
+SessionSettings::SessionSettings() : live(operator_defaults()) {}
 
 Status SessionSettings::resolve(const SettingsTable& table) {
   const auto frame = [](const std::string& name) { return name == "tool" ? MotionFrame::kTool : MotionFrame::kBase; };

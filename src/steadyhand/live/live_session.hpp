@@ -1,181 +1,39 @@
 #pragma once
 
-#include <functional>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <thread>
-#include <vector>
 
-#include "steadyhand/arm/arm.hpp"
-#include "steadyhand/core/clock.hpp"
-#include "steadyhand/live/control_stage.hpp"
-#include "steadyhand/live/monitor.hpp"
-#include "steadyhand/live/planning_stage.hpp"
 #include "steadyhand/live/realtime.hpp"
-#include "steadyhand/live/snapshot.hpp"
-#include "steadyhand/robot/cell.hpp"
+#include "steadyhand/live/session.hpp"
 
 namespace steadyhand {
 
-struct LiveSettings {
-  /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
-  double planner_rate_hz = 0.0;
-  /// s, see PlanningSettings::look_ahead, which this sets; 0: PlanningSettings::default_look_ahead. It is also the
-  /// solver's budget: a plan that takes longer would begin in the past.
-  double look_ahead = 0.0;
-  bool realtime = true;  ///< ask for real-time priority, locked memory and processors that do not sleep
-  PlanningSettings planning;
-  ControlSettings control;
-  GlassSettings glass;
-  Cell cell;  ///< what stands around the arm
-};
-
-/// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
-/// some hundred times a second. Any may be empty.
-struct LiveTaps {
-  std::function<void(const OperatorSample&)> sample;
-  std::function<void(const Target&)> target;
-  std::function<void(const AppliedSettings&)> settings;
-  /// What stands around the arm from a time on, which is also when what moves is where it says; first as it begins.
-  std::function<void(Time, const Cell&)> cell;
-  std::function<void(const PlanningRecord&)> step;
-  std::function<void(const JointCommand&)> command;
-  std::function<void(const JointState&)> state;
-  std::function<void(const SupervisionChange&)> change;
-  std::function<void(const SessionSnapshot&)> look;  ///< after each round, 100 times a second
-};
-
-/// What a session came to, for people.
-struct LiveSummary {
-  double duration = 0.0, engaged = 0.0;  ///< s
-  std::uint64_t engagements = 0, samples = 0, dropped_samples = 0, plans = 0, failed_plans = 0, late_plans = 0;
-  std::uint64_t cycles = 0, missed_deadlines = 0, tap_drops = 0;
-  TimingSummary latency_us, solve_us, wake_us;
-  MonitorResult monitor;
-  bool spilled = false;
-  /// Why the arm did not follow although the clutch was closed or a stop was asked for, and how often.
-  std::vector<std::pair<std::string, std::uint64_t>> holds;
-};
-
 /// The threads of a live session and what joins them: planner (its own rate), control (paced by the arm) and a writer
 /// that serves taps, monitor and snapshots. Nothing moves before the operator's hand grips.
-class LiveSession {
+class LiveSession : public Session {
  public:
   /// Model, arm and clock must outlive it. Takes some 100 ms. Fails on settings out of range, with the reason.
   static Result<std::unique_ptr<LiveSession>> make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
                                                    Clock& clock);
   ~LiveSession();
 
-  /// Starts the threads. Once.
+  /// Starts the threads. Once; warnings() are complete once they run.
   void start(LiveTaps taps = {});
-  /// Lines for people about what `realtime` asks for and was not granted; complete once the threads run.
-  std::vector<std::string> warnings() const;
-
-  /// The operator's hand. One thread at a time.
-  void feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
-  /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
-  void release_hand() { ++links_->holder; }
-  /// Any thread.
-  void ask_stop() { links_->asked.stop(); }
-  /// Of the stop or fault that there is now: what halts the arm later is not undone.
-  void ask_reset() { links_->asked.reset(); }
-  /// Supervisor::halts and whether the arm is stopped, or about to be, as control saw it last. Any thread.
-  std::uint64_t halts() const { return links_->asked.halts; }
-  bool is_halted() const { return links_->asked.halted; }
-  /// A part of the program cannot go on: the arm comes to rest, for good. Any thread. @param why static text
-  void fail(const char* why, const char* details) noexcept;
-  /// Weights, scale, yaw; one thread at a time.
-  void set(const OperatorSettings& settings) { links_->settings.write(settings); }
-
-  /// What stands around the arm from here on. At the next cycle the plan that is followed is looked at anew, and left
-  /// for the shortest stop where it would touch. Any thread. Fails, and changes nothing, where obstacles_of does, with
-  /// the reason.
-  /// @param at session's clock: what moves is there then
-  Status set_cell(const Cell& cell, Time at);
-  /// The same as it is at a time, once the session has started. Any thread.
-  Cell cell(Time at) const;
-  /// The cell as it was set last, when, and how often it has been set. Any thread.
-  struct CellSet {
-    Cell cell;
-    Time at;
-    std::uint64_t version;
-  };
-  CellSet cell_set() const;
-  /// Makes a new cell of the present one; of those who change it so, one at a time. Any thread. Fails, and changes
-  /// nothing, where the change or set_cell does.
-  Status change_cell(const std::function<Result<Cell>(Cell)>& change, Time at);
-  /// The arm as it is commanded to be at a time near now, after set_position. Any thread. Fails before it has said
-  /// where it is.
-  Result<Kinematics> arm_at(Time at) const;
-  /// The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now. Any
-  /// thread. Fails, and changes nothing, as attach() and detach() of robot/cell.hpp do.
-  /// @param at session's clock, now
-  Status attach(const std::string& object, Time at);
-  Status detach(const std::string& object, Time at);
-
-  /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
-  /// would take the planner for late, or beyond the arm's.
-  Status set_planner_rate(double rate_hz);
-
-  /// One look at the session, any thread.
-  SessionSnapshot snapshot() const;
-  /// The arm stands, after every stop that was asked for so far or by a fault. Any thread.
-  bool stopped_at_rest() const;
   /// Brings the arm to rest, waits for that (2 s at most), ends the threads.
   LiveSummary finish();
   bool is_running() const { return running_; }
 
-  const Ocp& ocp() const { return planning_->ocp(); }
-  double planner_rate_hz() const { return planner_rate_hz_; }
-
  private:
-  LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock);
+  using Session::Session;
   void run_control();
-  void control_cycle();
   void plan_on();
   template <typename Work>
   bool goes_well(const char* otherwise, const Work& work);
   void run_planner();
   void run_writer();
-  void drain();
-  void see_cell();
-  void refresh();
-  void count(const SupervisionChange& change);
-  void warn(const std::string& line);
 
-  const RobotModel* model_;
-  LiveSettings settings_;
-  Arm* arm_;
-  Clock* clock_;
-  std::unique_ptr<Links> links_;
   std::optional<AwakeProcessors> awake_;
-  std::unique_ptr<ControlStage> control_;
-  std::unique_ptr<PlanningStage> planning_;
-  Monitor monitor_;
-  LiveTaps taps_;
-  std::atomic<bool> running_{false}, draining_{false}, control_failed_{false};
-  std::atomic<double> planner_rate_hz_;
+  std::atomic<bool> running_{false}, draining_{false};
   std::thread control_thread_, planner_thread_, writer_thread_;
-
-  // ---- of the writer thread
-  Kinematics arm_kinematics_;
-  ControlView control_view_;
-  PlannerView planner_view_;
-  LiveSummary summary_;
-  Time started_{0}, engaged_since_{0};
-
-  mutable std::mutex mutex_;  ///< of what follows; never taken by control or planner
-  std::mutex changes_;        ///< of the cell, one at a time
-  Cell cell_;
-  Time cell_at_{0};
-  std::optional<Obstacles> fresh_obstacles_;  ///< of the cell, which the writer has not seen
-  std::uint64_t world_ = 0;                   ///< versions of the cell so far
-  SessionSnapshot snapshot_;
-  bool stopped_at_rest_ = false;
-  std::uint64_t stops_ = 0;  ///< that stopped_at_rest_ takes into account
-  std::vector<std::string> warnings_;
 };
 
 }  // namespace steadyhand

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "steadyhand/pipeline/pipeline.hpp"
+#include "steadyhand/pipeline/complete.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "steadyhand/robot/gaps.hpp"

@@ -44,14 +44,6 @@ Status check_numbers(const RobotModel& model, const PipelineSettings& settings) 
 
 }  // namespace
 
-PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, const Reach& reach) {
-  predictor.horizon = ocp.horizon;
-  predictor.dt = ocp.dt;
-  predictor.reach_center = reach.center;
-  predictor.reach = reach.radius;
-  return predictor;
-}
-
 PipelineSettings::PipelineSettings(const Profile& profile) : ocp(profile.ocp) {
   predictor.model = profile.prediction;
   retarget.tilt_max = profile.tilt_max;

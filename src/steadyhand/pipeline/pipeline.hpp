@@ -5,6 +5,7 @@
 
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/pipeline/complete.hpp"
 #include "steadyhand/plan/planner.hpp"
 #include "steadyhand/predict/predictor.hpp"
 #include "steadyhand/retarget/retargeter.hpp"
@@ -12,9 +13,6 @@
 #include "steadyhand/track/tracker.hpp"
 
 namespace steadyhand {
-
-/// What the caller of a predictor need not say, as it follows from the problem and the arm: horizon, dt and reach.
-PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, const Reach& reach);
 
 /// Of each stage; the defaults are the program's.
 struct PipelineSettings {

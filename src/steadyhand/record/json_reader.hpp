@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "steadyhand/core/math.hpp"
 
@@ -38,6 +39,11 @@ inline double positive(const OrderedJson& json, const std::string& key) {
   const double value = number(json, key);
   if (value <= 0.0) fail(key, fmt::format("is {}; it must be positive", value));
   return value;
+}
+
+inline std::string text(const OrderedJson& json, const std::string& key) {
+  if (!json.is_string()) fail(key, "must be a text");
+  return json.get<std::string>();
 }
 
 /// @param size of the array, or -1 for any

@@ -56,15 +56,18 @@ OrderedJson shape_json(const Shape& shape, const Eigen::Isometry3d& origin) {
 Eigen::Isometry3d read_shape_json(const OrderedJson& object, const std::string& key, Shape& shape) {
   shape = read_sizes(object, key);
   if (const Status status = check(shape); !status) json::fail(key, status.error().message);
-  const std::string where = key + ".origin";
-  const OrderedJson& rows = json::array(json::member(object, key, "origin"), where, 4);
+  return read_rows_json(json::member(object, key, "origin"), key + ".origin");
+}
+
+Eigen::Isometry3d read_rows_json(const OrderedJson& json, const std::string& key) {
+  const OrderedJson& rows = json::array(json, key, 4);
   Eigen::Matrix4d T;
   for (int row = 0; row < 4; ++row)
-    T.row(row) = json::vector<Eigen::VectorXd>(rows[row], fmt::format("{}[{}]", where, row), 4);
+    T.row(row) = json::vector<Eigen::VectorXd>(rows[row], fmt::format("{}[{}]", key, row), 4);
   const Matrix3 R = T.topLeftCorner<3, 3>();
   if ((R * R.transpose() - Matrix3::Identity()).norm() > 1e-6 || R.determinant() < 0.0 ||
       T.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
-    json::fail(where, "is no pose: its rows must be a rotation matrix with the position behind it, and [0, 0, 0, 1]");
+    json::fail(key, "is no pose: its rows must be a rotation matrix with the position behind it, and [0, 0, 0, 1]");
   }
   Eigen::Isometry3d origin;
   origin.matrix() = T;

@@ -15,6 +15,10 @@ OrderedJson numbers_json(const Vector& vector) {
 /// Four rows of four numbers.
 OrderedJson rows_json(const Eigen::Isometry3d& T);
 
+/// The pose again. Throws json::Wrong, also for what is none.
+/// @param key of the rows, for messages
+Eigen::Isometry3d read_rows_json(const OrderedJson& json, const std::string& key);
+
 /// "shape", "origin" and the shape's sizes, as docs/formulation.md has them for bodies.
 OrderedJson shape_json(const Shape& shape, const Eigen::Isometry3d& origin);
 

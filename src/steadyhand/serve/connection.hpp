@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/serve/hub.hpp"
+#include "steadyhand/desk/hub.hpp"
 #include "steadyhand/serve/site.hpp"
 
 namespace boost::asio::ssl {

@@ -1,4 +1,4 @@
-#include "steadyhand/serve/places.hpp"
+#include "steadyhand/desk/places.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "steadyhand/console/operator_interface.hpp"
+#include "steadyhand/desk/operator_interface.hpp"
 
 #include <fmt/format.h>
 
@@ -28,7 +28,7 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 
 }  // namespace
 
-OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile,
+OperatorInterface::OperatorInterface(Session& session, std::vector<Profile> profiles, int profile,
                                      const RetargetSettings& retarget, const GlassSettings& glass,
                                      std::vector<NamedRecording> recordings)
     : session_(&session), profiles_(std::move(profiles)), glass_(glass), recordings_(std::move(recordings)) {
@@ -39,13 +39,13 @@ OperatorInterface::OperatorInterface(LiveSession& session, std::vector<Profile> 
 }
 
 void OperatorInterface::on_record(std::function<void(bool)> call) {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   on_record_ = std::move(call);
 }
 
 Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
   using Kind = OperatorRequest::Kind;
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   const auto bad_value = [&](const char* what, const char* right) {
     return Error{fmt::format("{} is {}; it must be {}", what, request.value, right)};
   };
@@ -204,7 +204,7 @@ void OperatorInterface::send() {
 }
 
 void OperatorInterface::hand(const OperatorSample& sample) {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   if (playback_ && !sample.clutch) return;
   if (playback_) end_playback();
   session_->feed(sample);
@@ -217,18 +217,18 @@ void OperatorInterface::end_playback() {
 }
 
 void OperatorInterface::change_hands() {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   if (playback_) return end_playback();
   session_->release_hand();
 }
 
 void OperatorInterface::note_server_alive(Time now) {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   server_alive_ = now;
 }
 
 Time OperatorInterface::poll(Time now) {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
   OperatorSample sample;
@@ -237,8 +237,8 @@ Time OperatorInterface::poll(Time now) {
 }
 
 std::shared_ptr<const std::string> OperatorInterface::cell() {
-  const std::lock_guard lock(mutex_);
-  const LiveSession::CellSet set = session_->cell_set();
+  const Lock lock(mutex_);
+  const Session::CellSet set = session_->cell_set();
   if (set.version == cell_version_) return cell_json_;
   const bool first = set.version == kCellOfTheBegin;
   cell_version_ = set.version;
@@ -247,7 +247,7 @@ std::shared_ptr<const std::string> OperatorInterface::cell() {
 }
 
 SessionControls OperatorInterface::controls() const {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   return controls_;
 }
 

@@ -1,8 +1,7 @@
-#include "steadyhand/serve/access.hpp"
+#include "steadyhand/desk/access.hpp"
 
 #include <fmt/format.h>
-#include <openssl/crypto.h>
-#include <openssl/rand.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -32,14 +31,17 @@ std::string random_text(int length) {
   std::string text;
   while (static_cast<int>(text.size()) < length) {
     unsigned char byte = 0;
-    if (RAND_bytes(&byte, 1) != 1) return {};
+    if (getentropy(&byte, 1) != 0) return {};
     if (byte < kFair) text += kAlphabet[byte % kAlphabet.size()];
   }
   return text;
 }
 
 bool equal_secret(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+  if (a.size() != b.size()) return false;
+  volatile unsigned char difference = 0;  // volatile: no compiler leaves the loop early
+  for (std::size_t i = 0; i < a.size(); ++i) difference = difference | static_cast<unsigned char>(a[i] ^ b[i]);
+  return difference == 0;
 }
 
 bool host_allowed(std::string_view host, const std::vector<std::string>& names) {

@@ -1,4 +1,4 @@
-#include "steadyhand/serve/messages.hpp"
+#include "steadyhand/desk/messages.hpp"
 
 #include <fmt/format.h>
 

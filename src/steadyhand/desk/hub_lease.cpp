@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/serve/hub.hpp"
+#include "steadyhand/desk/hub.hpp"
 
 namespace steadyhand {
 

@@ -1,4 +1,4 @@
-#include "steadyhand/serve/client_clock.hpp"
+#include "steadyhand/desk/client_clock.hpp"
 
 #include <algorithm>
 

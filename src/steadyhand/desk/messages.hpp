@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "steadyhand/core/result.hpp"
-#include "steadyhand/serve/server.hpp"
+#include "steadyhand/desk/facts.hpp"
 
 /// The words of docs/protocol.md: JSON text to structs and back. web/protocol/schema.json says the same to machines.
 namespace steadyhand {

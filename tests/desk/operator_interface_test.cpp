@@ -1,10 +1,11 @@
-#include "steadyhand/console/operator_interface.hpp"
+#include "steadyhand/desk/operator_interface.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
+#include "steadyhand/live/live_session.hpp"
 #include "support/virtual_session.hpp"
 
 namespace steadyhand {

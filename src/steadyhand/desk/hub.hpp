@@ -7,11 +7,11 @@
 #include <string>
 #include <string_view>
 
-#include "steadyhand/serve/access.hpp"
-#include "steadyhand/serve/client_clock.hpp"
-#include "steadyhand/serve/messages.hpp"
-#include "steadyhand/serve/places.hpp"
-#include "steadyhand/serve/server.hpp"
+#include "steadyhand/desk/access.hpp"
+#include "steadyhand/desk/client_clock.hpp"
+#include "steadyhand/desk/facts.hpp"
+#include "steadyhand/desk/messages.hpp"
+#include "steadyhand/desk/places.hpp"
 
 namespace steadyhand {
 

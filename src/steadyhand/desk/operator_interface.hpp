@@ -1,15 +1,14 @@
 #pragma once
 
 #include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/console/playback.hpp"
-#include "steadyhand/live/live_session.hpp"
-#include "steadyhand/serve/operator.hpp"
+#include "steadyhand/config/profile.hpp"
+#include "steadyhand/desk/operator.hpp"
+#include "steadyhand/desk/playback.hpp"
+#include "steadyhand/live/session.hpp"
 
 namespace steadyhand {
 
@@ -28,7 +27,7 @@ struct NamedRecording {
 class OperatorInterface {
  public:
   /// The session must outlive it. @param profile index of the profile that the session began with
-  OperatorInterface(LiveSession& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
+  OperatorInterface(Session& session, std::vector<Profile> profiles, int profile, const RetargetSettings& retarget,
                     const GlassSettings& glass, std::vector<NamedRecording> recordings);
 
   /// Who begins and ends recordings when the operator asks for it; until then that is refused.
@@ -59,17 +58,17 @@ class OperatorInterface {
   void end_playback();
   void send();
 
-  mutable std::mutex mutex_;
-  LiveSession* session_;
+  mutable Mutex mutex_;
+  Session* session_;
   std::vector<Profile> profiles_;
   GlassSettings glass_;
   std::vector<NamedRecording> recordings_;
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
   SessionControls controls_;
   std::shared_ptr<const std::string> cell_json_;
-  std::uint64_t cell_version_ = 0;  ///< LiveSession::CellSet::version that it is of
+  std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version that it is of
   std::optional<Playback> playback_;
-  std::uint64_t halts_ = 0;  ///< LiveSession::halts when it began
+  std::uint64_t halts_ = 0;  ///< Session::halts when it began
   std::optional<Time> server_alive_;
   std::function<void(bool)> on_record_;
 };

@@ -1,4 +1,4 @@
-#include "steadyhand/console/playback.hpp"
+#include "steadyhand/desk/playback.hpp"
 
 #include <gtest/gtest.h>
 

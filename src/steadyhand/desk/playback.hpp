@@ -1,6 +1,6 @@
 #pragma once
 
-#include "steadyhand/input/recording.hpp"
+#include "steadyhand/input/recorded_hand.hpp"
 
 namespace steadyhand {
 

@@ -1,4 +1,4 @@
-#include "steadyhand/serve/hub.hpp"
+#include "steadyhand/desk/hub.hpp"
 
 #include <gtest/gtest.h>
 

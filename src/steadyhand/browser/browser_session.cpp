@@ -1,0 +1,104 @@
+#include "steadyhand/browser/browser_session.hpp"
+
+#include "steadyhand/desk/session_setup.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr Time kTickPeriod = std::chrono::milliseconds(100);
+constexpr Time kStatePeriod = std::chrono::milliseconds(16);
+constexpr double kMaxRate = 250.0;  ///< messages a second, of a client
+constexpr int kMaxClients = 8;      ///< the page, and who looks over its shoulder
+
+}  // namespace
+
+BrowserSession::BrowserSession(BrowserSetup setup, std::function<Time()> wall)
+    : setup_(std::move(setup)), clock_(std::move(wall)) {}
+
+Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup, std::function<Time()> wall,
+                                                             double rate_hz) {
+  if (setup.profiles.empty()) return Error{"a session needs a profile"};
+  LiveSettings settings = operator_defaults();
+  settings.planner_rate_hz = rate_hz;
+  settings.time_budget = static_cast<bool>(wall);
+  std::unique_ptr<BrowserSession> made(new BrowserSession(std::move(setup), std::move(wall)));
+  BrowserSession& s = *made;
+  const BrowserSetup& told = s.setup_;
+  settings.cell = told.cell;
+  take_profiles(told.profiles, told.profile, settings);
+  s.arm_ = std::make_unique<SimulatedArm>(told.robot, told.robot.home, SimulatedArmSettings{}, s.clock_);
+  auto session = OneThreadSession::make(told.robot, settings, *s.arm_, s.clock_);
+  if (!session) return session.error();
+  s.session_ = *std::move(session);
+  std::vector<std::string> recordings;
+  for (const NamedRecording& recording : told.recordings) recordings.push_back(recording.name);
+  s.facts_ = describe_session(told.robot, s.session_->ocp(), settings, told.profiles, std::move(recordings));
+  s.operator_interface_ = std::make_unique<OperatorInterface>(
+      *s.session_, told.profiles, told.profile, settings.planning.retarget, settings.glass, told.recordings);
+  s.callbacks_.now = [&s] { return s.clock_.now(); };
+  s.callbacks_.on_sample = [&s](const OperatorSample& sample) { s.operator_interface_->hand(sample); };
+  s.callbacks_.on_request = [&s](const OperatorRequest& request) {
+    return s.operator_interface_->apply(request, s.clock_.now());
+  };
+  s.callbacks_.on_lease = [&s](std::uint64_t) { s.operator_interface_->change_hands(); };
+  s.callbacks_.on_pairing = [](const std::vector<std::string>&) {};
+  s.hub_ = std::make_unique<Hub>(s.facts_, s.callbacks_, kMaxRate, kMaxClients);
+  if (Status status = s.hub_->prepare(); !status) return status.error();
+  LiveTaps taps;
+  taps.command = [&s](const JointCommand& command) {
+    if (s.on_command) s.on_command(command);
+  };
+  s.session_->start(std::move(taps));
+  // So that there is something to see until somebody takes over, as in the program.
+  if (!told.recordings.empty()) {
+    (void)s.operator_interface_->apply(
+        {OperatorRequest::Kind::kPlayback, told.recordings.front().name, 0.0, std::nullopt}, s.clock_.now());
+  }
+  return made;
+}
+
+std::uint64_t BrowserSession::join(Outbox& outbox, Time now) {
+  advance(now);
+  return hub_->join(outbox, {"this browser", true}, clock_.now());
+}
+
+void BrowserSession::leave(std::uint64_t client, Time now) {
+  advance(now);
+  hub_->leave(client, clock_.now());
+}
+
+void BrowserSession::receive(std::uint64_t client, std::string_view text, Time now) {
+  advance(now);
+  hub_->receive(client, text, now - *behind_);
+}
+
+void BrowserSession::advance(Time now) {
+  if (!behind_) behind_ = now - clock_.now();
+  Time until = now - *behind_;
+  if (until - clock_.now() > kLongestGap) {
+    *behind_ += until - clock_.now() - kLongestGap;
+    until = clock_.now() + kLongestGap;
+    operator_interface_->change_hands();
+    ++pauses_;
+  }
+  while (session_->next_cycle() <= until) {
+    (void)operator_interface_->poll(session_->next_cycle());
+    session_->step();
+    const Time at = clock_.now();
+    if (at >= next_tick_) {
+      hub_->tick(at);
+      next_tick_ = at + kTickPeriod;
+    }
+    if (at >= next_state_) {
+      publish();
+      next_state_ += kStatePeriod;
+    }
+  }
+}
+
+void BrowserSession::publish() {
+  hub_->broadcast_state({session_->snapshot(), operator_interface_->controls(), false, operator_interface_->cell()});
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,51 @@
+import { TAKEN, type Begin, type Failure } from './worker';
+
+/** The part of a WebSocket that a connection uses. */
+export type Socket = Pick<WebSocket, 'send' | 'close' | 'readyState' | 'bufferedAmount' | 'onopen' | 'onmessage' | 'onclose'>;
+
+/** A session in a Worker of this page, as a WebSocket to a program would be. */
+export class PortSocket implements Socket {
+  onopen: WebSocket['onopen'] = null;
+  onmessage: WebSocket['onmessage'] = null;
+  onclose: WebSocket['onclose'] = null;
+  readyState: WebSocket['readyState'] = WebSocket.CONNECTING;
+  readonly bufferedAmount = 0;
+  readonly #worker: Worker;
+
+  /** @param onFailure why there is no session, or none any more, in words for people */
+  constructor(begin: Begin, private readonly onFailure: (why: string) => void) {
+    this.#worker = new Worker(new URL('./worker.ts', import.meta.url), { type: 'module' });
+    this.#worker.onmessage = (event: MessageEvent<string | null | Failure>) => this.#take(event.data);
+    this.#worker.onerror = () => this.#end('The planner’s Worker did not start: publish the site’s folder anew, or use a newer browser.');
+    this.#worker.postMessage(begin);
+  }
+
+  send(text: string): void { if (this.readyState === WebSocket.OPEN) this.#worker.postMessage(text); }
+
+  close(): void {
+    this.readyState = WebSocket.CLOSED;
+    this.#worker.terminate();
+  }
+
+  #take(data: string | null | Failure): void {
+    const socket = this as unknown as WebSocket;
+    if (data === null) {
+      this.readyState = WebSocket.OPEN;
+      this.onopen?.call(socket, new Event('open'));
+    } else if (typeof data === 'string') {
+      this.onmessage?.call(socket, new MessageEvent('message', { data }));
+      if (data.startsWith('{"type":"state"')) this.#worker.postMessage(TAKEN);
+      // Who has the page has the Worker, too: no code need be typed.
+      if (data.startsWith('{"type":"welcome"')) this.send('{"type":"pair","code":"local"}');
+    } else {
+      this.#end(data.failure);
+    }
+  }
+
+  #end(why: string): void {
+    if (this.readyState === WebSocket.CLOSED) return;
+    this.close();
+    this.onFailure(why);
+    this.onclose?.call(this as unknown as WebSocket, new CloseEvent('close'));
+  }
+}

@@ -1,0 +1,81 @@
+import { file, whole } from './files';
+import { Module } from './module';
+
+/** Page to Worker: who it is and what session it wants, once; then messages of docs/protocol.md as text. */
+export interface Begin { site: string; robot: string; simd: boolean }
+/** Worker to page, beside such messages: it cannot go on. */
+export interface Failure { failure: string }
+/** Page to Worker: the newest state has been taken. */
+export const TAKEN = 0;
+
+/** What `./steadyhand site` writes beside the page (web/tools/make_site.mjs). */
+interface Site { robots: string[]; bytes: Record<string, number> }
+
+/** ms between two looks at the clock. Browsers make it 4; in a tab that nobody sees perhaps 1000. */
+const PERIOD = 2;
+const PAGE = 1;
+/** This Worker's side of its page's port; the page's types call it a window. */
+const port = self as unknown as { postMessage(data: string | null | Failure): void; onmessage(event: MessageEvent<unknown>): void };
+const now = (): number => performance.now() / 1000;
+
+let module: Module | null = null;
+/** The page has not taken the last state yet, and what goes to it after that. */
+let underWay = false;
+let waiting: string | null = null;
+
+function fail(error: unknown): void {
+  module = null;
+  port.postMessage({ failure: error instanceof Error ? error.message : String(error) } satisfies Failure);
+}
+
+function sendState(text: string): void {
+  if (underWay) {
+    waiting = text;
+    return;
+  }
+  underWay = true;
+  port.postMessage(text);
+}
+
+function take(data: unknown): void {
+  if (data === TAKEN) {
+    underWay = false;
+    const next = waiting;
+    waiting = null;
+    if (next !== null) sendState(next);
+  } else if (typeof data === 'string') {
+    module?.receive(PAGE, data, now());
+  }
+}
+
+async function begin({ site, robot, simd }: Begin): Promise<void> {
+  const told = (await (await file(new URL('site.json', site), "The site's list")).json().catch(() => {
+    throw new Error("The site's list (site.json) is no JSON: publish the site's folder anew, all of it.");
+  })) as Site;
+  const wanted = robot || told.robots[0]!;
+  if (!told.robots.includes(wanted)) throw new Error(`This site has no robot “${wanted}”; it has ${told.robots.join(', ')}.`);
+  const get = async (name: string, what: string, type: string) =>
+    whole(await (await file(new URL(name, site), what, type)).arrayBuffer(), told.bytes[name], `${what} (${name})`);
+  const name = simd ? 'steadyhand.wasm' : 'steadyhand-plain.wasm';
+  const [code, setup] = await Promise.all([get(name, 'The planner', 'application/wasm'), get(`robots/${wanted}.json`, 'The robot', 'application/json')]);
+  const loaded = await Module.load(code, {
+    send: (_client, text, isState) => (isState ? sendState(text) : port.postMessage(text)),
+    close: () => fail(new Error('The session closed this page: too many messages that it could not read. Reload it.')),
+  });
+  loaded.begin(new TextDecoder().decode(setup));
+  loaded.join(PAGE, now());
+  module = loaded;
+  port.postMessage(null); // open
+  setInterval(() => {
+    try { module?.advance(now()); } catch (error) { fail(error); }
+  }, PERIOD);
+}
+
+port.onmessage = (event) => {
+  try {
+    if (module) take(event.data);
+    else if (typeof event.data === 'object' && event.data) begin(event.data as Begin).catch(fail);
+  } catch (error) {
+    fail(error);
+  }
+};
