@@ -1,4 +1,4 @@
-"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, and study."""
+"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, study, and dataset."""
 
 import signal
 import sys
@@ -11,6 +11,10 @@ def main() -> int:
         from .study.__main__ import main as study
 
         return study(sys.argv[2:])
+    if sys.argv[1:2] == ["dataset"]:
+        from .dataset.__main__ import main as dataset
+
+        return dataset(sys.argv[2:])
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python would look for Ctrl-C only after the command
     code, message = _native.run_program(["steadyhand", *sys.argv[1:]])
     if message:

@@ -1,0 +1,129 @@
+"""The command `steadyhand dataset` (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import argparse
+import concurrent.futures
+import contextlib
+import sys
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any, NoReturn
+
+from .._replay import read_session
+from .._robot import Robot
+from ._episodes import ACTIONS, Episode, cut
+
+_MOST_WORKERS = 64
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise ValueError(message)
+
+
+def _parser() -> _Parser:
+    parser = _Parser(
+        prog="steadyhand dataset",
+        description="Makes a data set in LeRobot's format v3.0 of recorded sessions, or appends them to one (docs/datasets.md).",
+        epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, or a folder of them")
+    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there")
+    parser.add_argument("--fps", type=int, default=30, metavar="N", help="frames a second, 1 to 500 (30)")
+    parser.add_argument("--action", choices=ACTIONS, default="joints", help="what an action is: joint positions, their change, the tool's pose, or positions and velocities (joints)")
+    parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words")
+    parser.add_argument("--episodes", choices=("grips", "session"), default="grips", help="from each grip to its release, or all of a session (grips)")
+    parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="leave out what is shorter, s (1)")
+    parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that read sessions side by side (1)")
+    return parser
+
+
+def _files(words: list[str]) -> list[Path]:
+    files: list[Path] = []
+    for word in words:
+        path = Path(word)
+        if not path.exists():
+            raise ValueError(f"{path}: there is no such file or folder")
+        inside = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        if not inside:
+            raise ValueError(f"{path}: has no session (*.mcap)")
+        files += inside
+    seen: set[Path] = set()
+    for path in files:
+        if path.resolve() in seen:
+            raise ValueError(f"{path}: named twice")
+        seen.add(path.resolve())
+    return files
+
+
+def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tuple[list[Episode], list[str]]:
+    """Of one session; why it was left out, if it was."""
+    try:
+        session = read_session(path)
+        return cut(session, Robot(robot or session.metadata["run"]["robot"]), **options)
+    except KeyError:
+        return [], [f"{path}: does not name its robot; --robot must"]
+    except (ValueError, OSError) as error:
+        return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
+
+
+def _read(files: list[Path], robot: str | None, options: dict[str, Any], workers: int) -> tuple[list[Episode], list[str]]:
+    """All sessions, in the order given. A worker that dies takes no other session with it."""
+    if workers == 1:
+        answers = {path: _episodes_of(path, robot, options) for path in files}
+    else:
+        answers = _read_in_processes(files, robot, options, workers)
+    for path in files:
+        if path not in answers:
+            answers |= _read_in_processes([path], robot, options, 1) or {path: ([], [f"{path}: the process that read it was killed"])}
+    return [episode for path in files for episode in answers[path][0]], [line for path in files for line in answers[path][1]]
+
+
+def _read_in_processes(files: list[Path], robot: str | None, options: dict[str, Any], workers: int) -> dict[Path, tuple[list[Episode], list[str]]]:
+    """What was read until a worker died; all, if none did."""
+    answers = {}
+    with concurrent.futures.ProcessPoolExecutor(max_workers=workers) as pool:
+        jobs = {path: pool.submit(_episodes_of, path, robot, options) for path in files}
+        for path, job in jobs.items():
+            with contextlib.suppress(BrokenProcessPool):
+                answers[path] = job.result()
+    return answers
+
+
+def run(words: list[str]) -> int:
+    """The command; its exit code. Raises ValueError for bad input."""
+    arguments = _parser().parse_args(words)
+    if not 1 <= arguments.workers <= _MOST_WORKERS:
+        raise ValueError(f"--workers is {arguments.workers}; it must be from 1 to {_MOST_WORKERS}")
+    if not 1 <= arguments.fps <= 500:
+        raise ValueError(f"--fps is {arguments.fps}; it must be from 1 to 500")
+    if not 0.0 <= arguments.shortest < float("inf"):
+        raise ValueError(f"--shortest is {arguments.shortest}; it must be at least 0 s")
+    if arguments.robot:
+        Robot(arguments.robot)
+    try:
+        from ._lerobot import write
+    except ImportError as error:
+        raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
+    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest}
+    episodes, left_out = _read(_files(arguments.sessions), arguments.robot, options, arguments.workers)
+    for line in left_out:
+        print(f"steadyhand: left out: {line}", file=sys.stderr)
+    info = write(arguments.out, episodes)
+    print(f"{arguments.out}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
+    return 0
+
+
+def main(words: list[str]) -> int:
+    try:
+        return run(words)
+    except (ValueError, OSError) as error:
+        print(f"steadyhand: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

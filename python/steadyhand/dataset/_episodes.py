@@ -1,0 +1,175 @@
+"""A session cut into episodes, with all its streams on one clock of frames."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._arrays import Array
+from .._poses import quat_xyzw
+from .._replay import Session
+from .._robot import Robot
+
+LONGEST_GAP = 0.05
+"""s: an episode is left out if its measured states or its commands pause longer."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """One quantity in every frame of an episode."""
+
+    values: Array
+    """(m, d)."""
+    names: tuple[str, ...]
+    """d of them: what each number is."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What a policy learns from: m frames, frame k at k / fps."""
+
+    session: str
+    """The name of the recording."""
+    start: float
+    """s of the session's time, of frame 0."""
+    fps: int
+    robot: str
+    task: str
+    """What was to be done, in words."""
+    features: dict[str, Frames]
+    """By LeRobot's names: observation.state, observation.tool, operator.target (where the hand wanted the tool; no policy has it), action."""
+
+    def __len__(self) -> int:
+        return len(self.features["action"].values)
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Joints over time, between whose samples lines are drawn: those are 2 ms apart."""
+
+    t: Array
+    q: Array
+    dq: Array
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        return _between(t, self.t, self.q), _between(t, self.t, self.dq)
+
+    def longest_gap(self, begin: float, end: float) -> float:
+        """s without a sample within [begin, end]."""
+        inside = self.t[(self.t > begin) & (self.t < end)]
+        return float(np.diff(np.concatenate([[begin], inside, [end]])).max())
+
+
+def _between(t: Array, at: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(t, at, column) for column in values.T])
+
+
+def _pose(T: Array) -> Array:
+    """(m, 7): position in m and quaternion x, y, z, w, without jumps of sign from frame to frame."""
+    quaternions = quat_xyzw(T)
+    flips = np.cumsum(np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0.0) % 2
+    quaternions[1:][flips == 1] *= -1.0
+    return np.hstack([T[:, :3, 3], quaternions])
+
+
+_POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+
+
+def _joints(session: Session, *what: str) -> tuple[str, ...]:
+    return tuple(f"{joint}.{kind}" for kind in what for joint in session.joint_names)
+
+
+def _absolute(session: Session, robot: Robot, commands: _Motion, t: Array, step: float) -> Frames:
+    return Frames(commands.at(t + step)[0], _joints(session, "pos"))
+
+
+def _delta(session: Session, robot: Robot, commands: _Motion, t: Array, step: float) -> Frames:
+    return Frames(commands.at(t + step)[0] - commands.at(t)[0], _joints(session, "delta"))
+
+
+def _tool(session: Session, robot: Robot, commands: _Motion, t: Array, step: float) -> Frames:
+    return Frames(_pose(robot.fk(commands.at(t + step)[0])), tuple(f"tool.{name}" for name in _POSE))
+
+
+def _set_point(session: Session, robot: Robot, commands: _Motion, t: Array, step: float) -> Frames:
+    return Frames(np.hstack(commands.at(t + step)), _joints(session, "pos", "vel"))
+
+
+ACTIONS: dict[str, Callable[[Session, Robot, _Motion, Array, float], Frames]] = {
+    "joints": _absolute,
+    "delta": _delta,
+    "pose": _tool,
+    "command": _set_point,
+}
+"""What `action` may be. Each is what was commanded for the end of the frame's interval, and none a copy of the state:
+"joints": positions; "delta": positions less those commanded at its begin; "pose": of the tool in the base, x, y, z in m and
+quaternion x, y, z, w; "command": positions and velocities."""
+
+
+def _stretches(session: Session, episodes: str) -> list[tuple[float, float]]:
+    """Begin and end of each, s."""
+    steps = session.steps
+    if not len(steps.t):
+        return []
+    if episodes == "session":
+        return [(float(steps.t[0]), float(steps.t[-1]))]
+    found = []
+    for engaged, group in itertools.groupby(range(len(steps.t)), key=lambda k: bool(steps.engaged[k])):
+        rows = list(group)
+        if engaged:
+            found.append((float(steps.t[rows[0]]), float(steps.t[rows[-1]])))
+    return found
+
+
+def cut(
+    session: Session, robot: Robot, *, fps: int = 30, action: str = "joints", task: str = "", episodes: str = "grips", shortest: float = 1.0
+) -> tuple[list[Episode], list[str]]:
+    """The episodes of a session, and a line on each stretch that was left out.
+
+    robot: the one that moved; its joints must be the session's. fps: frames a second, 1 to 500. action: a key of ACTIONS.
+    task: what was to be done, in words. episodes: "grips", from each grip of the hand to its release, or "session", all of it.
+    shortest: s; what is shorter is left out. Every stream is sampled at the frames' times, between its own samples along lines.
+    Raises ValueError for what is out of range, and for a robot with other joints.
+    """
+    if fps != int(fps) or not 1 <= fps <= 500:
+        raise ValueError(f"fps is {fps}; it must be a whole number from 1 to 500")
+    if action not in ACTIONS:
+        raise ValueError(f'action is "{action}"; it must be one of {", ".join(ACTIONS)}')
+    if episodes not in ("grips", "session"):
+        raise ValueError(f'episodes is "{episodes}"; it must be grips or session')
+    if robot.joint_names != session.joint_names:
+        raise ValueError(f"{session.name} has the joints {', '.join(session.joint_names)}; the robot {robot.name} has {', '.join(robot.joint_names)}")
+    commands = _Motion(session.commands.t, session.commands.q, session.commands.dq)
+    states = _Motion(session.states.t, session.states.q, session.states.dq)
+    if not len(commands.t) or not len(states.t):
+        return [], [f"{session.name}: has no commands, or no measured states"]
+    found, left_out = [], []
+    for begin, end in _stretches(session, episodes):
+        begin, end = max(begin, commands.t[0], states.t[0]), min(end, commands.t[-1], states.t[-1])
+        where = f"{session.name}, {begin:.1f} to {end:.1f} s"
+        frames = int(np.floor((end - begin) * fps + 1e-9))  # the action of the last one ends within
+        if end - begin < shortest or frames < 1:
+            left_out.append(f"{where}: shorter than {max(shortest, 1 / fps):g} s")
+            continue
+        pause = max(motion.longest_gap(begin, end) for motion in (commands, states))
+        if pause > LONGEST_GAP:
+            left_out.append(f"{where}: {1e3 * pause:.0f} ms are not recorded")
+            continue
+        t = begin + np.arange(frames) / fps
+        q, dq = states.at(t)
+        rows = np.clip(np.searchsorted(session.steps.t, t, side="right") - 1, 0, None)
+        features = {
+            "observation.state": Frames(np.hstack([q, dq]), _joints(session, "pos", "vel")),
+            "observation.tool": Frames(_pose(robot.fk(q)), tuple(f"tool.{name}" for name in _POSE)),
+            "operator.target": Frames(_pose(session.steps.T_base_target[rows]), tuple(f"target.{name}" for name in _POSE)),
+            "action": ACTIONS[action](session, robot, commands, t, 1 / fps),
+        }
+        broken = [name for name, frames_of in features.items() if not np.isfinite(frames_of.values).all()]
+        if broken:
+            left_out.append(f"{where}: {', '.join(broken)} not finite")
+            continue
+        found.append(Episode(session.name, float(begin), int(fps), robot.name, task, features))
+    return found, left_out

@@ -1,0 +1,201 @@
+"""Data sets in LeRobot's format v3.0: tables in Parquet, what they hold in JSON.
+
+    meta/info.json                              features, counts, rate
+    meta/stats.json                             extent, mean and quantiles of each number
+    meta/tasks.parquet                          tasks in words
+    meta/episodes/chunk-000/file-000.parquet    episodes: length, where they lie, statistics, session and time
+    data/chunk-000/file-000.parquet             frames
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ._episodes import Episode
+
+FORMAT = "v3.0"
+FILES_PER_CHUNK = 1000
+QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
+_INDICES = {"timestamp": "float32", "frame_index": "int64", "episode_index": "int64", "index": "int64", "task_index": "int64"}
+_ONE = {"shape": [1], "names": None}
+DATA, EPISODES = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet", "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+
+
+def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[str, Any]:
+    """Makes the data set `folder` of the episodes, or appends them to the one that is there. Returns what info.json holds.
+
+    The folder is changed as a whole at the end: a run that is interrupted leaves it as it was.
+    Raises ValueError where there is no episode, and where robot, rate or features differ, among them or from the data set's.
+    """
+    folder = Path(folder)
+    if not episodes:
+        raise ValueError("there is no episode to write")
+    info = _new_info(episodes[0])
+    for episode in episodes:
+        _must_match(_new_info(episode), info, f"{episode.session} at {episode.start:.1f} s", "the first episode")
+    if folder.exists() and any(folder.iterdir()):
+        before = _read_info(folder)
+        _must_match(info, before, "what is to be appended", str(folder))
+        info = before
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    try:
+        if info["total_episodes"]:
+            shutil.copytree(folder, beside, dirs_exist_ok=True, copy_function=_link)
+        _append(beside, info, episodes)
+        os.chmod(beside, 0o777 & ~_umask())
+        _put_in_place(beside, folder)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return info
+
+
+def _new_info(episode: Episode) -> dict[str, Any]:
+    features = {name: {"dtype": "float32", "shape": [len(frames.names)], "names": list(frames.names)} for name, frames in episode.features.items()}
+    return {
+        "codebase_version": FORMAT,
+        "robot_type": episode.robot,
+        "total_episodes": 0,
+        "total_frames": 0,
+        "total_tasks": 0,
+        "chunks_size": FILES_PER_CHUNK,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": episode.fps,
+        "splits": {},
+        "data_path": DATA,
+        "video_path": None,
+        "features": features | {name: {"dtype": dtype} | _ONE for name, dtype in _INDICES.items()},
+    }
+
+
+def _read_info(folder: Path) -> dict[str, Any]:
+    path = folder / "meta/info.json"
+    try:
+        info = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ValueError(f"{folder} is not empty and no data set: it has no meta/info.json; name another folder") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if not isinstance(info, dict) or info.get("codebase_version") != FORMAT:
+        raise ValueError(f"{path}: codebase_version is {info.get('codebase_version') if isinstance(info, dict) else info!r}; it must be {FORMAT}")
+    return info
+
+
+def _must_match(one: dict[str, Any], other: dict[str, Any], what: str, where: str) -> None:
+    for key in ("robot_type", "fps", "features"):
+        if one[key] != other.get(key):
+            mine, its = (list(info.get(key, {})) if key == "features" else info.get(key) for info in (one, other))
+            raise ValueError(f"{what}: {key} {'differ' if mine == its else f'is {mine}'}; {where} has {'others' if mine == its else its}: one data set holds one kind")
+
+
+def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> None:
+    tasks = pd.read_parquet(folder / "meta/tasks.parquet") if info["total_tasks"] else pd.DataFrame({"task_index": pd.Series(dtype="int64")})
+    number = {str(words): int(index) for words, index in tasks["task_index"].items()}
+    for episode in episodes:
+        number.setdefault(episode.task, len(number))
+    place = _next_file(folder, info["chunks_size"])
+    tables, rows = [], []
+    for k, episode in enumerate(episodes, start=info["total_episodes"]):
+        first = info["total_frames"]
+        table = _table(episode, k, first, number[episode.task])
+        tables.append(table)
+        info["total_frames"] += len(episode)
+        rows.append(
+            {"episode_index": k, "tasks": [episode.task], "length": len(episode), "dataset_from_index": first, "dataset_to_index": info["total_frames"]}
+            | {f"{kind}/{key}": value for kind in ("data", "meta/episodes") for key, value in place.items()}
+            | {f"stats/{name}/{key}": value for name, stats in _statistics(table).items() for key, value in stats.items()}
+            | {"session": episode.session, "session_start_s": episode.start}
+        )  # fmt: skip
+    info |= {"total_episodes": info["total_episodes"] + len(episodes), "total_tasks": len(number)}
+    info["splits"] = {"train": f"0:{info['total_episodes']}"}
+    _write_table(folder / DATA.format(**place), pa.concat_tables(tables))
+    _write_table(folder / EPISODES.format(**place), pa.Table.from_pylist(rows))
+    _replace(folder / "meta/tasks.parquet", lambda path: pd.DataFrame({"task_index": list(number.values())}, index=list(number)).to_parquet(path))
+    frames = pa.concat_tables(pq.read_table(path) for path in sorted(folder.glob("data/*/*.parquet")))
+    _write_json(folder / "meta/stats.json", _statistics(frames))
+    _write_json(folder / "meta/info.json", info)
+
+
+def _next_file(folder: Path, per_chunk: int) -> dict[str, int]:
+    count = len(list(folder.glob("data/*/*.parquet")))
+    return {"chunk_index": count // per_chunk, "file_index": count % per_chunk}
+
+
+def _table(episode: Episode, number: int, first: int, task: int) -> pa.Table:
+    m = len(episode)
+    columns: dict[str, pa.Array] = {}
+    for name, frames in episode.features.items():
+        flat = pa.array(frames.values.astype(np.float32).ravel())
+        columns[name] = pa.FixedSizeListArray.from_arrays(flat, len(frames.names))
+    frame = np.arange(m, dtype=np.int64)
+    columns["timestamp"] = pa.array((frame / episode.fps).astype(np.float32))
+    columns["frame_index"] = pa.array(frame)
+    columns["episode_index"] = pa.array(np.full(m, number))
+    columns["index"] = pa.array(first + frame)
+    columns["task_index"] = pa.array(np.full(m, task))
+    return pa.table(columns)
+
+
+def _statistics(table: pa.Table) -> dict[str, dict[str, list[float]]]:
+    """Of each number of each column."""
+    found = {}
+    for name in table.column_names:
+        column = table.column(name).combine_chunks()
+        values = np.asarray(column.flatten() if pa.types.is_fixed_size_list(column.type) else column, dtype=np.float64).reshape(len(column), -1)
+        found[name] = {key: getattr(values, key)(axis=0).tolist() for key in ("min", "max", "mean", "std")} | {"count": [len(values)]}
+        found[name] |= {key: row.tolist() for key, row in zip(QUANTILES, np.quantile(values, list(QUANTILES.values()), axis=0))}
+    return found
+
+
+def _link(source: str, target: str) -> None:
+    """What is there already is never changed in place, so both may share it."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
+
+
+def _replace(path: Path, write_to: Any) -> None:
+    """Anew: the file that was there may be shared with the data set as it was."""
+    path.unlink(missing_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_to(path)
+
+
+def _write_table(path: Path, table: pa.Table) -> None:
+    _replace(path, lambda new: pq.write_table(table, new, compression="snappy"))
+
+
+def _write_json(path: Path, value: Any) -> None:
+    _replace(path, lambda new: new.write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8"))
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _put_in_place(new: Path, folder: Path) -> None:
+    before = new.with_name(new.name + ".before")
+    if folder.exists():
+        folder.rename(before)
+    try:
+        new.rename(folder)
+    except OSError:
+        if before.exists():
+            before.rename(folder)
+        raise
+    shutil.rmtree(before, ignore_errors=True)
