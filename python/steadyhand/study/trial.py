@@ -26,7 +26,6 @@ class Condition:
 
     latency: s, added on purpose; path: which way it delays: "command", from the hand's gate to the retargeting, "display", from the
     arm to the picture, or "both", each by all of it.
-    tilt: rad that the glass may lean with the hand; None: the profile's. weights: in place of the profile's.
     """
 
     name: str

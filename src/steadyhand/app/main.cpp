@@ -29,7 +29,8 @@ constexpr const char* kExamples =
     "  ./steadyhand study STUDY.yaml              a user study, with people or simulated operators\n"
     "  ./steadyhand dataset SESSION... --out DIR  a data set for imitation learning, of recorded sessions\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
-    "bench, site, study, dataset and test belong to the script ./steadyhand, which also installs and builds what is missing.\n"
+    "bench, site, study, dataset and test belong to the script ./steadyhand, which also installs and builds what is "
+    "missing.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
 

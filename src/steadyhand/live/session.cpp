@@ -84,9 +84,7 @@ void Session::begin(LiveTaps taps) {
   (void)set_cell(cell_, started_);
 }
 
-double Session::look_ahead_at(double rate) const {
-  return look_ahead_for(settings_, settings_.planning.cycle, rate);
-}
+double Session::look_ahead_at(double rate) const { return look_ahead_for(settings_, settings_.planning.cycle, rate); }
 
 void Session::fail(const char* why, const char* details) noexcept {
   if (links_->failure.exchange(why) == why) return;
