@@ -50,16 +50,13 @@ class Page final : public Outbox {
   Time now() const { return from_seconds(t); }
   void say(std::string_view text) { session_->receive(number_, text, now()); }
   void request(std::string_view kind) { say(fmt::format(R"({{"type":"request","kind":"{}"}})", kind)); }
-  /// Time goes on, 4 ms at a time, and the hand, if it is closed, goes up.
+  /// Time goes on, 8 ms at a time, with the hand, which goes up while it is closed.
   void go_on(double seconds) {
-    for (const double end = t + seconds; t < end; t += 0.004) {
-      if (grips) {
-        say(fmt::format(
-            R"({{"type":"sample","sequence":{},"t_s":{},"p":[0,0,{}],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false}})",
-            ++sequence_, t, 0.1 * (t - since_)));
-      } else {
-        since_ = t;
-      }
+    for (const double end = t + seconds; t < end; t += 0.008) {
+      if (!grips) since_ = t;
+      say(fmt::format(R"({{"type":"sample","sequence":{},"t_s":{},"p":[0,0,{}],"q":[0,0,0,1],"clutch":{},)"
+                      R"("tracked":true,"emulated":false}})",
+                      ++sequence_, t, 0.1 * (t - since_), grips));
       session_->advance(now());
     }
   }
