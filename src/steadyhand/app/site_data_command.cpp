@@ -3,11 +3,14 @@
 #include <string>
 
 #include "steadyhand/app/commands.hpp"
+#include "steadyhand/app/robot_choice.hpp"
 #include "steadyhand/app/session_choice.hpp"
 #include "steadyhand/browser/setup_json.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/console/settings.hpp"
+#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/robot/cell.hpp"
 
 namespace steadyhand {
 
@@ -22,9 +25,11 @@ Status print_setup(const std::string& robot) {
   const Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   setup.cell = in_base(*cell, *model);
+  if (Status s = check_carried(setup.cell, at_home(*model)); !s) return s;
   setup.robot = *std::move(model);
   Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, setup.profile);
   if (!profiles) return profiles.error();
+  for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, setup.robot);
   setup.profiles = *std::move(profiles);
   Result<std::vector<NamedRecording>> recordings = bundled_recordings(places);
   if (!recordings) return recordings.error();

@@ -53,7 +53,7 @@ Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup,
   // So that there is something to see until somebody takes over, as in the program.
   if (!told.recordings.empty()) {
     (void)s.operator_interface_->apply(
-        {OperatorRequest::Kind::kPlayback, told.recordings.front().name, 0.0, std::nullopt}, s.clock_.now());
+        {OperatorRequest::Kind::kPlayback, told.recordings.front().name, 0.0, std::nullopt, {}}, s.clock_.now());
   }
   return made;
 }
