@@ -22,6 +22,7 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     // what holds the arm back: kinds of limits, of the constraint's and the arm's, in recordings and the protocol
     {"src/steadyhand/plan/active_constraint.cpp", {"position", "velocity", "acceleration", "self_collision"}},
     {"src/steadyhand/plan/active_constraint.hpp", {"self_collision"}},
+    {"src/steadyhand/report/session_story.cpp", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/protocol.ts", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/session.ts", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/scene/stage.ts", {"self_collision"}},
@@ -31,7 +32,7 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/record/problem_json.cpp", {"obstacles", "velocity"}},
     {"src/steadyhand/record/cell_json.cpp", {"velocity"}},
     {"src/steadyhand/record/cell_json.hpp", {"velocity"}},
-    {"src/steadyhand/serve/messages.cpp", {"velocity"}},
+    {"src/steadyhand/desk/messages.cpp", {"velocity"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/python/stages.cpp", {"velocity"}},
     // members of a pose: Foxglove's, A-Frame's
@@ -46,9 +47,14 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/report/page.html", {"lateral", "vertical"}},
     {"src/steadyhand/report/page.js", {"lateral", "vertical"}},
     {"src/steadyhand/report/page_data.cpp", {"lateral", "vertical"}},
-    {"web/src/plots.ts", {"lateral"}},
+    {"src/steadyhand/console/session_library.cpp", {"lateral"}},
+    {"web/src/plots/plots.ts", {"lateral"}},
+    {"web/src/replay/track.ts", {"lateral"}},
+    // the one weight that the menu of a headset has
+    {"web/src/input/menu.ts", {"lateral"}},
     // an attribute of a mesh
     {"web/src/scene/ribbon.ts", {"position"}},
+    {"web/src/input/handles.ts", {"position"}},
     {"web/src/scene/glass.ts", {"position"}},
 };
 
