@@ -34,7 +34,8 @@ class Demo:
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.lines, self.codes = [], []
         self.new_code = threading.Condition()
-        threading.Thread(target=self._read, daemon=True).start()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
         self.code()
 
     def _read(self):
@@ -68,7 +69,7 @@ class Demo:
         self.process.send_signal(signal.SIGINT)
         code = self.process.wait(60.0)
         assert code == 0, self.process.stderr.read()
-        time.sleep(0.1)
+        self.reader.join(60.0)  # all that is in the pipe
         return "".join(self.lines)
 
 

@@ -126,17 +126,20 @@ def test_what_is_interrupted_leaves_all_as_it_was(recorded, tmp_path, monkeypatc
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
+whole = command._episodes_of
+
+
+def deadly(path, *more):
+    """In a worker's place: the session of this name kills it."""
+    if path.name == "deadly.mcap":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return whole(path, *more)
+
+
 def test_a_broken_session_and_a_worker_that_is_killed_take_no_other_with_them(recorded, tmp_path, monkeypatch, capsys):
     for name in ("a", "deadly", "z"):
         (tmp_path / f"{name}.mcap").write_bytes(recorded.read_bytes())
     (tmp_path / "broken.mcap").write_bytes(recorded.read_bytes()[:100])
-    whole = command._episodes_of
-
-    def deadly(path, *more):
-        if path.name == "deadly.mcap":
-            os.kill(os.getpid(), signal.SIGKILL)
-        return whole(path, *more)
-
     monkeypatch.setattr(command, "_episodes_of", deadly)
     assert make(tmp_path, "--out", tmp_path / "set", "--workers", 2) == 0
     said = capsys.readouterr()

@@ -39,8 +39,8 @@ PROBE = """
   try {
     await wait();
     result.resources = performance.getEntriesByType('resource').map((entry) => entry.name);
-    result.canvases = read('figure canvas').length;
-    result.colors = read('figure canvas').map(painted);
+    result.canvases = read('figure canvas:not(#story *)').length;
+    result.colors = read('figure canvas:not(#story *)').map(painted);
     result.overflow = document.documentElement.scrollWidth - innerWidth;
 
     const figures = read('figure');
@@ -63,12 +63,12 @@ PROBE = """
     document.getElementById('theme').click();
     await wait();
     result.themes.push(background());
-    result.canvasesAfterTheme = read('figure canvas').length;
+    result.canvasesAfterTheme = read('figure canvas:not(#story *)').length;
 
     document.querySelector('[data-profile="1"]').click();
     await wait();
     result.off = read('figure[data-chart] .u-series.u-off').length;
-    result.hiddenFigures = read('figure[hidden]').length;
+    result.hiddenFigures = read('figure[hidden]:not(#story *)').length;
     result.unlabelled = read('input, button').filter((e) => !(e.labels?.length || e.textContent.trim())).length;
     result.done = true;
   } catch (error) {

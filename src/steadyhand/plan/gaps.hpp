@@ -10,6 +10,7 @@ namespace steadyhand {
 
 /// A value for each two links, the nearer to the base first; the last rows are for obstacles (ObstacleRow) and a link.
 using LinkPairs = Eigen::Array<double, kMaxJoints + 1 + kObstacleRows, kMaxJoints + 1>;
+/// Of LinkPairs: the row of obstacles of a kind.
 constexpr int row_of(ObstacleRow kind) { return kMaxJoints + 1 + kind; }
 
 /// Smallest gap between the bodies of two links, or obstacles and a link, m; 1e6 where there are none. Call

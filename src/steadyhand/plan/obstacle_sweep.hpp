@@ -69,7 +69,7 @@ class ObstacleSweep {
 /// no further, which is no licence to enter others; what stands tells more of the time between two moments than what
 /// may move fast.
 enum ObstacleRow : int { kStanding, kMoving, kEnteredStanding, kEnteredMoving };
-inline constexpr int kObstacleRows = 4;
+inline constexpr int kObstacleRows = 4;  ///< how many kinds there are
 
 /// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none.
 using ObstacleGaps = Eigen::Array<double, kObstacleRows, kMaxJoints + 1>;

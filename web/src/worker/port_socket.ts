@@ -1,4 +1,5 @@
-import { TAKEN, type Begin, type Failure } from './worker';
+import { TAKEN } from './taken';
+import type { Begin, Failure } from './worker';
 
 /** The part of a WebSocket that a connection uses. */
 export type Socket = Pick<WebSocket, 'send' | 'close' | 'readyState' | 'bufferedAmount' | 'onopen' | 'onmessage' | 'onclose'>;

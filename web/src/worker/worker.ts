@@ -1,12 +1,11 @@
 import { file, whole } from './files';
 import { Module } from './module';
+import { TAKEN } from './taken';
 
 /** Page to Worker: who it is and what session it wants, once; then messages of docs/protocol.md as text. */
 export interface Begin { site: string; robot: string; simd: boolean }
 /** Worker to page, beside such messages: it cannot go on. */
 export interface Failure { failure: string }
-/** Page to Worker: the newest state has been taken. */
-export const TAKEN = 0;
 
 /** What `./steadyhand site` writes beside the page (web/tools/make_site.mjs). */
 interface Site { robots: string[]; bytes: Record<string, number> }
