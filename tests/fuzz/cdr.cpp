@@ -170,9 +170,9 @@ struct Machine {
 };
 
 /// An arm, a bridge and a check of the link.
-class Session {
+class HostileController {
  public:
-  explicit Session(Machine& machine) : machine_(&machine) {
+  explicit HostileController(Machine& machine) : machine_(&machine) {
     auto arm = Ros2Arm::without_thread(machine.model, machine.settings, clock_);
     auto bridge = Ros2Bridge::open(
         machine.model, {}, machine.settings, clock_, [this](const OperatorSample& sample) { check(sample); },
@@ -181,7 +181,7 @@ class Session {
     arm_ = std::move(*arm);
     bridge_ = std::move(*bridge);
   }
-  ~Session() { machine_->arm_sends = false; }
+  ~HostileController() { machine_->arm_sends = false; }
 
   void warm_up() {
     machine_->scaling.send(Float64Message{100.0});
@@ -256,7 +256,7 @@ class Session {
 FUZZ(cdr) {
   if (input.size() < 6) return;
   static Machine& machine = *new Machine;  // its threads must not outlive what they use
-  Session session(machine);
+  HostileController session(machine);
   if (take<std::uint8_t>(input) % 2 == 1) session.warm_up();
   while (!input.empty()) session.take_message(input);
   session.judge_link();
