@@ -107,7 +107,10 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, cons
   set_point();
   find_near();
   if (multipliers) {
-    for (const int r : multipliers->stored()) near_[r] |= static_cast<char>(had_multiplier(*multipliers, r));
+    for (const int r : multipliers->stored()) {
+      if (rows_[r].support.last > entries_) continue;  // of a liquid that does not count any more
+      near_[r] |= static_cast<char>(had_multiplier(*multipliers, r));
+    }
   }
   for (const int r : rows_.working_set()) near_[r] = 1;
   for_each_near([&](int r) { work_on(r, multipliers); });
