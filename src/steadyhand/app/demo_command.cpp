@@ -202,7 +202,7 @@ Status run(Options options, int& exit_code) {
     return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
   const bool plays = (options.headless || !(*arm)->info().hardware) && settings.ros2.hand.empty();
-  if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0, {}, {}}, clock.now());
+  if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
   if (Status s = console.start(); !s) return s;
   const Time begin = clock.now();
   if (options.headless && settings.live.realtime) {
@@ -218,7 +218,7 @@ Status run(Options options, int& exit_code) {
       if (!options.keep_going) break;
       if (session.stopped_at_rest()) session.ask_reset();
     } else if (options.keep_going && operator_interface.controls().playback < 0) {
-      (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0, {}, {}}, now);
+      (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
     }
   }
   stop(session, signals, clock);

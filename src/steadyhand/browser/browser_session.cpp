@@ -52,8 +52,8 @@ Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup,
   s.session_->start(std::move(taps));
   // So that there is something to see until somebody takes over, as in the program.
   if (!told.recordings.empty()) {
-    (void)s.operator_interface_->apply(
-        {OperatorRequest::Kind::kPlayback, told.recordings.front().name, 0.0, std::nullopt, {}}, s.clock_.now());
+    (void)s.operator_interface_->apply({OperatorRequest::Kind::kPlayback, told.recordings.front().name, 0.0},
+                                       s.clock_.now());
   }
   return made;
 }

@@ -38,7 +38,7 @@ struct OperatorRequest {
   std::string text;
   double value = 0.0;
   std::optional<CellObject> object = std::nullopt;
-  std::string to;
+  std::string to = {};
 };
 
 /// What the operator has chosen.
