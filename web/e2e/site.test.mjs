@@ -100,7 +100,8 @@ test('without SIMD it loads the other module, without WebGL it says so, and move
   const context = await browser.newContext({ viewport: { width: 700, height: 420 }, serviceWorkers: 'block' });
   await context.addInitScript(() => {
     WebAssembly.validate = () => false;
-    HTMLCanvasElement.prototype.getContext = () => null;
+    const { getContext } = HTMLCanvasElement.prototype;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...more) { return kind.startsWith('webgl') ? null : getContext.call(this, kind, ...more); };
   });
   const page = await context.newPage();
   const requests = [];
