@@ -198,7 +198,9 @@ TEST(BrowserSession, PlaysTheSameEachTime) {
 }
 
 TEST(ClosedLoop, PlansAreFinite) {
-  const Result<std::string> text = closed_loop(some_setup(), 1, 40, [] { return Time(0); });
+  const Result<BrowserSetup> setup = read_setup_json(setup_json(some_setup()));  // as a page gets it
+  ASSERT_TRUE(setup) << setup.error().message;
+  const Result<std::string> text = closed_loop(*setup, 1, 40, [] { return Time(0); });
   ASSERT_TRUE(text) << text.error().message;
   const Json plans = Json::parse(*text)["plans"];
   ASSERT_EQ(plans.size(), 40u);

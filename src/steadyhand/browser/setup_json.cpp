@@ -98,6 +98,7 @@ Profile read_profile(const OrderedJson& json, const std::string& key) {
   profile.solver = text("solver");
   profile.tolerance = number("tolerance");
   if (json.contains("liquid")) ocp.liquid = read_liquid(json["liquid"], key + ".liquid");
+  add_optional_objectives(ocp);
   return profile;
 }
 
