@@ -1,11 +1,9 @@
 #include "steadyhand/record/mcap_writer.hpp"
 
 #include <fmt/format.h>
-#include <zstd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
+#include <utility>
 
 #include "steadyhand/record/crc32.hpp"
 
@@ -19,16 +17,11 @@ void McapWriter::TimeSpan::include(std::uint64_t t) {
   last = std::max(last, t);
 }
 
-void McapWriter::CompressorDeleter::operator()(ZSTD_CCtx_s* context) const { ZSTD_freeCCtx(context); }
+McapWriter::McapWriter(std::unique_ptr<McapSink> sink, const McapSettings& settings)
+    : sink_(std::move(sink)), name_(sink_->name()), settings_(settings) {}
 
-McapWriter::McapWriter(const std::filesystem::path& path, const McapSettings& settings, std::FILE* file)
-    : path_(path), settings_(settings), file_(file), compressor_(ZSTD_createCCtx()) {}
-
-Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const McapSettings& settings) {
-  std::FILE* file = std::fopen(path.c_str(), settings.replace ? "wb" : "wbx");
-  if (!file) return Error{fmt::format("{}: cannot be written: {}", path.string(), std::strerror(errno))};
-  McapWriter writer(path, settings, file);
-
+Result<McapWriter> McapWriter::create(std::unique_ptr<McapSink> sink, const McapSettings& settings) {
+  McapWriter writer(std::move(sink), settings);
   Bytes header, record;
   header.sized("");  // no profile: the topics follow no other framework's conventions
   header.sized("steadyhand");
@@ -39,20 +32,17 @@ Result<McapWriter> McapWriter::create(const std::filesystem::path& path, const M
 }
 
 McapWriter::~McapWriter() {
-  if (file_) (void)close();
+  if (sink_) (void)close();
 }
 
 Status McapWriter::fail(const std::string& what) {
-  error_ = Error{fmt::format("{}: {}", path_.string(), what)};
+  error_ = Error{fmt::format("{}: {}", name_, what)};
   return *error_;
 }
 
 Status McapWriter::put(std::string_view bytes) {
-  if (!file_) return Error{fmt::format("{}: already closed", path_.string())};
-  errno = 0;
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size() || std::fflush(file_.get()) != 0) {
-    return fail(fmt::format("writing {} bytes at {} failed: {}", bytes.size(), position_, std::strerror(errno)));
-  }
+  if (!sink_) return Error{fmt::format("{}: already closed", name_)};
+  if (const Status status = sink_->put(bytes); !status) return fail(status.error().message);
   position_ += bytes.size();
   data_crc_ = crc32(bytes, data_crc_);
   return Done{};
@@ -102,9 +92,9 @@ Status McapWriter::add_metadata(const std::string& name, const std::map<std::str
 
 Status McapWriter::write(std::uint16_t channel, Time log, Time publish, std::string_view json) {
   if (error_) return *error_;
-  if (closed_) return Error{fmt::format("{}: already closed", path_.string())};
+  if (closed_) return Error{fmt::format("{}: already closed", name_)};
   if (log < Time{0} || publish < Time{0}) {
-    return Error{fmt::format("{}: a message at {} ns, published at {} ns: MCAP has no times before 0", path_.string(),
+    return Error{fmt::format("{}: a message at {} ns, published at {} ns: MCAP has no times before 0", name_,
                              log.count(), publish.count())};
   }
   const auto log_time = static_cast<std::uint64_t>(log.count());
@@ -137,19 +127,16 @@ Status McapWriter::flush() {
     file_span_.include(chunk_span_.last);
   }
 
-  compressed_.resize(ZSTD_compressBound(chunk_.size()));
-  const std::size_t compressed_size =
-      ZSTD_compressCCtx(compressor_.get(), compressed_.data(), compressed_.size(), chunk_.view().data(), chunk_.size(),
-                        settings_.compression_level);
-  if (ZSTD_isError(compressed_size)) return fail(fmt::format("zstd: {}", ZSTD_getErrorName(compressed_size)));
+  const Result<std::string_view> compressed = sink_->compress(chunk_.view());
+  if (!compressed) return fail(compressed.error().message);
 
   Bytes content, output;
   content.number(chunk_span_.first);
   content.number(chunk_span_.last);
   content.number<std::uint64_t>(chunk_.size());
   content.number(crc32(chunk_.view()));
-  content.sized("zstd");
-  content.sized<std::uint64_t>({compressed_.data(), compressed_size});
+  content.sized(sink_->compression());
+  content.sized<std::uint64_t>(*compressed);
   output.record(Opcode::kChunk, content.view());
   const std::uint64_t chunk_length = output.size();
 
@@ -175,8 +162,8 @@ Status McapWriter::flush() {
   index.number(chunk_length);
   index.sized(offsets.view());
   index.number<std::uint64_t>(output.size() - chunk_length);
-  index.sized("zstd");
-  index.number<std::uint64_t>(compressed_size);
+  index.sized(sink_->compression());
+  index.number<std::uint64_t>(compressed->size());
   index.number<std::uint64_t>(chunk_.size());
   chunk_indexes_.record(Opcode::kChunkIndex, index.view());
 
@@ -191,8 +178,8 @@ Status McapWriter::close() {
   closed_ = true;
   Status status = flush();
   if (status) status = write_summary();
-  if (std::fclose(file_.release()) != 0 && status)
-    status = fail(fmt::format("closing failed: {}", std::strerror(errno)));
+  const Status closed = std::exchange(sink_, nullptr)->close();
+  if (!closed && status) status = fail(closed.error().message);
   return status;
 }
 

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,17 +11,19 @@
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/core/time.hpp"
 #include "steadyhand/record/mcap_format.hpp"
-
-struct ZSTD_CCtx_s;
+#include "steadyhand/record/mcap_sink.hpp"
 
 namespace steadyhand {
 
 struct McapSettings {
   std::size_t chunk_bytes = 1 << 20;                   ///< a chunk is written once it holds this much, uncompressed
   Time chunk_period = std::chrono::milliseconds(500);  ///< or once its messages span this much log time
-  int compression_level = 1;                           ///< of zstd, 1 (fast) to 19
+  int compression_level = 1;                           ///< of a file's zstd, 1 (fast) to 19
   bool replace = true;                                 ///< a file that is there; otherwise it is an error
 };
+
+/// A file with chunks compressed by zstd. Each put reaches the operating system.
+Result<std::unique_ptr<McapSink>> open_mcap_file(const std::string& path, const McapSettings& settings = {});
 
 /// A topic whose messages are JSON.
 struct McapChannel {
@@ -33,13 +33,15 @@ struct McapChannel {
   std::map<std::string, std::string> metadata;
 };
 
-/// Writes an MCAP file: zstd chunks with checksums and indexes, and a summary to seek by. Each chunk goes to the
-/// operating system as soon as it is complete, so a killed process loses at most the open one, and what is before stays
-/// readable. One thread; allocates. After an error every further call returns that error.
+/// Writes an MCAP file: chunks with checksums and indexes, and a summary to seek by. Each chunk goes to the sink as
+/// soon as it is complete, so a killed process loses at most the open one, and what is before stays readable. One
+/// thread; allocates. After an error every further call returns that error.
 class McapWriter {
  public:
-  /// Creates the file.
-  static Result<McapWriter> create(const std::filesystem::path& path, const McapSettings& settings = {});
+  /// Begins the file in a sink. @pre there is one
+  static Result<McapWriter> create(std::unique_ptr<McapSink> sink, const McapSettings& settings = {});
+  /// Creates a file, as open_mcap_file().
+  static Result<McapWriter> create(const std::string& path, const McapSettings& settings = {});
   McapWriter(McapWriter&&) = default;
   McapWriter& operator=(McapWriter&&) = delete;
   /// Closes the file as well as it can; call close() to learn of errors.
@@ -75,22 +77,15 @@ class McapWriter {
   struct Schema {
     std::string name, record;
   };
-  struct FileCloser {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  struct CompressorDeleter {
-    void operator()(ZSTD_CCtx_s* context) const;
-  };
 
-  McapWriter(const std::filesystem::path& path, const McapSettings& settings, std::FILE* file);
+  McapWriter(std::unique_ptr<McapSink> sink, const McapSettings& settings);
   Status put(std::string_view bytes);
   Status fail(const std::string& what);
   Status write_summary();
 
-  std::filesystem::path path_;
+  std::unique_ptr<McapSink> sink_;  ///< none once closed
+  std::string name_;
   McapSettings settings_;
-  std::unique_ptr<std::FILE, FileCloser> file_;
-  std::unique_ptr<ZSTD_CCtx_s, CompressorDeleter> compressor_;
   std::optional<Error> error_;
   bool closed_ = false;
 
@@ -100,7 +95,6 @@ class McapWriter {
   std::uint32_t data_crc_ = 0, chunk_count_ = 0, metadata_count_ = 0;
   TimeSpan file_span_, chunk_span_;
   mcap::Bytes chunk_, chunk_indexes_, metadata_indexes_;
-  std::string compressed_;
 };
 
 }  // namespace steadyhand

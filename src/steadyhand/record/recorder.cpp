@@ -9,8 +9,8 @@
 
 namespace steadyhand {
 
-Result<Recorder> Recorder::create(const std::filesystem::path& path, const RecorderSettings& settings) {
-  Result<McapWriter> writer = McapWriter::create(path, settings.mcap);
+Result<Recorder> Recorder::create(std::unique_ptr<McapSink> sink, const RecorderSettings& settings) {
+  Result<McapWriter> writer = McapWriter::create(std::move(sink), settings.mcap);
   if (!writer) return writer.error();
   if (!settings.run.empty()) {
     if (Status status = writer->add_metadata("run", settings.run); !status) return status.error();

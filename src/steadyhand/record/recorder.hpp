@@ -1,7 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -25,7 +25,10 @@ struct RecorderSettings {
 /// its publish time the `stamp.hand`, both at least 0. One thread (the writer's); allocates.
 class Recorder {
  public:
-  static Result<Recorder> create(const std::filesystem::path& path, const RecorderSettings& settings);
+  /// Begins a file in a sink. @pre there is one
+  static Result<Recorder> create(std::unique_ptr<McapSink> sink, const RecorderSettings& settings);
+  /// Creates a file, as open_mcap_file().
+  static Result<Recorder> create(const std::string& path, const RecorderSettings& settings);
 
   Status write(const OperatorSample& sample);                       ///< /operator_sample
   Status write(const Target& target);                               ///< /target
