@@ -17,7 +17,7 @@ struct Console : testing::Test {
     for (const char* name : {"tracking", "waiter"}) settings.profiles.push_back(*load_profile(name));
     settings.profile = 1;
     settings.server.port = 0;
-    settings.recording.folder = folder.path();
+    settings.recording_place.path = folder.path();
     settings.live.realtime = false;
     settings.live.planner_rate_hz = 20.0;
     settings.metadata = {{"run", {{"arm", "mine"}}}};

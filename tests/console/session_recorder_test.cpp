@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/record/robot_json.hpp"
 #include "steadyhand/record/session_file.hpp"
 #include "steadyhand/replay/replay.hpp"
@@ -17,11 +18,11 @@ namespace fs = std::filesystem;
 
 /// Messages as a session's writer thread hands them over: states at 500 Hz, a hand at 100 Hz, a look each 10 ms.
 struct Recorded : testing::Test {
-  Recorded() : ocp(ur5e(), load_profile("waiter")->ocp) { settings.folder = folder.path() / "sessions"; }
+  Recorded() : ocp(ur5e(), load_profile("waiter")->ocp) { place.path = folder.path() / "sessions"; }
 
   SessionRecorder make() {
     return SessionRecorder(ocp, settings, {{"robot", {{"json", robot_json(ur5e())}}}, {"run", {{"profile", "waiter"}}}},
-                           begin);
+                           begin, std::make_unique<RecordingFolder>(place));
   }
   void run(LiveTaps& taps, double seconds) {
     for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(2)) {
@@ -40,8 +41,8 @@ struct Recorded : testing::Test {
   }
   std::vector<fs::path> files() const {
     std::vector<fs::path> paths;
-    if (!fs::exists(settings.folder)) return paths;
-    for (const auto& entry : fs::directory_iterator(settings.folder)) paths.push_back(entry.path());
+    if (!fs::exists(place.path)) return paths;
+    for (const auto& entry : fs::directory_iterator(place.path)) paths.push_back(entry.path());
     std::sort(paths.begin(), paths.end());
     return paths;
   }
@@ -56,6 +57,7 @@ struct Recorded : testing::Test {
   TemporaryFolder folder;
   Ocp ocp;
   RecordingSettings settings;
+  RecordingFolderSettings place;
   const Time begin = std::chrono::seconds(5000);
   Time now = begin;
 };
@@ -98,7 +100,7 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
   look(0.5, SupervisionState::kReady, false);
   recorder.ask(false);
   look(0.1, SupervisionState::kReady, false);
-  const std::vector<SessionEntry> sessions = list_sessions(settings.folder);
+  const std::vector<SessionEntry> sessions = list_sessions(place.path);
   ASSERT_EQ(sessions.size(), 1u);
   EXPECT_TRUE(sessions[0].complete);
   EXPECT_EQ(sessions[0].summary.at("spilled"), "yes");
@@ -265,7 +267,7 @@ TEST_F(Recorded, AFileThatIsDeletedOrMovedAwayIsFollowedByAnother) {
   LiveTaps taps = recorder.taps();
   run(taps, 0.5);
   ASSERT_EQ(files().size(), 1u);
-  fs::remove_all(settings.folder);
+  fs::remove_all(place.path);
   run(taps, 2.0);
   EXPECT_TRUE(recorder.recording());
   ASSERT_EQ(files().size(), 1u);
@@ -286,7 +288,7 @@ TEST_F(Recorded, AFileThatIsDeletedOrMovedAwayIsFollowedByAnother) {
 
 TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
   std::ofstream(folder.path() / "file") << "";
-  settings.folder = folder.path() / "file/sessions";
+  place.path = folder.path() / "file/sessions";
   SessionRecorder recorder = make();
   EXPECT_FALSE(recorder.recording());
   const auto notices = recorder.take_notices();
@@ -301,7 +303,7 @@ TEST_F(Recorded, AFolderThatCannotBeMadeAndADiskThatIsFullEndTheRecordingOnly) {
 }
 
 TEST_F(Recorded, ADiskThatIsNearlyFullIsLeftAlone) {
-  settings.keep_free_gb = 1e6;
+  place.keep_free_gb = 1e6;
   SessionRecorder recorder = make();
   EXPECT_FALSE(recorder.recording());
   LiveTaps taps = recorder.taps();

@@ -170,6 +170,7 @@ Status run(Options options, int& exit_code) {
       .live = settings.live,
       .server = settings.server,
       .recording = settings.recording,
+      .recording_place = settings.recording_place,
       .profiles = *profiles,
       .profile = chosen,
       .solver = settings.solver == "profile" ? "" : settings.solver,

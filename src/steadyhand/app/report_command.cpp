@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "steadyhand/app/commands.hpp"
-#include "steadyhand/archive/session_recorder.hpp"
+#include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/console/session_library.hpp"
 #include "steadyhand/report/past_session.hpp"

@@ -3,15 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <ctime>
 
-#include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -28,16 +24,6 @@ std::string date_and_time() {
 
 }  // namespace
 
-fs::path default_session_folder() {
-  const auto variable = [](const char* name) {
-    const char* value = std::getenv(name);
-    return fs::path(value == nullptr ? "" : value);
-  };
-  fs::path data = variable("XDG_DATA_HOME");
-  if (!data.is_absolute() && variable("HOME").is_absolute()) data = variable("HOME") / ".local/share";
-  return data.is_absolute() ? data / "steadyhand/sessions" : fs::path("sessions");
-}
-
 SessionRecorder::Flight::Flight(double seconds)
     : samples(kHandRate * seconds),
       targets(kHandRate * seconds),
@@ -47,8 +33,10 @@ SessionRecorder::Flight::Flight(double seconds)
       changes(100.0),
       liquid(kLookRate * seconds) {}
 
-SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin)
+SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin,
+                                 std::unique_ptr<RecordingPlace> place)
     : settings_(settings),
+      place_(std::move(place)),
       metadata_(std::move(metadata)),
       names_(run_names(ocp.model(), ocp.objectives())),
       begin_(begin),
@@ -56,19 +44,17 @@ SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settin
       describer_(ocp),
       trajectory_(ocp.dof(), ocp.horizon()),
       wanted_(settings.enabled) {
-  if (settings_.folder.empty()) settings_.folder = default_session_folder();
   metadata_["run"]["started"] = stem_ + " UTC";
   instance_.weights.resize(ocp.objectives().size());
   if (settings.flight_seconds > 0.0) flight_.emplace(settings.flight_seconds);
   if (settings.enabled) begin_file();
 }
 
-Result<Recorder> SessionRecorder::create(const fs::path& path) const {
+Result<Recorder> SessionRecorder::create(std::unique_ptr<McapSink> sink) const {
   RecorderSettings settings;
-  settings.mcap.replace = false;
   settings.names = names_;
   settings.live = true;
-  Result<Recorder> recorder = Recorder::create(path, settings);
+  Result<Recorder> recorder = Recorder::create(std::move(sink), settings);
   if (!recorder) return recorder;
   for (const auto& [name, entries] : metadata_) {
     if (Status s = recorder->add_metadata(name, entries); !s) return s.error();
@@ -76,53 +62,26 @@ Result<Recorder> SessionRecorder::create(const fs::path& path) const {
   return recorder;
 }
 
-std::string SessionRecorder::no_room() const {
-  std::error_code failed;
-  const fs::space_info space = fs::space(settings_.folder, failed);
-  const double free_gb = 1e-9 * static_cast<double>(space.available);
-  if (failed || free_gb >= settings_.keep_free_gb) return {};
-  return fmt::format("{}: {:.1f} GB are free on its disk, and {} GB are to stay so", settings_.folder.string(), free_gb,
-                     settings_.keep_free_gb);
-}
-
 void SessionRecorder::begin_file() {
-  std::error_code failed;
-  fs::create_directories(settings_.folder, failed);
-  if (failed) {
-    wanted_ = false;
-    return notice(fmt::format("not recorded: {}: cannot be made: {}", settings_.folder.string(), failed.message()));
-  }
-  std::string failure = no_room();
-  for (int i = 1; failure.empty(); ++i) {  // this session's earlier files, and another that began in the same second
-    const fs::path path = settings_.folder / (i == 1 ? stem_ + ".mcap" : fmt::format("{}_{}.mcap", stem_, i));
-    if (fs::exists(path, failed)) continue;
-    Result<Recorder> recorder = create(path);
-    if (recorder) {
-      {
-        const std::lock_guard lock(mutex_);
-        path_ = path;
-      }
-      file_.emplace(*std::move(recorder));
-      recording_ = true;
-      return make_room();
+  const auto begin = [&]() -> Status {
+    if (const std::string why = place_->no_room(); !why.empty()) return Error{why};
+    auto opened = place_->open([&](int i) { return i == 1 ? stem_ : fmt::format("{}_{}", stem_, i); });
+    if (!opened) return opened.error();
+    Result<Recorder> recorder = create(std::move(opened->sink));
+    if (!recorder) return recorder.error();
+    {
+      const Lock lock(mutex_);
+      opened_ = *std::move(opened);
     }
-    failure = recorder.error().message;
+    file_.emplace(*std::move(recorder));
+    return Done{};
+  };
+  if (const Status begun = begin(); !begun) {
+    wanted_ = false;
+    return notice("not recorded: " + begun.error().message);
   }
-  wanted_ = false;
-  notice("not recorded: " + failure);
-}
-
-/// What the oldest recordings take is needed for this one.
-void SessionRecorder::make_room() {
-  if (settings_.folder_max_gb <= 0.0) return;
-  const Pruned pruned =
-      prune_recordings(settings_.folder, static_cast<std::uintmax_t>(1e9 * settings_.folder_max_gb), path_);
-  if (pruned.files == 0) return;
-  notice(
-      fmt::format("deleted the {} oldest recordings, up to {} ({:.1f} GB): {} is to hold at most {} GB "
-                  "(recording.folder_max)",
-                  pruned.files, pruned.newest, 1e-9 * static_cast<double>(pruned.bytes), settings_.folder.string(),
-                  settings_.folder_max_gb));
+  recording_ = true;
+  if (const std::string done = place_->make_room(opened_); !done.empty()) notice(done);
 }
 
 void SessionRecorder::end_file() {
@@ -130,9 +89,9 @@ void SessionRecorder::end_file() {
   const Status closed = file_->close();
   file_.reset();
   recording_ = false;
-  notice(!closed     ? "the recording ended: " + closed.error().message
-         : is_gone() ? "the recording was deleted or moved away: " + path_.string()
-                     : "recorded: " + path_.string());
+  notice(!closed                    ? "the recording ended: " + closed.error().message
+         : place_->is_gone(opened_) ? "the recording was deleted or moved away: " + opened_.where
+                                    : "recorded: " + opened_.where);
 }
 
 /// What is known when a file ends before its session does.
@@ -147,11 +106,6 @@ void SessionRecorder::sum_up(const SessionSnapshot& now) {
                   {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
                   {"spilled", tally_.spilled ? "yes" : "no"}});
   if (!added) notice("the recording has no summary: " + added.error().message);
-}
-
-bool SessionRecorder::is_gone() const {
-  std::error_code failed;
-  return !fs::exists(path_, failed) && !failed;
 }
 
 /// One message to the file. If that fails the recording is over.
@@ -290,13 +244,13 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     next_statistics_ = at + kStatisticsPeriod;
     write(SessionStatistics{at, now.latency_us, now.solve_us, now.wake_us, now.samples, now.plans, now.rejected_plans,
                             now.cycles, now.missed_deadlines, now.planner_rate_hz});
-    if (const std::string why = file_ ? no_room() : ""; !why.empty()) {
+    if (const std::string why = file_ ? place_->no_room() : ""; !why.empty()) {
       wanted_ = false;
       sum_up(now);
       end_file();
       notice("the recording ended, the session goes on: " + why);
     }
-    if (file_ && is_gone()) end_file();  // the next round begins another
+    if (file_ && place_->is_gone(opened_)) end_file();  // the next round begins another
   }
   if (fault_) write_flight();
 }
@@ -305,15 +259,13 @@ void SessionRecorder::write_flight() {
   const SupervisionChange fault = *fault_;
   fault_.reset();
   if (!flight_ || flights_ == kMostFlights) return;
-  ++flights_;
-  std::error_code failed;
-  fs::create_directories(settings_.folder, failed);
-  fs::path path;
-  for (int i = flights_; path.empty() || fs::exists(path, failed); ++i) {
-    path = settings_.folder / fmt::format("{}-fault-{}.mcap", stem_, i);
-  }
+  const int flight = ++flights_;
+  std::string where;
   const auto write_all = [&]() -> Status {
-    Result<Recorder> file = create(path);
+    auto opened = place_->open([&](int i) { return fmt::format("{}-fault-{}", stem_, flight + i - 1); });
+    if (!opened) return opened.error();
+    where = opened->where;
+    Result<Recorder> file = create(std::move(opened->sink));
     if (!file) return file.error();
     Status status = file->add_metadata(
         "fault", {{"at_s", fmt::format("{}", to_seconds(fault.at))}, {"reason", std::string(fault.reason)}});
@@ -339,22 +291,22 @@ void SessionRecorder::write_flight() {
     return status ? file->close() : status;
   };
   const Status written = write_all();
-  notice(written ? fmt::format("the last {} s before the fault: {}", settings_.flight_seconds, path.string())
+  notice(written ? fmt::format("the last {} s before the fault: {}", settings_.flight_seconds, where)
                  : "the flight recorder failed: " + written.error().message);
 }
 
 void SessionRecorder::notice(const std::string& line) {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   notices_.push_back(line);
 }
 
 std::string SessionRecorder::writing() const {
-  const std::lock_guard lock(mutex_);
-  return recording_ ? path_.stem().string() : std::string();
+  const Lock lock(mutex_);
+  return recording_ ? opened_.name : std::string();
 }
 
 std::vector<std::string> SessionRecorder::take_notices() {
-  const std::lock_guard lock(mutex_);
+  const Lock lock(mutex_);
   return std::exchange(notices_, {});
 }
 

@@ -2,14 +2,15 @@
 
 #include <atomic>
 #include <deque>
-#include <filesystem>
 #include <map>
-#include <mutex>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "steadyhand/live/live_session.hpp"
+#include "steadyhand/archive/recording_place.hpp"
+#include "steadyhand/core/mutex.hpp"
+#include "steadyhand/live/session.hpp"
 #include "steadyhand/record/cell_change.hpp"
 #include "steadyhand/record/recorder.hpp"
 #include "steadyhand/record/step_describer.hpp"
@@ -18,15 +19,9 @@ namespace steadyhand {
 
 struct RecordingSettings {
   bool enabled = true;           ///< from the beginning; the operator may change it
-  std::filesystem::path folder;  ///< of the files; empty: default_session_folder()
-  double keep_free_gb = 1.0;     ///< GB that stay free on the disk: with less, no file begins, and the one at hand ends
-  double folder_max_gb = 0.0;    ///< GB of recordings in the folder, beyond which the oldest go; 0: all stay
   double plan_rate_hz = 20.0;    ///< plans and references written a second, at most; > 0
   double flight_seconds = 10.0;  ///< s before a fault that go to a file of their own; 0: none
 };
-
-/// $XDG_DATA_HOME/steadyhand/sessions, by default ~/.local/share/steadyhand/sessions.
-std::filesystem::path default_session_folder();
 
 /// The newest values of a kind, in memory that is taken once.
 template <typename T>
@@ -49,8 +44,8 @@ class History {
   std::size_t next_ = 0, count_ = 0;
 };
 
-/// Writes a live session as MCAP while it runs, FOLDER/DATE_TIME.mcap, and after each fault the last seconds before it,
-/// FOLDER/DATE_TIME-fault-1.mcap. Times in the file count from the session's begin. A file that cannot be written, or
+/// Writes a live session as MCAP while it runs, by the name DATE_TIME, and after each fault the last seconds before it,
+/// DATE_TIME-fault-1. Times in the file count from the session's begin. A file that cannot be written, or
 /// no longer, is told at once and ends the recording, never the session. The taps run on the session's writer thread.
 class SessionRecorder {
  public:
@@ -58,9 +53,10 @@ class SessionRecorder {
 
   /// @param metadata goes into every file; `run` and `robot` are what a report needs
   /// @param begin what counts as 0, session's clock. The Ocp must outlive it.
-  SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin);
+  SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin,
+                  std::unique_ptr<RecordingPlace> place);
 
-  /// For LiveSession::start. It must outlive the session's threads.
+  /// For Session::begin. It must outlive the session's threads.
   LiveTaps taps();
 
   // ---- any thread
@@ -86,18 +82,15 @@ class SessionRecorder {
   void take_cell(Time at, const Cell& cell);
   void write_step(const PlanningRecord& record);
   void look(const SessionSnapshot& snapshot);
-  /// Why there is no room for a recording; empty if there is.
-  std::string no_room() const;
   void begin_file();
-  void make_room();
   void end_file();
   void sum_up(const SessionSnapshot& now);
-  bool is_gone() const;  ///< the file that is written, from its folder
-  Result<Recorder> create(const std::filesystem::path& path) const;
+  Result<Recorder> create(std::unique_ptr<McapSink> sink) const;
   void write_flight();
   void notice(const std::string& line);
 
   RecordingSettings settings_;
+  std::unique_ptr<RecordingPlace> place_;
   Metadata metadata_;
   RunNames names_;
   Time begin_;
@@ -107,7 +100,7 @@ class SessionRecorder {
   Trajectory trajectory_;
 
   std::optional<Recorder> file_;
-  std::filesystem::path path_;
+  RecordingPlace::Opened opened_;  ///< the same; its sink is the file's
   Time next_plan_{0}, next_statistics_{0};
   ActiveConstraint constraint_;
   std::optional<SettingsChange> operator_settings_;  ///< in force
@@ -138,7 +131,7 @@ class SessionRecorder {
   int flights_ = 0;
 
   std::atomic<bool> wanted_, recording_{false};
-  mutable std::mutex mutex_;  ///< of the notices, and of path_ for other threads
+  mutable Mutex mutex_;  ///< of the notices, and of opened_ for other threads
   std::vector<std::string> notices_;
 };
 

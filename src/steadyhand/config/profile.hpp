@@ -19,4 +19,7 @@ struct Profile {
   double tolerance = 1e-6;  ///< of the KKT conditions
 };
 
+/// Its weights on one line, for people.
+std::string describe_weights(const OcpSettings& ocp);
+
 }  // namespace steadyhand

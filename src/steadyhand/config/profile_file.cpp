@@ -101,14 +101,4 @@ Result<Profile> load_profile(const std::string& name, const Places& places, cons
   return profile;
 }
 
-std::string describe_weights(const OcpSettings& ocp) {
-  std::string text;
-  for (const auto& objective : ocp.objectives) {
-    const auto found = ocp.weights.find(objective->name());
-    if (found == ocp.weights.end()) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found->first, fmt::join(found->second, " "));
-  }
-  return text;
-}
-
 }  // namespace steadyhand

@@ -15,7 +15,4 @@ namespace steadyhand {
 Result<Profile> load_profile(const std::string& name, const Places& places = Places::standard(),
                              const Objectives& objectives = default_objectives());
 
-/// Its weights on one line, for people.
-std::string describe_weights(const OcpSettings& ocp);
-
 }  // namespace steadyhand

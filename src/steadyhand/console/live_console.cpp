@@ -77,25 +77,12 @@ LiveConsole::~LiveConsole() {
 }
 
 /// What the recording tells of its session.
-SessionRecorder::Metadata LiveConsole::describe_run() const {
-  const PlanningSettings& planning = settings_.live.planning;
-  const RetargetSettings& hand = planning.retarget;
+SessionRecorder::Metadata LiveConsole::describe() const {
   SessionRecorder::Metadata all = settings_.metadata;
-  all["cell"] = {{"json", cell_json(settings_.live.cell)}};
-  all["robot"] = {{"json", robot_json(*model_)}};
-  for (const Profile& each : settings_.profiles) all["profiles"][each.name] = each.label;
-  all["run"].merge(
-      std::map<std::string, std::string>{{"robot", model_->name},
-                                         {"cell", settings_.live.cell.name},
-                                         {"profile", profile().name},
-                                         {"label", profile().label},
-                                         {"weights", describe_weights(profile().ocp)},
-                                         {"solver", planning.planner.solver},
-                                         {"rate_hz", fmt::format("{}", session_->planner_rate_hz())},
-                                         {"scale", fmt::format("{}", hand.scale)},
-                                         {"accept_emulated", planning.gate.accept_emulated ? "true" : "false"},
-                                         {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
-                                         {"version", STEADYHAND_VERSION}});
+  for (auto& [name, entries] :
+       describe_run(*model_, settings_.live, settings_.profiles, settings_.profile, session_->planner_rate_hz())) {
+    all[name].merge(entries);
+  }
   return all;
 }
 
@@ -108,7 +95,7 @@ void LiveConsole::say_notices() {
 }
 
 Status LiveConsole::open_page() {
-  const std::filesystem::path& folder = settings_.recording.folder;
+  const std::filesystem::path& folder = settings_.recording_place.path;
   library_.emplace(folder.empty() ? default_session_folder() : folder, settings_.report_program);
   ServerCallbacks callbacks;
   callbacks.now = [this] { return clock_->now(); };
@@ -157,7 +144,8 @@ Status LiveConsole::start() {
     if (Status s = open_page(); !s) return s;
   }
   // What may fail has not: no recording is left of a session that never was.
-  recorder_.emplace(session_->ocp(), settings_.recording, describe_run(), clock_->now());
+  recorder_.emplace(session_->ocp(), settings_.recording, describe(), clock_->now(),
+                    std::make_unique<RecordingFolder>(settings_.recording_place));
   operator_interface_->on_record([this](bool record) { recorder_->ask(record); });
   session_->start(recorder_->taps());
   started_ = true;

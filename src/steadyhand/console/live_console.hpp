@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/console/session_library.hpp"
@@ -20,6 +21,7 @@ struct ConsoleSettings {
   LiveSettings live;  ///< its problem, solver and tolerance become those of the profile
   ServerSettings server;
   RecordingSettings recording;
+  RecordingFolderSettings recording_place;
   std::vector<Profile> profiles;           ///< to choose among, at least one
   int profile = 0;                         ///< index of the first
   std::string solver;                      ///< empty: the profile's
@@ -76,7 +78,7 @@ class LiveConsole {
  private:
   LiveConsole(const RobotModel& model, ConsoleSettings settings, Clock& clock, ConsoleCallbacks callbacks,
               std::unique_ptr<LiveSession> session);
-  SessionRecorder::Metadata describe_run() const;
+  SessionRecorder::Metadata describe() const;
   Status open_page();
   Status edit_session(const SessionEdit& edit);
   void say(const std::string& text) const {

@@ -16,7 +16,7 @@ Status SessionSettings::resolve(const SettingsTable& table) {
   const auto frame = [](const std::string& name) { return name == "tool" ? MotionFrame::kTool : MotionFrame::kBase; };
   live.planning.retarget.translation_frame = frame(translation_frame);
   live.planning.retarget.rotation_frame = frame(rotation_frame);
-  recording.folder = recording_folder;
+  recording_place.path = recording_folder;
   const SupervisorSettings& supervisor = live.control.supervisor;
   live.planning.sample_timeout = supervisor.disengage_after;
   struct Order {
@@ -147,10 +147,10 @@ SettingsTable describe(SessionSettings& s) {
 
   t.add("recording.enabled", "write the session to a file", s.recording.enabled);
   t.add("recording.folder", "of the files", s.recording_folder);
-  t.add("recording.keep_free", "GB", "that stay free on the disk: the recording ends before", s.recording.keep_free_gb,
-        at_most(1e6));
+  t.add("recording.keep_free", "GB", "that stay free on the disk: the recording ends before",
+        s.recording_place.keep_free_gb, at_most(1e6));
   t.add("recording.folder_max", "GB", "of recordings in the folder: the oldest beyond are deleted; 0: none are",
-        s.recording.folder_max_gb, at_most(1e6));
+        s.recording_place.max_gb, at_most(1e6));
   t.add("recording.plan_rate", "Hz", "plans and references written, at most", s.recording.plan_rate_hz, up_to(1000.0));
   t.add("recording.flight", "s", "before a fault that go to a file of their own; 0: none", s.recording.flight_seconds,
         at_most(600.0));

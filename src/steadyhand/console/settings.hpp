@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/arm/arm_kinds.hpp"
 #include "steadyhand/arm/ros2_settings.hpp"
@@ -28,6 +29,7 @@ struct SessionSettings {
   UrSettings ur;
   ServerSettings server;
   RecordingSettings recording;
+  RecordingFolderSettings recording_place;
 
   SessionSettings();
 

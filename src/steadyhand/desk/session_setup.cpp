@@ -1,5 +1,9 @@
 #include "steadyhand/desk/session_setup.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "steadyhand/core/configuration.hpp"
 #include "steadyhand/record/cell_json.hpp"
 #include "steadyhand/record/robot_json.hpp"
@@ -52,6 +56,31 @@ ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const Live
   }
   facts.recordings = std::move(recordings);
   return facts;
+}
+
+std::map<std::string, std::map<std::string, std::string>> describe_run(const RobotModel& model,
+                                                                       const LiveSettings& settings,
+                                                                       const std::vector<Profile>& profiles,
+                                                                       int profile, double rate_hz) {
+  const PlanningSettings& planning = settings.planning;
+  const RetargetSettings& hand = planning.retarget;
+  const Profile& first = profiles[static_cast<std::size_t>(profile)];
+  std::map<std::string, std::map<std::string, std::string>> all;
+  all["cell"] = {{"json", cell_json(settings.cell)}};
+  all["robot"] = {{"json", robot_json(model)}};
+  for (const Profile& each : profiles) all["profiles"][each.name] = each.label;
+  all["run"] = {{"robot", model.name},
+                {"cell", settings.cell.name},
+                {"profile", first.name},
+                {"label", first.label},
+                {"weights", describe_weights(first.ocp)},
+                {"solver", planning.planner.solver},
+                {"rate_hz", fmt::format("{}", rate_hz)},
+                {"scale", fmt::format("{}", hand.scale)},
+                {"accept_emulated", planning.gate.accept_emulated ? "true" : "false"},
+                {"yaw_deg", fmt::format("{}", hand.yaw * 180.0 / M_PI)},
+                {"version", STEADYHAND_VERSION}};
+  return all;
 }
 
 }  // namespace steadyhand

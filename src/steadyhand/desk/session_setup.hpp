@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,5 +21,12 @@ void take_profiles(const std::vector<Profile>& profiles, int profile, LiveSettin
 /// What clients are told of the session when they connect.
 ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const LiveSettings& settings,
                              const std::vector<Profile>& profiles, std::vector<std::string> recordings);
+
+/// What a recording tells of its session: tables by name, of text.
+/// @param profile of `profiles`, with which it begins @param rate_hz planning steps a second
+std::map<std::string, std::map<std::string, std::string>> describe_run(const RobotModel& model,
+                                                                       const LiveSettings& settings,
+                                                                       const std::vector<Profile>& profiles,
+                                                                       int profile, double rate_hz);
 
 }  // namespace steadyhand
