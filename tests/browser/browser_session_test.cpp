@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "steadyhand/browser/closed_loop.hpp"
+#include "steadyhand/record/session_file.hpp"
+#include "support/temporary_folder.hpp"
 #include "support/virtual_session.hpp"
 
 namespace steadyhand {
@@ -50,6 +52,7 @@ class Page final : public Outbox {
   Time now() const { return from_seconds(t); }
   void say(std::string_view text) { session_->receive(number_, text, now()); }
   void request(std::string_view kind) { say(fmt::format(R"({{"type":"request","kind":"{}"}})", kind)); }
+  void record(bool on) { say(fmt::format(R"({{"type":"request","kind":"record","value":{}}})", on ? 1 : 0)); }
   /// Time goes on, 8 ms at a time, with the hand, which goes up while it is closed.
   void go_on(double seconds) {
     for (const double end = t + seconds; t < end; t += 0.008) {
@@ -161,6 +164,54 @@ TEST(BrowserSession, OfALongPauseTheRestDidNotHappen) {
   page.grips = true;
   page.go_on(0.5);
   EXPECT_TRUE(page.is("engaged")) << "a fresh grip leads on: " << page.state["reason"];
+}
+
+TEST(BrowserSession, WhatItRecordsIsAFileOnceItIsPutTogether) {
+  std::map<std::string, std::string> kept;
+  std::map<std::string, int> ends;
+  auto made = BrowserSession::make(some_setup(), {}, 50.0, [&](std::string_view name, std::string_view bytes) {
+    kept[std::string(name)] += bytes;
+    ends[std::string(name)] += bytes.empty();
+  });
+  ASSERT_TRUE(made) << made.error().message;
+  const std::unique_ptr<BrowserSession> session = *std::move(made);
+  Page page(*session);
+  page.go_on(0.5);
+  EXPECT_TRUE(kept.empty()) << "nobody has asked for it";
+  for (int i = 0; i < 2; ++i) {
+    page.record(true);
+    page.grips = true;
+    page.go_on(2.0);
+    EXPECT_EQ(page.state["recording"], true);
+    page.record(false);
+    page.grips = false;
+    page.go_on(0.5);
+    EXPECT_EQ(page.state["recording"], false);
+  }
+  ASSERT_EQ(kept.size(), 2u);
+  for (const auto& [name, bytes] : kept) {
+    EXPECT_EQ(ends[name], 1);
+    const TemporaryFolder folder;
+    SessionParts parts;
+    parts.commands = parts.samples = parts.changes = parts.settings = parts.cells = true;
+    const Result<SessionFile> file = load_session(folder.write(name + ".mcap", bytes), parts);
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_TRUE(file->overview.complete);
+    EXPECT_NEAR(file->commands.size(), 1000, 20);
+    EXPECT_GT(file->samples.size(), 200u);
+    EXPECT_EQ(file->overview.metadata.at("run").at("profile"), "waiter");
+    EXPECT_EQ(file->overview.metadata.at("profiles").size(), 2u);
+    EXPECT_GT(std::stod(file->overview.metadata.at("summary").at("engaged_s")), 1.5);
+  }
+}
+
+TEST(BrowserSession, RecordsNothingWhereNobodyKeepsIt) {
+  const auto session = make_session(some_setup());
+  Page page(*session);
+  page.record(true);
+  page.go_on(0.2);
+  EXPECT_EQ(page.state["recording"], false);
+  EXPECT_EQ(page.heard.back()["type"], "error");
 }
 
 /// Timers of a tab that nobody sees may come once a second.

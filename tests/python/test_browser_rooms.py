@@ -19,7 +19,7 @@ def compiled():
     text = (ROOT / "CMakeLists.txt").read_text()
     for room in rooms:
         words = re.search(rf"steadyhand_room\({room}\s([^)]*)\)", text)
-        bare = re.search(r"\bBARE\s+((?:[a-z_]+\s*)+)", words[1])
+        bare = re.search(r"\bBARE\s+((?:[a-z0-9_]+\s*)+)", words[1])
         folder = SOURCE / "steadyhand" / room
         files = [folder / f"{name}.cpp" for name in bare[1].split()] if bare else sorted(folder.rglob("*.cpp"))
         yield from (file for file in files if file.parent.name != "fatrop")

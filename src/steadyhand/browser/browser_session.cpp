@@ -17,11 +17,14 @@ BrowserSession::BrowserSession(BrowserSetup setup, std::function<Time()> wall)
     : setup_(std::move(setup)), clock_(std::move(wall)) {}
 
 Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup, std::function<Time()> wall,
-                                                             double rate_hz) {
+                                                             double rate_hz, KeptRecordings::Keep keep) {
   if (setup.profiles.empty()) return Error{"a session needs a profile"};
   LiveSettings settings = operator_defaults();
   settings.planner_rate_hz = rate_hz;
-  settings.time_budget = static_cast<bool>(wall);
+  // The arm waits for a plan, and nothing is late; where the system takes the processor from the page for a while, a
+  // plan's look-ahead would be over before an iteration was made.
+  settings.time_budget = false;
+  if (wall) settings.planning.planner.budget.time_us = 1e6 * to_seconds(kLongestGap / 2);
   std::unique_ptr<BrowserSession> made(new BrowserSession(std::move(setup), std::move(wall)));
   BrowserSession& s = *made;
   const BrowserSetup& told = s.setup_;
@@ -46,7 +49,18 @@ Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup,
   s.hub_ = std::make_unique<Hub>(s.facts_, s.callbacks_, kMaxRate, kMaxClients);
   if (Status status = s.hub_->prepare(); !status) return status.error();
   LiveTaps taps;
-  taps.command = [&s](const JointCommand& command) {
+  if (keep) {
+    RecordingSettings recording;
+    recording.enabled = false;
+    recording.flight_seconds = 0.0;
+    s.recorder_.emplace(s.session_->ocp(), recording,
+                        describe_run(told.robot, settings, told.profiles, told.profile, s.session_->planner_rate_hz()),
+                        s.clock_.now(), std::make_unique<KeptRecordings>(std::move(keep)));
+    s.operator_interface_->on_record([&s](bool record) { s.recorder_->ask(record); });
+    taps = s.recorder_->taps();
+  }
+  taps.command = [&s, record = std::move(taps.command)](const JointCommand& command) {
+    if (record) record(command);
     if (s.on_command) s.on_command(command);
   };
   s.session_->start(std::move(taps));
@@ -98,7 +112,9 @@ void BrowserSession::advance(Time now) {
 }
 
 void BrowserSession::publish() {
-  hub_->broadcast_state({session_->snapshot(), operator_interface_->controls(), false, operator_interface_->cell()});
+  hub_->broadcast_state({session_->snapshot(), operator_interface_->controls(), recorder_ && recorder_->recording(),
+                         operator_interface_->cell()});
+  if (recorder_) (void)recorder_->take_notices();  // the page sees what is kept
 }
 
 }  // namespace steadyhand

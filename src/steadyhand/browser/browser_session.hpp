@@ -5,7 +5,9 @@
 #include <optional>
 #include <string_view>
 
+#include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/browser/kept_recordings.hpp"
 #include "steadyhand/browser/one_thread_session.hpp"
 #include "steadyhand/browser/setup_json.hpp"
 #include "steadyhand/desk/hub.hpp"
@@ -24,8 +26,9 @@ class BrowserSession {
   /// Fails as LiveSession::make.
   /// @param wall what planning is timed with; empty: nothing is, and the same messages make the same session
   /// @param rate_hz planning steps a second; 0: what this machine sustains, which takes a wall
+  /// @param keep who keeps what is recorded when the operator asks for it; empty: nothing can be recorded
   static Result<std::unique_ptr<BrowserSession>> make(BrowserSetup setup, std::function<Time()> wall,
-                                                      double rate_hz = 0.0);
+                                                      double rate_hz = 0.0, KeptRecordings::Keep keep = {});
 
   /// A client's number, or 0: no place. The outbox must live until leave().
   std::uint64_t join(Outbox& outbox, Time now);
@@ -49,6 +52,7 @@ class BrowserSession {
   SteppedClock clock_;
   std::unique_ptr<SimulatedArm> arm_;
   std::unique_ptr<OneThreadSession> session_;
+  std::optional<SessionRecorder> recorder_;
   std::unique_ptr<OperatorInterface> operator_interface_;
   ServerFacts facts_;
   ServerCallbacks callbacks_;

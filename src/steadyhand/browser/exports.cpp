@@ -18,12 +18,19 @@
 
 STEADYHAND_IMPORT(send) void page_send(unsigned client, const char* text, std::size_t size, int is_state);
 STEADYHAND_IMPORT(close) void page_close(unsigned client);
+/// More of a recording, after which, if there are no bytes, it is complete.
+STEADYHAND_IMPORT(keep)
+void page_keep(const char* name, std::size_t name_size, const char* bytes, std::size_t size);
 /// The reason why there is no session, or none any more.
 STEADYHAND_IMPORT(say) void page_say(const char* text, std::size_t size);
 
 namespace {
 
 using namespace steadyhand;
+
+void keep(std::string_view name, std::string_view bytes) {
+  page_keep(name.data(), name.size(), bytes.data(), bytes.size());
+}
 
 void say(const std::string& text) { page_say(text.data(), text.size()); }
 
@@ -79,7 +86,7 @@ STEADYHAND_EXPORT(give_memory) void give_memory(void* memory) { std::free(memory
 STEADYHAND_EXPORT(begin) int begin(const char* text, std::size_t size, double rate_hz) {
   Result<BrowserSetup> setup = read_setup_json({text, size});
   if (!setup) return say(setup.error().message), 1;
-  auto made = BrowserSession::make(*std::move(setup), wall, rate_hz);
+  auto made = BrowserSession::make(*std::move(setup), wall, rate_hz, keep);
   if (!made) return say(made.error().message), 1;
   session = *std::move(made);
   return 0;

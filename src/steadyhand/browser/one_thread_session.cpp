@@ -30,7 +30,7 @@ void OneThreadSession::step() {
   if (planner_rate_hz_ != rate_) {
     rate_ = planner_rate_hz_;
     next_plan_ = now;
-    planning_->set_look_ahead(look_ahead_at(rate_));
+    planning_->set_look_ahead(look_ahead_at(rate_), settings_.time_budget);
   }
   if (now >= next_plan_) {
     stepped_clock_->run(true);

@@ -85,7 +85,7 @@ void LiveSession::plan_on() {
       period = from_seconds(1.0 / rate);
       next = clock_->now();
       look_ahead = look_ahead_at(rate);
-      planning_->set_look_ahead(look_ahead);
+      planning_->set_look_ahead(look_ahead, settings_.time_budget);
     }
     // Just in time for a control cycle, where the plan can begin: earlier, hands would grow old waiting for it.
     const Time too_late = (next - planning_->control_time() + from_seconds(look_ahead) + kWakeSlack) % cycle;

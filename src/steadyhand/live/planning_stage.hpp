@@ -42,9 +42,10 @@ class PlanningStage {
   static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
                                                      Links& links, const Clock& clock);
   void step(Time now);
-  /// s, PlanningSettings::look_ahead from the next step on, and the solver's time.
-  void set_look_ahead(double look_ahead) {
+  /// s, PlanningSettings::look_ahead from the next step on. @param is_budget it is the solver's time, too
+  void set_look_ahead(double look_ahead, bool is_budget) {
     settings_.look_ahead = look_ahead;
+    if (!is_budget) return;
     scaled_.planner->set_time_budget(1e6 * look_ahead);
     if (after_first_moves_) after_first_moves_->planner->set_time_budget(1e6 * look_ahead);
   }
