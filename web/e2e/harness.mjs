@@ -11,7 +11,7 @@ import playwright, { chromium } from 'playwright-core';
 export const ROOT = resolve(process.env.STEADYHAND_ROOT ?? join(import.meta.dirname ?? '.', '../..'));
 export const PROGRAM = process.env.STEADYHAND_PROGRAM ?? join(ROOT, 'build/release/steadyhand');
 const ARTEFACTS = join(ROOT, 'build/artefacts');
-const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+export const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 /** A stock Firefox is led by WebDriver BiDi: without a phone's touches, without another colour scheme, without a wire to listen to. */
 export const FIREFOX = basename(BROWSER ?? '').startsWith('firefox');
 export const picture = (name) => join(ARTEFACTS, `page_${FIREFOX ? 'firefox_' : ''}${name}.png`);
@@ -94,7 +94,7 @@ export async function finish() {
   await browser?.close();
   screen?.kill();
   await stopProgram();
-  rmSync(sessions, { recursive: true, force: true, maxRetries: 5 }); // a browser may still tidy up
+  if (sessions) rmSync(sessions, { recursive: true, force: true, maxRetries: 5 }); // a browser may still tidy up
 }
 
 /** What goes wrong in a page, from now on. */

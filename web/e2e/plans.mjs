@@ -24,7 +24,7 @@ const native = (...words) => JSON.parse(execFileSync(closedLoop, [join(folder, '
 const bundle = (format) => buildSync({ entryPoints: [join(ROOT, 'web/src/worker/module.ts')], bundle: true, format, globalName: 'planner', write: false }).outputFiles[0].text;
 writeFileSync(join(folder, 'module.mjs'), bundle('esm'));
 const { Module } = await import(join(folder, 'module.mjs'));
-const NOBODY = { send: () => {}, close: () => {} };
+const NOBODY = { send: () => {}, close: () => {}, keep: () => {} };
 
 /** The largest difference of two lists of rows; infinite where they have not as many numbers, or what is none. */
 function difference(a, b) {
@@ -56,7 +56,7 @@ try {
     const module = await Module.load(bytes, NOBODY);
     await page?.evaluate(async (text) => {
       const { bytes } = { bytes: Uint8Array.from(atob(text), (c) => c.charCodeAt(0)) };
-      globalThis.module = await globalThis.planner.Module.load(bytes, { send: () => {}, close: () => {} });
+      globalThis.module = await globalThis.planner.Module.load(bytes, { send: () => {}, close: () => {}, keep: () => {} });
     }, bytes.toString('base64'));
     for (const [index, { name: profile }] of JSON.parse(setup).profiles.entries()) {
       const here = native(index, problems);

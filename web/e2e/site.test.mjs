@@ -1,9 +1,13 @@
 // What only the site has (`./steadyhand site`, its folder in STEADYHAND_SITE): no program, a network that may go, files that may be
 // broken. What page and program share, page.test.mjs, stops.test.mjs and headset.test.mjs try on it, too.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import {
-  address, browser, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, ready, rest, say, start,
+  address, browser, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, PROGRAM, ready, rest, say, start,
   startProgram, state, until, withoutPixels,
 } from './harness.mjs';
 
@@ -72,6 +76,30 @@ test('after the first visit it needs no network', IN_CHROMIUM, async () => {
   await until(async () => distance((await state(page)).q, first.q) > 0.01, 'the arm to move');
 });
 
+test('what it records is downloaded as MCAP, which the program opens', IN_CHROMIUM, async () => {
+  const page = await open({ prepare: withoutPixels });
+  await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
+  await page.check('#record');
+  await until(async () => (await state(page)).recording, 'the recording to begin');
+  await ready(page);
+  await lead(page, { grip: () => page.keyboard.down('KeyE'), release: () => page.keyboard.up('KeyE') }, () => isEngaged(page), 'a key to lead the arm');
+  await page.waitForTimeout(1500);
+  await page.keyboard.up('KeyE');
+  await page.uncheck('#record');
+  await until(async () => /gone with this page/.test(await page.textContent('#recordings')), 'the recording to be complete');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('#recordings button:has-text("Download")')]);
+  assert.match(download.suggestedFilename(), /^\d{4}-\d\d-\d\d_[-\d]+\.mcap$/);
+  const folder = mkdtempSync(join(tmpdir(), 'steadyhand-')), file = join(folder, 'session.mcap');
+  await download.saveAs(file);
+  assert.match(await page.textContent('#recordings'), /downloaded/);
+  for (const words of [['replay', file, '--out', join(folder, 'replay')], ['report', file, '--out', join(folder, 'report')]]) {
+    const done = spawnSync(PROGRAM, words, { encoding: 'utf8' });
+    assert.equal(done.status, 0, done.stderr);
+  }
+  rmSync(folder, { recursive: true });
+  assert.deepEqual(page.complaints, []);
+});
+
 test('files that are missing, of another kind or cut short are named, with what to do', IN_CHROMIUM, async () => {
   await advice(/The planner \(steadyhand\.wasm\) is missing on the server \(404\): publish/, answer('steadyhand.wasm', (route) => route.fulfill({ status: 404 })));
   await advice(/The planner \(steadyhand\.wasm\) came as text\/html/, answer('steadyhand.wasm', (route) => route.fulfill({ contentType: 'text/html', body: '<p>' })));
@@ -88,6 +116,19 @@ test('a robot that cannot be is refused with its key', IN_CHROMIUM, async () => 
     await context.route('**/site.json', (route) => route.fulfill({ json: { robots: ['ur5e'], bytes: { 'robots/ur5e.json': broken.length } } }));
     await context.route('**/robots/ur5e.json', (route) => route.fulfill({ contentType: 'application/json', body: broken }));
   });
+});
+
+test('without WebAssembly it says so', IN_CHROMIUM, async () => {
+  await advice(/runs no WebAssembly.*use another browser/, (context) => context.addInitScript(() => { delete globalThis.WebAssembly; }));
+});
+
+test('who comes first is told what to do, once', async () => {
+  const page = await open({ first: true, prepare: withoutPixels });
+  assert.ok(await page.isVisible('#first-steps'));
+  await page.click('#first-demo');
+  await page.reload({ waitUntil: 'commit' });
+  await until(() => page.evaluate(() => globalThis.steadyhand?.session.state), 'the page');
+  assert.equal(await page.isVisible('#first-steps'), false);
 });
 
 test('a robot that the site does not have is told', IN_CHROMIUM, async () => {

@@ -1,6 +1,7 @@
 import { decode, encode, PROTOCOL_VERSION, type ClientMessage, type ServerMessage, type StateMessage } from './protocol';
 import { hasSimd } from './worker/module';
 import { PortSocket, type Socket } from './worker/port_socket';
+import type { Kept } from './worker/worker';
 
 export type ConnectionStatus = 'connecting' | 'open' | 'lost' | 'refused';
 
@@ -28,11 +29,15 @@ export function browserSurroundings(): Surroundings {
   };
 }
 
-/** Of a page without a program behind it: its session is in a Worker. @param onFailure why there is none, for people */
-export function workerSurroundings(onFailure: (why: string) => void): Surroundings {
+/**
+ * Of a page without a program behind it: its session is in a Worker.
+ * @param onFailure why there is none, for people
+ * @param onKept more of what it records
+ */
+export function workerSurroundings(onFailure: (why: string) => void, onKept: (kept: Kept) => void): Surroundings {
   const begin = { site: new URL('.', location.href).href, robot: new URLSearchParams(location.search).get('robot') ?? '', simd: hasSimd() };
   // Nobody else is there: no token of an earlier session counts.
-  return { ...browserSurroundings(), open: () => new PortSocket(begin, onFailure), readToken: () => '', keepToken: () => {} };
+  return { ...browserSurroundings(), open: () => new PortSocket(begin, onFailure, onKept), readToken: () => '', keepToken: () => {} };
 }
 
 const PING_EVERY = 0.5; // s

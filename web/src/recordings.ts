@@ -1,4 +1,5 @@
 import { element } from './element';
+import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { Player, type Motion } from './replay/player';
 import { Track } from './replay/track';
@@ -56,6 +57,9 @@ export class Recordings {
   /** Name of the session whose name and label are being changed. */
   #edited = '';
   #sessions: RecordedSession[] = [];
+  /** Where no program has them. */
+  readonly kept = new KeptRecordings(() => this.#showKept());
+  #keptShown = '';
 
   /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
@@ -112,6 +116,38 @@ export class Recordings {
     }));
   }
 
+  /** While one is written only its size changes. */
+  #showKept(): void {
+    const { list } = this.kept, shown = JSON.stringify(list.map(({ name, state, downloaded }) => [name, state, downloaded]));
+    if (shown !== this.#keptShown) {
+      this.#keptShown = shown;
+      if (list.length === 0) return this.#say('Nothing recorded yet.');
+      this.list.replaceChildren(...list.map((recording) => this.#keptItem(recording)));
+    }
+    for (const [i, { size }] of list.entries()) this.list.children[i]!.querySelector('span')!.textContent = `${(size / 1e6).toFixed(1)} MB`;
+  }
+
+  #keptItem(recording: KeptRecording): HTMLElement {
+    const { name, state, downloaded } = recording, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
+    words.append(Object.assign(document.createElement('strong'), { textContent: name }),
+      document.createElement('span'), ` · ${downloaded ? 'downloaded' : { open: 'being written', complete: 'gone with this page unless you download it', 'cut short': 'cut short; gone with this page unless you download it' }[state]}`);
+    row.className = 'row';
+    row.append(button('Download', `Download ${name} as MCAP`, () => this.kept.download(recording)));
+    if (state !== 'open') row.append(this.#surely(name, () => this.kept.forget(recording)));
+    item.append(words, row);
+    return item;
+  }
+
+  /** A button that asks once more. */
+  #surely(name: string, act: () => void): HTMLButtonElement {
+    const gone = button('Delete', `Delete ${name}`, () => {
+      if (gone.dataset.sure) return act();
+      gone.dataset.sure = 'true';
+      gone.textContent = 'Really delete';
+    });
+    return gone;
+  }
+
   #editor({ name, label }: RecordedSession): HTMLElement {
     const form = document.createElement('form');
     form.className = 'edit';
@@ -121,11 +157,7 @@ export class Recordings {
       return input;
     };
     const labelled = field('Label', label ?? ''), named = field('Name', name);
-    const row = form.appendChild(document.createElement('div')), gone = button('Delete', `Delete ${name}`, () => {
-      if (gone.dataset.sure) return this.#do('delete', name);
-      gone.dataset.sure = 'true';
-      gone.textContent = 'Really delete';
-    });
+    const row = form.appendChild(document.createElement('div')), gone = this.#surely(name, () => this.#do('delete', name));
     row.className = 'row';
     const load = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/session.mcap`, download: `${name}.mcap`, textContent: 'Download' });
     load.setAttribute('aria-label', `Download ${name} as MCAP`);

@@ -19,13 +19,18 @@ interface Exports {
 export interface Listener {
   send(client: number, text: string, isState: boolean): void;
   close(client: number): void;
+  /** More of a recording; no bytes: it is complete. */
+  keep(name: string, bytes: Uint8Array<ArrayBuffer>): void;
 }
 
 /** WASI's number for what a browser does not have. */
 const NOT_SUPPORTED = 58, MONOTONIC = 1;
 
+/** Some browsers switch it off for those who ask for most safety. */
+export const hasWebAssembly = (): boolean => typeof WebAssembly === 'object';
+
 /** Whether this browser computes on two doubles at once in WebAssembly: the smallest module that asks for it. */
-export const hasSimd = (): boolean => WebAssembly.validate(new Uint8Array([
+export const hasSimd = (): boolean => hasWebAssembly() && WebAssembly.validate(new Uint8Array([
   0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]));
 
 /** The library as a module: a session, and the plans that show that it plans as elsewhere. */
@@ -97,6 +102,8 @@ export class Module {
     return {
       send: (client: number, at: number, size: number, isState: number) => this.listener.send(client, this.#read(at, size), isState !== 0),
       close: (client: number) => this.listener.close(client),
+      keep: (name: number, nameSize: number, at: number, size: number) =>
+        this.listener.keep(this.#read(name, nameSize), new Uint8Array(this.#exports.memory.buffer, at, size).slice()),
       say: (at: number, size: number) => { this.#said = this.#read(at, size); },
     };
   }

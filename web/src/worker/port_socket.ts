@@ -1,5 +1,6 @@
+import { hasWebAssembly } from './module';
 import { TAKEN } from './taken';
-import type { Begin, Failure } from './worker';
+import type { Begin, Failure, Kept } from './worker';
 
 /** The part of a WebSocket that a connection uses. */
 export type Socket = Pick<WebSocket, 'send' | 'close' | 'readyState' | 'bufferedAmount' | 'onopen' | 'onmessage' | 'onclose'>;
@@ -14,11 +15,12 @@ export class PortSocket implements Socket {
   readonly #worker: Worker;
 
   /** @param onFailure why there is no session, or none any more, in words for people */
-  constructor(begin: Begin, private readonly onFailure: (why: string) => void) {
+  constructor(begin: Begin, private readonly onFailure: (why: string) => void, private readonly onKept: (kept: Kept) => void) {
     this.#worker = new Worker(new URL('./worker.ts', import.meta.url), { type: 'module' });
-    this.#worker.onmessage = (event: MessageEvent<string | null | Failure>) => this.#take(event.data);
+    this.#worker.onmessage = (event: MessageEvent<string | null | Failure | Kept>) => this.#take(event.data);
     this.#worker.onerror = () => this.#end('The planner’s Worker did not start: publish the site’s folder anew, or use a newer browser.');
-    this.#worker.postMessage(begin);
+    if (hasWebAssembly()) this.#worker.postMessage(begin);
+    else setTimeout(() => this.#end('This browser runs no WebAssembly, which the planner is made of: switch it on (a lockdown mode switches it off), or use another browser.'));
   }
 
   send(text: string): void { if (this.readyState === WebSocket.OPEN) this.#worker.postMessage(text); }
@@ -28,7 +30,7 @@ export class PortSocket implements Socket {
     this.#worker.terminate();
   }
 
-  #take(data: string | null | Failure): void {
+  #take(data: string | null | Failure | Kept): void {
     const socket = this as unknown as WebSocket;
     if (data === null) {
       this.readyState = WebSocket.OPEN;
@@ -38,6 +40,8 @@ export class PortSocket implements Socket {
       if (data.startsWith('{"type":"state"')) this.#worker.postMessage(TAKEN);
       // Who has the page has the Worker, too: no code need be typed.
       if (data.startsWith('{"type":"welcome"')) this.send('{"type":"pair","code":"local"}');
+    } else if ('recording' in data) {
+      this.onKept(data);
     } else {
       this.#end(data.failure);
     }

@@ -6,6 +6,8 @@ import { TAKEN } from './taken';
 export interface Begin { site: string; robot: string; simd: boolean }
 /** Worker to page, beside such messages: it cannot go on. */
 export interface Failure { failure: string }
+/** The same: more of what it records; no bytes: that is complete. */
+export interface Kept { recording: string; bytes: Uint8Array<ArrayBuffer> }
 
 /** What `./steadyhand site` writes beside the page (web/tools/make_site.mjs). */
 interface Site { robots: string[]; bytes: Record<string, number> }
@@ -14,7 +16,7 @@ interface Site { robots: string[]; bytes: Record<string, number> }
 const PERIOD = 2;
 const PAGE = 1;
 /** This Worker's side of its page's port; the page's types call it a window. */
-const port = self as unknown as { postMessage(data: string | null | Failure): void; onmessage(event: MessageEvent<unknown>): void };
+const port = self as unknown as { postMessage(data: string | null | Failure | Kept, transfer?: Transferable[]): void; onmessage(event: MessageEvent<unknown>): void };
 const now = (): number => performance.now() / 1000;
 
 let module: Module | null = null;
@@ -59,6 +61,7 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
   const [code, setup] = await Promise.all([get(name, 'The planner', 'application/wasm'), get(`robots/${wanted}.json`, 'The robot', 'application/json')]);
   const loaded = await Module.load(code, {
     send: (_client, text, isState) => (isState ? sendState(text) : port.postMessage(text)),
+    keep: (recording, bytes) => port.postMessage({ recording, bytes }, [bytes.buffer]),
     close: () => fail(new Error('The session closed this page: too many messages that it could not read. Reload it.')),
   });
   loaded.begin(new TextDecoder().decode(setup));
@@ -69,6 +72,9 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
     try { module?.advance(now()); } catch (error) { fail(error); }
   }, PERIOD);
 }
+
+/** For tests and the curious: bytes that the planner has. */
+Object.assign(self, { steadyhand: { memory: () => module?.memory ?? 0 } });
 
 port.onmessage = (event) => {
   try {

@@ -1,0 +1,103 @@
+// `node web/e2e/endurance.mjs [--minutes N]`: a site (STEADYHAND_SITE) that plays for so long in a Chromium with windows and tabs as
+// people have them, then in a tab that nobody sees, and frozen. JSON lines; ends with 1 where memory grows, the session's clock drifts
+// or an unseen arm moves. Takes Xvfb.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { parseArgs } from 'node:util';
+import { chromium } from 'playwright-core';
+import { address, BROWSER, finish, inState, isEngaged, lead, ready, startProgram, state, until, withoutPixels } from './harness.mjs';
+
+const { values } = parseArgs({ options: { minutes: { type: 'string', default: '60' } } });
+const minutes = Number(values.minutes);
+const say = (words) => console.log(JSON.stringify(words));
+/** Those of playwright's arguments that keep pages from being hidden, and their timers from being slowed. */
+const AS_PEOPLE_HAVE_IT = ['--disable-background-timer-throttling', '--disable-backgrounding-occluded-windows', '--disable-renderer-backgrounding'];
+const fastest = async (page) => Math.max(...(await state(page)).dq.map(Math.abs));
+
+/** s of both clocks, bytes of the planner and of what is behind the page's objects. */
+async function look(page) {
+  const [worker] = page.workers();
+  const planner = await worker.evaluate(() => globalThis.steadyhand.memory());
+  const tools = await page.context().newCDPSession(page);
+  await tools.send('HeapProfiler.collectGarbage');
+  const { usedSize } = await tools.send('Runtime.getHeapUsage');
+  await tools.detach();
+  const clocks = await page.evaluate(() => ({ page_s: performance.now() / 1000, ...globalThis.steadyhand.session.state }));
+  return { page_s: clocks.page_s, session_s: clocks.now_s, planner_bytes: planner, page_bytes: usedSize, plans: clocks.plans, refused: clocks.rejected_plans, state: clocks.state };
+}
+
+async function play(page) {
+  await page.waitForTimeout(10_000); // what is made once has been made
+  const first = await look(page);
+  say(first);
+  let last = first;
+  for (let i = 1; i <= minutes; ++i) {
+    await page.waitForTimeout(60_000);
+    last = await look(page);
+    say({ minute: i, drift_s: last.session_s - first.session_s - (last.page_s - first.page_s), ...last });
+  }
+  if (minutes < 1) return;
+  assert.ok(last.planner_bytes <= first.planner_bytes, 'the planner took more memory');
+  assert.ok(last.page_bytes < 1.5 * first.page_bytes, 'the page took more memory');
+  assert.ok(last.plans - first.plans > 60 * 4 * minutes, 'plans were made');
+  assert.equal(last.state, 'engaged');
+}
+
+const grip = (page) => ({ grip: () => page.keyboard.down('KeyE'), release: () => page.keyboard.up('KeyE') });
+
+/** Another tab comes to the front, or the browser freezes the page, while a hand leads. */
+async function leave(page, other, how, hide, show) {
+  await page.bringToFront();
+  await ready(page);
+  await lead(page, grip(page), () => isEngaged(page), 'a key to lead the arm');
+  await page.waitForTimeout(300);
+  await hide();
+  const begin = await state(page).catch(() => null);
+  await other.waitForTimeout(10_000);
+  await show();
+  const back = await state(page); // the first that the page knows of
+  const speed = await fastest(page);
+  say({ how, hidden_s: 10, session_went_on_s: back.now_s - (begin?.now_s ?? NaN), state: back.state, fastest_rad_s: speed });
+  assert.ok(!['engaged', 'holding'].includes(back.state), `${how}: nobody leads an arm that nobody sees, but it is ${back.state}`);
+  assert.ok(speed < 1e-3, `${how}: the arm moves`);
+  await page.keyboard.up('KeyE');
+  await inState(page, 'ready');
+  await ready(page);
+  await lead(page, grip(page), () => isEngaged(page), 'a fresh grip to lead the arm');
+  await page.keyboard.up('KeyE');
+}
+
+const folder = mkdtempSync(join(tmpdir(), 'steadyhand-endurance-'));
+const screen = spawn('Xvfb', ['-displayfd', '1', '-screen', '0', '1000x700x24', '-nolisten', 'tcp'], { stdio: ['ignore', 'pipe', 'ignore'] });
+let context;
+try {
+  const [number] = await once(screen.stdout, 'data');
+  await startProgram();
+  context = await chromium.launchPersistentContext(folder, {
+    executablePath: BROWSER, headless: false, ignoreDefaultArgs: AS_PEOPLE_HAVE_IT, viewport: { width: 420, height: 300 }, env: { ...process.env, DISPLAY: `:${String(number).trim()}` },
+    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+  });
+  await withoutPixels(context);
+  const [page] = context.pages();
+  await page.goto(address);
+  await until(() => page.evaluate(() => globalThis.steadyhand?.session.state), 'the page');
+  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  await play(page);
+  const other = await context.newPage();
+  await leave(page, other, 'another tab in front', async () => {
+    await other.bringToFront();
+    await until(() => page.evaluate(() => document.hidden), 'the page to be hidden');
+  }, () => page.bringToFront());
+  const tools = await context.newCDPSession(page);
+  await leave(page, other, 'frozen', () => tools.send('Page.setWebLifecycleState', { state: 'frozen' }),
+    () => tools.send('Page.setWebLifecycleState', { state: 'active' }));
+} finally {
+  await context?.close();
+  await finish();
+  screen.kill();
+  rmSync(folder, { recursive: true, force: true, maxRetries: 5 });
+}
