@@ -57,7 +57,7 @@ def test_plans_are_those_of_native_code():
     """1000 closed-loop problems of each profile, and the commands of a session, on the same vectors of 2."""
     program = BUILD / "asan/closed_loop"
     if not program.exists():
-        pytest.skip("no native build with vectors of 2 (the preset asan) has closed_loop")
+        pytest.skip("not built: cmake --build build/asan --target closed_loop, as ./steadyhand test --long does")
     environment = os.environ | {"STEADYHAND_CLOSED_LOOP": str(program), "STEADYHAND_BUILD": str(BUILD)}
     done = subprocess.run([NODE, ROOT / "web/e2e/plans.mjs", "--no-browser", "--play", "20"], env=environment, cwd=ROOT / "web",
                           capture_output=True, text=True)
@@ -65,6 +65,19 @@ def test_plans_are_those_of_native_code():
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     compared = [line for line in lines if "difference" in line]
     assert len(compared) >= 8 and all(line["difference"] < 1e-9 for line in compared), compared
+
+
+def test_the_planner_without_a_page(site):
+    environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_SITE": str(site)}
+    done = run([NODE, "--test", "e2e/planner.test.mjs"], environment)
+    assert done and done.returncode == 0, done and done.stdout
+
+
+@pytest.mark.skipif(CHROMIUM is None or shutil.which("Xvfb") is None, reason="no Chromium or no Xvfb on this machine")
+def test_a_tab_that_nobody_sees_leaves_the_arm_at_rest(site):
+    environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": CHROMIUM, "STEADYHAND_SITE": str(site)}
+    done = run([NODE, "e2e/endurance.mjs", "--minutes", "0"], environment)
+    assert done and done.returncode == 0, done and done.stdout
 
 
 BROWSERS = {"chromium": CHROMIUM, "firefox": FIREFOX}
