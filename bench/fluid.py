@@ -1,7 +1,7 @@
 """What a fluid simulation says of the glass (PyPI pysplishsplash 2.19 with numpy, in an environment of its own: it needs nothing of ours
 but the motion):
 
-    python bench/fluid.py HAND --profile carry --write motion.npz      with build/release/python on PYTHONPATH; HAND as in hands.py
+    python bench/fluid.py HAND --profile carry --write motion.npz      with build/release/python on PYTHONPATH; HAND: a file, or a name of hands.py
     python bench/fluid.py --motion motion.npz --keep seen.npz          in the other environment; a second takes ten and more
     python bench/fluid.py --draw seen.npz ... --picture crest.png      with matplotlib
 
@@ -34,7 +34,13 @@ def write_motion(arguments):
     from liquid import swing
 
     robot = steadyhand.Robot("ur5e")
-    hand = next(hand for hand in find_hands() if hand.name == arguments.hand)
+    if Path(arguments.hand).is_file():
+        found = find_hands([arguments.hand])
+    else:
+        found = [hand for hand in find_hands() if hand.name == arguments.hand]
+    if not found:
+        raise SystemExit(f"'{arguments.hand}' is neither a recording of a hand that moves nor the name of a hand in hands.py")
+    hand = found[0]
     run = steadyhand.replay(hand.path, arguments.profile, arguments.rate, robot=robot, track=hand.track, scale=hand.scale, until=arguments.seconds)
     commands = run.commands
     force = robot.local_acceleration(commands.q, commands.dq, commands.ddq)
@@ -148,7 +154,7 @@ def draw(paths, picture):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
-    parser.add_argument("hand", nargs="?", help="name of one of hands.py")
+    parser.add_argument("hand", nargs="?", help="a recording, or the name of one in hands.py")
     parser.add_argument("--profile", default="carry")
     parser.add_argument("--rate", type=float, default=20.0)
     parser.add_argument("--seconds", type=float, default=10.0)

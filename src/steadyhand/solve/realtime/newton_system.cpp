@@ -2,12 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <utility>
 
 #include "steadyhand/core/lanes.hpp"
 #include "steadyhand/core/math.hpp"
 
 namespace steadyhand::realtime {
 namespace {
+
+/// Lane i gets what was in lane i + 1, and the other way round, for each even i.
+Lanes with_pairs_swapped(Lanes x) {
+  return [&]<int... i>(std::integer_sequence<int, i...>) {
+    return Lanes(Lanes::Vector{x[i ^ 1]...});
+  }(std::make_integer_sequence<int, kLanes>());
+}
 
 constexpr int padded_width(int size) { return (size + 1 + kLanes - 1) / kLanes * kLanes; }
 
@@ -73,14 +82,17 @@ struct Kernels {
     }
   }
 
-  // The liquid's numbers, filled up so that loops over them go in whole registers.
-  static constexpr int kSlosh = (s + 7) / 8 * 8, kArm = (2 * n + 7) / 8 * 8;
+  // Rows by the liquid's numbers, behind which the gradient stands as it does in a model's.
+  static constexpr int kSlosh = s + 1, kArm = (2 * n + kLanes - 1) / kLanes * kLanes;
+  static_assert(s == 0 || kSlosh % kLanes == 0);
+  using SloshRow = double[kSlosh];
 
-  /// to = S' from, S of one interval: each pair of deflection and rate for itself.
+  /// S of one interval, which takes each pair of deflection and rate for itself; the gradient is let through.
   struct Turn {
-    alignas(64) double same[kSlosh] = {}, other[kSlosh] = {};
+    alignas(64) SloshRow same = {}, other = {};
 
     explicit Turn(const SloshStep& step) {
+      same[s] = 1.0;
       for (int mode = 0; mode < kSloshModes; ++mode) {
         const double* t = step.transition.mode(mode);
         for (int axis = 0; axis < 2; ++axis) {
@@ -92,45 +104,47 @@ struct Kernels {
         }
       }
     }
-    void apply(const double* from, double* to) const {
-      for (int j = 0; j < kSlosh; ++j) to[j] = same[j] * from[j] + other[j] * from[j ^ 1];
+    /// Numbers j to j + kLanes - 1 of S' row.
+    Lanes of(const double* row, int j) const {
+      const Lanes x = Lanes::load(row + j);
+      return Lanes::load(same + j) * x + Lanes::load(other + j) * with_pairs_swapped(x);
     }
   };
 
   /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
   /// G of rank 3. The cost to go is P by [q; dq; state].
-  static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model) {
-    const double h = 0.5 * dt * dt;
-    const Turn turn(step);
-    alignas(64) double P[s][kSlosh] = {};           // by the liquid's state, both triangles
-    alignas(64) double of_state[s][kArm] = {};      // by the liquid's and the arm's
-    alignas(64) double of_arm[2 * n][kSlosh] = {};  // the same, transposed
-    alignas(64) double p[kSlosh] = {};
+  static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model, bool state_too) {
+    alignas(64) SloshRow P[s] = {};               // by the liquid's state, both triangles, and the gradient
+    alignas(64) SloshRow of_arm[2 * n] = {};      // by the arm's and the liquid's; the gradient is pull_back()'s
+    alignas(64) double of_state[s][kArm] = {};    // the same, transposed
     for (int i = 0; i < s; ++i) {
-      for (int j = i; j < s; ++j) P[i][j] = P[j][i] = next[3 * n + i][3 * n + j];
-      p[i] = next[3 * n + i][kGradient];
+      const double* row = next[3 * n + i] + 3 * n;
+      for (int j = i; j < kSlosh; ++j) P[i][j] = row[j];
+      for (int j = i + 1; j < s; ++j) P[j][i] = row[j];
     }
     for (int i = 0; i < 2 * n; ++i) {
-      for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = next[n + i][3 * n + j];
-    }
-    // P F by rows of the liquid and of the arm; F' P F and F' p.
-    alignas(64) double by_force[3][kSlosh] = {}, arm_by_force[3][kArm] = {};
-    double Q[3][3] = {}, along[3] = {};
-    for (int m = 0; m < 3; ++m) {
-      for (int j = 0; j < s; ++j) {
-        const double f = step.by_force(j, m);
-        for (int i = 0; i < kSlosh; ++i) by_force[m][i] += f * P[j][i];
-        for (int i = 0; i < kArm; ++i) arm_by_force[m][i] += f * of_state[j][i];
-        along[m] += f * p[j];
-      }
-    }
-    for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) {
-        for (int j = 0; j < s; ++j) Q[a][b] += step.by_force(j, a) * by_force[b][j];
-      }
+      const double* row = next[n + i] + 3 * n;
+      for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = row[j];
     }
 
+    // F' P by the liquid, with F' p behind, and by the arm.
+    alignas(64) SloshRow by_force[3];
+    alignas(64) double arm_by_force[3][kArm];
+    const auto force_times = [&](const auto& rows, auto& products) {
+      for (int j = 0; j < std::ssize(products[0]); j += kLanes) {
+        std::array<Lanes, 3> sums{0.0, 0.0, 0.0};
+        for (int i = 0; i < s; ++i) {
+          const Lanes x = Lanes::load(rows[i] + j);
+          for (int m = 0; m < 3; ++m) sums[m] += step.by_force(i, m) * x;
+        }
+        for (int m = 0; m < 3; ++m) sums[m].store(products[m] + j);
+      }
+    };
+    force_times(P, by_force);
+    force_times(of_state, arm_by_force);
+
     // By rows of w = [u; q; dq]: G, and what with G makes its share of the Hessian.
+    const double h = 0.5 * dt * dt;
     alignas(64) double G[3][kWidth] = {}, half[3][kWidth] = {};
     for (int m = 0; m < 3; ++m) {
       for (int i = 0; i < n; ++i) {
@@ -143,40 +157,50 @@ struct Kernels {
       }
     }
     for (int m = 0; m < 3; ++m) {
-      for (int b = 0; b < 3; ++b) add(half[m], 0.5 * Q[m][b], G[b], 0);
-    }
-    for (int i = 0; i < 3 * n; ++i) {
-      alignas(64) double row[kWidth + kSlosh] = {};
-      for (int m = 0; m < 3; ++m) {
-        add(row, half[m][i], G[m], i);
-        add(row, G[m][i], half[m], i);
+      for (int b = 0; b < 3; ++b) {
+        double Q = 0.0;
+        for (int j = 0; j < s; ++j) Q += step.by_force(j, m) * by_force[b][j];
+        for (int j = 0; j < 3 * n; j += kLanes) {
+          (Lanes::load(half[m] + j) + 0.5 * Q * Lanes::load(G[b] + j)).store(half[m] + j);
+        }
       }
-      // By the liquid: E S with E = [B A]' P + G' F' P.
-      alignas(64) double E[kSlosh];
-      const double of_q = i < n ? h : i < 2 * n ? 1.0 : dt, of_v = i < n ? dt : i < 2 * n ? 0.0 : 1.0;
-      const double *q = of_arm[i % n], *v = of_arm[n + i % n];
-      for (int j = 0; j < kSlosh; ++j) {
-        E[j] =
-            G[0][i] * by_force[0][j] + G[1][i] * by_force[1][j] + G[2][i] * by_force[2][j] + of_q * q[j] + of_v * v[j];
-      }
-      alignas(64) double turned[kSlosh];
-      turn.apply(E, turned);
-      for (int j = 0; j < s; ++j) row[3 * n + j] = turned[j];
-      row[kGradient] = G[0][i] * along[0] + G[1][i] * along[1] + G[2][i] * along[2];
-      add(model[i], 1.0, row, i);
     }
 
-    alignas(64) double half_turned[s][kSlosh], columns[kSlosh][kSlosh], turned[kSlosh];
-    for (int i = 0; i < s; ++i) turn.apply(P[i], half_turned[i]);
-    for (int i = 0; i < s; ++i) {  // rows of S' (P S), by pairs of rows
-      for (int j = 0; j < kSlosh; ++j) {
-        columns[i][j] = turn.same[i] * half_turned[i][j] + turn.other[i] * half_turned[std::min(i ^ 1, s - 1)][j];
+    const Turn turn(step);
+    for (int i = 0; i < (state_too ? 3 * n : n); ++i) {
+      for (int j = block_of(i); j < 3 * n; j += kLanes) {
+        Lanes sum = Lanes::load(model[i] + j);
+        for (int m = 0; m < 3; ++m) {
+          sum += half[m][i] * Lanes::load(G[m] + j) + G[m][i] * Lanes::load(half[m] + j);
+        }
+        sum.store(model[i] + j);
       }
+      // By the liquid: E S with E = [B A]' P + G' F' P.
+      const double of_q = i < n ? h : i < 2 * n ? 1.0 : dt, of_v = i < n ? dt : i < 2 * n ? 0.0 : 1.0;
+      const double *q = of_arm[i % n], *v = of_arm[n + i % n];
+      alignas(64) SloshRow E;
+      for (int j = 0; j < kSlosh; j += kLanes) {
+        Lanes sum = of_q * Lanes::load(q + j) + of_v * Lanes::load(v + j);
+        for (int m = 0; m < 3; ++m) sum += G[m][i] * Lanes::load(by_force[m] + j);
+        sum.store(E + j);
+      }
+      double* row = model[i] + 3 * n;
+      for (int j = 0; j < kSlosh; j += kLanes) (Lanes::load(row + j) + turn.of(E, j)).store(row + j);
     }
-    turn.apply(p, turned);
-    for (int i = 0; i < s; ++i) {
-      for (int j = i; j < s; ++j) model[3 * n + i][3 * n + j] += columns[i][j];
-      model[3 * n + i][kGradient] += turned[i];
+    if (!state_too) return;
+
+    // S' P S and S' p. S takes nothing from the forces of the interval before.
+    constexpr int kSwinging = 4 * kSloshModes;
+    alignas(64) SloshRow turned[kSwinging];
+    for (int i = 0; i < kSwinging; ++i) {
+      for (int j = 0; j < kSlosh; j += kLanes) turn.of(P[i], j).store(turned[i] + j);
+    }
+    for (int i = 0; i < kSwinging; ++i) {
+      double* row = model[3 * n + i] + 3 * n;
+      for (int j = block_of(i); j < kSlosh; j += kLanes) {
+        const Lanes add = turn.same[i] * Lanes::load(turned[i] + j) + turn.other[i] * Lanes::load(turned[i ^ 1] + j);
+        (Lanes::load(row + j) + add).store(row + j);
+      }
     }
   }
 
@@ -230,7 +254,7 @@ struct Kernels {
     Model* models = reinterpret_cast<Model*>(numbers);
     for (int k = horizon - 1; k >= 0; --k) {
       pull_back(models[k + 1], dt, models[k], k > 0);
-      if constexpr (s > 0) pull_back_slosh(models[k + 1], steps[k], dt, models[k]);
+      if constexpr (s > 0) pull_back_slosh(models[k + 1], steps[k], dt, models[k], k > 0);
       if (!eliminate(models[k], smallest_pivot, k > 0)) return false;
     }
     return true;
