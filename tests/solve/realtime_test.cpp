@@ -77,12 +77,12 @@ struct RandomQuadratic {
   }
 
   void fill(NewtonSystem& system) const {
+    if (s > 0) system.use_slosh(steps.data());
     for (int k = 0; k <= N; ++k) {
       for (int i = 0; i < 3 * n + s; ++i) {
         for (int j = 0; j < 3 * n + s; ++j) system.row(k, i)[j] = models[k](i, j);
         system.row(k, i)[system.gradient()] = gradients[k][i];
       }
-      if (s > 0 && k < N) system.slosh_step(k) = steps[k];
     }
   }
 

@@ -169,6 +169,29 @@ void BatchEvaluation::differentiate_slosh(const NodeTable& z) {
   }
 }
 
+void BatchEvaluation::find_slosh_hessian(int first, const NodeTable& z, const std::vector<SloshState>& costates,
+                                         NodeHessianOf<Lanes>& H) const {
+  const int n = ocp_.dof(), lanes = std::min(kLanes, ocp_.horizon() - first);
+  const SloshIntervalOf<Lanes>& interval = slosh_[first / kLanes];
+  Vector3Of<Lanes> force = Vector3Of<Lanes>::Zero();
+  Matrix3Of<Lanes> curvature = Matrix3Of<Lanes>::Zero();
+  for (int i = 0; i < lanes; ++i) {
+    const SloshStep& step = slosh_steps_[first + i];
+    const SloshState& costate = costates[first + i];
+    const Vector3 by_force = step.by_force.transpose() * costate;
+    const Matrix3 second = step.curvature_by_force(slosh_state(z, first + i), costate);
+    for (int j = 0; j < 3; ++j) force[j].set(i, by_force[j]);
+    for (int j = 0; j < 9; ++j) curvature.data()[j].set(i, second.data()[j]);
+  }
+  std::array<Vector3Of<Lanes>, 3 * kMaxJoints> by_motion;
+  for (int j = 0; j < 3 * n; ++j) {
+    by_motion[j] = interval.force_by(j);
+    const Vector3Of<Lanes> scaled = curvature * by_motion[j];
+    for (int i = 0; i <= j; ++i) H(i, j) = by_motion[i].dot(scaled);
+  }
+  interval.add_hessian(force, H);
+}
+
 double BatchEvaluation::objective() const {
   Lanes total = 0.0;
   for (const int i : weighted_) {

@@ -57,34 +57,10 @@ class BatchEvaluation {
   /// Computes the derivatives of all intervals.
   void differentiate_slosh(const NodeTable& z);
   const SloshStep& slosh_step(int k) const { return slosh_steps_[k]; }
-  /// The second derivatives of interval k's costates[k] . state+ (see SloshStep) by [q; dq; u] of node k, kLanes
-  /// intervals at a time: f(k, H, lane) of each.
-  template <typename F>
-  void for_each_slosh_hessian(const NodeTable& z, const std::vector<SloshState>& costates, const F& f) const {
-    const int n = ocp_.dof();
-    for (int b = 0; b < std::ssize(slosh_); ++b) {
-      Vector3Of<Lanes> force = Vector3Of<Lanes>::Zero();
-      Matrix3Of<Lanes> curvature = Matrix3Of<Lanes>::Zero();
-      const int lanes = std::min(kLanes, ocp_.horizon() - b * kLanes);
-      for (int i = 0; i < lanes; ++i) {
-        const SloshStep& step = slosh_steps_[b * kLanes + i];
-        const SloshState& costate = costates[b * kLanes + i];
-        const Vector3 by_force = step.by_force.transpose() * costate;
-        const Matrix3 second = step.curvature_by_force(slosh_state(z, b * kLanes + i), costate);
-        for (int j = 0; j < 3; ++j) force[j].set(i, by_force[j]);
-        for (int j = 0; j < 9; ++j) curvature.data()[j].set(i, second.data()[j]);
-      }
-      NodeHessianOf<Lanes> H(3 * n, 3 * n);
-      std::array<Vector3Of<Lanes>, 3 * kMaxJoints> by_motion;
-      for (int j = 0; j < 3 * n; ++j) {
-        by_motion[j] = slosh_[b].force_by(j);
-        const Vector3Of<Lanes> scaled = curvature * by_motion[j];
-        for (int i = 0; i <= j; ++i) H(i, j) = by_motion[i].dot(scaled);
-      }
-      slosh_[b].add_hessian(force, H);
-      for (int i = 0; i < lanes; ++i) f(b * kLanes + i, H, i);
-    }
-  }
+  /// The second derivatives of costates[k] . state+ (see SloshStep) by [q; dq; u] of node k, for the kLanes intervals
+  /// from `first`, a multiple of kLanes, on: sets the upper triangle of H.
+  void find_slosh_hessian(int first, const NodeTable& z, const std::vector<SloshState>& costates,
+                          NodeHessianOf<Lanes>& H) const;
   SloshState slosh_state(const NodeTable& z, int k) const {
     SloshState state;
     for (int i = 0; i < kSloshStates; ++i) state[i] = z.at(3 * ocp_.dof() + i, k);

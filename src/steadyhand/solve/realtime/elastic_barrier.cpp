@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "steadyhand/solve/realtime/log_sum.hpp"
-#include "steadyhand/solve/realtime/transpose.hpp"
 
 namespace steadyhand::realtime {
 namespace {
@@ -74,6 +73,7 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
       blocks_(order_.batches()),
       gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(entries_)),
       lagrangian_gradient_(gradient_),
+      slosh_hessian_(3 * ocp.dof(), 3 * ocp.dof()),
       slosh_costates_(ocp.liquid() ? ocp.horizon() : 0) {
   for (const auto& constraint : ocp.constraints()) {
     if (needs_no_watch(*constraint)) continue;
@@ -85,7 +85,6 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
   std::size_t gradients = 0;
   for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
   gradients_.reserve(gradients * order_.batches());
-  sources_.reserve(static_cast<std::size_t>(kMaxEntries) * (kMaxEntries + 1 + 2 * kLanes));
 }
 
 void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers) {
@@ -334,8 +333,11 @@ const Residuals& ElasticBarrier::differentiate() {
 // offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
-  newton.use_slosh(slosh_);
-  if (laid_out_ != entries_) lay_out_model(newton);
+  newton.use_slosh(slosh_ ? &evaluation_.slosh_step(0) : nullptr);
+  if (!layout_.fits(hessian_)) {
+    layout_.set(n_, hessian_, &model_gradient_, newton);
+    if (slosh_) slosh_layout_.set(n_, slosh_hessian_, nullptr, newton);
+  }
   NodeHessianOf<Lanes>& H = hessian_;
   NodeGradientOf<Lanes>& g = model_gradient_;
   for (int b = 0; b < evaluation_.batches(); ++b) {
@@ -379,69 +381,37 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
     write_model(b, newton);
   }
-  if (slosh_) add_slosh(curvature, newton);
+  if (slosh_ && curvature == Curvature::kExact) add_slosh(newton);
 }
 
-/// How the liquid goes, and for the exact curvature the second derivatives of that.
-void ElasticBarrier::add_slosh(Curvature curvature, NewtonSystem& newton) const {
-  for (int k = 0; k < horizon_; ++k) newton.slosh_step(k) = evaluation_.slosh_step(k);
-  if (curvature == Curvature::kConvex) return;
+/// The second derivatives of how the liquid goes.
+void ElasticBarrier::add_slosh(NewtonSystem& newton) {
   const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i - n; };  // of w = [u; q; dq]
-  evaluation_.for_each_slosh_hessian(z_, slosh_costates_, [&](int k, const NodeHessianOf<Lanes>& H, int lane) {
-    const SloshStep& step = evaluation_.slosh_step(k);
-    const SloshState by_vertical = step.curvature_by_vertical(slosh_costates_[k]);
-    for (int i = 0; i < 3 * n_; ++i) {
-      double* row = newton.row(k, i);
-      for (int j = i; j < 3 * n_; ++j) {
-        const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
-        row[j] += H(first, second)[lane];
+  for (int first = 0; first < horizon_; first += kLanes) {
+    evaluation_.find_slosh_hessian(first, z_, slosh_costates_, slosh_hessian_);
+    std::array<double*, kLanes> models;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int k = first + lane;
+      models[lane] = k < horizon_ ? newton.row(k, 0) : newton.padding();
+      if (k >= horizon_) continue;
+      const SloshStep& step = evaluation_.slosh_step(k);
+      const SloshState by_vertical = step.curvature_by_vertical(slosh_costates_[k]);
+      for (int i = 0; i < 3 * n_; ++i) {
+        Eigen::Map<SloshState>(newton.row(k, i) + 3 * n_) += step.by_motion(2, z_entry(i)) * by_vertical;
       }
-      const double slope = step.by_motion(2, z_entry(i));
-      for (int j = 0; j < kSloshStates; ++j) row[3 * n_ + j] += slope * by_vertical[j];
     }
-  });
-}
-
-/// Where a node's model in NewtonSystem's order finds its numbers: by rows of w = [u; q; dq; state of the liquid], in
-/// whole registers from the one that holds the diagonal on.
-void ElasticBarrier::lay_out_model(const NewtonSystem& newton) {
-  const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i < 3 * n ? i - n : i; };
-  laid_out_ = entries_;
-  sources_.clear();
-  for (int i = 0; i < entries_; ++i) {
-    for (int j = i / kLanes * kLanes; j < newton.width(); ++j) {
-      const Lanes* source = &zero_;  // no term is of the liquid and of the arm
-      if (j == newton.gradient()) {
-        source = &model_gradient_[z_entry(i)];
-      } else if (j >= i && j < entries_ && (i < 3 * n_) == (j < 3 * n_)) {
-        const auto [first, second] = std::minmax({z_entry(i), z_entry(j)});
-        source = &hessian_(first, second);
-      }
-      sources_.push_back(source);
-    }
+    slosh_layout_.add(models, 3 * n_);
   }
 }
 
 void ElasticBarrier::write_model(int b, NewtonSystem& newton) const {
-  const int lanes = std::min(kLanes, horizon_ + 1 - b * kLanes);  // without padding
   std::array<double*, kLanes> models;
-  for (int i = 0; i < kLanes; ++i) {
-    models[i] = i < lanes ? newton.row(order_.node(b * kLanes + i), 0) : newton.padding();
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int column = b * kLanes + lane;
+    models[lane] = column <= horizon_ ? newton.row(order_.node(column), 0) : newton.padding();
   }
-  const int width = newton.width();
-  const int rows = order_.node(b * kLanes) == 0 ? n_ : entries_;  // of node 0, whose state is given, only u counts
-  const Lanes* const* source = sources_.data();
-  for (int i = 0; i < rows; ++i) {
-    for (int j = i / kLanes * kLanes; j < width; j += kLanes) {
-      std::array<Lanes, kLanes> numbers;
-#pragma GCC unroll 8
-      for (int lane = 0; lane < kLanes; ++lane) numbers[lane] = *source[lane];
-      source += kLanes;
-      transpose(numbers);
-#pragma GCC unroll 8
-      for (int lane = 0; lane < kLanes; ++lane) numbers[lane].store(models[lane] + i * width + j);
-    }
-  }
+  // Of node 0, whose state is given, only u counts.
+  layout_.write(models, order_.node(b * kLanes) == 0 ? n_ : entries_);
 }
 
 double ElasticBarrier::complete(const NodeTable& step) {

@@ -6,6 +6,7 @@
 
 #include "steadyhand/solve/multipliers.hpp"
 #include "steadyhand/solve/realtime/batch_evaluation.hpp"
+#include "steadyhand/solve/realtime/model_layout.hpp"
 #include "steadyhand/solve/realtime/newton_system.hpp"
 #include "steadyhand/solve/realtime/node_table.hpp"
 #include "steadyhand/solve/realtime/row_set.hpp"
@@ -146,8 +147,7 @@ class ElasticBarrier {
   void work_on(int r, const Multipliers* multipliers);
   void start_slacks(RowBlock& block) const;
   bool had_multiplier(const Multipliers& multipliers, int r) const;
-  void add_slosh(Curvature curvature, NewtonSystem& newton) const;
-  void lay_out_model(const NewtonSystem& newton);
+  void add_slosh(NewtonSystem& newton);
   void write_model(int b, NewtonSystem& newton) const;
   double phi(double cost_of_elastic, double logarithms) const;
   double cost_of_prices() const;
@@ -185,11 +185,10 @@ class ElasticBarrier {
   double tried_cost_of_elastic_ = 0.0, tried_logarithms_ = 0.0;  ///< by try_step()
   std::vector<NodeGradientOf<Lanes>> gradient_;                  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
-  NodeHessianOf<Lanes> hessian_;          ///< of a batch, as model() makes it
-  NodeGradientOf<Lanes> model_gradient_;  ///< the same
-  std::vector<const Lanes*> sources_;     ///< see lay_out_model()
-  int laid_out_ = 0;                      ///< the entries for which it was called
-  Lanes zero_ = 0.0;
+  NodeHessianOf<Lanes> hessian_;            ///< of a batch, as model() makes it
+  NodeGradientOf<Lanes> model_gradient_;    ///< the same
+  NodeHessianOf<Lanes> slosh_hessian_;      ///< of what drives the liquid in kLanes intervals, by [q; dq; u]
+  ModelLayout layout_, slosh_layout_;       ///< of these
   std::vector<SloshState> slosh_costates_;  ///< dL by the liquid's state at k + 1, of everything from there on
   Residuals residuals_;
   double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;

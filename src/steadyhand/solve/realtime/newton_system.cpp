@@ -114,9 +114,9 @@ struct Kernels {
   /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
   /// G of rank 3. The cost to go is P by [q; dq; state].
   static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model, bool state_too) {
-    alignas(64) SloshRow P[s] = {};               // by the liquid's state, both triangles, and the gradient
-    alignas(64) SloshRow of_arm[2 * n] = {};      // by the arm's and the liquid's; the gradient is pull_back()'s
-    alignas(64) double of_state[s][kArm] = {};    // the same, transposed
+    alignas(64) SloshRow P[s] = {};             // by the liquid's state, both triangles, and the gradient
+    alignas(64) SloshRow of_arm[2 * n] = {};    // by the arm's and the liquid's; the gradient is pull_back()'s
+    alignas(64) double of_state[s][kArm] = {};  // the same, transposed
     for (int i = 0; i < s; ++i) {
       const double* row = next[3 * n + i] + 3 * n;
       for (int j = i; j < kSlosh; ++j) P[i][j] = row[j];
@@ -325,29 +325,26 @@ NewtonSystem::NewtonSystem(int dof, int slosh_states, int horizon, double dt)
       size_(3 * dof + slosh_states),
       horizon_(horizon),
       width_(padded_width(size_)),
-      slosh_(slosh_states > 0),
       dt_(dt),
       numbers_(static_cast<std::size_t>(horizon + 2) * size_ * width_, 0.0) {
-  if (slosh_states == 0) return;
-  slosh_steps_.resize(horizon);
-  for (SloshStep& step : slosh_steps_) step.by_motion.setZero(3, 3 * dof);
+  use_slosh(nullptr);
 }
 
-void NewtonSystem::use_slosh(bool used) {
-  slosh_ = used && !slosh_steps_.empty();
-  size_ = 3 * dof_ + (slosh_ ? kSloshStates : 0);
+void NewtonSystem::use_slosh(const SloshStep* steps) {
+  slosh_steps_ = steps;
+  size_ = 3 * dof_ + (steps ? kSloshStates : 0);
   width_ = padded_width(size_);
 }
 
 bool NewtonSystem::factorise(double smallest_pivot) {
-  return with_kernels(dof_, slosh_, [&](auto k) {
-    return k.factorise(numbers_.data(), slosh_steps_.data(), horizon_, dt_, smallest_pivot);
+  return with_kernels(dof_, slosh_steps_ != nullptr, [&](auto k) {
+    return k.factorise(numbers_.data(), slosh_steps_, horizon_, dt_, smallest_pivot);
   });
 }
 
 void NewtonSystem::solve(NodeTable& step) const {
-  with_kernels(dof_, slosh_, [&](auto k) {
-    k.solve(numbers_.data(), slosh_steps_.data(), horizon_, dt_, step);
+  with_kernels(dof_, slosh_steps_ != nullptr, [&](auto k) {
+    k.solve(numbers_.data(), slosh_steps_, horizon_, dt_, step);
     return true;
   });
 }

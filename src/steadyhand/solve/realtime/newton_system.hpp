@@ -16,7 +16,7 @@ namespace steadyhand::realtime {
 /// taken by the constructor.
 class NewtonSystem {
  public:
-  /// @param slosh_states 0 or kSloshStates
+  /// @param slosh_states 0 or kSloshStates, at most
   NewtonSystem(int dof, int slosh_states, int horizon, double dt);
 
   /// Row i of node k's model, to be filled before factorise(), which overwrites it. At k = N the rows of u are not
@@ -27,10 +27,9 @@ class NewtonSystem {
   double* padding() { return row(horizon_ + 1, 0); }
   /// Column of the gradient.
   int gradient() const { return size_; }
-  /// Whether the liquid's state is part of the next models; at first it is if there is one.
-  void use_slosh(bool used);
-  /// How the liquid goes over interval k, to be filled before factorise().
-  SloshStep& slosh_step(int k) { return slosh_steps_[k]; }
+  /// How the liquid goes over each interval, as it stands there when factorise() and solve() are called; null, as at
+  /// first, where the liquid's state is not part of the models.
+  void use_slosh(const SloshStep* steps);
 
   /// Eliminates du_{N-1} .. du_0. False if a pivot is not above `smallest_pivot`: the Hessian on the space of the
   /// accelerations is not positive definite, and there is no step.
@@ -40,10 +39,9 @@ class NewtonSystem {
 
  private:
   int dof_, size_, horizon_, width_;
-  bool slosh_;
   double dt_;
   std::vector<double> numbers_;
-  std::vector<SloshStep> slosh_steps_;  ///< none without a liquid
+  const SloshStep* slosh_steps_ = nullptr;
 };
 
 }  // namespace steadyhand::realtime
