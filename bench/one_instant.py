@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 URDF = "lib/python3*/site-packages/airo_models/arms/ur5e/ur5e.urdf"
 ACCELERATION = 15.0  # rad/s^2
 NEAREST = 8  # pairs in the barrier
-GAINS, RATES = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5), (50.0, 100.0, 500.0)
+GAINS, RATES = (0.05, 0.1, 0.2, 0.4), (50.0, 100.0)
 
 
 def load_arm(robot):
