@@ -1,7 +1,9 @@
 import { element } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
+import { clock } from './replay/clock';
 import { Player, type Motion } from './replay/player';
+import { summaryOf } from './replay/summary';
 import { Track } from './replay/track';
 
 /** What GET sessions answers (docs/protocol.md). */
@@ -23,7 +25,6 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const LISTED = 300;
 const GRAVE = ['spill', 'missed', 'limit', 'gap', 'setting', 'state'];
 
-export const clock = (seconds: number): string => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, '0')}`;
 /** With tenths. */
 const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
 
@@ -216,9 +217,25 @@ export class Recordings {
     element('past-name', HTMLElement).textContent = player.motion.name;
     element('past-other', HTMLElement).textContent = other ? `beside ${other.motion.name}, both from their first grip on` : '';
     element('past-alone', HTMLButtonElement).hidden = !other;
+    this.#showFigures(player, other);
     this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0);
     this.#showList();
   }
+
+  /** Of the one that plays, and of the other beside it. */
+  #showFigures(player: Player, other: Player | null): void {
+    const both = other ? [player, other] : [player], figures = both.map(summaryOf), table = element('past-figures', HTMLTableElement);
+    const row = (tag: 'td' | 'th', cells: string[]): HTMLTableRowElement => {
+      const made = document.createElement('tr');
+      made.append(...cells.map((textContent, i) => Object.assign(document.createElement(i === 0 ? 'th' : tag), { textContent, scope: tag === 'th' ? 'col' : 'row' })));
+      return made;
+    };
+    const head = row('th', ['', ...both.map(({ motion }, i) => this.#titleOf(motion.name) || `recording ${i + 1}`)]);
+    table.replaceChildren(head, ...figures[0]!.map(([what, value], i) => row('td', [what, value, ...figures.slice(1).map((more) => more[i]![1])])));
+    table.dataset.compared = String(other !== null);
+  }
+
+  #titleOf(name: string): string { return this.#sessions.find((session) => session.name === name)?.label || name; }
 
   #showEvents({ motion, begin }: Player): void {
     const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);

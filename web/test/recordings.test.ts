@@ -1,5 +1,7 @@
 import { describe, expect, it } from 'vitest';
-import { clock, figures } from '../src/recordings';
+import { figures } from '../src/recordings';
+import { clock } from '../src/replay/clock';
+import { summaryOf } from '../src/replay/summary';
 import { indexAt, Player, type Motion } from '../src/replay/player';
 import { curveOf } from '../src/replay/track';
 
@@ -90,5 +92,26 @@ describe('list', () => {
     const session = { name: 'x', duration_s: 61, bytes: 2_340_000, complete: true, run: { label: 'Waiter' }, summary: { engaged_s: '59.2', latency_p50_ms: '9.6', spilled: 'no' } };
     expect(figures(session)).toBe('1:01 · Waiter · engaged 0:59 · latency 10 ms · 2.3 MB');
     expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3 MB · not closed');
+  });
+});
+
+describe('figures of a session', () => {
+  const some = (engaged: number[]): Motion => ({
+    ...motion, t_s: [5, 15], q: [[0], [1]],
+    target: { t_s: [5, 5.1, 5.2, 9, 9.1], p: [], q: [], engaged, lateral: [1, 3, 9, 4, null], error_mm: [10, 30, 90, 20, 20] },
+    events: [{ t_s: 6, kind: 'spill', what: 'spilled', why: '' }, { t_s: 7, kind: 'limit', what: 'reach', why: '' }],
+  });
+  it('are means over the time that was led, gaps left out', () => {
+    const figures = new Map(summaryOf(new Player(some([1, 1, 1, 1, 1]))));
+    expect(figures.get('Length')).toBe('0:10');
+    expect(Number(figures.get('Slosh, mean m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
+    expect(figures.get('Slosh, largest m/s²')).toBe('4.0');
+    expect(figures.get('Off target, mean mm')).toBe('20');
+    expect(figures.get('Spilled')).toBe('at 0:01');
+    expect(figures.get('Held back by limits')).toBe('1');
+  });
+  it('are none where nobody led', () => {
+    expect(new Map(summaryOf(new Player(some([0, 0, 0, 0, 0])))).get('Slosh, mean m/s²')).toBe('–');
+    expect(new Map(summaryOf(new Player(motion))).get('Spilled')).toBe('no');
   });
 });

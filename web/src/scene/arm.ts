@@ -70,6 +70,7 @@ export class Arm extends THREE.Group {
   readonly #links: THREE.Group[] = [];
   readonly #axes: THREE.Vector3[] = [];
   readonly #bodies: THREE.Mesh<THREE.BufferGeometry, Bubble>[] = [];
+  readonly #materials = new Set<THREE.Material>();
   #bodiesShown = false;
   readonly #nearest: [number, number] = [-1, -1];
   readonly #mount = new THREE.Matrix4();
@@ -113,7 +114,11 @@ export class Arm extends THREE.Group {
       this.#links.forEach((link, k) => {
         const node = gltf.scene.getObjectByName(`link${k}`);
         if (!node) return;
-        node.traverse((part) => { part.castShadow = true; part.receiveShadow = true; });
+        node.traverse((part) => {
+          part.castShadow = true;
+          part.receiveShadow = true;
+          if (part instanceof THREE.Mesh) for (const material of [part.material].flat() as THREE.Material[]) this.#materials.add(material);
+        });
         if (k === 0) node.applyMatrix4(this.#mount);
         link.add(node);
         this.meshes.push(node);
@@ -133,6 +138,19 @@ export class Arm extends THREE.Group {
       part.material = material;
       part.castShadow = part.receiveShadow = false;
     });
+  }
+
+  /** Bodies that the arm is planned with, seen or not: what stands before something is asked of them. */
+  get bodies(): readonly THREE.Mesh[] { return this.#bodies; }
+
+  /** @param opacity of the meshes, 1: as they are */
+  setOpacity(opacity: number): void {
+    for (const material of this.#materials) {
+      material.opacity = opacity;
+      if (material.transparent === opacity < 1) continue;
+      material.transparent = opacity < 1;
+      material.needsUpdate = true;
+    }
   }
 
   pose(q: ArrayLike<number>): void {

@@ -2,7 +2,7 @@ import type { Vec3 } from '../protocol';
 
 /** From where the scene is seen, and what is in the middle; m, world frame (y up). The first stands behind the operator's shoulder. */
 export const PRESETS = {
-  shoulder: { from: [-1.28, 1.47, -0.4], at: [0.02, 1.03, -0.97] },
+  shoulder: { from: [-1.33, 1.57, -0.37], at: [0.02, 1.09, -0.97] },
   front: { from: [0.1, 1.35, -2.9], at: [0.02, 1.0, -0.85] },
   side: { from: [2.0, 1.3, -0.9], at: [0.02, 1.0, -0.9] },
   top: { from: [-0.02, 3.1, -0.75], at: [0.0, 0.9, -0.9] },

@@ -12,6 +12,7 @@ import { Room, TABLE } from './room';
 import { Spill } from './spill';
 import { Surroundings } from './surroundings';
 import { Tube } from './tube';
+import { SeeThrough } from './see_through';
 import { View } from './view';
 
 export const STATE_COLORS: Record<SessionState, number> = {
@@ -62,6 +63,7 @@ export class Stage {
   readonly #room = new Room();
   readonly #path = new Ribbon(132, 0.0055, 0.95);
   readonly #tube = new Tube(128);
+  readonly #seeThrough = new SeeThrough();
   readonly #trail = new Ribbon(TRAIL, 0.0025, 0.4);
   readonly #reach: THREE.Mesh;
   readonly #spill: Spill;
@@ -286,7 +288,10 @@ export class Stage {
   /** @param dt s, since the last picture */
   draw(dt: number): void {
     if (!this.renderer.xr.isPresenting) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
-    if (!this.#still) return this.renderer.render(this.scene, this.view.camera);
+    if (!this.#still) {
+      if (this.arm) this.#seeThrough.update(this.arm, this.renderer.xr.isPresenting ? this.renderer.xr.getCamera() : this.view.camera, this.glass, dt);
+      return this.renderer.render(this.scene, this.view.camera);
+    }
     this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
   }
 }

@@ -1,0 +1,43 @@
+import * as THREE from 'three';
+import type { Arm } from './arm';
+
+/** s between two looks; s for which the arm may stand before the glass; how much of it stays to be seen then; 1/s, of the change. */
+const LOOK = 0.3, PATIENCE = 0.5, FAINT = 0.3, RATE = 3;
+/** m before the middle of the glass: what holds it does not hide it. */
+const NEAR = 0.1;
+
+/** Makes the arm translucent where it hides the glass for long. */
+export class SeeThrough {
+  readonly #ray = new THREE.Raycaster();
+  readonly #glass = new THREE.Vector3(); // world frame
+  readonly #hits: THREE.Intersection[] = [];
+  #due = 0;
+  #hidden = 0;
+  #hides = false;
+  #opacity = 1;
+
+  /** @param dt s, since the last picture */
+  update(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D, dt: number): void {
+    this.#due -= dt;
+    if (this.#due <= 0) {
+      this.#due = LOOK;
+      this.#look(arm, camera, glass);
+    }
+    this.#hidden = this.#hides ? this.#hidden + dt : 0;
+    const wanted = this.#hidden > PATIENCE ? FAINT : 1, step = RATE * Math.min(dt, 0.2);
+    if (this.#opacity === wanted) return;
+    this.#opacity = wanted < this.#opacity ? Math.max(wanted, this.#opacity - step) : Math.min(wanted, this.#opacity + step);
+    arm.setOpacity(this.#opacity);
+  }
+
+  #look(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D): void {
+    const { ray } = this.#ray;
+    ray.origin.setFromMatrixPosition(camera.matrixWorld);
+    ray.direction.copy(glass.getWorldPosition(this.#glass)).sub(ray.origin);
+    this.#ray.far = Math.max(0, ray.direction.length() - NEAR);
+    ray.direction.normalize();
+    this.#hits.length = 0;
+    for (const body of arm.bodies) if (this.#hits.length === 0) this.#ray.intersectObject(body, false, this.#hits);
+    this.#hides = this.#hits.length > 0;
+  }
+}
