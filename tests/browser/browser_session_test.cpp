@@ -156,6 +156,7 @@ TEST(BrowserSession, OfALongPauseTheRestDidNotHappen) {
   page.go_on(0.05);
   EXPECT_LT(page.state["now_s"].get<double>(), before + 0.4) << "the session's clock stood still";
   EXPECT_EQ(session->pauses(), 1u);
+  EXPECT_NEAR(to_seconds(session->left_out()), 3599.8, 0.1);
   page.go_on(1.5);
   EXPECT_TRUE(page.is("ready")) << "the grip of before counts no longer: " << page.state["state"];
   EXPECT_LT(page.fastest(), 1e-3);

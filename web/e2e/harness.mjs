@@ -186,7 +186,8 @@ export async function cable() {
 
 /** A client that draws nothing: what the server tells another one. Its functions are those of the page's own facts. */
 export async function watch() {
-  if (SITE) return { evaluate: (...all) => newest.evaluate(...all) }; // the page alone knows its session
+  // The page alone knows its session.
+  if (SITE) return { evaluate: (...all) => newest.evaluate(...all), waitForTimeout: (ms) => newest.waitForTimeout(ms), context: () => ({ close: () => {} }) };
   const context = await browser.newContext();
   const client = await context.newPage();
   client.setDefaultTimeout(PATIENCE);

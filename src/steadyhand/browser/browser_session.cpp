@@ -91,7 +91,9 @@ void BrowserSession::advance(Time now) {
   if (!behind_) behind_ = now - clock_.now();
   Time until = now - *behind_;
   if (until - clock_.now() > kLongestGap) {
-    *behind_ += until - clock_.now() - kLongestGap;
+    const Time rest = until - clock_.now() - kLongestGap;
+    *behind_ += rest;
+    left_out_ += rest;
     until = clock_.now() + kLongestGap;
     operator_interface_->change_hands();
     ++pauses_;

@@ -41,6 +41,8 @@ class BrowserSession {
   const OneThreadSession& session() const { return *session_; }
   /// Pauses that were left out so far.
   std::uint64_t pauses() const { return pauses_; }
+  /// What of them did not happen, altogether.
+  Time left_out() const { return left_out_; }
   /// Called for every command, some milliseconds later; for tests.
   std::function<void(const JointCommand&)> on_command;
 
@@ -60,6 +62,7 @@ class BrowserSession {
   std::optional<Time> behind_;  ///< of the caller's clock: what the session's is behind it; none: not begun
   Time next_tick_{0}, next_state_{0};
   std::uint64_t pauses_ = 0;
+  Time left_out_{0};
 };
 
 }  // namespace steadyhand

@@ -95,6 +95,9 @@ STEADYHAND_EXPORT(begin) int begin(const char* text, std::size_t size, double ra
 /// All times: s, of one monotonic clock.
 STEADYHAND_EXPORT(advance) void advance(double now) { session->advance(from_seconds(now)); }
 
+/// Of pauses, see BrowserSession.
+STEADYHAND_EXPORT(left_out) double left_out() { return to_seconds(session->left_out()); }
+
 STEADYHAND_EXPORT(join) void join(unsigned number, double now) {
   Client& client = clients[number];
   client.outbox.number = number;

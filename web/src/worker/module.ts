@@ -6,6 +6,7 @@ interface Exports {
   give_memory(address: number): void;
   begin(text: number, size: number, rateHz: number): number;
   advance(now: number): void;
+  left_out(): number;
   join(client: number, now: number): void;
   leave(client: number, now: number): void;
   receive(client: number, text: number, size: number, now: number): void;
@@ -71,6 +72,8 @@ export class Module {
     this.#must((text, size) => this.#exports.play(text, size, seconds), setup);
     return JSON.parse(this.#answer());
   }
+  /** s, of pauses: what the session's clock is behind this one by now. */
+  get leftOut(): number { return this.#exports.left_out(); }
   /** bytes */
   get memory(): number { return this.#exports.memory.buffer.byteLength; }
 

@@ -73,8 +73,8 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
   }, PERIOD);
 }
 
-/** For tests and the curious: bytes that the planner has. */
-Object.assign(self, { steadyhand: { memory: () => module?.memory ?? 0 } });
+/** For tests and the curious: bytes that the planner has, s of pauses that did not happen. */
+Object.assign(self, { steadyhand: { memory: () => module?.memory ?? 0, leftOut: () => module?.leftOut ?? 0 } });
 
 port.onmessage = (event) => {
   try {
