@@ -114,17 +114,19 @@ struct Kernels {
   /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
   /// G of rank 3. The cost to go is P by [q; dq; state].
   static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model, bool state_too) {
-    alignas(64) SloshRow P[s] = {};             // by the liquid's state, both triangles, and the gradient
-    alignas(64) SloshRow of_arm[2 * n] = {};    // by the arm's and the liquid's; the gradient is pull_back()'s
-    alignas(64) double of_state[s][kArm] = {};  // the same, transposed
+    alignas(64) SloshRow P[s];             // by the liquid's state, both triangles, and the gradient
+    alignas(64) SloshRow of_arm[2 * n];    // by the arm's and the liquid's; the gradient is pull_back()'s
+    alignas(64) double of_state[s][kArm];  // the same, transposed, filled up with zeros
     for (int i = 0; i < s; ++i) {
       const double* row = next[3 * n + i] + 3 * n;
       for (int j = i; j < kSlosh; ++j) P[i][j] = row[j];
       for (int j = i + 1; j < s; ++j) P[j][i] = row[j];
+      for (int j = 2 * n; j < kArm; ++j) of_state[i][j] = 0.0;
     }
     for (int i = 0; i < 2 * n; ++i) {
       const double* row = next[n + i] + 3 * n;
       for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = row[j];
+      of_arm[i][s] = 0.0;
     }
 
     // F' P by the liquid, with F' p behind, and by the arm.
