@@ -126,12 +126,14 @@ function(steadyhand_campaigns name)
 endfunction()
 if(STEADYHAND_SANITIZE)
   steadyhand_campaigns(collision Shapes/EachPair.HasTheDistanceThatASearchFinds/*)
+  steadyhand_campaigns(solve *ReachesKktPointsWithALiquid* *EndsWhereTheLiquidFallsOut*)
   steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor* Obstacles.AreNotTouched
+                       Obstacles.AShoulderNear*
                        Obstacles.GivesWayToWhatMoves)
-  steadyhand_campaigns(live Among.SixtyFour* Among.WhatAppearsOnTheWay AskedStop.BesideAReset* AskedStop.SparesTheLiquid*
+  steadyhand_campaigns(live Among.SixtyFour* Among.AStopWins* Among.WhatIsCarried* Among.WhatAppearsOnTheWay AskedStop.BesideAReset* AskedStop.SparesTheLiquid*
                        Faults.* Gap.* Gaps.* HandToCommand.* Motion.ALimitOfPosition* Motion.ALongAnd*
                        Motion.Singularities*
-                       Motion.WhereTheHandIs* Pushed.*)
+                       Motion.WhereTheHandIs* Pushed.* Spill.SoftStops* Spill.CarryKeeps*)
 endif()
 
 # Everything that `ctest` runs, but for what only `./steadyhand test --long` builds.
