@@ -42,7 +42,9 @@ export async function startWindows(folder, display) {
     const { sessionId } = await send('Target.attachToTarget', { targetId, flatten: true });
     const on = (method, params) => send(method, params, sessionId), workers = [];
     listeners.add(({ method, params, sessionId: from }) => {
-      if (from === sessionId && method === 'Target.attachedToTarget' && params.targetInfo.type === 'worker') workers.push({ evaluate: evaluateIn(params.sessionId) });
+      if (from !== sessionId) return;
+      if (method === 'Target.attachedToTarget' && params.targetInfo.type === 'worker') workers.push({ id: params.sessionId, evaluate: evaluateIn(params.sessionId) });
+      if (method === 'Target.detachedFromTarget') workers.splice(0, workers.length, ...workers.filter(({ id }) => id !== params.sessionId));
     });
     await on('Target.setAutoAttach', { autoAttach: true, waitForDebuggerOnStart: false, flatten: true });
     await on('Page.enable');

@@ -14,6 +14,8 @@ export interface Surroundings {
   cancel(timer: number): void;
   readToken(): string;
   keepToken(token: string): void;
+  /** s without a word after which a connection is given up: one whose far end is gone would wait for TCP, minutes perhaps. */
+  patience: number;
 }
 
 export function browserSurroundings(): Surroundings {
@@ -26,6 +28,7 @@ export function browserSurroundings(): Surroundings {
     cancel: (timer) => window.clearTimeout(timer),
     readToken: () => { try { return localStorage.getItem(key) ?? ''; } catch { return ''; } },
     keepToken: (token) => { try { localStorage.setItem(key, token); } catch { /* private windows pair anew */ } },
+    patience: 3,
   };
 }
 
@@ -36,13 +39,11 @@ export function browserSurroundings(): Surroundings {
  */
 export function workerSurroundings(onFailure: (why: string) => void, onKept: (kept: Kept) => void): Surroundings {
   const begin = { site: new URL('.', location.href).href, robot: new URLSearchParams(location.search).get('robot') ?? '', simd: hasSimd() };
-  // Nobody else is there: no token of an earlier session counts.
-  return { ...browserSurroundings(), open: () => new PortSocket(begin, onFailure, onKept), readToken: () => '', keepToken: () => {} };
+  // Nobody else is there: no token of an earlier session counts. Between page and Worker nothing is lost; a silent one has no processor.
+  return { ...browserSurroundings(), open: () => new PortSocket(begin, onFailure, onKept), readToken: () => '', keepToken: () => {}, patience: 30 };
 }
 
 const PING_EVERY = 0.5; // s
-/** s without a word after which a connection is given up: one whose far end is gone would wait for TCP, minutes perhaps. */
-export const SILENT = 3;
 const RETRY = [0.25, 0.5, 1, 2]; // s
 
 /** One client's end of the WebSocket: greets, pairs, pings, and connects again when the connection is lost. */
@@ -133,7 +134,7 @@ export class Connection {
     const now = this.around.now();
     // A page that was held up itself may have messages waiting: they are read before the far end is judged.
     const heldUp = now - this.#due > PING_EVERY;
-    if (!heldUp && now - this.#heard > SILENT) return this.#lost();
+    if (!heldUp && now - this.#heard > this.around.patience) return this.#lost();
     this.#ping();
     this.#watchLater();
   }

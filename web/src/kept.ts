@@ -35,8 +35,9 @@ export class KeptRecordings {
 
   /** The session is gone. */
   cut(): void {
-    for (const kept of this.list) if (kept.state === 'open') kept.state = 'cut short';
-    this.onChange();
+    const open = this.list.filter(({ state }) => state === 'open');
+    for (const kept of open) kept.state = 'cut short';
+    if (open.length > 0) this.onChange();
   }
 
   /** Through the browser, as NAME.mcap. */

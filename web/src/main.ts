@@ -44,12 +44,11 @@ let shown = '';
 const delay = new DisplayDelay((message) => take(message));
 const study = new StudyPanel(stage.base, delay, (key, value) => connection.send({ type: 'reply', content: { key, value } }));
 
-const connection = new Connection(alone ? workerSurroundings((why) => {
-  session.failure = why;
-  recordings.kept.cut();
-}, (kept) => recordings.kept.take(kept)) : browserSurroundings(), code, (message) => delay.take(message, now()), (status) => {
+const connection = new Connection(alone ? workerSurroundings((why) => { session.failure = why; }, (kept) => recordings.kept.take(kept)) : browserSurroundings(), code, (message) => delay.take(message, now()), (status) => {
   session.connectionBecame(status);
-  if (status !== 'open') hand.letGo();
+  if (status === 'open') return;
+  hand.letGo();
+  recordings.kept.cut(); // the Worker goes with its connection
 });
 
 function take(message: ServerMessage): void {

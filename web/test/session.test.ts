@@ -34,6 +34,7 @@ class FakeSurroundings implements Surroundings {
   now(): number { return this.time; }
   after(seconds: number, act: () => void): number { this.timers.set(++this.#last, { at: this.time + seconds, act }); return this.#last; }
   cancel(timer: number): void { this.timers.delete(timer); }
+  readonly patience = 3;
   readToken(): string { return this.token; }
   keepToken(token: string): void { this.token = token; }
   pass(seconds: number): void {
