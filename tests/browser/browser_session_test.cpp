@@ -215,6 +215,22 @@ TEST(BrowserSession, RecordsNothingWhereNobodyKeepsIt) {
   EXPECT_EQ(page.heard.back()["type"], "error");
 }
 
+TEST(BrowserSession, ARecordedHandGoesOnAfterAHiccupOnly) {
+  const auto session = make_session(some_setup());
+  Page page(*session);
+  page.say(R"({"type":"request","kind":"playback","text":"to and fro"})");
+  page.go_on(1.5);
+  ASSERT_TRUE(page.is("engaged")) << page.state["reason"];
+  page.t += 0.6;
+  page.go_on(0.3);
+  EXPECT_EQ(page.state["controls"]["playback"], 0);
+  EXPECT_TRUE(page.is("engaged")) << page.state["reason"];
+  page.t += 1.0;
+  page.go_on(1.5);
+  EXPECT_EQ(page.state["controls"]["playback"], -1);
+  EXPECT_LT(page.fastest(), 1e-3);
+}
+
 /// Timers of a tab that nobody sees may come once a second.
 TEST(BrowserSession, AThrottledTabLeavesTheArmAtRestAndGoesOn) {
   const auto session = make_session(some_setup());

@@ -8,12 +8,12 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
-import { address, finish, inState, isEngaged, lead, ready, startProgram, state, until, withoutPixels } from './harness.mjs';
+import { address, finish, inState, isEngaged, lead, ready, say, startProgram, state, until, withoutPixels } from './harness.mjs';
 import { startWindows } from './windows.mjs';
 
 const { values } = parseArgs({ options: { minutes: { type: 'string', default: '60' } } });
 const minutes = Number(values.minutes);
-const say = (words) => console.log(JSON.stringify(words));
+const tell = (words) => console.log(JSON.stringify(words));
 const fastest = async (page) => Math.max(...(await state(page)).dq.map(Math.abs));
 
 /** s by which the session's clock has moved against the page's, but for pauses. */
@@ -29,15 +29,25 @@ async function look(page) {
   return { page_s: clocks.page_s, session_s: clocks.now_s, left_out_s: leftOut, planner_bytes: planner, page_bytes: usedSize, plans: clocks.plans, refused: clocks.rejected_plans, state: clocks.state };
 }
 
+/** For so many s a recorded hand leads; anew where a pause of a busy machine ended it. */
+async function led(page, seconds) {
+  for (const end = Date.now() + 1000 * seconds; Date.now() < end; await page.waitForTimeout(2000)) {
+    const { playback } = (await state(page)).controls;
+    if (playback !== -1) continue;
+    await say(page, { type: 'take' });
+    await say(page, { type: 'request', kind: 'playback', text: await page.evaluate(() => globalThis.steadyhand.session.welcome.recordings[0]) });
+  }
+}
+
 async function play(page) {
-  await page.waitForTimeout(10_000); // what is made once has been made
+  await led(page, 20); // what is made once has been made
   const first = await look(page);
-  say(first);
+  tell(first);
   let last = first;
   for (let i = 1; i <= minutes; ++i) {
-    await page.waitForTimeout(60_000);
+    await led(page, 60);
     last = await look(page);
-    say({ minute: i, drift_s: drift(first, last), ...last });
+    tell({ minute: i, drift_s: drift(first, last), ...last });
   }
   if (minutes < 1) return;
   assert.ok(last.planner_bytes <= first.planner_bytes, 'the planner took more memory');
@@ -61,7 +71,7 @@ async function leave(page, other, how, hide, show) {
   await until(async () => (await state(page)).now_s > begin.now_s + 0.8, 'news');
   const back = await state(page);
   const speed = await fastest(page);
-  say({ how, hidden_s: 10, session_went_on_s: back.now_s - begin.now_s, state: back.state, fastest_rad_s: speed });
+  tell({ how, hidden_s: 10, session_went_on_s: back.now_s - begin.now_s, state: back.state, fastest_rad_s: speed });
   assert.ok(!['engaged', 'holding'].includes(back.state), `${how}: nobody leads an arm that nobody sees, but it is ${back.state}`);
   assert.ok(speed < 1e-3, `${how}: the arm moves`);
   await page.keyboard.up('KeyE');

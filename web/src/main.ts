@@ -7,7 +7,7 @@ import { Gamepads, Keys } from './input/keys';
 import { listenForShortcuts } from './input/shortcuts';
 import { Objects } from './input/objects';
 import { Headset } from './input/xr';
-import { element } from './element';
+import { element, onResize } from './element';
 import { Panel } from './panel';
 import { Joints } from './plots/joints';
 import { Plots } from './plots/plots';
@@ -143,7 +143,7 @@ dark.onchange = () => {
   plots?.repaint();
 };
 
-new ResizeObserver(() => stage.resize(canvas.clientWidth, canvas.clientHeight)).observe(canvas);
+onResize(canvas, () => stage.resize(canvas.clientWidth, canvas.clientHeight));
 
 let last = now(), lastWords = 0, lastPlot = 0, frames = 0;
 stage.renderer.setAnimationLoop((_time, frame) => {

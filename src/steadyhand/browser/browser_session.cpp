@@ -95,7 +95,8 @@ void BrowserSession::advance(Time now) {
     *behind_ += rest;
     left_out_ += rest;
     until = clock_.now() + kLongestGap;
-    operator_interface_->change_hands();
+    const bool is_recorded = operator_interface_->controls().playback >= 0;
+    if (!is_recorded || rest + kLongestGap > kLongestHiccup) operator_interface_->change_hands();
     ++pauses_;
   }
   while (session_->next_cycle() <= until) {

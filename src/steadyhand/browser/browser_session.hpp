@@ -18,10 +18,12 @@ namespace steadyhand {
 /// A session with a simulated arm and its operators, on one thread and without sockets, as a page's Worker runs it.
 /// Its clock follows that of its caller, and makes up for up to kLongestGap at once. Of a longer pause (a tab that the
 /// browser froze, a machine that slept) the rest did not happen: the clock stands still, and whoever leads must grip
-/// afresh.
+/// afresh. A recorded hand goes on after a hiccup, as it stood still, too.
 class BrowserSession {
  public:
   static constexpr Time kLongestGap = std::chrono::milliseconds(250);
+  /// Less than a second: timers of a tab that nobody sees come that seldom, and nothing shall move there.
+  static constexpr Time kLongestHiccup = std::chrono::milliseconds(900);
 
   /// Fails as LiveSession::make.
   /// @param wall what planning is timed with; empty: nothing is, and the same messages make the same session

@@ -1,5 +1,6 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
+import { onResize } from '../element';
 import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { Comparison } from './comparison';
@@ -46,7 +47,7 @@ export class Plots {
     this.#make('latency', 'Latency', 'ms', 'From the hand to the command made of it: median, and p99 dashed', spread, 10);
     this.#make('solve', 'Planning', 'ms', 'How long a plan takes: median, and p99 dashed', spread, 0.2, true);
     this.#inTurn = Object.values(this.#rows);
-    new ResizeObserver(() => this.resize()).observe(root);
+    onResize(root, () => this.resize());
   }
 
   #frame(name: string, title: string, unit: string, meaning: string): HTMLElement {

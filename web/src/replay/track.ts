@@ -1,4 +1,5 @@
 import uPlot from 'uplot';
+import { onResize } from '../element';
 import type { Profile } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { indexAt, type Motion, type Player } from './player';
@@ -58,7 +59,7 @@ export class Track {
     root.onpointerdown = (event) => { this.#held = true; this.#seek(event); };
     root.onpointermove = (event) => { if (this.#held && event.buttons) this.#seek(event); };
     root.onpointerup = root.onpointercancel = () => { this.#held = false; };
-    new ResizeObserver(() => this.resize()).observe(root);
+    onResize(root, () => this.resize());
     this.resize();
   }
 
