@@ -210,8 +210,8 @@ test('a box is added, dragged over the floor, and removed', async () => {
     const { stage, session } = globalThis.steadyhand, [x, y, z] = session.state.tool.p, at = stage.surroundings.solid('box 1').position;
     return Math.hypot(at.x - x, at.y - y, at.z - z);
   });
-  const far = await carried();
   await shot(page, 'box-carried');
+  const far = await carried();
   await page.waitForTimeout(500);
   assert.ok(Math.abs((await carried()) - far) < 1e-3, 'it moves with the tool');
   await until(async () => !(await attached()) || (await page.click('#carry-object'), false), 'the tool to put it down');

@@ -21,10 +21,9 @@ Result<std::unique_ptr<BrowserSession>> BrowserSession::make(BrowserSetup setup,
   if (setup.profiles.empty()) return Error{"a session needs a profile"};
   LiveSettings settings = operator_defaults();
   settings.planner_rate_hz = rate_hz;
-  // The arm waits for a plan, and nothing is late; where the system takes the processor from the page for a while, a
-  // plan's look-ahead would be over before an iteration was made.
+  // The arm waits for a plan, and nothing is late: iterations bound it. Where the system takes the processor from the
+  // page for a while, a plan's look-ahead would be over before an iteration was made.
   settings.time_budget = false;
-  if (wall) settings.planning.planner.budget.time_us = 1e6 * to_seconds(kLongestGap / 2);
   std::unique_ptr<BrowserSession> made(new BrowserSession(std::move(setup), std::move(wall)));
   BrowserSession& s = *made;
   const BrowserSetup& told = s.setup_;
