@@ -16,17 +16,24 @@ const minutes = Number(values.minutes);
 const tell = (words) => console.log(JSON.stringify(words));
 const fastest = async (page) => Math.max(...(await state(page)).dq.map(Math.abs));
 
-/** s by which the session's clock has moved against the page's, but for pauses. */
-const drift = (first, last) => last.session_s + last.left_out_s - first.session_s - first.left_out_s - (last.page_s - first.page_s);
+/** s of both clocks: of several looks that with the freshest state, as a busy page hears of it late. */
+async function clocks(page) {
+  let best = null;
+  for (let i = 0; i < 20; ++i, await page.waitForTimeout(50)) {
+    const [worker] = page.workers(), left_out_s = await worker.evaluate(() => globalThis.steadyhand.leftOut());
+    const seen = await page.evaluate(() => ({ page_s: performance.now() / 1000, session_s: globalThis.steadyhand.session.state.now_s }));
+    const ahead = seen.session_s + left_out_s - seen.page_s;
+    if (!best || ahead > best.ahead) best = { ahead, left_out_s, ...seen };
+  }
+  return best;
+}
 
-/** s of both clocks, bytes of the planner and of what is behind the page's objects. */
+/** The same, and bytes of the planner and of what is behind the page's objects. */
 async function look(page) {
-  const [worker] = page.workers();
-  const { planner, leftOut } = await worker.evaluate(() => ({ planner: globalThis.steadyhand.memory(), leftOut: globalThis.steadyhand.leftOut() }));
+  const [worker] = page.workers(), planner_bytes = await worker.evaluate(() => globalThis.steadyhand.memory());
   await page.send('HeapProfiler.collectGarbage');
-  const { usedSize } = await page.send('Runtime.getHeapUsage');
-  const clocks = await page.evaluate(() => ({ page_s: performance.now() / 1000, ...globalThis.steadyhand.session.state }));
-  return { page_s: clocks.page_s, session_s: clocks.now_s, left_out_s: leftOut, planner_bytes: planner, page_bytes: usedSize, plans: clocks.plans, refused: clocks.rejected_plans, state: clocks.state };
+  const { usedSize } = await page.send('Runtime.getHeapUsage'), { plans, rejected_plans: refused, state: now } = await state(page);
+  return { ...(await clocks(page)), planner_bytes, page_bytes: usedSize, plans, refused, state: now };
 }
 
 /** For so many s a recorded hand leads; anew where a pause of a busy machine ended it. */
@@ -47,13 +54,13 @@ async function play(page) {
   for (let i = 1; i <= minutes; ++i) {
     await led(page, 60);
     last = await look(page);
-    tell({ minute: i, drift_s: drift(first, last), ...last });
+    tell({ minute: i, drift_s: last.ahead - first.ahead, ...last });
   }
   if (minutes < 1) return;
   assert.ok(last.planner_bytes <= first.planner_bytes, 'the planner took more memory');
   assert.ok(last.page_bytes < 1.5 * first.page_bytes, 'the page took more memory');
   assert.ok(last.plans - first.plans > 60 * 4 * minutes, 'plans were made');
-  assert.ok(Math.abs(drift(first, last)) < 1, 'the clocks drift apart');
+  assert.ok(Math.abs(last.ahead - first.ahead) < 0.5, 'the clocks drift apart');
 }
 
 const grip = (page) => ({ grip: () => page.keyboard.down('KeyE'), release: () => page.keyboard.up('KeyE') });

@@ -222,17 +222,19 @@ export class Recordings {
     this.#showList();
   }
 
-  /** Of the one that plays, and of the other beside it. */
+  /** Of the one that plays, and of the other beside it, a row each. */
   #showFigures(player: Player, other: Player | null): void {
-    const both = other ? [player, other] : [player], figures = both.map(summaryOf), table = element('past-figures', HTMLTableElement);
-    const row = (tag: 'td' | 'th', cells: string[]): HTMLTableRowElement => {
+    const table = element('past-figures', HTMLTableElement);
+    table.hidden = !other;
+    if (!other) return;
+    const row = (first: string, cells: string[], scope: 'row' | 'col'): HTMLTableRowElement => {
       const made = document.createElement('tr');
-      made.append(...cells.map((textContent, i) => Object.assign(document.createElement(i === 0 ? 'th' : tag), { textContent, scope: tag === 'th' ? 'col' : 'row' })));
+      made.append(Object.assign(document.createElement('th'), { textContent: first, scope }),
+        ...cells.map((textContent) => Object.assign(document.createElement(scope === 'col' ? 'th' : 'td'), { textContent })));
       return made;
     };
-    const head = row('th', ['', ...both.map(({ motion }, i) => this.#titleOf(motion.name) || `recording ${i + 1}`)]);
-    table.replaceChildren(head, ...figures[0]!.map(([what, value], i) => row('td', [what, value, ...figures.slice(1).map((more) => more[i]![1])])));
-    table.dataset.compared = String(other !== null);
+    table.replaceChildren(row('Compared', summaryOf(player).map(([what]) => what), 'col'),
+      ...[player, other].map((each) => row(this.#titleOf(each.motion.name), summaryOf(each).map(([, value]) => value), 'row')));
   }
 
   #titleOf(name: string): string { return this.#sessions.find((session) => session.name === name)?.label || name; }

@@ -104,14 +104,14 @@ describe('figures of a session', () => {
   it('are means over the time that was led, gaps left out', () => {
     const figures = new Map(summaryOf(new Player(some([1, 1, 1, 1, 1]))));
     expect(figures.get('Length')).toBe('0:10');
-    expect(Number(figures.get('Slosh, mean m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
-    expect(figures.get('Slosh, largest m/s²')).toBe('4.0');
-    expect(figures.get('Off target, mean mm')).toBe('20');
+    expect(Number(figures.get('Slosh mean, m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
+    expect(figures.get('Slosh peak, m/s²')).toBe('4.0');
+    expect(figures.get('Off target, mm')).toBe('20');
     expect(figures.get('Spilled')).toBe('at 0:01');
-    expect(figures.get('Held back by limits')).toBe('1');
+    expect(figures.get('Limits')).toBe('1');
   });
   it('are none where nobody led', () => {
-    expect(new Map(summaryOf(new Player(some([0, 0, 0, 0, 0])))).get('Slosh, mean m/s²')).toBe('–');
+    expect(new Map(summaryOf(new Player(some([0, 0, 0, 0, 0])))).get('Slosh mean, m/s²')).toBe('–');
     expect(new Map(summaryOf(new Player(motion))).get('Spilled')).toBe('no');
   });
 });

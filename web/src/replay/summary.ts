@@ -21,11 +21,11 @@ export function summaryOf({ motion, duration, begin }: Player): [string, string]
   return [
     ['Length', clock(duration)],
     ['Led', clock(led)],
-    ['Slosh, mean m/s²', mean(felt, 2)],
-    ['Slosh, largest m/s²', led > 0 ? most.toFixed(1) : '–'],
-    ['Off target, mean mm', mean(off, 0)],
+    ['Slosh mean, m/s²', mean(felt, 2)],
+    ['Slosh peak, m/s²', led > 0 ? most.toFixed(1) : '–'],
+    ['Off target, mm', mean(off, 0)],
     ['Spilled', spill ? `at ${clock(Math.max(0, spill.t_s - begin))}` : 'no'],
-    ['Held back by limits', String(count('limit'))],
+    ['Limits', String(count('limit'))],
     ['Stops', String(events.filter(({ kind, what }) => kind === 'state' && what === 'stopping').length)],
   ];
 }
