@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "robot/random_arm.hpp"
+#include "steadyhand/ocp/constraints.hpp"
 #include "steadyhand/ocp/evaluation.hpp"
 #include "support/extra_objectives.hpp"
 
@@ -282,6 +283,51 @@ TEST(Weights, BadOnesAreRefusedByName) {
   }
 }
 
+/// No acceleration within the first interval's bounds leads beyond a position limit before node 1, and those beyond the
+/// bounds do; where none can avoid it, what is left is the hardest braking.
+TEST(FirstInterval, IsBoundedJustAsThePositionLimitAsks) {
+  std::mt19937 random(3);
+  const RobotModel model = random_arm(1, random);
+  OcpSettings settings;
+  settings.position_margin = JointVector::Constant(1, 5e-3);
+  const auto limits = make_acceleration_limits(model, settings);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const double most = model.acceleration_max[0], limit = model.position_max[0];
+  int narrowed = 0, too_late = 0;
+  for (int trial = 0; trial < 100'000; ++trial) {
+    const double side = trial % 2 == 0 ? 1.0 : -1.0, room = std::pow(10.0, -6.0 * unit(random)),
+                 dq = 2.0 * unit(random);
+    StateVector x0(2);
+    x0 << side * (limit - room), side * dq;
+    // Towards the limit, which is ahead.
+    const Bounds bounds = limits->first_bounds(x0, 0);
+    const double highest = side > 0.0 ? bounds.upper : -bounds.lower,
+                 lowest = side > 0.0 ? bounds.lower : -bounds.upper;
+    ASSERT_LT(lowest, highest);
+    ASSERT_GE(lowest, -most);
+    ASSERT_LE(highest, most);
+    const auto way = [&](double u) {  // rad, how far the joint gets within the interval
+      const double turn = u < 0.0 ? -dq / u : settings.dt;
+      const double t = std::min(turn, settings.dt);
+      return dq * t + 0.5 * u * t * t;
+    };
+    if (2.0 * room >= dq * settings.dt) {  // comes to the limit behind node 1, if at all
+      ASSERT_EQ(highest, most);
+      continue;
+    }
+    if (dq * dq > 2.0 * most * room) {  // cannot stop
+      ASSERT_LE(highest, -0.99 * most * std::min(1.0, dq * dq / (2.0 * most * (room + 1e-6))));
+      ++too_late;
+      continue;
+    }
+    ASSERT_LE(way(lowest + unit(random) * (highest - lowest)), room + 2e-6);
+    ++narrowed;
+    ASSERT_GT(way(highest + 0.01), room);
+  }
+  EXPECT_GT(narrowed, 1000);
+  EXPECT_GT(too_late, 1000);
+}
+
 TEST(OwnTerms, AreWeighedBesideTheOthers) {
   std::mt19937 random(8);
   const RobotModel model = random_arm(6, random);
@@ -321,7 +367,7 @@ TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
   ASSERT_EQ(ocp.constraints().size(), 9u);
   const Evaluation evaluation(ocp);
   EXPECT_EQ(evaluation.rows(1).back().constraint, 8);
-  EXPECT_EQ(evaluation.bounds(evaluation.rows(1).back()).lower, 0.9);
+  EXPECT_EQ(evaluation.bounds(1, evaluation.rows(1).back()).lower, 0.9);
 }
 
 TEST(OwnTerms, ListsThatAreNoProblemAreRefused) {

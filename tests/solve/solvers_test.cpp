@@ -34,6 +34,39 @@ TEST_P(EverySolver, ReachesKktPoints) {
   std::cout << solved << " of " << problems << " solved, " << active << " active rows\n";
 }
 
+/// Starts so near to a position limit, and so fast, that a joint must turn back before node 1.
+TEST_P(EverySolver, TurnsBackWithinTheFirstInterval) {
+  int solved = 0, problems = 0, turning = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    RandomProblem problem(1 + static_cast<int>(seed % 8), seed);
+    const int n = problem.model.dof();
+    OcpSettings settings = RandomProblem::settings(8, false);
+    settings.position_margin = JointVector::Zero(n);
+    const Ocp ocp(problem.model, settings);
+    auto solver = *make_solver(GetParam(), ocp, kSolveTolerance);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    for (int trial = 0; trial < 10; ++trial, ++problems) {
+      problem.draw(0.3);
+      const int joint = trial % n;
+      const double brake = 2.0 + 12.0 * unit(problem.random), dq = 0.5 * brake * ocp.dt();  // back at q_0 by node 1
+      StateVector& x0 = problem.instance.x0;
+      x0[joint] = problem.model.position_max[joint] - dq * dq / (2.0 * brake);
+      x0[n + joint] = dq;
+      for (StateVector& x : problem.guess.x) x = x0;
+      solver->solve(problem.instance, problem.guess, nullptr, {}, problem.solution);
+      if (problem.solution.status != SolveStatus::kSolved) continue;
+      ++solved;
+      EXPECT_LT(problem.solution.kkt_error, 1e-4) << "seed " << seed << " trial " << trial;
+      const JointVector& u = problem.solution.trajectory.u[0];
+      EXPECT_LE(u[joint], -(1.0 - 2e-3) * brake);  // the room counts as 1e-6 more
+      turning += u[joint] > -1.01 * brake;
+    }
+  }
+  std::cout << solved << " of " << problems << " solved, " << turning << " turn back at their bounds\n";
+  EXPECT_GE(solved, problems * 9 / 10);
+  EXPECT_GT(turning, problems / 10);
+}
+
 /// In a glass on its head the liquid's state grows beyond all bounds: a solver gives up, and does not go on for ever.
 TEST_P(EverySolver, EndsWhereTheLiquidFallsOut) {
   if (std::string_view(GetParam()) == "fatrop")

@@ -159,7 +159,7 @@ double Evaluation::price(int k) const {
     const double price = ocp_->constraints()[row.constraint]->price(row.row);
     if (!std::isfinite(price)) continue;
     const double value = constraint(k, row);
-    const Bounds limit = bounds(row);
+    const Bounds limit = bounds(k, row);
     sum += price * std::max({0.0, limit.lower - value, value - limit.upper});
   }
   return sum;
@@ -171,7 +171,7 @@ double Evaluation::violation() const {
     for (const ConstraintRow row : rows_[k]) {
       if (std::isfinite(ocp_->constraints()[row.constraint]->price(row.row))) continue;
       const double value = constraint(k, row);
-      const Bounds limit = bounds(row);
+      const Bounds limit = bounds(k, row);
       largest = std::max({largest, limit.lower - value, value - limit.upper});
     }
   }

@@ -48,7 +48,10 @@ class Evaluation {
   /// All rows that act at node k, in the order of Ocp::constraints().
   const std::vector<ConstraintRow>& rows(int k) const { return rows_[k]; }
   double constraint(int k, ConstraintRow row) const;
-  Bounds bounds(ConstraintRow row) const { return ocp_->constraints()[row.constraint]->bounds(row.row); }
+  Bounds bounds(int k, ConstraintRow row) const {
+    const Constraint& constraint = *ocp_->constraints()[row.constraint];
+    return k == 0 ? constraint.first_bounds(instance_->x0, row.row) : constraint.bounds(row.row);
+  }
   void add_constraint_gradient(int k, ConstraintRow row, double scale, NodeGradient& gradient) const;
   void add_constraint_hessian(int k, ConstraintRow row, double scale, NodeHessian& hessian) const;
 

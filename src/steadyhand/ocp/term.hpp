@@ -188,6 +188,8 @@ class Constraint {
   virtual Nodes nodes() const = 0;
   virtual int rows() const = 0;
   virtual Bounds bounds(int row) const = 0;
+  /// The row's bounds at node 0, whose state is given and may move those that are finite.
+  virtual Bounds first_bounds(const StateVector& /*x0*/, int row) const { return bounds(row); }
 
   virtual double value(const Node& node, int row) const = 0;
   /// Adds scale * dc_row/dz.

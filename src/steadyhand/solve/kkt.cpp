@@ -20,7 +20,7 @@ double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, con
       const ConstraintRow row = evaluation.rows(k)[i];
       const double multiplier = multipliers.at(k, row);
       const double value = evaluation.constraint(k, row);
-      const Bounds bounds = evaluation.bounds(row);
+      const Bounds bounds = evaluation.bounds(k, row);
       evaluation.add_constraint_gradient(k, row, multiplier, gradient);
       const double price = ocp.constraints()[row.constraint]->price(row.row);
       const double outside = std::max({0.0, bounds.lower - value, value - bounds.upper});

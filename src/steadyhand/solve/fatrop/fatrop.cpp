@@ -64,6 +64,13 @@ class FatropOcp final : public fatrop::OcpAbstract {
 
   Evaluation& evaluation() { return evaluation_; }
   const std::vector<int>& posed(int k) const { return posed_[k]; }
+  /// FATROP asks for bounds once, when it is made. So a row whose bounds the instance moves is stretched to the nominal
+  /// ones, by this factor: its multiplier is this times FATROP's.
+  double stretch(int k, ConstraintRow row) const {
+    const Bounds usual = nominal(row), now = evaluation_.bounds(k, row);
+    const bool moved = now.lower != usual.lower || now.upper != usual.upper;
+    return moved ? (usual.upper - usual.lower) / (now.upper - now.lower) : 1.0;
+  }
 
   Index get_nx(const Index k) const override { return k == 0 ? 0 : is_extra(k) ? 1 : states(); }
   Index get_nu(const Index k) const override { return is_extra(k) ? 0 : accelerations(k) + softs_[k]; }
@@ -130,7 +137,8 @@ class FatropOcp final : public fatrop::OcpAbstract {
     NodeHessian hessian = NodeHessian::Zero(ocp_.entries(), ocp_.entries());
     evaluation_.add_objective_hessian(k, *objective_scale, hessian);
     for (std::size_t i = 0; i < posed_[k].size(); ++i) {
-      if (lam_ineq[i] != 0.0) evaluation_.add_constraint_hessian(k, row(k, i), lam_ineq[i], hessian);
+      const double multiplier = stretch(k, row(k, i)) * lam_ineq[i];
+      if (multiplier != 0.0) evaluation_.add_constraint_hessian(k, row(k, i), multiplier, hessian);
     }
     if (ocp_.liquid() && k < ocp_.horizon()) {
       (void)evaluation_.slosh_step(k);
@@ -158,7 +166,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
     int soft = 0;
     for (int j = 0; j < rows; ++j) {
       NodeGradient gradient = NodeGradient::Zero(ocp_.entries());
-      evaluation_.add_constraint_gradient(k, row(k, j), 1.0, gradient);
+      evaluation_.add_constraint_gradient(k, row(k, j), stretch(k, row(k, j)), gradient);
       for (int i = 0; i < size; ++i) BLASFEO_DMATEL(res, i, j) = z_index(i, k) < 0 ? 0.0 : gradient[z_index(i, k)];
       if (!std::isfinite(price(row(k, j)))) continue;
       const int entry = accelerations(k) + soft;
@@ -175,7 +183,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
     const int rows = static_cast<int>(posed_[k].size());
     int soft = 0;
     for (int i = 0; i < rows; ++i) {
-      res[i] = evaluation_.constraint(k, row(k, i));
+      res[i] = stretched(k, row(k, i));
       if (!std::isfinite(price(row(k, i)))) continue;
       const double excess = u[accelerations(k) + soft];
       res[i] += relief(row(k, i)) * excess;
@@ -213,7 +221,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
   Index get_bounds(Scalar* lower, Scalar* upper, const Index k) const override {
     if (is_extra(k)) return 0;
     for (std::size_t i = 0; i < posed_[k].size(); ++i) {
-      const Bounds bounds = evaluation_.bounds(row(k, i));
+      const Bounds bounds = nominal(row(k, i));
       lower[i] = bounds.lower;
       upper[i] = bounds.upper;
     }
@@ -251,7 +259,7 @@ class FatropOcp final : public fatrop::OcpAbstract {
     const int count = static_cast<int>(rows.size()), chosen = static_cast<int>(posed_[k].size());
     if (chosen == count) return;
     for (int i = 0; i < count; ++i) {
-      const Bounds bounds = evaluation_.bounds(rows[i]);
+      const Bounds bounds = evaluation_.bounds(k, rows[i]);
       const double value = evaluation_.constraint(k, rows[i]);
       distance_[i] = few(rows[i]) ? -std::numeric_limits<double>::infinity()
                                   : std::min(value - bounds.lower, bounds.upper - value);
@@ -269,8 +277,14 @@ class FatropOcp final : public fatrop::OcpAbstract {
   int states() const { return 2 * n_ + ocp_.slosh_states(); }
   int accelerations(int k) const { return k == ocp_.horizon() ? 0 : n_; }
   double price(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->price(row.row); }
+  Bounds nominal(ConstraintRow row) const { return ocp_.constraints()[row.constraint]->bounds(row.row); }
+  /// A row's value, see stretch().
+  double stretched(int k, ConstraintRow row) const {
+    const double value = evaluation_.constraint(k, row), factor = stretch(k, row);
+    return factor == 1.0 ? value : nominal(row).lower + factor * (value - evaluation_.bounds(k, row).lower);
+  }
   /// What the excess of a row with a price adds to the row. @pre it has one finite bound
-  double relief(ConstraintRow row) const { return std::isfinite(evaluation_.bounds(row).lower) ? 1.0 : -1.0; }
+  double relief(ConstraintRow row) const { return std::isfinite(nominal(row).lower) ? 1.0 : -1.0; }
   template <typename F>
   void for_each_soft(int k, const F& f) const {
     int soft = 0;
@@ -413,7 +427,8 @@ class FatropSolver final : public Solver {
       const auto& posed = program.problem->posed(k);
       for (std::size_t i = 0; i < posed.size(); ++i) {
         const ConstraintRow row = program.problem->evaluation().rows(k)[posed[i]];
-        solution.multipliers.set(k, row, dual(info.offsets_g_eq_slack[k] + static_cast<Index>(i)));
+        const double multiplier = dual(info.offsets_g_eq_slack[k] + static_cast<Index>(i));
+        solution.multipliers.set(k, row, program.problem->stretch(k, row) * multiplier);
       }
       if (k == ocp_.horizon()) break;
       for (int i = 0; i < ocp_.dof(); ++i) trajectory.u[k][i] = primal(info.offsets_primal_u[k] + i);

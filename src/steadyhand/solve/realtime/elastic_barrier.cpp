@@ -81,6 +81,10 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
     all_known_ = all_known_ && levers.size() == n_;
     if (levers.size() == n_) levers_ = levers_.cwiseMax(levers);
   }
+  for (int r = 0; r < rows_.size(); ++r) {
+    first_bounds_.push_back(rows_[r].bounds);
+    if (rows_[r].nodes == Nodes::kIntervals) interval_rows_.push_back(r);
+  }
   for (auto& batch : blocks_) batch.reserve(rows_.size());
   std::size_t gradients = 0;
   for (int r = 0; r < rows_.size(); ++r) gradients += rows_[r].support.last - rows_[r].support.first;
@@ -112,9 +116,18 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, cons
     }
   }
   for (const int r : rows_.working_set()) near_[r] = 1;
+  narrow_first(instance.x0);
   for_each_near([&](int r) { work_on(r, multipliers); });
   violation_ = violation_of_blocks();
   begun_ = z_;
+}
+
+void ElasticBarrier::narrow_first(const StateVector& x0) {
+  for (const int r : interval_rows_) {
+    const Row& row = rows_[r];
+    first_bounds_[r] = ocp_.constraints()[row.id.constraint]->first_bounds(x0, row.id.row);
+    if (first_bounds_[r].lower > row.bounds.lower || first_bounds_[r].upper < row.bounds.upper) near_[r] = 1;
+  }
 }
 
 void ElasticBarrier::watch() {
@@ -198,6 +211,10 @@ void ElasticBarrier::work_on(int r, const Multipliers* multipliers) {
       Side& side = block.sides[block.side_count++];
       side.sign = sign;
       side.limit = limit;
+      for (int i = 0; i < kLanes; ++i) {
+        if (order_.node(b * kLanes + i) != 0) continue;
+        side.limit.set(i, sign > 0.0 ? first_bounds_[r].lower : first_bounds_[r].upper);
+      }
       side.multiplier = max(-sign * given, 0.0);
       side.slack = side.elastic = 1.0;
     }

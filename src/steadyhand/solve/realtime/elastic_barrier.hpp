@@ -98,7 +98,8 @@ class ElasticBarrier {
 
   /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
   struct Side {
-    double sign, limit;
+    double sign;
+    Lanes limit;
     Lanes slack, elastic, multiplier;
     Lanes stiffness, offset;  ///< of the last model()
     Lanes slack_step, elastic_step, multiplier_step;
@@ -144,6 +145,8 @@ class ElasticBarrier {
   /// margin.
   bool stayed_near(double share) const;
   void take(int r);  ///< works on it from here on
+  /// Sets first_bounds_ and takes the rows whose bounds they narrow for near ones.
+  void narrow_first(const StateVector& x0);
   void work_on(int r, const Multipliers* multipliers);
   void start_slacks(RowBlock& block) const;
   bool had_multiplier(const Multipliers& multipliers, int r) const;
@@ -172,6 +175,9 @@ class ElasticBarrier {
 
   JointVector levers_;     ///< 1/rad, of the constraints that know them (Constraint::levers)
   bool all_known_ = true;  ///< these are all with rows outside of the working set
+
+  std::vector<int> interval_rows_;    ///< those that act at node 0
+  std::vector<Bounds> first_bounds_;  ///< by row, at node 0
 
   NodeTable z_;                                ///< the point
   NodeTable begun_;                            ///< where begin() or watch() looked at all rows
