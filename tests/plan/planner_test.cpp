@@ -48,6 +48,28 @@ TEST(Planner, CommandsStayInsideAtAnyRate) {
   }
 }
 
+/// Plans that begin close to a limit, nearer than the margin at nodes, as most do at 500 Hz.
+TEST(Planner, NoPlanPassesAPositionLimitInItsFirstInterval) {
+  int near = 0, updates = 0;
+  for (const unsigned seed : {7u, 8u, 9u}) {
+    Loop loop(seed, 6.0);
+    RobotModel narrow = loop.model;
+    narrow.position_min = narrow.home.array() - 0.3;
+    narrow.position_max = narrow.home.array() + 0.3;
+    const auto planner = std::move(*Planner::make(narrow, loop.settings, {}));
+    const JointVector margin = planner->ocp().position_margin();
+    for (Time t{0}; t < std::chrono::seconds(2); t += std::chrono::milliseconds(2), ++updates) {
+      const Plan& plan = planner->update(loop.reference(t));
+      EXPECT_EQ(planner->fault(), PlanFault::kNone)
+          << to_string(planner->fault()) << ", seed " << seed << ", " << to_seconds(t) << " s";
+      const auto q = plan.x[0].head(6).array();
+      near += (q > narrow.position_max.array() - margin.array()).any() ||
+              (q < narrow.position_min.array() + margin.array()).any();
+    }
+  }
+  EXPECT_GT(near, updates / 10);
+}
+
 /// Where the horizon ends near a limit, at speed, the stop has to begin before that: then it does.
 TEST(Planner, StopsEarlierWhereTheStopBehindTheHorizonWouldLeadBeyondALimit) {
   Loop loop(7);

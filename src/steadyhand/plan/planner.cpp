@@ -294,15 +294,28 @@ void Planner::make_plan(const Reference& reference, int intervals) {
   candidate_.x[intervals] = solution_.trajectory.x[intervals];
 }
 
-/// Behind the first intervals all joints brake evenly, as hard as the limits allow.
+/// Behind the first intervals all joints brake evenly, as hard as the limits allow; those that would pass a position
+/// limit brake sooner.
 void Planner::make_even_stop(int intervals) {
   const int n = ocp_.dof();
-  const JointVector velocity = candidate_.x[intervals].tail(n);
-  const double time = (velocity.cwiseAbs().array() / ocp_.model().acceleration_max.array()).maxCoeff();
-  const int stop = std::min(static_cast<int>(std::ceil(time / ocp_.dt() - 1e-9)), Plan::kMaxIntervals - intervals);
+  const double dt = ocp_.dt();
+  const RobotModel& model = ocp_.model();
+  const JointVector position = candidate_.x[intervals].head(n), velocity = candidate_.x[intervals].tail(n);
+  const JointVector times = velocity.cwiseAbs().cwiseQuotient(model.acceleration_max);  // s, of the hardest braking
+  const auto whole = [](double count) { return static_cast<int>(std::ceil(count - 1e-9)); };
+  const int stop = std::min(whole(times.maxCoeff() / dt), Plan::kMaxIntervals - intervals);
   candidate_.intervals = intervals + stop;
+  JointVector steps(n);  // rad/s, by which a joint's speed falls in an interval
+  for (int j = 0; j < n; ++j) {
+    const double speed = std::abs(velocity[j]);
+    const double room = velocity[j] > 0.0 ? model.position_max[j] - position[j] : position[j] - model.position_min[j];
+    // In m intervals of constant deceleration it goes speed * m * dt / 2.
+    const int most = static_cast<int>(std::min<double>(stop, 2.0 * room / std::max(speed * dt, 1e-12)));
+    steps[j] = most * dt >= times[j] && most > 0 ? speed / most : model.acceleration_max[j] * dt;
+  }
   for (int k = intervals; k < intervals + stop; ++k) {
-    candidate_.u[k] = -velocity / (stop * ocp_.dt());
+    const JointVector left = candidate_.x[k].tail(n);
+    candidate_.u[k] = -left.cwiseMin(steps).cwiseMax(-steps) / dt;
     candidate_.x[k + 1] = ocp_.next(candidate_.x[k], candidate_.u[k]);
   }
 }
