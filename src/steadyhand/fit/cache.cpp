@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 2;  ///< of the fitter: another one finds other bodies
+constexpr int kVersion = 3;  ///< of the fitter: another one finds other bodies
 constexpr int kJudged = 20'000;
 
 /// FNV-1a, twice from different beginnings.

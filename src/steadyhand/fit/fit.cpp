@@ -45,6 +45,9 @@ struct Geometry {
   std::vector<Solid> exact;  ///< the same as solids, if all of it are spheres and boxes
 };
 
+constexpr std::size_t kMostTriangles = 60'000;  // of a link, that searching looks at
+constexpr std::size_t kMostRows = 20;           // links that are covered each for itself
+
 bool positive(double size) { return std::isfinite(size) && size > 0.0; }
 
 class Reader {
@@ -143,6 +146,67 @@ class Reader {
   const FitSettings& settings_;
   fs::path folder_;
 };
+
+/// Whether a joint that is not of the chain moves the link against the base.
+bool moves_elsewhere(const urdf::Link& link, const UrdfChain& chain) {
+  if (chain.frames.at(link.name).link != 0) return false;
+  for (const urdf::Link* at = &link; at && at->parent_joint; at = at->getParent().get()) {
+    if (at->parent_joint->type != urdf::Joint::FIXED) return true;
+  }
+  return false;
+}
+
+/// The link on the same part of the chain that holds this one through locked joints; itself if there are none.
+const urdf::Link& holder_of(const urdf::Link& link, const UrdfChain& chain) {
+  const urdf::Link* holder = &link;
+  for (const urdf::Link* at = &link; at->parent_joint; at = at->getParent().get()) {
+    const urdf::Link* parent = at->getParent().get();
+    if (!parent || chain.frames.at(parent->name).link != chain.frames.at(link.name).link) break;
+    if (at->parent_joint->type != urdf::Joint::FIXED) holder = parent;
+  }
+  return *holder;
+}
+
+/// The URDF's links with geometry, in groups that are covered together: the first holds the others. Of very many, those
+/// that move elsewhere are left out.
+std::vector<std::vector<const urdf::Link*>> rows_of(const urdf::ModelInterface& urdf, const UrdfChain& chain,
+                                                    const FitSettings& settings, std::vector<std::string>& left_out) {
+  std::vector<const urdf::Link*> links;
+  for (const auto& [name, link] : urdf.links_) {
+    if (link->collision_array.empty() && link->visual_array.empty() && settings.meshes.count(name) == 0) continue;
+    links.push_back(link.get());
+  }
+  const bool each = links.size() <= kMostRows;
+  std::erase_if(links, [&](const urdf::Link* link) {
+    const bool out = !each && moves_elsewhere(*link, chain);
+    if (out) left_out.push_back(link->name);
+    return out;
+  });
+  std::stable_sort(links.begin(), links.end(), [&](const urdf::Link* a, const urdf::Link* b) {
+    return chain.frames.at(a->name).link < chain.frames.at(b->name).link;
+  });
+  std::vector<std::vector<const urdf::Link*>> rows;
+  for (const urdf::Link* link : links) {
+    const urdf::Link* holder = each ? link : &holder_of(*link, chain);
+    const auto known = std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row[0] == holder; });
+    if (known != rows.end()) {
+      if (link != holder) known->push_back(link);
+    } else {
+      rows.push_back({holder});
+      if (link != holder) rows.back().push_back(link);
+    }
+  }
+  return rows;
+}
+
+/// What a cover is searched for: of very many triangles the convex parts, which are a little smaller (prove() is given
+/// the triangles).
+Surface searched(const Surface& surface, const std::vector<Hull>& parts) {
+  if (surface.size() <= kMostTriangles) return surface;
+  Surface faces;
+  for (const Hull& part : parts) faces.insert(faces.end(), part.faces.begin(), part.faces.end());
+  return faces;
+}
 
 /// Poses of all links in the base.
 std::vector<Eigen::Isometry3d> poses_at(const RobotModel& model, const JointVector& q) {
@@ -521,27 +585,34 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
 
   std::error_code error;
   Reader reader(settings, fs::absolute(settings.urdf, error).parent_path());
-  std::vector<std::string> names;
-  for (const auto& [name, link] : urdf.links_) names.push_back(name);
-  std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-    return chain->frames.at(a).link < chain->frames.at(b).link;
-  });
+  const auto groups = rows_of(urdf, *chain, settings, result.left_out);
   std::vector<Surface> surfaces;
   std::vector<std::vector<Solid>> exact;
-  for (const std::string& name : names) {
-    say("reading " + name, 0.1 * static_cast<double>(surfaces.size()) / static_cast<double>(names.size()));
-    Result<Geometry> geometry = reader.read(*urdf.getLink(name));
-    if (!geometry) return geometry.error();
-    if (geometry->pieces.empty()) continue;
+  for (const auto& group : groups) {
     FittedLink link;
-    link.link = name;
-    link.source = geometry->source;
-    link.parts = convex_parts(geometry->pieces, kMostParts, kLeastCut);
+    link.link = group[0]->name;
+    link.joined = static_cast<int>(group.size()) - 1;
+    say("reading " + link.link, 0.1 * static_cast<double>(surfaces.size()) / static_cast<double>(groups.size()));
+    Geometry all;
+    for (const urdf::Link* member : group) {
+      Result<Geometry> geometry = reader.read(*member);
+      if (!geometry) return geometry.error();
+      if (geometry->pieces.empty()) continue;
+      if (all.source.empty()) all.source = geometry->source;
+      if (group.size() == 1) all.exact = geometry->exact;
+      const Eigen::Affine3d placed(chain->frames.at(link.link).X_link_frame.inverse() *
+                                   chain->frames.at(member->name).X_link_frame);
+      for (Surface& piece : geometry->pieces)
+        all.pieces.push_back(member == group[0] ? std::move(piece) : moved(std::move(piece), placed));
+    }
+    if (all.pieces.empty()) continue;
+    link.source = all.source;
+    link.parts = convex_parts(all.pieces, kMostParts, kLeastCut);
     Surface surface;
-    for (const Surface& piece : geometry->pieces) surface.insert(surface.end(), piece.begin(), piece.end());
+    for (const Surface& piece : all.pieces) surface.insert(surface.end(), piece.begin(), piece.end());
     link.triangles = surface.size();
     surfaces.push_back(std::move(surface));
-    exact.push_back(geometry->exact);
+    exact.push_back(all.exact);
     result.links.push_back(std::move(link));
   }
   if (result.links.empty()) {
@@ -586,7 +657,8 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
         const double done = (static_cast<double>(row) + fraction) / static_cast<double>(rows);
         say("fitting " + link.link, 0.15 + 0.6 * (round + done) / (settings.rounds + 1));
       };
-      const Cover found = cover(surfaces[row], probes, cover_settings, solids[row]);
+      Cover found = cover(searched(surfaces[row], link.parts), probes, cover_settings, solids[row]);
+      if (surfaces[row].size() > kMostTriangles) prove(surfaces[row], found.solids);
       const std::vector<Fitted> before = bodies[row];
       bodies[row] = cores_of(found.solids, row, frame);
       const int refused = round == 0 ? 0 : count_refused(bodies, free, apart);

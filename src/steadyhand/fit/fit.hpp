@@ -31,6 +31,7 @@ struct FitSettings {
 /// One URDF link with geometry.
 struct FittedLink {
   std::string link;
+  int joined = 0;      ///< links behind its locked joints that are covered with it, where an arm has many
   std::string source;  ///< "collision", "visual", "files"
   std::size_t triangles = 0;
   std::vector<Hull> parts;  ///< convex, that hold the triangles; in the link's frame
@@ -51,8 +52,9 @@ struct FitResult {
   RobotSettings robot;
   RobotModel model;  ///< of it
   std::vector<FittedLink> links;
-  int candidates = 0;         ///< pairs of bodies that are not on the same link or on neighbours
-  int always = 0, never = 0;  ///< of these left out: overlap in every configuration; cannot come near
+  std::vector<std::string> left_out;  ///< links that other movable joints carry, as of another arm on the same base
+  int candidates = 0;                 ///< pairs of bodies that are not on the same link or on neighbours
+  int always = 0, never = 0;          ///< of these left out: overlap in every configuration; cannot come near
   int judged = 0, free = 0, refused = 0,
       missed =
           0;  ///< configurations: free by the convex parts, of these refused by the bodies; not free and called free

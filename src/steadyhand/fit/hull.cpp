@@ -262,8 +262,9 @@ std::vector<Hull> convex_parts(const std::vector<Surface>& pieces, int most, dou
   const Points directions = even_directions(200);
   std::vector<Part> parts;
   double whole = 0.0;
+  const bool cuts = static_cast<int>(pieces.size()) < most;
   for (const Surface& piece : pieces) {
-    parts.push_back({piece, best_cut(piece, directions)});
+    parts.push_back({piece, cuts ? best_cut(piece, directions) : Cut()});
     whole += convex_hull(corners_of(piece)).volume;
   }
   while (static_cast<int>(parts.size()) < most) {

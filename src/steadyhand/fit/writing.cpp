@@ -30,10 +30,25 @@ std::string word(const std::string& text) {
 
 std::string share_of(int part, int whole) { return whole > 0 ? fmt::format("{:.2f} %", 100.0 * part / whole) : "none"; }
 
+/// What has no bodies, and what shares some.
+std::string exceptions(const FitResult& result) {
+  std::string text;
+  for (const FittedLink& link : result.links) {
+    if (link.joined > 0)
+      text += fmt::format("\n{} is covered together with {} links behind its locked joints", link.link, link.joined);
+  }
+  if (!result.left_out.empty()) {
+    text += fmt::format("\n{} links have no bodies, as joints beside the chain move them: {}{}", result.left_out.size(),
+                        result.left_out[0], result.left_out.size() > 1 ? ", ..." : "");
+  }
+  return text;
+}
+
 std::string costs(const FitResult& result) {
   std::string text =
       fmt::format("{} bodies, {} pairs ({} that always overlap and {} that never come near are left out)",
-                  result.model.bodies.size(), result.model.pairs.size(), result.always, result.never);
+                  result.model.bodies.size(), result.model.pairs.size(), result.always, result.never) +
+      exceptions(result);
   if (result.judged == 0) return text;
   text += fmt::format(
       "\nof {} random configurations {} are free by the meshes' convex parts; of these the bodies refuse {}",
