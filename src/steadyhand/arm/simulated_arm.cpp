@@ -16,21 +16,12 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
             kSimulated.hardware},
       period_(from_seconds(1.0 / settings.rate_hz)),
       now_(clock.now()),
-      check_(model),
-      carry_on_{settings.bridged, model.acceleration_max},
+      interface_(model, {settings.bridged, settings.command_timeout, settings.start_time}, period_, now_),
       q_(q),
       dq_(JointVector::Zero(model.dof())),
-      random_(settings.seed) {
-  restart();
-}
+      random_(settings.seed) {}
 
-void SimulatedArm::restart() {
-  stored_ = 0;
-  check_.restart();
-  status_ = ArmStatus::kStarting;
-  reason_ = {};
-  following_since_ = now_ + from_seconds(settings_.start_time);
-}
+void SimulatedArm::restart() { interface_.restart(now_); }
 
 ArmState SimulatedArm::receive() {
   if (cycle_ == 0) {  // nobody can have sent commands before
@@ -45,11 +36,9 @@ ArmState SimulatedArm::receive() {
   ArmState state;
   state.joints = {{now_, now_}, q_, dq_};
   state.cycle = cycle_;
-  state.status = status_;
-  state.reason = reason_;
-  if (status_ == ArmStatus::kFollowing && stored_ > 0 && set_point(0).stamp.made > last_.stamp.made) {
-    state.carried_on = set_point(0);
-  }
+  state.status = interface_.status();
+  state.reason = interface_.reason();
+  state.carried_on = interface_.carried_on();
   if (settings_.noise > 0.0) {
     std::normal_distribution<double> normal(0.0, settings_.noise);
     for (int i = 0; i < q_.size(); ++i) {
@@ -65,22 +54,13 @@ ArmState SimulatedArm::receive() {
 
 /// From the cycle that began at now_ to the next, at `now`.
 void SimulatedArm::advance(Time now) {
-  if (status_ == ArmStatus::kFollowing && stored_ > 0 && set_point(0).stamp.made < now_) {  // without a command
-    const JointCommand own = carried_on(last_, to_seconds(now_ - last_.stamp.made), carry_on_);
-    check_.take(own);
-    store(own);
-  }
+  interface_.advance(now);
   now_ = now;
   ++cycle_;
   const double dt = to_seconds(period_);
-  if (status_ == ArmStatus::kStarting && now >= following_since_) status_ = ArmStatus::kFollowing;
-  if (status_ == ArmStatus::kFollowing &&
-      to_seconds(now - std::max(last_.stamp.made, following_since_)) > settings_.command_timeout) {
-    stop("no command came in time");
-  }
-  if (status_ == ArmStatus::kFollowing && stored_ > 0) {
+  if (interface_.moves()) {
     const double share = settings_.servo_lag > 0.0 ? -std::expm1(-dt / settings_.servo_lag) : 1.0;
-    const JointVector next = q_ + share * (effective(now - from_seconds(settings_.latency)) - q_);
+    const JointVector next = q_ + share * (interface_.at(now - from_seconds(settings_.latency)).q - q_);
     dq_ = (next - q_) / dt;
     q_ = next;
   } else {  // brakes
@@ -90,31 +70,6 @@ void SimulatedArm::advance(Time now) {
   }
 }
 
-/// The set-point that took effect last at time t, carried on at its speed for at most two cycles.
-JointVector SimulatedArm::effective(Time t) const {
-  int age = 0;
-  while (age + 1 < stored_ && set_point(age).stamp.made > t) ++age;
-  const JointCommand& c = set_point(age);
-  const double ahead = std::clamp(to_seconds(t - c.stamp.made), 0.0, 2.0 * to_seconds(period_));
-  return c.q + ahead * c.dq;
-}
-
-void SimulatedArm::store(const JointCommand& set_point) {
-  newest_ = (newest_ + 1) % kHistory;
-  set_points_[newest_] = set_point;
-  stored_ = std::min(stored_ + 1, kHistory);
-}
-
-void SimulatedArm::stop(std::string_view reason) {
-  status_ = ArmStatus::kStopped;
-  reason_ = reason;
-}
-
-void SimulatedArm::send(const JointCommand& c) {
-  if (status_ != ArmStatus::kFollowing) return;
-  if (const std::string_view why = check_.refusal(c, q_); !why.empty()) return stop(why);
-  last_ = c;
-  store(c);
-}
+void SimulatedArm::send(const JointCommand& command) { interface_.send(command, q_); }
 
 }  // namespace steadyhand
