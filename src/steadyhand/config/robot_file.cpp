@@ -120,19 +120,36 @@ Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& pl
   return load_robot_settings(file, places, 0);
 }
 
+namespace {
+
+/// Of a robot file, or of a URDF and no more.
+Result<RobotSettings> robot_settings(const fs::path& file, const Places& places) {
+  if (file.extension() == ".yaml" || file.extension() == ".yml") return load_robot_settings(file, places);
+  RobotSettings settings;
+  settings.urdf = file;
+  return settings;
+}
+
+}  // namespace
+
 Result<RobotModel> open_robot(const std::string& name, const Places& places) {
   const Result<fs::path> file = find_named_file(places, "robots", name);
   if (!file) return Error{"robot " + file.error().message};
-  if (file->extension() != ".yaml" && file->extension() != ".yml") {
-    RobotSettings settings;
-    settings.urdf = *file;
-    return load_robot(settings);
-  }
-  const Result<RobotSettings> settings = load_robot_settings(*file, places);
+  const Result<RobotSettings> settings = robot_settings(*file, places);
   if (!settings) return settings.error();
   Result<RobotModel> model = load_robot(*settings);
-  if (!model) return Error{fmt::format("{}: {}", file->string(), model.error().message)};
+  if (!model && settings->urdf != *file) return Error{fmt::format("{}: {}", file->string(), model.error().message)};
   return model;
+}
+
+Result<ChainDynamics> open_dynamics(const std::string& name, const Places& places) {
+  const Result<fs::path> file = find_named_file(places, "robots", name);
+  if (!file) return Error{"robot " + file.error().message};
+  const Result<RobotSettings> settings = robot_settings(*file, places);
+  if (!settings) return settings.error();
+  const Result<UrdfChain> chain = read_urdf_chain(settings->urdf, settings->tool_link, settings->locked);
+  if (!chain) return chain.error();
+  return read_chain_dynamics(settings->urdf, *chain);
 }
 
 }  // namespace steadyhand

@@ -5,6 +5,7 @@
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/loading.hpp"
+#include "steadyhand/robot/urdf_dynamics.hpp"
 
 namespace steadyhand {
 
@@ -14,5 +15,8 @@ Result<RobotSettings> load_robot_settings(const std::filesystem::path& file, con
 /// A robot by name ("ur5e"), by the path of a robot file (*.yaml), or by that of a URDF (anything else): a bare URDF
 /// has no spheres, its tool is the end of its longest chain, and its home the middle of the limits.
 Result<RobotModel> open_robot(const std::string& name, const Places& places = Places::standard());
+
+/// The masses and largest efforts of the same robot. Fails as read_chain_dynamics.
+Result<ChainDynamics> open_dynamics(const std::string& name, const Places& places = Places::standard());
 
 }  // namespace steadyhand
