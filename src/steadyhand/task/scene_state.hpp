@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/core/time.hpp"
+
+namespace steadyhand {
+
+/// Most things of a task's scene that are looked at.
+inline constexpr int kMaxThings = 16;
+
+/// Where something of a simulated scene is, and how it moves.
+struct ThingState {
+  Pose X_base_thing;
+  Vector3 velocity = Vector3::Zero();  ///< m/s, base frame
+  Vector3 turning = Vector3::Zero();   ///< rad/s, base frame
+  std::uint32_t touches = 0;           ///< a bit for each thing that it is in contact with, by index
+};
+
+/// A simulated scene at one time: the things that its task names, in that order.
+struct SceneState {
+  Time at{0};
+  std::uint64_t reset = 0;  ///< how often the scene was set up anew before
+  int things = 0;
+  std::array<ThingState, kMaxThings> thing{};
+};
+
+}  // namespace steadyhand
