@@ -24,7 +24,7 @@ endforeach()
 install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand/core")
 
-install(DIRECTORY robots cells profiles DESTINATION "${data_destination}" FILES_MATCHING PATTERN "*.yaml")
+install(DIRECTORY robots cells profiles tasks DESTINATION "${data_destination}" FILES_MATCHING PATTERN "*.yaml" PATTERN "*.xml")
 # Of the packages, what robots/ and the program name.
 set(bundled_urdf airo_models/arms/ur5e)
 set(bundled_hands physics/demo-recording.json physics/demo-laser.json events/demo-recording.json mouse/demo-recording.json)
@@ -47,5 +47,9 @@ endif()
 if(STEADYHAND_WITH_FATROP)
   file(GLOB fatrop_libraries "${site_packages}/casadi/libfatrop.so*" "${site_packages}/casadi/libblasfeo.so*")
   install(FILES ${fatrop_libraries} DESTINATION "${CMAKE_INSTALL_LIBDIR}/steadyhand")
+  set_target_properties(${libraries} PROPERTIES INSTALL_RPATH "$ORIGIN;$ORIGIN/steadyhand")
+endif()
+if(STEADYHAND_MUJOCO)
+  install(FILES "${mujoco_library}" DESTINATION "${CMAKE_INSTALL_LIBDIR}/steadyhand")
   set_target_properties(${libraries} PROPERTIES INSTALL_RPATH "$ORIGIN;$ORIGIN/steadyhand")
 endif()

@@ -47,7 +47,7 @@ endif()
 # What goes into the wheel beside python/steadyhand (pyproject.toml).
 install(TARGETS steadyhand_module LIBRARY DESTINATION steadyhand COMPONENT python)
 install(FILES "${python_package}/_native.pyi" DESTINATION steadyhand COMPONENT python)
-install(DIRECTORY robots cells profiles DESTINATION steadyhand/share/steadyhand COMPONENT python FILES_MATCHING PATTERN "*.yaml")
+install(DIRECTORY robots cells profiles tasks DESTINATION steadyhand/share/steadyhand COMPONENT python FILES_MATCHING PATTERN "*.yaml" PATTERN "*.xml")
 foreach(level ${STEADYHAND_PROCESSORS})
   add_dependencies(steadyhand_module steadyhand_hot_${level})
   list(FIND STEADYHAND_PROCESSORS ${level} place)

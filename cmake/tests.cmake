@@ -21,6 +21,12 @@ add_executable(fake_ur_controller EXCLUDE_FROM_ALL tests/tools/fake_ur_controlle
 steadyhand_cold(fake_ur_controller)
 target_link_libraries(fake_ur_controller PRIVATE steadyhand_fake_ur steadyhand_config steadyhand_command_line)
 
+if(STEADYHAND_MUJOCO)
+  target_link_libraries(test_arm PRIVATE steadyhand_mujoco)
+else()
+  steadyhand_untested(mujoco "built without MuJoCo: mujoco-core is not installed")
+endif()
+
 # A ROS 2 joint trajectory controller for tests, and as a program to try `--arm ros2` with.
 if(STEADYHAND_ROS2)
   add_library(steadyhand_reference_controller STATIC EXCLUDE_FROM_ALL tests/support/ros2/reference_controller.cpp

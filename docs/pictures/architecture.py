@@ -12,18 +12,18 @@ WIDTH, HEIGHT = 1000, 1044
 LIBRARIES = {
     "planning": ((20, 196, 410, 522), "below", 99, 84, {
         "core": (1.5, 0), "collision": (0, 1), "track": (1, 1), "retarget": (2, 1), "predict": (3, 1), "robot": (0, 2),
-        "ocp": (0, 3), "solve": (0, 4), "plan": (0.5, 5), "config": (1.5, 6), "pipeline": (1.5, 7)}),
+        "ocp": (0, 3), "solve": (0, 4), "plan": (0.5, 5), "task": (3, 5), "config": (1.5, 6), "pipeline": (1.5, 7)}),
     "live": ((446, 258, 386, 590), "below", 97, 84, {
-        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 3), "ur": (0, 4), "ros2": (0.2, 9), "record": (2, 6), "live": (0.8, 8),
+        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 3), "ur": (0, 4), "mujoco": (1, 6), "ros2": (0.2, 9), "record": (2, 6), "live": (0.8, 8),
         "replay": (2, 8), "archive": (1.4, 9)}),
     "the program": ((848, 258, 138, 772), "below", 66, 60, {
         "report": (0, 7), "fit": (1, 7), "desk": (0.5, 9), "serve": (0, 10), "browser": (1, 10), "console": (0.5, 11), "app": (0.5, 12)}),
     "the Python package": ((446, 866, 170, 90), "above", 97, 84, {"python": (0.4, 11)}),
 }
 FIRST_ROW, ROW = 232, 62
-FLOW = [("input, serve", "a hand"), ("retarget", ""), ("predict", ""), ("plan", "ocp, solve"), ("track", ""), ("arm, ur, ros2", "an arm")]
+FLOW = [("input, serve", "a hand"), ("retarget", ""), ("predict", ""), ("plan", "ocp, solve"), ("track", ""), ("arm, mujoco, ur, ros2", "an arm")]
 STRUCTS = ["OperatorSample", "Target", "Reference", "Plan", "JointCommand"]
-STAGES = {"input", "serve", "retarget", "predict", "plan", "ocp", "solve", "track", "arm", "ur", "ros2"}
+STAGES = {"input", "serve", "retarget", "predict", "plan", "ocp", "solve", "track", "arm", "mujoco", "ur", "ros2"}
 
 
 def read_uses():

@@ -11,6 +11,9 @@
 #include "steadyhand/track/sample.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/lockstep.hpp"
+#ifdef STEADYHAND_MUJOCO
+#include "steadyhand/mujoco/mujoco_arm.hpp"
+#endif
 #ifdef STEADYHAND_ROS2
 #include "support/ros2/lockstep.hpp"
 #endif
@@ -33,6 +36,26 @@ ArmMaker universal_robots(const std::string& name, const FakeUrController::Setti
   return {name, [settings](const RobotModel& model, Clock& clock) {
             return std::make_unique<UrLockstep>(model, settings, clock);
           }};
+}
+
+/// Where mujoco-core is installed.
+std::vector<ArmMaker> mujoco() {
+#ifdef STEADYHAND_MUJOCO
+  const auto maker = [](const std::string& name, const MujocoSettings& settings) {
+    return ArmMaker{name, [settings](const RobotModel& model, Clock& clock) {
+                      ChainDynamics dynamics;
+                      dynamics.links.assign(model.dof() + 1, {2.0, Vector3::Zero(), 0.01 * Matrix3::Identity()});
+                      dynamics.effort_max = JointVector::Constant(model.dof(), 300.0);
+                      return *MujocoArm::make(model, dynamics, {}, {}, settings, clock);
+                    }};
+  };
+  MujocoSettings slow, yielding;
+  slow.latency = 0.02;
+  yielding.contact = ContactPolicy::kYield;
+  return {maker("mujoco", {}), maker("mujoco_slow", slow), maker("mujoco_yielding", yielding)};
+#else
+  return {};
+#endif
 }
 
 /// Where Cyclone DDS is installed.
@@ -70,6 +93,7 @@ std::vector<ArmMaker> makers() {
                                universal_robots("ur", e_series),
                                universal_robots("ur_cb3", cb3),
                                universal_robots("ur_protocol_1", old_protocol)};
+  for (ArmMaker& maker : mujoco()) all.push_back(std::move(maker));
   for (ArmMaker& maker : ros2()) all.push_back(std::move(maker));
   return all;
 }
@@ -232,7 +256,8 @@ TEST_P(ArmContract, RefusesSpeedAndAccelerationBeyondTheModels) {
 }
 
 TEST_P(ArmContract, ItSaysWhetherItIsHardware) {
-  EXPECT_EQ(arm->info().hardware, dynamic_cast<SimulatedArm*>(arm.get()) == nullptr);
+  const std::string name = GetParam().name;
+  EXPECT_EQ(arm->info().hardware, name.starts_with("ur") || name.starts_with("ros2")) << name;
 }
 
 INSTANTIATE_TEST_SUITE_P(, ArmContract, testing::ValuesIn(makers()),

@@ -9,6 +9,10 @@
 
 #include "steadyhand/config/nearest.hpp"
 #include "steadyhand/robot/kinematics.hpp"
+#ifdef STEADYHAND_MUJOCO
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/mujoco/mujoco_arm.hpp"
+#endif
 #ifdef STEADYHAND_ROS2
 #include "steadyhand/ros2/ros2_arm.hpp"
 #endif
@@ -95,6 +99,16 @@ Status has_ros2() {
 #endif
 }
 
+Status has_mujoco() {
+#ifdef STEADYHAND_MUJOCO
+  return Done{};
+#else
+  return Error{
+      "this program was built without MuJoCo: install the PyPI package mujoco-core of "
+      "setup/requirements-mujoco.txt into .deps/venv, which ./steadyhand --arm mujoco does, and build again"};
+#endif
+}
+
 double ArmChoice::speed_scaling() const { return speed.value_or(kind()->hardware ? kFirstSpeed : 1.0); }
 
 double ArmChoice::first_speed_scaling() const {
@@ -115,8 +129,8 @@ void add_host_options(CommandLine& command, ArmChoice& choice) {
 void add_arm_options(CommandLine& command, ArmChoice& choice) {
   command.add_option(
       "--arm", choice.arm,
-      "sim (in this program; the default), ros2 (a joint trajectory controller), or ur (Universal Robots, "
-      "directly); the last two move hardware. Also a setting: arm.kind");
+      "sim (in this program; the default), mujoco (the same with contact), ros2 (a joint trajectory controller), or ur "
+      "(Universal Robots, directly); the last two move hardware. Also a setting: arm.kind");
   add_host_options(command, choice);
   command.add_option("--speed", choice.speed,
                      "Share of the robot's speeds and accelerations, above 0 to 1; default: 1 simulated, 0.25 real, "
@@ -137,6 +151,9 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (kind == &kRos2Controller) {
     if (Status s = has_ros2(); !s) return s;
   }
+  if (kind == &kMujoco) {
+    if (Status s = has_mujoco(); !s) return s;
+  }
   if (kind->has_host && choice.host.empty()) {
     return Error{fmt::format("--arm {} needs --host, the controller's name or address", kind->name)};
   }
@@ -156,6 +173,15 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
                                       Clock& clock) {
   if (choice.kind() == &kSimulated)
     return std::unique_ptr<Arm>(new SimulatedArm(model, model.home, session.arm, clock));
+#ifdef STEADYHAND_MUJOCO
+  if (choice.kind() == &kMujoco) {
+    const Result<ChainDynamics> dynamics = open_dynamics(session.robot);
+    if (!dynamics) return dynamics.error();
+    auto arm = MujocoArm::make(model, *dynamics, session.live.cell, session.task, session.mujoco, clock);
+    if (!arm) return arm.error();
+    return std::unique_ptr<Arm>(std::move(*arm));
+  }
+#endif
 #ifdef STEADYHAND_ROS2
   if (choice.kind() == &kRos2Controller) {
     Ros2Settings settings = session.ros2;

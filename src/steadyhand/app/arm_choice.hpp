@@ -45,6 +45,8 @@ Status take_calibration(const ArmChoice& choice, RobotModel& model);
 Status prepare_arm(const ArmChoice& choice, RobotModel& model);
 /// Fails with what to install, if this program was built without ROS 2.
 Status has_ros2();
+/// The same of MuJoCo.
+Status has_mujoco();
 /// Model and clock must outlive it.
 Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
                                       Clock& clock);

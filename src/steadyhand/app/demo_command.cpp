@@ -12,6 +12,7 @@
 #include "steadyhand/app/ros2_side.hpp"
 #include "steadyhand/app/session_choice.hpp"
 #include "steadyhand/app/settings_options.hpp"
+#include "steadyhand/app/task_choice.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/console/live_console.hpp"
 #include "steadyhand/console/output_queue.hpp"
@@ -149,13 +150,14 @@ Status run(Options options, int& exit_code) {
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), *model);
+  options.arm.complete(settings);
+  if (Status s = take_task(options.arm, places, settings); !s) return s;
   if (Status s = check_carried(settings.live.cell, at_home(*model)); !s) return s;
   int chosen = 0;
   Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen);
   if (!profiles) return profiles.error();
   for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, *model);
 
-  options.arm.complete(settings);
   if (Status s = check_hand(options, settings); !s) return s;
   if (Status s = prepare_arm(options.arm, *model); !s) return s;
 

@@ -38,6 +38,7 @@ void add_settings_options(CommandLine& command, SettingsOptions& options) {
   };
   value("--robot", "robot", "Name, robot file or URDF");
   value("--cell", "cell", "What stands around the arm: name, cell file or none");
+  value("--task", "task", "What is to be done, with --arm mujoco: name of tasks/ or task file");
   value("--profile", "profile", "Name or file of a profile");
   value("--rate", "planner.rate", "Planning, Hz, or auto: what this machine sustains");
   value("--solver", "planner.solver", "Solver, instead of the profile's own");

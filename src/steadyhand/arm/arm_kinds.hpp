@@ -15,11 +15,12 @@ struct ArmKind {
 };
 
 inline constexpr ArmKind kSimulated{"sim", ""};
+inline constexpr ArmKind kMujoco{"mujoco", "tasks.md"};
 inline constexpr ArmKind kRos2Controller{"ros2", "ros2.md", true};
 inline constexpr ArmKind kUniversalRobots{"ur", "universal-robots.md", true, true};
 
 /// All of them: a new one is added here.
-inline constexpr const ArmKind* kArmKinds[] = {&kSimulated, &kRos2Controller, &kUniversalRobots};
+inline constexpr const ArmKind* kArmKinds[] = {&kSimulated, &kMujoco, &kRos2Controller, &kUniversalRobots};
 
 /// Null: there is none of this name.
 inline const ArmKind* find_arm_kind(std::string_view name) {

@@ -17,6 +17,12 @@ Status SessionSettings::resolve(const SettingsTable& table) {
   live.planning.retarget.translation_frame = frame(translation_frame);
   live.planning.retarget.rotation_frame = frame(rotation_frame);
   recording_place.path = recording_folder;
+  mujoco.rate_hz = arm.rate_hz;
+  mujoco.command_timeout = arm.command_timeout;
+  mujoco.start_time = arm.start_time;
+  mujoco.contact = contact == "yield"  ? ContactPolicy::kYield
+                   : contact == "push" ? ContactPolicy::kPush
+                                       : ContactPolicy::kStop;
   const SupervisorSettings& supervisor = live.control.supervisor;
   live.planning.sample_timeout = supervisor.disengage_after;
   struct Order {
@@ -46,6 +52,7 @@ SettingsTable describe(SessionSettings& s) {
   SettingsTable t;
   t.add("robot", "name of robots/, a robot file or a URDF", s.robot);
   t.add("cell", "what stands around the arm: name of cells/ or a cell file; none", s.cell);
+  t.add("task", "what is to be done: name of tasks/ or a task file; none; with arm.kind mujoco", s.task_name);
   t.add("profile", "name of profiles/ or a profile file", s.profile);
 
   RetargetSettings& hand = s.live.planning.retarget;
@@ -109,6 +116,12 @@ SettingsTable describe(SessionSettings& s) {
   t.add("arm.seed", "", "of the noise", s.arm.seed, {0.0, 4294967295.0});
   t.add("arm.command_timeout", "s", "without a command: it stops by itself", s.arm.command_timeout, up_to(10.0));
   t.add("arm.start_time", "s", "until it follows", s.arm.start_time, at_most(60.0));
+
+  t.add("mujoco.contact", "where something is in the way: stop, yield (press lightly, come after) or push", s.contact,
+        {"stop", "yield", "push"});
+  t.add("mujoco.yield", "", "share of the torque that it presses with, of yield", s.mujoco.yield, up_to(1.0));
+  t.add("mujoco.latency", "s", "from a command to its effect", s.mujoco.latency, at_most(0.1));
+  t.add("mujoco.seed", "", "of the first places of a task's things", s.mujoco.seed, {0.0, 4294967295.0});
 
   Ros2Settings& ros2 = s.ros2;
   t.add("ros2.domain", "", "-1: that of ROS_DOMAIN_ID, else 0", ros2.domain, {-1.0, 232.0});

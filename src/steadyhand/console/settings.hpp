@@ -5,12 +5,14 @@
 #include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/arm/arm_kinds.hpp"
+#include "steadyhand/arm/mujoco_settings.hpp"
 #include "steadyhand/arm/ros2_settings.hpp"
 #include "steadyhand/arm/simulated_arm.hpp"
 #include "steadyhand/arm/ur_settings.hpp"
 #include "steadyhand/config/settings_table.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
+#include "steadyhand/task/task.hpp"
 
 namespace steadyhand {
 
@@ -18,13 +20,17 @@ namespace steadyhand {
 /// describes it.
 struct SessionSettings {
   std::string robot = "ur5e", profile = "carry", cell = "pedestal";
+  std::string task_name = "none";
   std::string solver = "profile";         ///< a solver's name, or the profile's own
   std::string arm_kind{kSimulated.name};  ///< of kArmKinds
   std::string arm_host;                   ///< of those that have one
   std::string translation_frame = "base", rotation_frame = "base";
   std::string recording_folder = default_session_folder().string();
   LiveSettings live;
+  Task task;                     ///< read by its name later
+  std::string contact = "stop";  ///< of a ContactPolicy
   SimulatedArmSettings arm;
+  MujocoSettings mujoco;
   Ros2Settings ros2;
   UrSettings ur;
   ServerSettings server;

@@ -1,0 +1,243 @@
+#include "steadyhand/mujoco/mujoco_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "steadyhand/arm/arm_kinds.hpp"
+#include "steadyhand/mujoco/scene_model.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kLongestStep = 0.001;  // s, of the simulation: a grasp is stiff
+/// How fast an arm that is behind its command comes after, as a share of its speed limit.
+constexpr double kCatchUp = 0.25;
+constexpr Time kShowPeriod = std::chrono::milliseconds(10);
+
+}  // namespace
+
+/// What MuJoCo simulates with. Allocated once.
+struct MujocoArm::Simulation {
+  std::unique_ptr<SceneModel> scene;
+  std::unique_ptr<mjData, void (*)(mjData*)> data;
+  int steps = 1;                                 ///< a cycle
+  JointVector stiffness, damping, effort, most;  ///< Nm/rad, Nms/rad, Nm, and Nm against an error
+  std::vector<double> acceleration, inertial;    ///< nv
+  std::vector<std::uint32_t> things_of_geom;     ///< a bit for each thing that a geom belongs to
+
+  Simulation(std::unique_ptr<SceneModel> made, const ChainDynamics& dynamics, const MujocoSettings& settings)
+      : scene(std::move(made)), data(mj_makeData(scene->model.get()), mj_deleteData), effort(dynamics.effort_max) {
+    const mjModel* m = scene->model.get();
+    steps = static_cast<int>(std::ceil(1.0 / (settings.rate_hz * kLongestStep) - 1e-9));
+    acceleration.resize(m->nv);
+    inertial.resize(m->nv);
+    const int n = static_cast<int>(effort.size());
+    damping.resize(n);
+    for (int k = 0; k < n; ++k) damping[k] = -m->actuator_biasprm[scene->actuator[k] * mjNBIAS + 2];
+    stiffness = effort / kErrorAtFullTorque;
+    most = (settings.contact == ContactPolicy::kYield ? settings.yield : 1.0) * effort;
+    for (int geom = 0; geom < m->ngeom; ++geom) {
+      std::uint32_t bits = 0;
+      for (std::size_t i = 0; i < scene->things.size(); ++i) {
+        const SceneModel::Thing& thing = scene->things[i];
+        if (thing.site < 0 && m->body_weldid[thing.body] == m->body_weldid[m->geom_bodyid[geom]] &&
+            (m->body_weldid[thing.body] != 0 || thing.body == m->geom_bodyid[geom])) {
+          bits |= 1u << i;
+        }
+      }
+      things_of_geom.push_back(bits);
+    }
+  }
+};
+
+Result<std::unique_ptr<MujocoArm>> MujocoArm::make(const RobotModel& model, const ChainDynamics& dynamics,
+                                                   const Cell& cell, const Task& task, const MujocoSettings& settings,
+                                                   Clock& clock) {
+  const double period = 1.0 / settings.rate_hz;
+  Result<SceneModel> scene =
+      make_scene_model(model, dynamics, cell, task, period / std::ceil(period / kLongestStep - 1e-9));
+  if (!scene) return scene.error();
+  std::unique_ptr<MujocoArm> arm(
+      new MujocoArm(model, std::make_unique<SceneModel>(*std::move(scene)), dynamics, task, settings, clock));
+  if (Status s = arm->set_up(settings.seed); !s) return s.error();
+  arm->place_things();
+  return arm;
+}
+
+MujocoArm::MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene, const ChainDynamics& dynamics,
+                     const Task& task, const MujocoSettings& settings, Clock& clock)
+    : model_(&model),
+      task_(task),
+      settings_(settings),
+      clock_(&clock),
+      info_{model.name + " (MuJoCo)", model.dof(), settings.rate_hz, settings.latency, kMujoco.hardware},
+      period_(from_seconds(1.0 / settings.rate_hz)),
+      now_(clock.now()),
+      interface_(model, {.command_timeout = settings.command_timeout, .start_time = settings.start_time}, period_,
+                 now_),
+      simulation_(std::make_unique<Simulation>(std::move(scene), dynamics, settings)),
+      q_(model.home),
+      dq_(JointVector::Zero(model.dof())),
+      held_{{now_, now_}, q_, dq_, dq_} {
+  for (int k = 0; k < model.dof(); ++k) simulation_->data->qpos[simulation_->scene->position[k]] = q_[k];
+  mj_forward(simulation_->scene->model.get(), simulation_->data.get());
+}
+
+MujocoArm::~MujocoArm() = default;
+
+void MujocoArm::restart() { interface_.restart(now_); }
+
+void MujocoArm::send(const JointCommand& command) { interface_.send(command, q_); }
+
+Status MujocoArm::set_up(std::uint64_t seed) {
+  Result<std::vector<Pose>> drawn = draw_places(task_, seed);
+  if (!drawn) return drawn.error();
+  Places places;
+  places.count = static_cast<int>(drawn->size());
+  std::copy(drawn->begin(), drawn->end(), places.at.begin());
+  asked_.write(places);
+  return Done{};
+}
+
+ArmState MujocoArm::receive() {
+  if (cycle_ == 0) {  // nobody can have sent commands before
+    now_ = clock_->now();
+    restart();
+  }
+  const Time target = now_ + period_;
+  const auto late = std::max(Time(0), clock_->now() - target) / period_;  // whole cycles slept through
+  clock_->sleep_until(target + late * period_);
+  for (int i = 0; i <= late; ++i) advance(now_ + period_);
+  ArmState state;
+  state.joints = {{now_, now_}, q_, dq_};
+  state.cycle = cycle_;
+  state.status = interface_.status();
+  state.reason = interface_.reason();
+  state.carried_on = interface_.carried_on();
+  return state;
+}
+
+void MujocoArm::advance(Time now) {
+  place_things();
+  interface_.advance(now);
+  const double dt = to_seconds(period_);
+  if (interface_.moves()) {
+    held_ = interface_.at(now - from_seconds(settings_.latency));
+  } else {  // brakes
+    const JointVector change = (dt * model_->acceleration_max).cwiseMin(held_.dq.cwiseAbs());
+    held_.ddq = -held_.dq.cwiseSign().cwiseProduct(change) / dt;
+    held_.dq += dt * held_.ddq;
+    held_.q += dt * held_.dq;
+  }
+  JointCommand set_point = held_;
+  for (int i = 1; i <= simulation_->steps; ++i) {  // held_ is for the cycle's end
+    const double before = dt * (simulation_->steps - i) / simulation_->steps;
+    set_point.q = held_.q - before * held_.dq;
+    step(set_point);
+  }
+  now_ = now;
+  ++cycle_;
+  if (cycle_ % static_cast<std::uint64_t>(std::max<Time::rep>(1, kShowPeriod / period_)) == 0) show();
+}
+
+void MujocoArm::step(const JointCommand& set_point) {
+  Simulation& s = *simulation_;
+  mjModel* m = s.scene->model.get();
+  mjData* d = s.data.get();
+  mj_step1(m, d);
+  const int n = model_->dof();
+  for (int k = 0; k < n; ++k) s.acceleration[s.scene->velocity[k]] = set_point.ddq[k];
+  mj_mulM(m, d, s.inertial.data(), s.acceleration.data());
+  for (int k = 0; k < n; ++k) {
+    const int at = s.scene->velocity[k], servo = s.scene->actuator[k];
+    const double catch_up = s.damping[k] * kCatchUp * model_->velocity_max[k];
+    const double error = s.stiffness[k] * (set_point.q[k] - d->qpos[s.scene->position[k]]);
+    const double motion = std::clamp(s.inertial[at] + d->qfrc_bias[at], -s.effort[k], s.effort[k]);
+    d->ctrl[servo] = motion + std::clamp(error, -catch_up, catch_up) + s.damping[k] * set_point.dq[k];
+    m->actuator_forcerange[2 * servo] = std::max(-s.effort[k], motion - s.most[k]);
+    m->actuator_forcerange[2 * servo + 1] = std::min(s.effort[k], motion + s.most[k]);
+  }
+  mj_step2(m, d);
+  for (int k = 0; k < n; ++k) {
+    q_[k] = d->qpos[s.scene->position[k]];
+    dq_[k] = d->qvel[s.scene->velocity[k]];
+  }
+  if (d->warning[mjWARN_BADQPOS].number + d->warning[mjWARN_BADQVEL].number + d->warning[mjWARN_BADQACC].number > 0) {
+    interface_.stop("the simulation diverged");
+  }
+}
+
+/// Where somebody asked for it.
+void MujocoArm::place_things() {
+  Places places;
+  if (!asked_.read(places)) return;
+  const mjModel* m = simulation_->scene->model.get();
+  mjData* d = simulation_->data.get();
+  const auto put = [](const Pose& pose, double* p, double* q) {
+    Eigen::Map<Vector3>{p} = pose.p;
+    q[0] = pose.q.w();
+    Eigen::Map<Vector3>{q + 1} = pose.q.vec();
+  };
+  for (int i = 0; i < places.count; ++i) {
+    const int body = simulation_->scene->things[task_.placings[i].thing].body;
+    if (const int mocap = m->body_mocapid[body]; mocap >= 0) {
+      put(places.at[i], d->mocap_pos + 3 * mocap, d->mocap_quat + 4 * mocap);
+    } else {
+      double* at = d->qpos + m->jnt_qposadr[m->body_jntadr[body]];
+      put(places.at[i], at, at + 3);
+      std::fill_n(d->qvel + m->body_dofadr[body], 6, 0.0);
+    }
+  }
+  mj_forward(m, d);
+  ++state_.reset;
+  show();
+}
+
+void MujocoArm::show() {
+  const Simulation& s = *simulation_;
+  const mjModel* m = s.scene->model.get();
+  const mjData* d = s.data.get();
+  state_.at = now_;
+  state_.things = static_cast<int>(s.scene->things.size());
+  for (int i = 0; i < state_.things; ++i) {
+    const SceneModel::Thing& thing = s.scene->things[i];
+    const bool is_site = thing.site >= 0;
+    const int id = is_site ? thing.site : thing.body;
+    ThingState& shown = state_.thing[i];
+    shown.X_base_thing.p = Eigen::Map<const Vector3>((is_site ? d->site_xpos : d->xpos) + 3 * id);
+    const double* R = (is_site ? d->site_xmat : d->xmat) + 9 * id;
+    shown.X_base_thing.q = Quaternion(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R));
+    double velocity[6];
+    mj_objectVelocity(m, d, is_site ? mjOBJ_SITE : mjOBJ_BODY, id, velocity, 0);
+    shown.turning = Eigen::Map<const Vector3>(velocity);
+    shown.velocity = Eigen::Map<const Vector3>(velocity + 3);
+    shown.touches = 0;
+  }
+  for (int c = 0; c < d->ncon; ++c) {
+    const mjContact& contact = d->contact[c];
+    if (contact.exclude != 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    const std::uint32_t one = s.things_of_geom[contact.geom[0]], other = s.things_of_geom[contact.geom[1]];
+    for (int i = 0; i < state_.things; ++i) {
+      if ((one >> i & 1u) != 0) state_.thing[i].touches |= other;
+      if ((other >> i & 1u) != 0) state_.thing[i].touches |= one;
+    }
+  }
+  shown_.write(state_);
+}
+
+double MujocoArm::contact_force() const {
+  const mjModel* m = simulation_->scene->model.get();
+  double sum = 0.0;
+  for (int c = 0; c < simulation_->data->ncon; ++c) {
+    const mjContact& contact = simulation_->data->contact[c];
+    if (contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    if (((m->geom_contype[contact.geom[0]] | m->geom_contype[contact.geom[1]]) & kArmBit) == 0) continue;
+    double force[6];
+    mj_contactForce(m, simulation_->data.get(), c, force);
+    sum += force[0];
+  }
+  return sum;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "steadyhand/arm/mujoco_settings.hpp"
+#include "steadyhand/arm/position_interface.hpp"
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/latest_value.hpp"
+#include "steadyhand/robot/cell.hpp"
+#include "steadyhand/robot/urdf_dynamics.hpp"
+#include "steadyhand/task/task.hpp"
+
+namespace steadyhand {
+
+struct SceneModel;
+
+/// An arm in a simulated scene with contact: MuJoCo moves it, its joints have servos of limited torque, and what it
+/// touches gives way or does not. It takes commands as PositionInterface says. No hardware.
+///
+/// A servo's torque is what the motion of the command takes (inverse dynamics of the arm alone), and stiffness and
+/// damping against the error; by how much the latter counts at most, ContactPolicy says.
+class MujocoArm final : public Arm {
+ public:
+  /// Stands at the model's home, as the scene does at first. Fails as make_scene_model. Model and clock must outlive
+  /// it.
+  /// @param cell what stands around it and does not move
+  static Result<std::unique_ptr<MujocoArm>> make(const RobotModel& model, const ChainDynamics& dynamics,
+                                                 const Cell& cell, const Task& task, const MujocoSettings& settings,
+                                                 Clock& clock);
+  ~MujocoArm() override;
+
+  const ArmInfo& info() const override { return info_; }
+  ArmState receive() override;
+  void send(const JointCommand& command) override;
+  void restart() override;
+
+  // ---- any thread
+  /// Puts the task's things into new places, in one of the next cycles. Fails as draw_places.
+  Status set_up(std::uint64_t seed);
+  /// The newest state of the scene since the last call, if there is one. One thread.
+  bool read_scene(SceneState& state) { return shown_.read(state); }
+
+  /// N, of all contacts of the arm. Thread of receive().
+  double contact_force() const;
+
+ private:
+  MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene, const ChainDynamics& dynamics, const Task& task,
+            const MujocoSettings& settings, Clock& clock);
+  void advance(Time now);
+  void step(const JointCommand& set_point);
+  void place_things();
+  void show();
+
+  struct Places {
+    int count = 0;
+    std::array<Pose, kMaxThings> at{};
+  };
+  struct Simulation;
+
+  const RobotModel* model_;
+  Task task_;
+  MujocoSettings settings_;
+  Clock* clock_;
+  ArmInfo info_;
+  Time period_, now_;
+  PositionInterface interface_;
+  std::uint64_t cycle_ = 0;
+  std::unique_ptr<Simulation> simulation_;
+  JointVector q_, dq_;
+  JointCommand held_;  ///< what the servos hold
+  LatestValue<Places> asked_;
+  LatestValue<SceneState> shown_;
+  SceneState state_;
+};
+
+}  // namespace steadyhand

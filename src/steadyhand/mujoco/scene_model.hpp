@@ -1,0 +1,50 @@
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/robot/cell.hpp"
+#include "steadyhand/robot/urdf_dynamics.hpp"
+#include "steadyhand/task/task.hpp"
+
+namespace steadyhand {
+
+/// A servo answers an error of so much (rad, or m) with all of its torque: its stiffness.
+inline constexpr double kErrorAtFullTorque = 0.05;
+/// Contact bits of geoms: solids of the arm do not touch each other, which the planner sees to.
+inline constexpr int kSceneBit = 1, kArmBit = 2;
+
+/// An arm among its cell's objects and a task's scene, as MuJoCo simulates them. Never changes after it was made, but
+/// for the limits of its actuators.
+struct SceneModel {
+  struct FreeModel {
+    void operator()(mjModel* model) const { mj_deleteModel(model); }
+  };
+  std::unique_ptr<mjModel, FreeModel> model;
+  std::vector<int> position, velocity;  ///< n: where joint k is in qpos and qvel
+  std::vector<int> actuator;            ///< n: where it is in ctrl
+  int tool = 0;                         ///< MuJoCo's body whose frame is the controlled one
+
+  /// What MuJoCo calls a thing of the task.
+  struct Thing {
+    int body = 0;   ///< that it is, or stands on
+    int site = -1;  ///< -1: it is the body
+  };
+  std::vector<Thing> things;  ///< of Task::things
+};
+
+/// The arm: its chain with the masses of its URDF, its bodies as solids that touch whatever is not the arm. Around it
+/// the cell's objects as solids that do not move, but for those that are of the task's scene, and that scene. Each
+/// joint has a servo with the torque that the URDF allows. Steps are of `step` s. Fails on files that are no MJCF, and
+/// where a task names what its files lack, with the reason.
+Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& dynamics, const Cell& cell,
+                                    const Task& task, double step);
+
+/// Objects of the cell for the geoms that the task has the planner keep off. Fails on geoms that are no plane, sphere,
+/// capsule, cylinder or box, or move.
+Result<std::vector<CellObject>> kept_off(const Task& task);
+
+}  // namespace steadyhand
