@@ -212,6 +212,34 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
   write(plan, describer_.path(plan));
 }
 
+void SessionRecorder::mark(const EpisodeMark& mark) {
+  const Lock lock(mutex_);
+  marks_.push_back(mark);
+}
+
+void SessionRecorder::see(const SceneLook& look) {
+  const Lock lock(mutex_);
+  if (looks_.size() < kMostLooks) looks_.push_back(look);
+}
+
+void SessionRecorder::write_marks() {
+  std::vector<EpisodeMark> marks;
+  std::vector<SceneLook> looks;
+  {
+    const Lock lock(mutex_);
+    marks = std::exchange(marks_, {});
+    looks = std::exchange(looks_, {});
+  }
+  for (SceneLook& look : looks) {
+    look.scene.at -= begin_;
+    write(look);
+  }
+  for (EpisodeMark& mark : marks) {
+    mark.at -= begin_;
+    write(mark);
+  }
+}
+
 /// Once a round: what has no arrow of its own, and what was asked for.
 void SessionRecorder::look(const SessionSnapshot& now) {
   const bool begins = wanted_ && !file_;
@@ -233,6 +261,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     }
     if (cell_) write(at, cell_after(*cell_, to_seconds(at - cell_at_)));
   }
+  write_marks();
   write(at, now.liquid);
   if (flight_) flight_->liquid.push({at, now.liquid});
   const ActiveConstraint& c = now.constraint;
@@ -311,6 +340,7 @@ std::vector<std::string> SessionRecorder::take_notices() {
 }
 
 void SessionRecorder::finish(const LiveSummary& s) {
+  write_marks();
   if (!file_) return;
   std::string holds;
   for (const auto& [reason, count] : s.holds) {

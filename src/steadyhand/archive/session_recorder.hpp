@@ -68,11 +68,17 @@ class SessionRecorder {
   /// What people should know of: files begun and ended, and what failed. Each line once.
   std::vector<std::string> take_notices();
 
+  /// What was said of an episode, by the session's clock, soon in the file.
+  void mark(const EpisodeMark& mark);
+  /// The same of a scene; looks that nobody has written yet may be dropped.
+  void see(const SceneLook& look);
+
   /// Completes the file; after the session has ended.
   void finish(const LiveSummary& summary);
 
  private:
   static constexpr int kMostFlights = 20;  ///< files of one session
+  static constexpr std::size_t kMostLooks = 100;
 
   template <typename... Message>
   void write(const Message&... message);
@@ -82,6 +88,7 @@ class SessionRecorder {
   void take_cell(Time at, const Cell& cell);
   void write_step(const PlanningRecord& record);
   void look(const SessionSnapshot& snapshot);
+  void write_marks();
   void begin_file();
   void end_file();
   void sum_up(const SessionSnapshot& now);
@@ -133,6 +140,8 @@ class SessionRecorder {
   std::atomic<bool> wanted_, recording_{false};
   mutable Mutex mutex_;  ///< of the notices, and of opened_ for other threads
   std::vector<std::string> notices_;
+  std::vector<EpisodeMark> marks_;  ///< to be written, as the next
+  std::vector<SceneLook> looks_;
 };
 
 }  // namespace steadyhand

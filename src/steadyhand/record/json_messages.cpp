@@ -221,4 +221,34 @@ void append_json(JsonBuffer& out, const SessionStatistics& s) {
   json->member("planner_rate_hz", s.planner_rate_hz);
 }
 
+void append_json(JsonBuffer& out, const EpisodeMark& mark) {
+  Message json(out, mark.at);
+  json->member("episode", mark.episode);
+  json->member("kind", to_string(mark.kind));
+  if (mark.success) json->member("success", *mark.success);
+  if (!mark.task.empty()) json->member("task", mark.task);
+  if (!mark.notes.empty()) json->member("notes", mark.notes);
+}
+
+void append_json(JsonBuffer& out, const SceneLook& look) {
+  Message json(out, look.scene.at);
+  json->member("reset", look.scene.reset);
+  json->key("things");
+  json->begin_array();
+  for (int i = 0; i < look.scene.things; ++i) {
+    const ThingState& thing = look.scene.thing[i];
+    json->begin_object();
+    write_pose(*json, "pose", thing.X_base_thing);
+    json->member("velocity", thing.velocity);
+    json->member("turning", thing.turning);
+    json->member("touches", thing.touches);
+    json->end_object();
+  }
+  json->end_array();
+  json->member("time_s", look.progress.time);
+  json->member("held", look.progress.held);
+  json->member("spilled_share", look.progress.spilled);
+  if (look.progress.success) json->member("success", *look.progress.success);
+}
+
 }  // namespace steadyhand

@@ -6,6 +6,7 @@
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/json_writer.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
+#include "steadyhand/record/episode_mark.hpp"
 #include "steadyhand/record/settings_change.hpp"
 #include "steadyhand/record/statistics.hpp"
 #include "steadyhand/record/step.hpp"
@@ -30,5 +31,7 @@ void append_json(JsonBuffer& out, Time at, const LiquidState& liquid);
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint);
 void append_json(JsonBuffer& out, Time at, const Cell& cell);
 void append_json(JsonBuffer& out, const SessionStatistics& statistics);
+void append_json(JsonBuffer& out, const EpisodeMark& mark);
+void append_json(JsonBuffer& out, const SceneLook& look);
 
 }  // namespace steadyhand

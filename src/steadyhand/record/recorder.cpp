@@ -40,6 +40,8 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   liquid_ = add("/liquid", liquid_schema());
   active_constraint_ = add("/active_constraint", active_constraint_schema());
   statistics_ = add("/statistics", statistics_schema());
+  episode_ = add("/episode", episode_schema());
+  scene_ = add("/scene", scene_schema());
 }
 
 Status Recorder::send(std::uint16_t channel, const Stamp& stamp) {
@@ -113,6 +115,16 @@ Status Recorder::write(Time at, const Cell& cell) {
 Status Recorder::write(const SessionStatistics& statistics) {
   append_json(message_, statistics);
   return send(statistics_, {statistics.now, statistics.now});
+}
+
+Status Recorder::write(const EpisodeMark& mark) {
+  append_json(message_, mark);
+  return send(episode_, {mark.at, mark.at});
+}
+
+Status Recorder::write(const SceneLook& look) {
+  append_json(message_, look);
+  return send(scene_, {look.scene.at, look.scene.at});
 }
 
 }  // namespace steadyhand

@@ -44,6 +44,8 @@ class Recorder {
   Status write(Time at, const ActiveConstraint& constraint);  ///< /active_constraint
   Status write(Time at, const Cell& cell);                    ///< /cell
   Status write(const SessionStatistics& statistics);          ///< /statistics
+  Status write(const EpisodeMark& mark);                      ///< /episode
+  Status write(const SceneLook& look);                        ///< /scene
   /// A named table of text.
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
     return writer_.add_metadata(name, entries);
@@ -63,7 +65,7 @@ class Recorder {
   JsonBuffer message_;
   std::uint16_t operator_sample_, target_, reference_, plan_, joint_command_, joint_state_, plan_step_;
   std::uint16_t supervision_ = 0, operator_settings_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0,
-                cell_ = 0;
+                cell_ = 0, episode_ = 0, scene_ = 0;
 };
 
 }  // namespace steadyhand

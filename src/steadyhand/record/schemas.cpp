@@ -197,4 +197,30 @@ Schema statistics_schema() {
                  {"planner_rate_hz", number("planning steps a second")}});
 }
 
+Schema episode_schema() {
+  return finish("steadyhand.Episode", "Something was said of an episode; the last that says it counts",
+                {{"timestamp", time("when")},
+                 {"episode", described({{"type", "integer"}}, "its number in the session, from 1")},
+                 {"kind", text("begin, keep, discard or mark")},
+                 {"success", flag("whether it did what it was to do; absent: as before, or not known")},
+                 {"task", text("what is to be done, in words; absent: as before")},
+                 {"notes", text("for people; absent: as before")}});
+}
+
+Schema scene_schema() {
+  const auto count = [](const char* description) { return described({{"type", "integer"}}, description); };
+  const OrderedJson thing = object("thing", {{"pose", pose("in the base's frame")},
+                                             {"velocity", joints("m/s, base frame")},
+                                             {"turning", joints("rad/s, base frame")},
+                                             {"touches", count("a bit for each thing that it is in contact with")}});
+  return finish("steadyhand.Scene", "A simulated scene, and how its task goes",
+                {{"timestamp", time("when")},
+                 {"reset", count("how often the scene was set up before")},
+                 {"things", array(thing, "those that metadata 'task' names, in that order")},
+                 {"time_s", number("since the scene was set up, or until the task was decided, s")},
+                 {"held", count("a bit for each condition of the task that holds")},
+                 {"spilled_share", number("of the liquid, since the scene was set up")},
+                 {"success", flag("once it is decided")}});
+}
+
 }  // namespace steadyhand

@@ -24,5 +24,7 @@ Schema liquid_schema();
 Schema active_constraint_schema();
 Schema cell_schema();
 Schema statistics_schema();
+Schema episode_schema();
+Schema scene_schema();
 
 }  // namespace steadyhand

@@ -104,6 +104,45 @@ PlanStep plan_step(const Json& json, const std::vector<std::string>& terms) {
   return step;
 }
 
+EpisodeMark episode_mark(const Json& json, const McapMessage& message) {
+  EpisodeMark mark;
+  mark.at = message.log;
+  mark.episode = json.at("episode").get<int>();
+  const std::string kind = json.at("kind").get<std::string>();
+  const auto known = find_episode_kind(kind);
+  if (!known) throw std::runtime_error("kind is '" + kind + "'; it must be begin, keep, discard or mark");
+  mark.kind = *known;
+  if (json.contains("success")) mark.success = json.at("success").get<bool>();
+  mark.task = json.value("task", "");
+  mark.notes = json.value("notes", "");
+  return mark;
+}
+
+SceneLook scene_look(const Json& json, const McapMessage& message) {
+  SceneLook look;
+  look.scene.at = message.log;
+  look.scene.reset = json.at("reset").get<std::uint64_t>();
+  const Json& things = json.at("things");
+  if (things.size() > kMaxThings) {
+    throw std::runtime_error(fmt::format("{} things; {} are the most", things.size(), kMaxThings));
+  }
+  const auto vector = [](const Json& read) {
+    return Vector3(read_number(read.at(0)), read_number(read.at(1)), read_number(read.at(2)));
+  };
+  for (const Json& thing : things) {
+    ThingState& state = look.scene.thing[look.scene.things++];
+    state.X_base_thing = read_pose(thing.at("pose"));
+    state.velocity = vector(thing.at("velocity"));
+    state.turning = vector(thing.at("turning"));
+    state.touches = thing.at("touches").get<std::uint32_t>();
+  }
+  look.progress.time = read_number(json.at("time_s"));
+  look.progress.held = json.at("held").get<std::uint32_t>();
+  look.progress.spilled = read_number(json.at("spilled_share"));
+  if (json.contains("success")) look.progress.success = json.at("success").get<bool>();
+  return look;
+}
+
 SettingsChange settings_change(const Json& json, const McapMessage& message) {
   SettingsChange change;
   change.at = message.log;
@@ -243,6 +282,10 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.limits.push_back({message.log, json.at("kind"), json.at("first"), json.at("second")});
   } else if (is(parts.statistics, "/statistics")) {
     session.statistics.push_back(statistics(parsed(), message));
+  } else if (is(parts.episodes, "/episode")) {
+    session.episodes.push_back(episode_mark(parsed(), message));
+  } else if (is(parts.episodes, "/scene")) {
+    session.scenes.push_back(scene_look(parsed(), message));
   } else if (is(parts.cells, "/cell")) {
     session.cells.push_back({message.log, read_cell(message)});
   }

@@ -10,6 +10,7 @@
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/record/cell_change.hpp"
+#include "steadyhand/record/episode_mark.hpp"
 #include "steadyhand/record/mcap_reader.hpp"
 #include "steadyhand/record/settings_change.hpp"
 #include "steadyhand/record/statistics.hpp"
@@ -31,6 +32,7 @@ struct SessionParts {
   bool cells = false;       ///< what stood around the arm
   bool limits = false;      ///< what held the arm back
   bool statistics = false;  ///< what was counted
+  bool episodes = false;    ///< what was said of episodes, and the states of a simulated scene
 };
 
 /// What Recorder has written, read back. Times count from the session's begin.
@@ -59,6 +61,8 @@ struct SessionFile {
   std::vector<Limit> limits;
   std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
   std::vector<SessionStatistics> statistics;
+  std::vector<EpisodeMark> episodes;
+  std::vector<SceneLook> scenes;
   std::vector<CellChange> cells;         ///< what stood around the arm; none in sessions of before there was that
   std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
 
