@@ -181,7 +181,16 @@ Status run(Options options, int& exit_code) {
                    {"run", {{"arm", options.arm.arm}, {"speed", fmt::format("{}", options.arm.speed_scaling())}}}},
       .page = !options.headless,
       .browser = !options.no_browser,
+      .things = {},
       .report_program = "/proc/self/exe"};
+  if (!settings.task.name.empty()) {
+    console_settings.task = &settings.task;
+    console_settings.scene = dynamic_cast<SimulatedScene*>(arm->get());
+    console_settings.metadata["task"] = describe_task(settings.task);
+    auto solids = solids_of(settings.task, *model);
+    if (!solids) return solids.error();
+    console_settings.things = *std::move(solids);
+  }
   console_settings.live.planning.first_speed_scaling = options.arm.first_speed_scaling();
   Ros2Side ros2;
   ConsoleCallbacks callbacks;
@@ -203,8 +212,9 @@ Status run(Options options, int& exit_code) {
                            [&out](std::string text) { out.say(std::move(text)); });
       !s)
     return s;
-  // With a page too, so that there is something to see until somebody takes over. No real arm begins so.
-  const bool plays = (options.headless || !(*arm)->info().hardware) && settings.ros2.hand.empty();
+  // With a page too, so that there is something to see until somebody takes over. No real arm begins so, and no task.
+  const bool shows = !(*arm)->info().hardware && settings.task.name.empty();
+  const bool plays = (options.headless || shows) && settings.ros2.hand.empty();
   if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
   if (Status s = console.start(); !s) return s;
   const Time begin = clock.now();

@@ -1,6 +1,7 @@
 #include "steadyhand/app/task_choice.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <limits>
 
@@ -31,6 +32,26 @@ Status take_task(const ArmChoice& choice, const Places& places, SessionSettings&
   cell.insert(cell.end(), objects->begin(), objects->end());
 #endif
   return Done{};
+}
+
+#ifdef STEADYHAND_MUJOCO
+Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task& task, const RobotModel& model) {
+  return placed_solids(task, model);
+}
+#else
+Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task&, const RobotModel&) {
+  return std::vector<std::pair<int, CellObject>>();
+}
+#endif
+
+std::map<std::string, std::string> describe_task(const Task& task) {
+  std::vector<std::string> conditions;
+  for (const Condition& condition : task.success) conditions.push_back(condition.text);
+  return {{"name", task.name},
+          {"instruction", task.instruction},
+          {"things", fmt::format("{}", fmt::join(task.things, ","))},
+          {"conditions", fmt::format("{}", fmt::join(conditions, ", "))},
+          {"time_limit_s", fmt::format("{}", task.time_limit)}};
 }
 
 }  // namespace steadyhand

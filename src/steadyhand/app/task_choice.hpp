@@ -1,5 +1,8 @@
 #pragma once
 
+#include <map>
+#include <string>
+
 #include "steadyhand/app/arm_choice.hpp"
 #include "steadyhand/config/places.hpp"
 
@@ -9,5 +12,11 @@ namespace steadyhand {
 /// not to stop the arm its way off the commands is no fault. Fails where the arm that was chosen has no contact, or as
 /// load_task and kept_off.
 Status take_task(const ArmChoice& choice, const Places& places, SessionSettings& settings);
+
+/// What the page draws of the things that the task places, see placed_solids.
+Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task& task, const RobotModel& model);
+
+/// What a recording tells of a task, as metadata.
+std::map<std::string, std::string> describe_task(const Task& task);
 
 }  // namespace steadyhand

@@ -20,6 +20,9 @@ namespace steadyhand {
 namespace {
 
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
+/// Of the things of a simulated scene: how often the cell follows them, and what motion is seen.
+constexpr Time kDrawPeriod = std::chrono::milliseconds(100);
+constexpr double kSeenDistance = 0.001, kSeenTurn = 0.01;  // m, rad
 
 /// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
 /// address among the arguments of the programs that open it.
@@ -68,6 +71,7 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
   operator_interface_ = std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
                                                             settings_.live.planning.retarget, settings_.live.glass,
                                                             std::exchange(settings_.recordings, {}));
+  if (settings_.scene != nullptr && settings_.task != nullptr) judge_.emplace(*settings_.task);
 }
 
 LiveConsole::~LiveConsole() {
@@ -109,8 +113,7 @@ Status LiveConsole::open_page() {
   };
   callbacks.on_sample = [this](const OperatorSample& sample) { operator_interface_->hand(sample); };
   callbacks.on_request = [this](const OperatorRequest& request) {
-    const std::optional<SessionEdit> edit = session_edit(request);
-    Status done = edit ? edit_session(*edit) : operator_interface_->apply(request, clock_->now());
+    Status done = apply(request);
     if (!done) say("refused: " + done.error().message + "\n");
     return done;
   };
@@ -125,9 +128,12 @@ Status LiveConsole::open_page() {
   callbacks.on_fetch = [this](const std::string& path, SessionLibrary::Answer answer) {
     library_->fetch(path, std::move(answer));
   };
-  auto server = Server::start(
-      settings_.server, describe_session(*model_, session_->ocp(), settings_.live, settings_.profiles, recordings_),
-      std::move(callbacks));
+  ServerFacts facts = describe_session(*model_, session_->ocp(), settings_.live, settings_.profiles, recordings_);
+  if (const Task* task = settings_.task) {
+    facts.task = {task->name, task->instruction, task->time_limit, {}};
+    for (const Condition& condition : task->success) facts.task->conditions.push_back(condition.text);
+  }
+  auto server = Server::start(settings_.server, std::move(facts), std::move(callbacks));
   if (!server) return server.error();
   server_ = *std::move(server);
   say_addresses(server_->urls());
@@ -152,6 +158,87 @@ Status LiveConsole::start() {
   return Done{};
 }
 
+/// On the server's thread.
+Status LiveConsole::apply(const OperatorRequest& request) {
+  if (const std::optional<SessionEdit> edit = session_edit(request)) return edit_session(*edit);
+  if (request.kind == OperatorRequest::Kind::kEpisode) return mark_episode(request.episode);
+  if (request.kind == OperatorRequest::Kind::kSetUp) return set_up_scene(request.value);
+  return operator_interface_->apply(request, clock_->now());
+}
+
+/// @param seed negative: the next
+Status LiveConsole::set_up_scene(double seed) {
+  if (settings_.scene == nullptr) return Error{"there is no scene to set up; --arm mujoco --task has one"};
+  if (const EpisodeView episode = episodes_.view(clock_->now()); episode.running) {
+    return Error{fmt::format("episode {} is running; keep or discard it first", episode.number)};
+  }
+  const Lock lock(scene_);
+  seed_ = seed < 0.0 ? seed_ + 1 : static_cast<std::uint64_t>(seed);
+  return settings_.scene->set_up(seed_);
+}
+
+Status LiveConsole::mark_episode(EpisodeMark mark) {
+  if (!started_) return Error{"the session has not begun"};
+  if (mark.kind == EpisodeMark::Kind::kBegin && !recorder_->recording()) {
+    return Error{"the session is not recorded, so no episode could be kept; record it first"};
+  }
+  mark.at = clock_->now();
+  if (mark.kind == EpisodeMark::Kind::kBegin && mark.task.empty() && settings_.task != nullptr) {
+    mark.task = settings_.task->instruction;
+  }
+  std::optional<bool> decided;
+  {
+    const Lock lock(scene_);
+    decided = decided_;
+  }
+  const Result<EpisodeMark> made = episodes_.take(std::move(mark), decided);
+  if (!made) return made.error();
+  recorder_->mark(*made);
+  return Done{};
+}
+
+/// What the scene did since, for its task and the recording.
+void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
+  SceneState scene;
+  if (!settings_.scene->read_scene(scene)) return;
+  const TaskProgress& progress = judge_->update(scene, snapshot.liquid.spilled_share);
+  {
+    const Lock lock(scene_);
+    decided_ = progress.success;
+  }
+  recorder_->see({scene, progress});
+  draw_things(scene);
+}
+
+/// What has moved, moves in the cell.
+void LiveConsole::draw_things(const SceneState& scene) {
+  if (settings_.things.empty() || (!drawn_.empty() && scene.at - drawn_at_ < kDrawPeriod)) return;
+  const bool is_first = drawn_.empty();
+  drawn_.resize(settings_.things.size());
+  bool moved = is_first;
+  for (std::size_t i = 0; i < drawn_.size(); ++i) {
+    const Pose& now = scene.thing[settings_.things[i].first].X_base_thing;
+    moved |= (now.p - drawn_[i].p).norm() > kSeenDistance || now.q.angularDistance(drawn_[i].q) > kSeenTurn;
+  }
+  if (!moved) return;
+  const Status done = session_->change_cell(
+      [&](Cell cell) -> Result<Cell> {
+        for (const auto& [thing, object] : settings_.things) {
+          const Pose& at = scene.thing[thing].X_base_thing;
+          const auto known = std::find_if(cell.objects.begin(), cell.objects.end(),
+                                          [&](const CellObject& other) { return other.name == object.name; });
+          CellObject& drawn = known == cell.objects.end() ? cell.objects.emplace_back() : *known;
+          drawn = object;
+          drawn.origin = Eigen::Translation3d(at.p) * at.q * object.origin;
+        }
+        return cell;
+      },
+      scene.at);
+  if (!done && is_first) say("note: the scene's things are not drawn: " + done.error().message + "\n");
+  for (std::size_t i = 0; i < drawn_.size(); ++i) drawn_[i] = scene.thing[settings_.things[i].first].X_base_thing;
+  drawn_at_ = scene.at;
+}
+
 /// On the server's thread; what the disk says comes later.
 Status LiveConsole::edit_session(const SessionEdit& edit) {
   if (!started_) return Error{"the session has not begun"};
@@ -163,10 +250,15 @@ Status LiveConsole::edit_session(const SessionEdit& edit) {
 Time LiveConsole::poll(Time now) {
   const Time due = std::min(now + kPollPeriod, operator_interface_->poll(now));
   say_notices();
-  if (server_ && now - shown_ >= kPublishPeriod) {
+  if (now - shown_ >= kPublishPeriod && (server_ || judge_)) {
     shown_ = now;
-    server_->publish(
-        {session_->snapshot(), operator_interface_->controls(), recorder_->recording(), operator_interface_->cell()});
+    const SessionSnapshot snapshot = session_->snapshot();
+    if (judge_) look_at_scene(snapshot);
+    const std::optional<TaskProgress> progress = judge_ ? std::optional(judge_->progress()) : std::nullopt;
+    if (server_) {
+      server_->publish({snapshot, operator_interface_->controls(), recorder_->recording(), progress,
+                        episodes_.view(now), operator_interface_->cell()});
+    }
   }
   return due;
 }

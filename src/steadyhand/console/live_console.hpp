@@ -14,6 +14,8 @@
 #include "steadyhand/desk/operator_interface.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
+#include "steadyhand/task/scene.hpp"
+#include "steadyhand/task/task.hpp"
 
 namespace steadyhand {
 
@@ -29,7 +31,11 @@ struct ConsoleSettings {
   SessionRecorder::Metadata metadata;      ///< for the recording, beside `robot` and `run`, whose entries it may add to
   bool page = true;                        ///< serve the operator's page
   bool browser = false;                    ///< open it
-  std::filesystem::path report_program;    ///< answers what the page asks of recordings, see SessionLibrary
+  const Task* task = nullptr;              ///< of the scene; null: there is none. Must outlive the console, as the next
+  SimulatedScene* scene = nullptr;         ///< null: there is none
+  std::vector<std::pair<int, CellObject>>
+      things;                            ///< of it that the page draws: Task::things, and solids in their frame
+  std::filesystem::path report_program;  ///< answers what the page asks of recordings, see SessionLibrary
 };
 
 /// What a console tells whoever made it. Any may be empty.
@@ -81,6 +87,11 @@ class LiveConsole {
   SessionRecorder::Metadata describe() const;
   Status open_page();
   Status edit_session(const SessionEdit& edit);
+  Status apply(const OperatorRequest& request);
+  Status set_up_scene(double seed);
+  Status mark_episode(EpisodeMark mark);
+  void look_at_scene(const SessionSnapshot& snapshot);
+  void draw_things(const SceneState& scene);
   void say(const std::string& text) const {
     if (callbacks_.say) callbacks_.say(text);
   }
@@ -95,6 +106,13 @@ class LiveConsole {
   std::unique_ptr<OperatorInterface> operator_interface_;
   std::optional<SessionLibrary> library_;
   std::optional<SessionRecorder> recorder_;
+  Episodes episodes_;
+  std::optional<TaskJudge> judge_;
+  Mutex scene_;                  ///< of what follows
+  std::optional<bool> decided_;  ///< how the scene's task ended
+  std::uint64_t seed_ = 0;       ///< of the scene's places
+  std::vector<Pose> drawn_;      ///< where ConsoleSettings::things are in the cell
+  Time drawn_at_{0};
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
   Time shown_{0};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,13 @@ struct ServerFacts {
   Glass glass;
   std::vector<Term> terms;
   std::vector<Profile> profiles;
+  /// What is to be done in a simulated scene.
+  struct Task {
+    std::string name, instruction;
+    double time_limit = 0.0;              ///< s
+    std::vector<std::string> conditions;  ///< in words, as TaskProgress::held has them
+  };
+  std::optional<Task> task;
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
 };
 

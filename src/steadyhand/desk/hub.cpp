@@ -229,7 +229,7 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
       !sets_condition(id, message.request, now)) {
     return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
   }
-  const auto& [kind, text, value, object, to] = message.request;
+  const auto& [kind, text, value, object, to, episode] = message.request;
   const auto named = [&text = text](const auto& entry) { return entry.name == text; };
   if (kind == OperatorRequest::Kind::kProfile && std::none_of(facts_.profiles.begin(), facts_.profiles.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no profile has this name");

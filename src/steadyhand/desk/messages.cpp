@@ -189,7 +189,23 @@ constexpr RequestName kRequests[] = {
     {"attach", RequestKind::kAttach, true, false},   {"detach", RequestKind::kDetach, true, false},
     {"label", RequestKind::kLabel, true, false},     {"rename", RequestKind::kRename, true, false},
     {"delete", RequestKind::kDelete, true, false},   {"latency", RequestKind::kLatency, false, true},
+    {"episode", RequestKind::kEpisode, true, false}, {"set_up", RequestKind::kSetUp, false, false},
 };
+
+/// What is said of an episode, beside its kind.
+EpisodeMark read_episode(Reader& reader, const std::string& kind) {
+  EpisodeMark mark;
+  if (const auto known = find_episode_kind(kind)) {
+    mark.kind = *known;
+  } else {
+    reader.fail("'text' must be begin, keep, discard or mark");
+  }
+  if (reader.has("success")) mark.success = reader.flag("success");
+  mark.task = reader.text("task", 256, false);
+  mark.notes = reader.text("notes", 1000, false);
+  if (!mark.task.empty() && !is_name(mark.task)) reader.fail("'task' must be without control characters");
+  return mark;
+}
 
 /// JSON that is handed on.
 std::string read_content(Reader& reader, bool may_be_null) {
@@ -214,6 +230,8 @@ RequestMessage read_request(Reader& reader) {
     if (known.kind == RequestKind::kLabel && !message.request.to.empty() && !is_name(message.request.to)) {
       reader.fail("'to' must be without control characters");
     }
+    if (known.kind == RequestKind::kEpisode) message.request.episode = read_episode(reader, message.request.text);
+    if (known.kind == RequestKind::kSetUp) message.request.value = reader.number_or("value", 0.0, kLargestValue, -1.0);
     if (known.value) {
       const bool sign = known.kind == RequestKind::kYaw;
       message.request.value = reader.number("value", sign ? -kLargestValue : 0.0, kLargestValue);
@@ -234,7 +252,7 @@ RequestMessage read_request(Reader& reader) {
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
       "tilt, fill, rate, playback, record, object, attach, detach, label, rename, delete, "
-      "latency");
+      "latency, episode, set_up");
   return message;
 }
 
@@ -388,6 +406,17 @@ std::string welcome_message(const ServerFacts& facts, std::string_view cell, std
   json->member("height", facts.glass.height);
   json->member("fill", facts.glass.fill);
   json->end_object();
+  json->key("task");
+  if (facts.task) {
+    json->begin_object();
+    json->member("name", facts.task->name);
+    json->member("instruction", facts.task->instruction);
+    json->member("time_limit", facts.task->time_limit);
+    json->member("conditions", facts.task->conditions);
+    json->end_object();
+  } else {
+    json->raw("null");
+  }
   json->key("cell");
   json->raw(cell.empty() ? "null" : cell);
   json->key("robot");
@@ -504,6 +533,30 @@ std::string state_message(const OperatorView& s) {
   json->member("samples", s.samples);
   json->member("planner_rate_hz", s.planner_rate_hz);
   json->member("recording", s.recording);
+  const auto decided = [&](const std::optional<bool>& success) {
+    json->key("success");
+    json->raw(!success ? "null" : *success ? "true" : "false");
+  };
+  json->key("task");
+  if (s.task) {
+    json->begin_object();
+    json->member("time", s.task->time);
+    json->member("held", s.task->held);
+    json->member("spilled", s.task->spilled);
+    decided(s.task->success);
+    json->end_object();
+  } else {
+    json->raw("null");
+  }
+  json->key("episode");
+  json->begin_object();
+  json->member("running", s.episode.running);
+  json->member("number", s.episode.number);
+  json->member("time", s.episode.time);
+  json->member("kept", s.episode.kept);
+  json->member("discarded", s.episode.discarded);
+  decided(s.episode.success);
+  json->end_object();
   json->key("controls");
   json->begin_object();
   json->member("profile", s.controls.profile);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "steadyhand/desk/episodes.hpp"
 #include "steadyhand/live/snapshot.hpp"
 #include "steadyhand/robot/cell.hpp"
 
@@ -30,6 +31,8 @@ struct OperatorRequest {
     kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
     kAttach,    ///< `text`: name of an object that the tool takes where it is
     kDetach,    ///< the same: it lets go of it
+    kEpisode,   ///< `text`: begin, keep, discard or mark; `episode`: what else is said of it
+    kSetUp,     ///< the simulated scene anew; `value`: the seed of its places, -1: the next
     kLabel,     ///< `text`: name of a recorded session, `to`: what people call it; empty: nothing
     kRename,    ///< `text`: name of a recorded session, `to`: its new name
     kDelete,    ///< `text`: name of a recorded session that is to go
@@ -39,6 +42,7 @@ struct OperatorRequest {
   double value = 0.0;
   std::optional<CellObject> object = std::nullopt;
   std::string to = {};
+  EpisodeMark episode = {};
 };
 
 /// What the operator has chosen.
@@ -59,6 +63,8 @@ struct SessionControls {
 struct OperatorView : SessionSnapshot {
   SessionControls controls;
   bool recording = false;
+  std::optional<TaskProgress> task;  ///< of the simulated scene; none: there is no task
+  EpisodeView episode;
   std::shared_ptr<const std::string> cell;  ///< what stands around the arm, as ServerFacts::cell; null: as that
 };
 

@@ -107,6 +107,9 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       return session_->attach(request.text, now);
     case Kind::kDetach:
       return session_->detach(request.text, now);
+    case Kind::kEpisode:
+    case Kind::kSetUp:
+      return Error{"this session has neither episodes nor a scene that could be set up"};
     case Kind::kLabel:
     case Kind::kRename:
     case Kind::kDelete:

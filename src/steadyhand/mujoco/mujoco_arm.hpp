@@ -10,6 +10,7 @@
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/robot/cell.hpp"
 #include "steadyhand/robot/urdf_dynamics.hpp"
+#include "steadyhand/task/scene.hpp"
 #include "steadyhand/task/task.hpp"
 
 namespace steadyhand {
@@ -21,7 +22,7 @@ struct SceneModel;
 ///
 /// A servo's torque is what the motion of the command takes (inverse dynamics of the arm alone), and stiffness and
 /// damping against the error; by how much the latter counts at most, ContactPolicy says.
-class MujocoArm final : public Arm {
+class MujocoArm final : public Arm, public SimulatedScene {
  public:
   /// Stands at the model's home, as the scene does at first. Fails as make_scene_model. Model and clock must outlive
   /// it.
@@ -36,11 +37,9 @@ class MujocoArm final : public Arm {
   void send(const JointCommand& command) override;
   void restart() override;
 
-  // ---- any thread
-  /// Puts the task's things into new places, in one of the next cycles. Fails as draw_places.
-  Status set_up(std::uint64_t seed);
-  /// The newest state of the scene since the last call, if there is one. One thread.
-  bool read_scene(SceneState& state) { return shown_.read(state); }
+  /// In one of the next cycles.
+  Status set_up(std::uint64_t seed) override;
+  bool read_scene(SceneState& state) override { return shown_.read(state); }
 
   /// N, of all contacts of the arm. Thread of receive().
   double contact_force() const;

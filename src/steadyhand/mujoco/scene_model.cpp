@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace steadyhand {
 
@@ -247,57 +248,115 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
   return scene;
 }
 
+namespace {
+
+/// A task's scene without an arm.
+struct BareScene {
+  std::unique_ptr<mjModel, SceneModel::FreeModel> model;
+  std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mj_deleteData};
+};
+
+Result<BareScene> bare_scene(const Task& task) {
+  mju_user_warning = be_silent;
+  Result<Spec> spec = parse(task.scene);
+  if (!spec) return spec.error();
+  BareScene scene;
+  scene.model.reset(mj_compile(spec->get(), nullptr));
+  if (!scene.model) return failure(task.scene, mjs_getError(spec->get()));
+  scene.data.reset(mj_makeData(scene.model.get()));
+  mj_kinematics(scene.model.get(), scene.data.get());
+  return scene;
+}
+
+/// A geom as an object of a cell, at `X`. None: it is of another kind.
+std::optional<CellObject> solid(const mjModel& model, int geom, const Eigen::Isometry3d& X) {
+  CellObject object;
+  object.origin = X;
+  const double* size = model.geom_size + 3 * geom;
+  switch (model.geom_type[geom]) {
+    case mjGEOM_PLANE:
+      object.shape = Shape::half_space();
+      break;
+    case mjGEOM_SPHERE:
+      object.shape = Shape::sphere(size[0]);
+      break;
+    case mjGEOM_CAPSULE:
+      object.shape = Shape::capsule(size[1], size[0]);
+      break;
+    case mjGEOM_CYLINDER:
+      object.shape = Shape::cylinder(size[0], size[1]);
+      break;
+    case mjGEOM_BOX:
+      object.shape = Shape::box({size[0], size[1], size[2]});
+      break;
+    default:
+      return std::nullopt;
+  }
+  const float* rgba = model.geom_rgba + 4 * geom;
+  const auto byte = [&](int i) { return static_cast<int>(std::lround(255.0F * std::clamp(rgba[i], 0.0F, 1.0F))); };
+  object.color = fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
+  return object;
+}
+
+Eigen::Isometry3d transform(const double* p, const double* R) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Map<const Vector3>(p);
+  X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R);
+  return X;
+}
+
+constexpr const char* kKinds = "which is no plane, sphere, capsule, cylinder or box";
+
+}  // namespace
+
 Result<std::vector<CellObject>> kept_off(const Task& task) {
   std::vector<CellObject> objects;
   if (task.keeps_off.empty()) return objects;
-  Result<Spec> spec = parse(task.scene);
-  if (!spec) return spec.error();
-  SceneModel scene;
-  scene.model.reset(mj_compile(spec->get(), nullptr));
-  if (!scene.model) return failure(task.scene, mjs_getError(spec->get()));
-  const mjModel* model = scene.model.get();
-  const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(model), mj_deleteData);
-  mj_kinematics(model, data.get());
+  const Result<BareScene> scene = bare_scene(task);
+  if (!scene) return scene.error();
+  const mjModel& model = *scene->model;
   for (const KeptOff& each : task.keeps_off) {
     const auto refuse = [&](const std::string& reason) {
       return Error{fmt::format("task '{}' keeps off geom '{}', {}", task.name, each.geom, reason)};
     };
-    const int id = mj_name2id(model, mjOBJ_GEOM, each.geom.c_str());
+    const int id = mj_name2id(&model, mjOBJ_GEOM, each.geom.c_str());
     if (id < 0) return refuse("which " + task.scene.string() + " does not have");
-    if (model->body_weldid[model->geom_bodyid[id]] != 0) return refuse("which moves; only what stands is kept off");
-    CellObject object;
-    object.name = each.geom;
-    object.origin.setIdentity();
-    object.origin.translation() = Eigen::Map<const Vector3>(data->geom_xpos + 3 * id);
-    object.origin.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data->geom_xmat + 9 * id);
-    const double* size = model->geom_size + 3 * id;
-    switch (model->geom_type[id]) {
-      case mjGEOM_PLANE:
-        object.shape = Shape::half_space();
-        break;
-      case mjGEOM_SPHERE:
-        object.shape = Shape::sphere(size[0]);
-        break;
-      case mjGEOM_CAPSULE:
-        object.shape = Shape::capsule(size[1], size[0]);
-        break;
-      case mjGEOM_CYLINDER:
-        object.shape = Shape::cylinder(size[0], size[1]);
-        break;
-      case mjGEOM_BOX:
-        object.shape = Shape::box({size[0], size[1], size[2]});
-        break;
-      default:
-        return refuse("which is no plane, sphere, capsule, cylinder or box");
-    }
-    object.margin = each.margin;
-    object.may_be_touched_by = each.may_be_touched_by;
-    const float* rgba = model->geom_rgba + 4 * id;
-    const auto byte = [&](int i) { return static_cast<int>(std::lround(255.0f * std::clamp(rgba[i], 0.0f, 1.0f))); };
-    object.color = fmt::format("#{:02x}{:02x}{:02x}", byte(0), byte(1), byte(2));
-    objects.push_back(std::move(object));
+    if (model.body_weldid[model.geom_bodyid[id]] != 0) return refuse("which moves; only what stands is kept off");
+    auto object = solid(model, id, transform(scene->data->geom_xpos + 3 * id, scene->data->geom_xmat + 9 * id));
+    if (!object) return refuse(kKinds);
+    object->name = each.geom;
+    object->margin = each.margin;
+    object->may_be_touched_by = each.may_be_touched_by;
+    objects.push_back(*std::move(object));
   }
   return objects;
+}
+
+Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, const RobotModel& arm) {
+  std::vector<std::pair<int, CellObject>> solids;
+  if (task.placings.empty()) return solids;
+  const Result<BareScene> scene = bare_scene(task);
+  if (!scene) return scene.error();
+  const mjModel& model = *scene->model;
+  for (const Placing& placing : task.placings) {
+    const std::string& name = task.things[placing.thing];
+    const int body = mj_name2id(&model, mjOBJ_BODY, name.c_str());
+    if (body < 0) continue;  // told where the arm's scene is made
+    for (int i = 0; i < model.body_geomnum[body]; ++i) {
+      const int geom = model.body_geomadr[body] + i;
+      double R[9];
+      mju_quat2Mat(R, model.geom_quat + 4 * geom);
+      auto object = solid(model, geom, transform(model.geom_pos + 3 * geom, R));
+      if (!object) {
+        return Error{fmt::format("task '{}' places '{}' with a geom {}", task.name, name, kKinds)};
+      }
+      object->name = model.body_geomnum[body] == 1 ? name : fmt::format("{} {}", name, i + 1);
+      object->margin = 0.0;
+      object->may_be_touched_by.assign(arm.link_names.begin() + 1, arm.link_names.end());
+      solids.emplace_back(placing.thing, *std::move(object));
+    }
+  }
+  return solids;
 }
 
 }  // namespace steadyhand

@@ -3,6 +3,7 @@
 #include <mujoco/mujoco.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
@@ -46,5 +47,9 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
 /// Objects of the cell for the geoms that the task has the planner keep off. Fails on geoms that are no plane, sphere,
 /// capsule, cylinder or box, or move.
 Result<std::vector<CellObject>> kept_off(const Task& task);
+
+/// What there is to draw of the things that the task places: the index of a thing, and its solids in its frame, which
+/// the arm may touch. Fails as kept_off.
+Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, const RobotModel& arm);
 
 }  // namespace steadyhand
