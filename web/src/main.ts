@@ -7,6 +7,7 @@ import { Gamepads, Keys } from './input/keys';
 import { listenForShortcuts } from './input/shortcuts';
 import { Objects } from './input/objects';
 import { Headset } from './input/xr';
+import { EpisodePanel } from './episodes';
 import { element, onResize } from './element';
 import { Panel } from './panel';
 import { Joints } from './plots/joints';
@@ -82,6 +83,7 @@ const recordings = new Recordings(element('recordings', HTMLUListElement), eleme
 }, (kind, text, to) => panel.command(kind, to === undefined ? { text } : { text, to }));
 let recorded: boolean | null = null;
 const panel = new Panel(session, connection, hand);
+const episodes = new EpisodePanel(session, panel);
 const wantLease = () => panel.takeOver();
 const stop = () => panel.stop();
 const drag = new Drag(stage, hand, session, wantLease, canvas);
@@ -162,6 +164,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);
+    episodes.draw();
     if (session.state) joints?.draw(session.state);
     recordings.draw();
   }

@@ -69,6 +69,9 @@ function ends(low: string, high: string): HTMLElement {
   return line;
 }
 
+/** What a request says beside its kind. */
+type Asked = { text?: string; value?: number; to?: string; success?: boolean; notes?: string };
+
 /** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
 export class Panel {
   readonly #chosenAt = new Map<EventTarget, number>();
@@ -146,12 +149,12 @@ export class Panel {
     if (this.session.mayTake && (this.session.state?.controls.playback ?? -1) >= 0) this.ask('playback', { text: '' });
   }
 
-  ask(kind: RequestKind, more: { text?: string; value?: number; to?: string } = {}): void {
+  ask(kind: RequestKind, more: Asked = {}): void {
     this.connection.send({ type: 'request', kind, ...more });
   }
 
   /** Asks for what only who has the arm may ask for. */
-  command(kind: RequestKind, more: { text?: string; value?: number; to?: string }): void {
+  command(kind: RequestKind, more: Asked): void {
     this.takeLease();
     this.ask(kind, more);
   }

@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete' | 'episode' | 'set_up';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
@@ -17,7 +17,7 @@ export type ClientMessage =
   | { type: 'ask' }
   | { type: 'answer'; grant: boolean }
   | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number }
-  | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string }
+  | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string; success?: boolean; notes?: string }
   | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
   | { type: 'reply'; content: { key: string; value: number } }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
@@ -75,6 +75,10 @@ export interface StateMessage {
   samples: number;
   planner_rate_hz: number;
   recording: boolean;
+  /** How the task of a simulated scene goes; null: there is none. `held`: a bit for each of `welcome.task.conditions`. `time`: s. */
+  task: { time: number; held: number; spilled: number; success: boolean | null } | null;
+  /** The one that runs, or ran last; number 0: there was none. */
+  episode: { running: boolean; number: number; time: number; kept: number; discarded: number; success: boolean | null };
   controls: Controls;
 }
 
@@ -138,6 +142,8 @@ export interface WelcomeMessage {
   terms: Term[];
   profiles: Profile[];
   recordings: string[];
+  /** What is to be done in a simulated scene. */
+  task: { name: string; instruction: string; time_limit: number; conditions: string[] } | null;
   glass: GlassSize;
   cell: Cell | null;
   robot: Robot | null;

@@ -1,0 +1,70 @@
+import { element } from './element';
+import { isTyped } from './input/shortcuts';
+import type { Panel } from './panel';
+import type { StateMessage, WelcomeMessage } from './protocol';
+import type { Session } from './session';
+
+const button = (id: string): HTMLButtonElement => element(id, HTMLButtonElement);
+
+const decided = (success: boolean | null): string => (success === null ? '' : success ? ', a success' : ', a failure');
+
+/** How the task of a simulated scene goes, for people. */
+export function taskText(task: NonNullable<WelcomeMessage['task']>, now: NonNullable<StateMessage['task']>): string {
+  const holds = task.conditions.filter((_, i) => (now.held >> i) & 1).length;
+  const end = now.success === null ? `${now.time.toFixed(1)} of ${task.time_limit.toFixed(0)} s` : `${now.success ? 'Done' : 'Time is over'} after ${now.time.toFixed(1)} s`;
+  const missing = task.conditions.filter((_, i) => !((now.held >> i) & 1));
+  const open = now.success !== null || !missing.length ? '' : `; to do: ${missing.join(', ')}`;
+  return `${end}. ${holds} of ${task.conditions.length} hold${open}. Spilled ${(100 * now.spilled).toFixed(1)} %.`;
+}
+
+/** How the episodes stand, for people. */
+export function episodeText(episode: StateMessage['episode']): string {
+  const counts = `${episode.kept} kept, ${episode.discarded} discarded.`;
+  if (episode.running) return `Episode ${episode.number} runs: ${episode.time.toFixed(1)} s${decided(episode.success)}. ${counts}`;
+  return episode.number ? `Episode ${episode.number} ended after ${episode.time.toFixed(1)} s${decided(episode.success)}. ${counts}` : 'None yet.';
+}
+
+/** Begins, keeps and discards episodes, and sets a simulated scene up. */
+export class EpisodePanel {
+  #session: Session;
+
+  constructor(session: Session, panel: Panel) {
+    this.#session = session;
+    const says = (text: 'begin' | 'keep' | 'discard') => () => {
+      const success = element('episode-success', HTMLSelectElement), notes = element('episode-notes', HTMLInputElement);
+      const words = notes.value.trim();
+      panel.command('episode', { text, ...(text === 'keep' && success.value ? { success: success.value === 'yes' } : {}), ...(text !== 'begin' && words ? { notes: words } : {}) });
+      if (text !== 'begin') success.value = notes.value = '';
+    };
+    const actions: [string, string, () => void][] = [
+      ['KeyB', 'episode-begin', says('begin')], ['KeyN', 'episode-keep', says('keep')], ['KeyX', 'episode-discard', says('discard')],
+      ['KeyR', 'set-up', () => panel.command('set_up', {})],
+    ];
+    for (const [, id, act] of actions) button(id).onclick = act;
+    addEventListener('keydown', (event) => {
+      if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || isTyped(event.target)) return;
+      const found = actions.find(([code]) => code === event.code);
+      if (found && !button(found[1]).disabled) found[2]();
+    });
+  }
+
+  draw(): void {
+    const { welcome, state, past, mayTake, status } = this.#session;
+    const task = welcome?.task ?? null, may = status === 'open' && mayTake && !past && state !== null;
+    element('task', HTMLElement).hidden = !task;
+    button('set-up').hidden = !task;
+    if (task) {
+      element('task-words', HTMLElement).textContent = task.instruction;
+      if (state?.task) {
+        const progress = element('task-progress', HTMLElement);
+        progress.textContent = taskText(task, state.task);
+        progress.dataset.success = String(state.task.success);
+      }
+    }
+    const running = state?.episode.running ?? false, ended = (state?.episode.number ?? 0) > 0;
+    button('episode-begin').disabled = !may || running || !state.recording;
+    button('episode-keep').disabled = button('episode-discard').disabled = !may || !(running || ended);
+    button('set-up').disabled = !may || running;
+    if (state) element('episode-state', HTMLElement).textContent = state.recording ? episodeText(state.episode) : 'Record this session to keep episodes.';
+  }
+}
