@@ -141,6 +141,40 @@ class Replay:
 
 
 @dataclass(frozen=True)
+class Episode:
+    """A stretch of a session that somebody began and ended on purpose."""
+
+    number: int
+    """In its session, from 1."""
+    begin: float
+    """s."""
+    end: float | None
+    """s; None: it was neither kept nor discarded, because its session ended before."""
+    kept: bool
+    success: bool | None
+    """Whether it did what it was to do; None: nobody knows."""
+    task: str
+    """What was to be done, in words; "": nobody said."""
+    notes: str
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """Looks at the simulated scene of a session; none where it had none."""
+
+    t: Array
+    """(k,), s."""
+    things: dict[str, Array]
+    """By name of what the task looks at, its poses in the base, (k, 4, 4)."""
+    reset: Array
+    """(k,): how often the scene had been set up."""
+    spilled: Array
+    """(k,): share of the liquid that was lost since then."""
+    success: Array
+    """(k,): 1 or 0 once its task was decided, NaN before."""
+
+
+@dataclass(frozen=True)
 class Session:
     """A recorded session; times count from its begin."""
 
@@ -161,6 +195,9 @@ class Session:
     states: States
     changes: list[Change]
     settings: list[Setting]
+    episodes: list[Episode]
+    """Those that somebody marked, in their order."""
+    scenes: Scenes
 
 
 def _hand(columns: dict[str, Any]) -> Hand:
@@ -172,6 +209,25 @@ def _steps(columns: dict[str, Any]) -> Steps:
     columns["iterations"] = columns["iterations"].astype(int)
     columns["engaged"] = columns["engaged"] != 0
     return Steps(**columns)
+
+
+def _episodes(marks: list[tuple[float, int, str, bool | None, str, str]]) -> list[Episode]:
+    """Of what was said of them the last counts."""
+    said: dict[int, dict[str, Any]] = {}
+    for t, number, kind, success, task, notes in marks:
+        episode = said.setdefault(number, {"number": number, "begin": t, "end": None, "kept": False, "success": None, "task": "", "notes": ""})
+        if kind in ("keep", "discard"):
+            episode["kept"] = kind == "keep"
+            if episode["end"] is None:
+                episode["end"] = t
+        episode |= {key: value for key, value in (("success", success), ("task", task or None), ("notes", notes or None)) if value is not None}
+    return [Episode(**said[number]) for number in sorted(said)]
+
+
+def _scenes(columns: dict[str, Any], metadata: dict[str, dict[str, str]]) -> Scenes:
+    poses = columns.pop("things")
+    names = metadata.get("task", {}).get("things", "").split(",")
+    return Scenes(things=dict(zip(names if len(names) == len(poses) else map(str, range(len(poses))), poses)), **columns)
 
 
 def _from_arrays(recording: Any) -> Any:
@@ -301,6 +357,8 @@ def read_session(path: str | os.PathLike[str]) -> Session:
         states=States(**answer.pop("states")),
         changes=[Change(t, after, before, reason) for t, before, after, reason in answer.pop("changes")],
         settings=[Setting(*setting) for setting in answer.pop("settings")],
+        episodes=_episodes(answer.pop("episodes")),
+        scenes=_scenes(answer.pop("scenes"), answer["metadata"]),
         **answer,
     )
 

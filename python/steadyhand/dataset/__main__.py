@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from .._replay import read_session
 from .._robot import Robot
-from ._episodes import ACTIONS, Episode, cut
+from ._episodes import ACTIONS, EPISODES, Episode, cut
 
 _MOST_WORKERS = 64
 
@@ -33,8 +33,8 @@ def _parser() -> _Parser:
     parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there")
     parser.add_argument("--fps", type=int, default=30, metavar="N", help="frames a second, 1 to 500 (30)")
     parser.add_argument("--action", choices=ACTIONS, default="joints", help="what an action is: joint positions, their change, the tool's pose, or positions and velocities (joints)")
-    parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words")
-    parser.add_argument("--episodes", choices=("grips", "session"), default="grips", help="from each grip to its release, or all of a session (grips)")
+    parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words, where a session does not say it")
+    parser.add_argument("--episodes", choices=EPISODES, default="auto", help="those that were marked and kept, from each grip to its release, or all of a session (auto: marked where a session has marks, else grips)")
     parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="leave out what is shorter, s (1)")
     parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that read sessions side by side (1)")

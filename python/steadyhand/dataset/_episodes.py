@@ -10,9 +10,11 @@ import numpy as np
 
 from .._arrays import Array
 from .._poses import quat_xyzw
+from .._replay import Episode as Marked
 from .._replay import Session
 from .._robot import Robot
 
+EPISODES = ("auto", "marked", "grips", "session")
 LONGEST_GAP = 0.05
 """s: an episode is left out if its measured states or its commands pause longer."""
 
@@ -25,6 +27,8 @@ class Frames:
     """(m, d)."""
     names: tuple[str, ...]
     """d of them: what each number is."""
+    dtype: str = "float32"
+    """Or "bool"."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,11 @@ class Episode:
     task: str
     """What was to be done, in words."""
     features: dict[str, Frames]
-    """By LeRobot's names: observation.state, observation.tool, operator.target (where the hand wanted the tool; no policy has it), action."""
+    """By LeRobot's names: observation.state, observation.tool, operator.target (where the hand wanted the tool; no policy has it), action;
+    of a simulated scene observation.environment_state (its things), and of marked episodes next.success."""
+    success: bool | None = None
+    """Whether it did what it was to do; None: nobody knows."""
+    notes: str = ""
 
     def __len__(self) -> int:
         return len(self.features["action"].values)
@@ -109,28 +117,51 @@ ACTIONS: dict[str, Callable[[Session, Robot, _Motion, Array, float], Frames]] = 
 quaternion x, y, z, w; "command": positions and velocities."""
 
 
-def _stretches(session: Session, episodes: str) -> list[tuple[float, float]]:
-    """Begin and end of each, s."""
+@dataclass(frozen=True)
+class _Stretch:
+    begin: float
+    end: float
+    """s, of the session."""
+    marked: Marked | None = None
+
+
+def _stretches(session: Session, episodes: str) -> tuple[list[_Stretch], list[str]]:
+    """Those that are wanted, and a line on each that is not."""
     steps = session.steps
+    if episodes == "marked" or (episodes == "auto" and session.episodes):
+        wanted = [each for each in session.episodes if each.kept and each.end is not None]
+        left_out = [f"{session.name}, episode {each.number}: {'discarded' if each.end is not None else 'neither kept nor discarded'}" for each in session.episodes if not each.kept]
+        return [_Stretch(each.begin, each.end, each) for each in wanted if each.end is not None], left_out
     if not len(steps.t):
-        return []
+        return [], []
     if episodes == "session":
-        return [(float(steps.t[0]), float(steps.t[-1]))]
+        return [_Stretch(float(steps.t[0]), float(steps.t[-1]))], []
     found = []
     for engaged, group in itertools.groupby(range(len(steps.t)), key=lambda k: bool(steps.engaged[k])):
         rows = list(group)
         if engaged:
-            found.append((float(steps.t[rows[0]]), float(steps.t[rows[-1]])))
-    return found
+            found.append(_Stretch(float(steps.t[rows[0]]), float(steps.t[rows[-1]])))
+    return found, []
+
+
+def _scene_features(session: Session, t: Array) -> dict[str, Frames]:
+    """Things at the frames' times: the look before each, 16 ms old at most."""
+    scenes = session.scenes
+    if not len(scenes.t) or not scenes.things:
+        return {}
+    rows = np.clip(np.searchsorted(scenes.t, t, side="right") - 1, 0, None)
+    values = np.hstack([_pose(poses[rows]) for poses in scenes.things.values()])
+    return {"observation.environment_state": Frames(values, tuple(f"{thing}.{name}" for thing in scenes.things for name in _POSE))}
 
 
 def cut(
-    session: Session, robot: Robot, *, fps: int = 30, action: str = "joints", task: str = "", episodes: str = "grips", shortest: float = 1.0
+    session: Session, robot: Robot, *, fps: int = 30, action: str = "joints", task: str = "", episodes: str = "auto", shortest: float = 1.0
 ) -> tuple[list[Episode], list[str]]:
     """The episodes of a session, and a line on each stretch that was left out.
 
     robot: the one that moved; its joints must be the session's. fps: frames a second, 1 to 500. action: a key of ACTIONS.
-    task: what was to be done, in words. episodes: "grips", from each grip of the hand to its release, or "session", all of it.
+    task: what was to be done, in words, where the session does not say it. episodes: "marked", those that somebody began and kept;
+    "grips", from each grip of the hand to its release; "session", all of it; "auto", marked where the session has marks, else grips.
     shortest: s; what is shorter is left out. Every stream is sampled at the frames' times, between its own samples along lines.
     Raises ValueError for what is out of range, and for a robot with other joints.
     """
@@ -138,17 +169,18 @@ def cut(
         raise ValueError(f"fps is {fps}; it must be a whole number from 1 to 500")
     if action not in ACTIONS:
         raise ValueError(f'action is "{action}"; it must be one of {", ".join(ACTIONS)}')
-    if episodes not in ("grips", "session"):
-        raise ValueError(f'episodes is "{episodes}"; it must be grips or session')
+    if episodes not in EPISODES:
+        raise ValueError(f'episodes is "{episodes}"; it must be one of {", ".join(EPISODES)}')
     if robot.joint_names != session.joint_names:
         raise ValueError(f"{session.name} has the joints {', '.join(session.joint_names)}; the robot {robot.name} has {', '.join(robot.joint_names)}")
     commands = _Motion(session.commands.t, session.commands.q, session.commands.dq)
     states = _Motion(session.states.t, session.states.q, session.states.dq)
     if not len(commands.t) or not len(states.t):
         return [], [f"{session.name}: has no commands, or no measured states"]
-    found, left_out = [], []
-    for begin, end in _stretches(session, episodes):
-        begin, end = max(begin, commands.t[0], states.t[0]), min(end, commands.t[-1], states.t[-1])
+    found = []
+    stretches, left_out = _stretches(session, episodes)
+    for stretch in stretches:
+        begin, end = max(stretch.begin, commands.t[0], states.t[0]), min(stretch.end, commands.t[-1], states.t[-1])
         where = f"{session.name}, {begin:.1f} to {end:.1f} s"
         frames = int(np.floor((end - begin) * fps + 1e-9))  # the action of the last one ends within
         if end - begin < shortest or frames < 1:
@@ -166,10 +198,15 @@ def cut(
             "observation.tool": Frames(_pose(robot.fk(q)), tuple(f"tool.{name}" for name in _POSE)),
             "operator.target": Frames(_pose(session.steps.T_base_target[rows]), tuple(f"target.{name}" for name in _POSE)),
             "action": ACTIONS[action](session, robot, commands, t, 1 / fps),
-        }
+        } | _scene_features(session, t)
+        marked = stretch.marked
+        if marked:
+            succeeds = (np.arange(frames) == frames - 1) & bool(marked.success)
+            features["next.success"] = Frames(succeeds[:, None], ("success",), "bool")
         broken = [name for name, frames_of in features.items() if not np.isfinite(frames_of.values).all()]
         if broken:
             left_out.append(f"{where}: {', '.join(broken)} not finite")
             continue
-        found.append(Episode(session.name, float(begin), int(fps), robot.name, task, features))
+        words = (marked.task if marked else "") or session.metadata.get("task", {}).get("instruction", "") or task
+        found.append(Episode(session.name, float(begin), int(fps), robot.name, words, features, *((marked.success, marked.notes) if marked else ())))
     return found, left_out

@@ -62,7 +62,7 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
 
 
 def _new_info(episode: Episode) -> dict[str, Any]:
-    features = {name: {"dtype": "float32", "shape": [len(frames.names)], "names": list(frames.names)} for name, frames in episode.features.items()}
+    features = {name: {"dtype": frames.dtype, "shape": [len(frames.names)], "names": list(frames.names)} for name, frames in episode.features.items()}
     return {
         "codebase_version": FORMAT,
         "robot_type": episode.robot,
@@ -116,12 +116,14 @@ def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> 
             {"episode_index": k, "tasks": [episode.task], "length": len(episode), "dataset_from_index": first, "dataset_to_index": info["total_frames"]}
             | {f"{kind}/{key}": value for kind in ("data", "meta/episodes") for key, value in place.items()}
             | {f"stats/{name}/{key}": value for name, stats in _statistics(table).items() for key, value in stats.items()}
-            | {"session": episode.session, "session_start_s": episode.start}
+            | {"session": episode.session, "session_start_s": episode.start, "success": episode.success, "notes": episode.notes}
         )  # fmt: skip
     info |= {"total_episodes": info["total_episodes"] + len(episodes), "total_tasks": len(number)}
     info["splits"] = {"train": f"0:{info['total_episodes']}"}
     _write_table(folder / DATA.format(**place), pa.concat_tables(tables))
-    _write_table(folder / EPISODES.format(**place), pa.Table.from_pylist(rows))
+    table = pa.Table.from_pylist(rows)
+    at = table.column_names.index("success")
+    _write_table(folder / EPISODES.format(**place), table.set_column(at, "success", table.column(at).cast(pa.bool_())))
     _replace(folder / "meta/tasks.parquet", lambda path: pd.DataFrame({"task_index": list(number.values())}, index=list(number)).to_parquet(path))
     frames = pa.concat_tables(pq.read_table(path) for path in sorted(folder.glob("data/*/*.parquet")))
     _write_json(folder / "meta/stats.json", _statistics(frames))
@@ -137,8 +139,8 @@ def _table(episode: Episode, number: int, first: int, task: int) -> pa.Table:
     m = len(episode)
     columns: dict[str, pa.Array] = {}
     for name, frames in episode.features.items():
-        flat = pa.array(frames.values.astype(np.float32).ravel())
-        columns[name] = pa.FixedSizeListArray.from_arrays(flat, len(frames.names))
+        flat = pa.array(frames.values.astype(frames.dtype).ravel())
+        columns[name] = flat if len(frames.names) == 1 else pa.FixedSizeListArray.from_arrays(flat, len(frames.names))
     frame = np.arange(m, dtype=np.int64)
     columns["timestamp"] = pa.array((frame / episode.fps).astype(np.float32))
     columns["frame_index"] = pa.array(frame)

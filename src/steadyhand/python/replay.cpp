@@ -127,6 +127,23 @@ nb::dict columns_of(const std::vector<PlanStep>& steps, const RunNames& names) {
   return columns;
 }
 
+/// Poses of things by their index, as many as the first look has.
+nb::dict columns_of(const std::vector<SceneLook>& looks) {
+  nb::dict columns;
+  columns["t"] = numbers(looks, [](const auto& s) { return to_seconds(s.scene.at); });
+  columns["reset"] = numbers(looks, [](const auto& s) { return static_cast<double>(s.scene.reset); });
+  columns["spilled"] = numbers(looks, [](const auto& s) { return s.progress.spilled; });
+  columns["success"] = numbers(looks, [](const auto& s) {
+    return s.progress.success ? double(*s.progress.success) : std::numeric_limits<double>::quiet_NaN();
+  });
+  nb::list things;
+  for (int i = 0; i < (looks.empty() ? 0 : looks[0].scene.things); ++i) {
+    things.append(poses(looks, [i](const auto& s) { return s.scene.thing[i].X_base_thing; }));
+  }
+  columns["things"] = things;
+  return columns;
+}
+
 // ---- Hands.
 Hand through_gate(Recording recording) {
   Hand hand{std::move(recording), {}, {}, 0};
@@ -202,7 +219,8 @@ nb::dict read_session(const std::string& path) {
   const SessionFile session = [&] {
     const Unlocked unlocked;
     SessionParts parts;
-    parts.samples = parts.steps = parts.commands = parts.states = parts.changes = parts.settings = true;
+    parts.samples = parts.steps = parts.commands = parts.states = parts.changes = parts.settings = parts.episodes =
+        true;
     return value_of(load_session(path, parts));
   }();
   const std::size_t n = session.names.joints.size();
@@ -227,6 +245,14 @@ nb::dict read_session(const std::string& path) {
   for (const SettingsChange& change : session.settings)
     settings.append(nb::make_tuple(to_seconds(change.at), nb::cast(change.weights), change.scale, change.yaw));
   answer["settings"] = settings;
+  nb::list episodes;
+  for (const EpisodeMark& mark : session.episodes) {
+    episodes.append(nb::make_tuple(to_seconds(mark.at), mark.episode, to_text(to_string(mark.kind)),
+                                   mark.success ? nb::cast(*mark.success) : nb::none(), to_text(mark.task),
+                                   to_text(mark.notes)));
+  }
+  answer["episodes"] = episodes;
+  answer["scenes"] = columns_of(session.scenes);
   return answer;
 }
 
