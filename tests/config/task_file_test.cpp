@@ -27,7 +27,7 @@ TEST(TaskFile, SaysWhatIsToBeDone) {
   const auto task = load_task(folder.write("bring.yaml", kTaskExample));
   ASSERT_TRUE(task) << task.error().message;
   EXPECT_EQ(task->name, "bring");
-  EXPECT_EQ(task->scene, folder.path() / "bring.xml");
+  EXPECT_EQ(task->scene, (folder.path() / "bring.xml").string());
   EXPECT_EQ(task->things, (std::vector<std::string>{"block", "mark"}));
   ASSERT_EQ(task->success.size(), 2u);
   EXPECT_EQ(task->success[0].kind, Condition::Kind::kNear);

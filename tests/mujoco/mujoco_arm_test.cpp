@@ -135,14 +135,14 @@ TEST_F(OnUr5e, RefusesTasksThatTheirFilesDoNotFit) {
   const TemporaryFolder folder;
   const auto write = [&](const std::string& name, const std::string& text) {
     std::ofstream(folder.path() / name) << text;
-    return folder.path() / name;
+    return (folder.path() / name).string();
   };
   const auto refusal = [&](const Task& task) {
     const Result<SceneModel> made = make_scene_model(model, dynamics, {}, task, 0.001);
     return made ? std::string() : made.error().message;
   };
   Task bad = task;
-  bad.scene = folder.path() / "none.xml";
+  bad.scene = (folder.path() / "none.xml").string();
   EXPECT_NE(refusal(bad).find("none.xml: no such file"), std::string::npos) << refusal(bad);
   bad.scene = write("text.xml", "no MJCF");
   EXPECT_NE(refusal(bad).find("text.xml: MuJoCo says: "), std::string::npos) << refusal(bad);

@@ -107,10 +107,10 @@ Result<Task> load_task(const std::filesystem::path& file) {
   TaskReader reader(task);
   task.name = file.stem().string();
   task.instruction = map.text("instruction");
-  task.scene = file.parent_path() / map.text("scene");
+  task.scene = (file.parent_path() / map.text("scene")).string();
   if (map.has("tool")) {
     YamlMap tool = map.map("tool");
-    task.tool = file.parent_path() / tool.text("file");
+    task.tool = (file.parent_path() / tool.text("file")).string();
     task.stands_for = tool.texts("stands_for");
   }
   if (map.has("place")) {

@@ -177,8 +177,8 @@ Status find_things(const Task& task, SceneModel& scene) {
     thing.site = mj_name2id(model, mjOBJ_SITE, name.c_str());
     thing.body = thing.site >= 0 ? model->site_bodyid[thing.site] : mj_name2id(model, mjOBJ_BODY, name.c_str());
     if (thing.body < 0) {
-      return Error{fmt::format("task '{}' names '{}'; {} has no site and no body of that name", task.name, name,
-                               task.scene.string())};
+      return Error{
+          fmt::format("task '{}' names '{}'; {} has no site and no body of that name", task.name, name, task.scene)};
     }
     scene.things.push_back(thing);
   }
@@ -190,7 +190,7 @@ Status find_things(const Task& task, SceneModel& scene) {
       return Error{
           fmt::format("task '{}' places '{}', which in {} is no body with a free joint, and none with "
                       "mocap=\"true\"",
-                      task.name, task.things[placing.thing], task.scene.string())};
+                      task.name, task.things[placing.thing], task.scene)};
     }
   }
   return Done{};
@@ -233,7 +233,7 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
 
   SceneModel scene;
   scene.model.reset(mj_compile(&spec, nullptr));
-  if (!scene.model) return failure(task.scene.empty() ? "the arm" : task.scene, mjs_getError(&spec));
+  if (!scene.model) return failure(task.scene.empty() ? std::string("the arm") : task.scene, mjs_getError(&spec));
   const mjModel* model = scene.model.get();
   for (const Joint& joint : arm.joints) {
     const std::string name = "arm/" + joint.name;
@@ -320,7 +320,7 @@ Result<std::vector<CellObject>> kept_off(const Task& task) {
       return Error{fmt::format("task '{}' keeps off geom '{}', {}", task.name, each.geom, reason)};
     };
     const int id = mj_name2id(&model, mjOBJ_GEOM, each.geom.c_str());
-    if (id < 0) return refuse("which " + task.scene.string() + " does not have");
+    if (id < 0) return refuse("which " + task.scene + " does not have");
     if (model.body_weldid[model.geom_bodyid[id]] != 0) return refuse("which moves; only what stands is kept off");
     auto object = solid(model, id, transform(scene->data->geom_xpos + 3 * id, scene->data->geom_xmat + 9 * id));
     if (!object) return refuse(kKinds);

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <random>
 #include <string>
@@ -47,8 +46,8 @@ struct KeptOff {
 struct Task {
   std::string name;                     ///< empty: none
   std::string instruction;              ///< in words
-  std::filesystem::path scene;          ///< MJCF of what stands around the arm
-  std::filesystem::path tool;           ///< MJCF whose body `tool` is the arm's tool; empty: its bodies are
+  std::string scene;                    ///< path of the MJCF of what stands around the arm
+  std::string tool;                     ///< path of the MJCF whose body `tool` is the arm's tool; empty: its bodies are
   std::vector<std::string> stands_for;  ///< bodies of the arm that the tool's geometry replaces
   std::vector<std::string> things;      ///< names of sites and bodies of the scene, or `tool`, that conditions name
   std::vector<Placing> placings;
