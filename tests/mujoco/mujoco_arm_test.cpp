@@ -137,8 +137,8 @@ TEST_F(OnUr5e, RefusesTasksThatTheirFilesDoNotFit) {
     std::ofstream(folder.path() / name) << text;
     return (folder.path() / name).string();
   };
-  const auto refusal = [&](const Task& task) {
-    const Result<SceneModel> made = make_scene_model(model, dynamics, {}, task, 0.001);
+  const auto refusal = [&](const Task& bad_task) {
+    const Result<SceneModel> made = make_scene_model(model, dynamics, {}, bad_task, 0.001);
     return made ? std::string() : made.error().message;
   };
   Task bad = task;
