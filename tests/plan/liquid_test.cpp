@@ -39,6 +39,9 @@ struct Carrying {
 
 TEST(LiquidEstimate, GoesTheSameInOneGoAndInTwo) {
   Carrying c(3);
+  GlassSettings deep;
+  deep.height = 1.0;  // nothing is spilled
+  c.estimate.set_glass(deep);
   for (int trial = 0; trial < 20; ++trial) {
     c.move(0.5);
     const SloshState start = c.any_state();
@@ -52,6 +55,26 @@ TEST(LiquidEstimate, GoesTheSameInOneGoAndInTwo) {
     const SloshState one = c.estimate.at(c.plan, start, end);
     const SloshState two = c.estimate.at(rest, c.estimate.at(c.plan, start, middle), end);
     EXPECT_LT((one - two).norm(), 1e-6 * (1.0 + one.norm()));
+  }
+}
+
+/// So that a profile which spares the liquid begins with one that is in the glass, whatever another did before.
+TEST(LiquidEstimate, WhatWouldSwingOverTheRimHasSpilled) {
+  Carrying c(7);
+  const SloshModel model({}, 1.0, {0.92, 1.0, 1.08});
+  const double rim = GlassSettings().freeboard();
+  for (const double size : {0.1, 10.0, 100.0}) {
+    c.move(0.5);
+    const SloshState start = c.estimate.at_rest(c.plan.x[0].head(6)) + size * SloshState::Ones();
+    for (const double t : {0.0, 0.1, 2.0}) {
+      const SloshState state = c.estimate.at(c.plan, start, from_seconds(t));
+      for (int mode = 0; mode < kSloshModes; ++mode) {
+        const auto wave = model.wave<double>(state, mode);
+        const double by_force = model.height_by_force() * state.tail<3>().head<2>().norm();
+        EXPECT_LE(std::hypot(wave[0], wave[1]), rim + by_force + 1e-12) << size << " " << t;
+        if (t == 0.0 && size > 1.0) EXPECT_GT(std::hypot(wave[2], wave[3]), 0.3 * rim);
+      }
+    }
   }
 }
 

@@ -101,7 +101,17 @@ SloshState LiquidEstimate::at(const Plan& plan, const SloshState& state, Time t)
     arm_.set_position(plan.x[plan.intervals].head(n));
     stand(over, result);
   }
+  spill(result);
   return result;
+}
+
+void LiquidEstimate::spill(SloshState& state) const {
+  for (int mode = 0; mode < kSloshModes; ++mode) {
+    const auto wave = model_.wave<double>(state, mode);
+    const double swing = Eigen::Map<const Eigen::Vector4d>(wave.data()).norm();
+    if (swing > settings_.glass.freeboard())
+      state.segment<4>(slosh_entry(mode, 0)) *= settings_.glass.freeboard() / swing;
+  }
 }
 
 double LiquidEstimate::highest(const Plan& plan, const SloshState& state, Time t) {

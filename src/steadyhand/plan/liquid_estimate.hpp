@@ -19,7 +19,8 @@ class LiquidEstimate {
 
   /// At rest in a glass that stands at q.
   SloshState at_rest(const JointVector& q);
-  /// The state at time t, when at the plan's start it was `state`.
+  /// The state at time t, when at the plan's start it was `state`. What would have swung over the rim has spilled, and
+  /// left waves as high as the rim.
   SloshState at(const Plan& plan, const SloshState& state, Time t);
   /// m: the highest wave of any of the problem's modes along the plan from time t on, when it is in `state`, and ever
   /// after it.
@@ -39,6 +40,7 @@ class LiquidEstimate {
   /// For `duration` s in a glass that stands still.
   void stand(double duration, SloshState& state) const;
   double wave(const SloshState& state) const;
+  void spill(SloshState& state) const;
   double finish(const Plan& plan, int first, double into, SloshState state);
 
   Kinematics arm_;
