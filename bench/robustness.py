@@ -3,7 +3,7 @@
 Needs the Python package (build/release/python on PYTHONPATH). On the hands that nothing was tuned on (hands.py), judged as carrying.py
 judges: another frequency or damping of the liquid, another fill than the planner is told, a network that stalls for 80 ms every 0.45 s,
 a hand that is lost and found, tilt and profile switched at random moments. Of switched profiles the wave counts from 2 s after `carry`
-began: what stood over the rim before it has spilled before.
+began; before that what stands over the rim spills, which leaves a wave as high as the rim.
 """
 
 import argparse
@@ -98,9 +98,15 @@ def measure(job):
         commands.append(arm.update(now))
     force = robot.local_acceleration(*(np.array(part) for part in zip(*commands)))
     glass = GLASS._replace(fill=case.get("fill", GLASS.fill))
-    heights, _ = swing(force, omega=case.get("factor", 1.0) * frequency(glass), zeta=case.get("zeta", ZETA), glass=glass)
-    counted = heights[np.array(counts, bool)]
-    return 1e3 * (counted.max() if counted.size else 0.0), 1e3 * (glass.height - glass.fill)
+    liquid = {"omega": case.get("factor", 1.0) * frequency(glass), "zeta": case.get("zeta", ZETA), "glass": glass}
+    highest, state, rim = 0.0, None, glass.height - glass.fill
+    for i, counted in enumerate(counts):
+        (height,), state = swing(force[i : i + 1], state, **liquid)
+        if counted:
+            highest = max(highest, height)
+        elif height > rim:
+            state = tuple(rim / height * number for number in state)
+    return 1e3 * highest, 1e3 * rim
 
 
 def main():
