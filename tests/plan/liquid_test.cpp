@@ -72,7 +72,9 @@ TEST(LiquidEstimate, WhatWouldSwingOverTheRimHasSpilled) {
         const auto wave = model.wave<double>(state, mode);
         const double by_force = model.height_by_force() * state.tail<3>().head<2>().norm();
         EXPECT_LE(std::hypot(wave[0], wave[1]), rim + by_force + 1e-12) << size << " " << t;
-        if (t == 0.0 && size > 1.0) EXPECT_GT(std::hypot(wave[2], wave[3]), 0.3 * rim);
+        if (t == 0.0 && size > 1.0) {
+          EXPECT_GT(std::hypot(wave[2], wave[3]), 0.3 * rim);
+        }
       }
     }
   }
