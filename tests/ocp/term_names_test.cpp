@@ -35,10 +35,10 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/desk/messages.cpp", {"velocity"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/python/stages.cpp", {"velocity"}},
-    // members of a pose: Foxglove's, A-Frame's
-    {"src/steadyhand/record/json_messages.cpp", {"position", "orientation"}},
-    {"src/steadyhand/record/schemas.cpp", {"position", "orientation"}},
-    {"src/steadyhand/record/session_file.cpp", {"position", "orientation"}},
+    // members of a pose, Foxglove's and A-Frame's, and the speed of a scene's things
+    {"src/steadyhand/record/json_messages.cpp", {"position", "orientation", "velocity"}},
+    {"src/steadyhand/record/schemas.cpp", {"position", "orientation", "velocity"}},
+    {"src/steadyhand/record/session_file.cpp", {"position", "orientation", "velocity"}},
     {"src/steadyhand/input/recording.hpp", {"position"}},
     {"src/steadyhand/input/aframe.cpp", {"position"}},
     // a key of cuRobo's spheres
