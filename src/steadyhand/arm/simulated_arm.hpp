@@ -2,9 +2,7 @@
 
 #include <random>
 
-#include "steadyhand/arm/position_interface.hpp"
-#include "steadyhand/core/clock.hpp"
-#include "steadyhand/robot/model.hpp"
+#include "steadyhand/arm/clocked_arm.hpp"
 
 namespace steadyhand {
 
@@ -21,17 +19,13 @@ struct SimulatedArmSettings {
   double start_time = 0.05;      ///< s from restart() to following
 };
 
-/// An arm of the model's limits that exists in the program only. It takes commands as PositionInterface says; they take
-/// effect after a latency, through a first-order servo.
-class SimulatedArm final : public Arm {
+/// An arm of the model's limits whose commands take effect after a latency, through a first-order servo.
+class SimulatedArm final : public ClockedArm {
  public:
   /// Stands at `q`; its time begins with the first receive(). Model and clock must outlive it.
   SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock);
 
-  const ArmInfo& info() const override { return info_; }
   ArmState receive() override;
-  void send(const JointCommand& command) override;
-  void restart() override;
 
   /// Where it really is, without the measurement's errors.
   const JointVector& q() const { return q_; }
@@ -42,16 +36,9 @@ class SimulatedArm final : public Arm {
   void push(const JointVector& offset) { q_ += offset; }
 
  private:
-  void advance(Time now);
+  void advance(Time end) override;
 
-  const RobotModel* model_;
   SimulatedArmSettings settings_;
-  Clock* clock_;
-  ArmInfo info_;
-  Time period_, now_;
-  PositionInterface interface_;
-  std::uint64_t cycle_ = 0;
-  JointVector q_, dq_;
   std::mt19937 random_;
 };
 

@@ -67,28 +67,18 @@ Result<std::unique_ptr<MujocoArm>> MujocoArm::make(const RobotModel& model, cons
 
 MujocoArm::MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene, const ChainDynamics& dynamics,
                      const Task& task, const MujocoSettings& settings, Clock& clock)
-    : model_(&model),
+    : ClockedArm(model, model.home,
+                 {model.name + " (MuJoCo)", model.dof(), settings.rate_hz, settings.latency, kMujoco.hardware},
+                 {.command_timeout = settings.command_timeout, .start_time = settings.start_time}, clock),
       task_(task),
       settings_(settings),
-      clock_(&clock),
-      info_{model.name + " (MuJoCo)", model.dof(), settings.rate_hz, settings.latency, kMujoco.hardware},
-      period_(from_seconds(1.0 / settings.rate_hz)),
-      now_(clock.now()),
-      interface_(model, {.command_timeout = settings.command_timeout, .start_time = settings.start_time}, period_,
-                 now_),
       simulation_(std::make_unique<Simulation>(std::move(scene), dynamics, settings)),
-      q_(model.home),
-      dq_(JointVector::Zero(model.dof())),
       held_{{now_, now_}, q_, dq_, dq_} {
   for (int k = 0; k < model.dof(); ++k) simulation_->data->qpos[simulation_->scene->position[k]] = q_[k];
   mj_forward(simulation_->scene->model.get(), simulation_->data.get());
 }
 
 MujocoArm::~MujocoArm() = default;
-
-void MujocoArm::restart() { interface_.restart(now_); }
-
-void MujocoArm::send(const JointCommand& command) { interface_.send(command, q_); }
 
 Status MujocoArm::set_up(std::uint64_t seed) {
   Result<std::vector<Pose>> drawn = draw_places(task_, seed);
@@ -100,30 +90,11 @@ Status MujocoArm::set_up(std::uint64_t seed) {
   return Done{};
 }
 
-ArmState MujocoArm::receive() {
-  if (cycle_ == 0) {  // nobody can have sent commands before
-    now_ = clock_->now();
-    restart();
-  }
-  const Time target = now_ + period_;
-  const auto late = std::max(Time(0), clock_->now() - target) / period_;  // whole cycles slept through
-  clock_->sleep_until(target + late * period_);
-  for (int i = 0; i <= late; ++i) advance(now_ + period_);
-  ArmState state;
-  state.joints = {{now_, now_}, q_, dq_};
-  state.cycle = cycle_;
-  state.status = interface_.status();
-  state.reason = interface_.reason();
-  state.carried_on = interface_.carried_on();
-  return state;
-}
-
-void MujocoArm::advance(Time now) {
+void MujocoArm::advance(Time end) {
   place_things();
-  interface_.advance(now);
   const double dt = to_seconds(period_);
   if (interface_.moves()) {
-    held_ = interface_.at(now - from_seconds(settings_.latency));
+    held_ = interface_.at(end - from_seconds(settings_.latency));
   } else {  // brakes
     const JointVector change = (dt * model_->acceleration_max).cwiseMin(held_.dq.cwiseAbs());
     held_.ddq = -held_.dq.cwiseSign().cwiseProduct(change) / dt;
@@ -136,9 +107,7 @@ void MujocoArm::advance(Time now) {
     set_point.q = held_.q - before * held_.dq;
     step(set_point);
   }
-  now_ = now;
-  ++cycle_;
-  if (cycle_ % static_cast<std::uint64_t>(std::max<Time::rep>(1, kShowPeriod / period_)) == 0) show();
+  if ((cycle_ + 1) % static_cast<std::uint64_t>(std::max<Time::rep>(1, kShowPeriod / period_)) == 0) show(end);
 }
 
 void MujocoArm::step(const JointCommand& set_point) {
@@ -191,14 +160,14 @@ void MujocoArm::place_things() {
   }
   mj_forward(m, d);
   ++state_.reset;
-  show();
+  show(now_);
 }
 
-void MujocoArm::show() {
+void MujocoArm::show(Time now) {
   const Simulation& s = *simulation_;
   const mjModel* m = s.scene->model.get();
   const mjData* d = s.data.get();
-  state_.at = now_;
+  state_.at = now;
   state_.things = static_cast<int>(s.scene->things.size());
   for (int i = 0; i < state_.things; ++i) {
     const SceneModel::Thing& thing = s.scene->things[i];

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 
+#include "steadyhand/arm/clocked_arm.hpp"
 #include "steadyhand/arm/mujoco_settings.hpp"
-#include "steadyhand/arm/position_interface.hpp"
-#include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/robot/cell.hpp"
 #include "steadyhand/robot/urdf_dynamics.hpp"
@@ -18,11 +16,11 @@ namespace steadyhand {
 struct SceneModel;
 
 /// An arm in a simulated scene with contact: MuJoCo moves it, its joints have servos of limited torque, and what it
-/// touches gives way or does not. It takes commands as PositionInterface says. No hardware.
+/// touches gives way or does not. No hardware.
 ///
 /// A servo's torque is what the motion of the command takes (inverse dynamics of the arm alone), and stiffness and
 /// damping against the error; by how much the latter counts at most, ContactPolicy says.
-class MujocoArm final : public Arm, public SimulatedScene {
+class MujocoArm final : public ClockedArm, public SimulatedScene {
  public:
   /// Stands at the model's home, as the scene does at first. Fails as make_scene_model. Model and clock must outlive
   /// it.
@@ -31,11 +29,6 @@ class MujocoArm final : public Arm, public SimulatedScene {
                                                  const Cell& cell, const Task& task, const MujocoSettings& settings,
                                                  Clock& clock);
   ~MujocoArm() override;
-
-  const ArmInfo& info() const override { return info_; }
-  ArmState receive() override;
-  void send(const JointCommand& command) override;
-  void restart() override;
 
   /// In one of the next cycles.
   Status set_up(std::uint64_t seed) override;
@@ -47,10 +40,10 @@ class MujocoArm final : public Arm, public SimulatedScene {
  private:
   MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene, const ChainDynamics& dynamics, const Task& task,
             const MujocoSettings& settings, Clock& clock);
-  void advance(Time now);
+  void advance(Time end) override;
   void step(const JointCommand& set_point);
   void place_things();
-  void show();
+  void show(Time now);
 
   struct Places {
     int count = 0;
@@ -58,16 +51,9 @@ class MujocoArm final : public Arm, public SimulatedScene {
   };
   struct Simulation;
 
-  const RobotModel* model_;
   Task task_;
   MujocoSettings settings_;
-  Clock* clock_;
-  ArmInfo info_;
-  Time period_, now_;
-  PositionInterface interface_;
-  std::uint64_t cycle_ = 0;
   std::unique_ptr<Simulation> simulation_;
-  JointVector q_, dq_;
   JointCommand held_;  ///< what the servos hold
   LatestValue<Places> asked_;
   LatestValue<SceneState> shown_;

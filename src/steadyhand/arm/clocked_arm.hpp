@@ -1,0 +1,36 @@
+#pragma once
+
+#include "steadyhand/arm/position_interface.hpp"
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/robot/model.hpp"
+
+namespace steadyhand {
+
+/// An arm that exists in the program only: a clock paces its cycles, and it takes commands as PositionInterface says.
+/// What moves it derives from this.
+class ClockedArm : public Arm {
+ public:
+  const ArmInfo& info() const override { return info_; }
+  ArmState receive() override;
+  void send(const JointCommand& command) override { interface_.send(command, q_); }
+  void restart() override { interface_.restart(now_); }
+
+ protected:
+  /// Stands at `q`; its time begins with the first receive(). Model and clock must outlive it.
+  ClockedArm(const RobotModel& model, const JointVector& q, ArmInfo info, const PositionInterfaceSettings& settings,
+             Clock& clock);
+  /// Moves q_ and dq_ over the cycle that began at now_ to its end, a period later.
+  virtual void advance(Time end) = 0;
+
+  const RobotModel* model_;
+  Time period_, now_;  ///< now_: the end of the last cycle
+  PositionInterface interface_;
+  std::uint64_t cycle_ = 0;  ///< that have ended
+  JointVector q_, dq_;
+
+ private:
+  Clock* clock_;
+  ArmInfo info_;
+};
+
+}  // namespace steadyhand
