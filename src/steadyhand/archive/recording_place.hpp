@@ -24,9 +24,9 @@ class RecordingPlace {
   /// Why nothing more may be written; empty: there is room.
   virtual std::string no_room() { return {}; }
   /// Deletes what is old, so that there is room for this one; what it did, for people. Empty: nothing.
-  virtual std::string make_room(const Opened& newest) { return (void)newest, std::string(); }
+  virtual std::string make_room(const Opened& /*newest*/) { return {}; }
   /// Whether somebody took it away while it was written.
-  virtual bool is_gone(const Opened& opened) { return (void)opened, false; }
+  virtual bool is_gone(const Opened& /*opened*/) { return false; }
 };
 
 }  // namespace steadyhand
