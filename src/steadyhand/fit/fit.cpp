@@ -36,12 +36,12 @@ constexpr double kBoxPrice = 2e-4;      // and a box, whose distances take longe
 constexpr double kMargin = 0.02;        // m; pairs that cannot come so near are left out
 constexpr double kLeastCut = 0.004;     // of the volume, that a cut into convex parts must take away
 constexpr int kMostParts = 10;
-constexpr std::size_t kMostTriangles = 60'000;  // of a link, that searching looks at
+constexpr std::size_t kMostSearched = 60'000;  // of a link, that searching looks at
 
 /// What a cover is searched for: of very many triangles the convex parts, which are a little smaller (prove() is given
 /// the triangles).
 Surface searched(const Surface& surface, const std::vector<Hull>& parts) {
-  if (surface.size() <= kMostTriangles) return surface;
+  if (surface.size() <= kMostSearched) return surface;
   Surface faces;
   for (const Hull& part : parts) faces.insert(faces.end(), part.faces.begin(), part.faces.end());
   return faces;
@@ -497,7 +497,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
         say("fitting " + link.link, 0.15 + 0.6 * (round + done) / (settings.rounds + 1));
       };
       Cover found = cover(searched(surfaces[row], link.parts), probes, cover_settings, solids[row]);
-      if (surfaces[row].size() > kMostTriangles) prove(surfaces[row], found.solids);
+      if (surfaces[row].size() > kMostSearched) prove(surfaces[row], found.solids);
       const std::vector<Fitted> before = bodies[row];
       bodies[row] = cores_of(found.solids, row, frame);
       const int refused = round == 0 ? 0 : count_refused(bodies, free, apart);
