@@ -23,6 +23,8 @@ let module: Module | null = null;
 /** The page has not taken the last state yet, and what goes to it after that. */
 let underWay = false;
 let waiting: string | null = null;
+/** The session's last state, whoever has heard of it. */
+let latest = '';
 
 function fail(error: unknown): void {
   module = null;
@@ -30,6 +32,7 @@ function fail(error: unknown): void {
 }
 
 function sendState(text: string): void {
+  latest = text;
   if (underWay) {
     waiting = text;
     return;
@@ -73,8 +76,8 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
   }, PERIOD);
 }
 
-/** For tests and the curious: bytes that the planner has, s of pauses that did not happen. */
-Object.assign(self, { steadyhand: { memory: () => module?.memory ?? 0, leftOut: () => module?.leftOut ?? 0 } });
+/** For tests and the curious: bytes that the planner has, s of pauses that did not happen, the last state. */
+Object.assign(self, { steadyhand: { memory: () => module?.memory ?? 0, leftOut: () => module?.leftOut ?? 0, latest: () => latest } });
 
 port.onmessage = (event) => {
   try {
