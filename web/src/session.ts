@@ -8,6 +8,8 @@ export const STALE_AFTER = 0.5;
 const CARRIED = 128;
 /** s for which a refusal stands. */
 const SAID_FOR = 10;
+/** rad/s (m/s) below which a joint counts as at rest. */
+const AT_REST = 0.005;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -110,6 +112,9 @@ export class Session {
 
   get mayReset(): boolean { return !this.past && this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
 
+  /** No joint moves so that anybody would see it. */
+  get rests(): boolean { return this.state?.dq.every((speed) => Math.abs(speed) < AT_REST) ?? true; }
+
   /** What was refused, for people: until something is granted or tried anew, or it is old and nothing waits for it. */
   refusal(now: number): string {
     const { lastError } = this;
@@ -121,7 +126,8 @@ export class Session {
     if (this.status === 'connecting') return 'connecting';
     if (this.status !== 'open') return 'not connected';
     if (this.isStale(now)) return 'no news';
-    return this.past ? 'recording' : (this.state?.state ?? '');
+    if (this.past) return 'recording';
+    return this.rests && this.state?.state === 'stopping' ? 'stopped' : (this.state?.state ?? '');
   }
 
   /** What the operator may do now, in a sentence. @param heldFor s for which a way in has had the hand */
@@ -146,7 +152,7 @@ export class Session {
         if (plays) return takeOver;
         return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';
       case 'holding': return plays ? takeOver : `The arm holds. ${means.again}`;
-      case 'stopping': return `Stopped: ${means.reset}.`;
+      case 'stopping': return this.rests ? `Stopped: ${means.reset}.` : 'The arm comes to rest.';
       case 'fault': return `Fault. Look at the arm, then ${means.reset}.`;
       default: return '';
     }

@@ -258,7 +258,9 @@ describe('session', () => {
     expect(advice('engaged', -1, me)).toContain('Let go');
     expect(advice('engaged', -1, nobody)).not.toContain('Let go');
     expect(advice('ready', -1, nobody)).toContain('No operator');
-    expect(advice('stopping', -1, nobody)).toContain('Reset');
+    expect(advice('stopping', -1, nobody)).toContain('comes to rest');
+    session.take({ ...(server.state as object), state: 'stopping', dq: [0, 0, 0, 0, 0, 0] } as unknown as ServerMessage, 1);
+    expect([session.title(1), session.advice(1)]).toEqual(['stopped', 'Stopped: press “Reset”.']);
   });
 
   it('tells whose grip came before the lease to let go', () => {
