@@ -53,6 +53,7 @@ export class EpisodePanel {
     const task = welcome?.task ?? null, may = status === 'open' && mayTake && !past && state !== null;
     element('task', HTMLElement).hidden = !task;
     button('set-up').hidden = !task;
+    element('episode-success', HTMLSelectElement).options[0]!.textContent = task ? 'as the task says' : 'not judged';
     if (task) {
       element('task-words', HTMLElement).textContent = task.instruction;
       if (state?.task) {

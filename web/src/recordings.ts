@@ -101,6 +101,7 @@ export class Recordings {
   }
 
   #showList(): void {
+    element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
     this.list.replaceChildren(...this.#sessions.slice(0, 50).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       words.append(Object.assign(document.createElement('strong'), { textContent: session.label || name }), session.label ? `${name} · ${figures(session)}` : figures(session));

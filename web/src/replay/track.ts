@@ -82,7 +82,7 @@ export class Track {
     const ink = (): string => resolved('var(--muted)');
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
-      width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, 0, 0, 0],
+      width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, 0, last ? 0 : 5, 0],
       scales: { x: { time: false, range: [0, Math.max(0.1, player.duration)] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
       axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (last ? `${t} s` : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
