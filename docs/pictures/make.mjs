@@ -12,6 +12,8 @@ import { address, browser, finish, open, PATIENCE, PROGRAM, ROOT, start, startPr
 const FOLDER = process.env.STEADYHAND_PICTURES ?? join(ROOT, 'docs/pictures');
 /** Of the movie: s between its pictures, s in all, pixels of each half. */
 const STEP = 0.1, LENGTH = 10.6, HALF = { width: 400, height: 380 };
+/** Of the page, px. */
+const PAGE = { width: 1280, height: 800 };
 const FINER = 2; // drawn so much larger, and reduced: a browser without a graphics card smooths no edges
 const wanted = (name) => process.argv.length < 3 || process.argv.includes(name);
 
@@ -154,10 +156,10 @@ async function report() {
 }
 
 async function still(name, heard, time, context, prepare) {
-  const { until: goOn, shot, close } = await replica(heard, { viewport: { width: 1100, height: 660 }, ...context }, prepare);
+  const { until: goOn, shot, close } = await replica(heard, { viewport: PAGE, ...context }, prepare);
   await goOn(heard.begin + time);
   const data = (await shot()).toString('base64');
-  writeFileSync(join(FOLDER, `${name}.webp`), await (await workshop())([{ data }], { width: 1100, height: 660 }, 'image/webp', 0.85));
+  writeFileSync(join(FOLDER, `${name}.webp`), await (await workshop())([{ data }], PAGE, 'image/webp', 0.85));
   await close();
 }
 
@@ -190,12 +192,10 @@ async function arm(tracking, waiter) {
 await start();
 try {
   if (wanted('report')) await report();
-  const live = ['page_light', 'page_dark', 'arm'].some(wanted);
-  const tracking = live && await listen('tracking', LENGTH);
-  const waiter = live && await listen('waiter', LENGTH);
-  if (wanted('page_light')) await still('page_light', waiter, 6);
+  const tracking = ['page_dark', 'arm'].some(wanted) && await listen('tracking', LENGTH);
+  if (wanted('page_light')) await still('page_light', await listen('carry', LENGTH), 6);
   if (wanted('page_dark')) await still('page_dark', tracking, 9, { colorScheme: 'dark' });
-  if (wanted('arm')) await arm(tracking, waiter);
+  if (wanted('arm')) await arm(tracking, await listen('waiter', LENGTH));
 } finally {
   await finish();
 }
