@@ -231,14 +231,18 @@ export class Recordings {
     const row = (first: string, cells: string[], scope: 'row' | 'col'): HTMLTableRowElement => {
       const made = document.createElement('tr');
       made.append(Object.assign(document.createElement('th'), { textContent: first, scope }),
-        ...cells.map((textContent) => Object.assign(document.createElement(scope === 'col' ? 'th' : 'td'), { textContent })));
+        ...cells.map((textContent) => Object.assign(document.createElement(scope === 'col' ? 'th' : 'td'), scope === 'col' ? { textContent, scope } : { textContent })));
       return made;
     };
     table.replaceChildren(row('Compared', summaryOf(player).map(([what]) => what), 'col'),
       ...[player, other].map((each) => row(this.#titleOf(each.motion.name), summaryOf(each).map(([, value]) => value), 'row')));
   }
 
-  #titleOf(name: string): string { return this.#sessions.find((session) => session.name === name)?.label || name; }
+  /** What people call it, and the profile that it began with. */
+  #titleOf(name: string): string {
+    const session = this.#sessions.find((each) => each.name === name), profile = session?.run.label;
+    return `${session?.label || name}${profile ? ` · ${profile}` : ''}`;
+  }
 
   #showEvents({ motion, begin }: Player): void {
     const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
