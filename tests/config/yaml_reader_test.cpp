@@ -108,6 +108,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"maps_expected", "a: [1]\n", [](YamlMap& map) { map.maps("a"); },
                 "file.yaml:1: a[0] is a single value; a mapping is expected"},
         Mistake{"text_lists_expected", "a: [[x]]\n", [](YamlMap& map) { map.text_lists("a", 2); },
+                "file.yaml:1: a[0] must be a list of 2 texts"},
+        Mistake{"text_list_is_a_mapping", "a: [{x: y}]\n", [](YamlMap& map) { map.text_lists("a", 2); },
                 "file.yaml:1: a[0] must be a list of 2 texts"}),
     mistake_name);
 

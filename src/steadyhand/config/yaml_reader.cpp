@@ -323,8 +323,10 @@ std::vector<std::vector<std::string>> YamlMap::text_lists(const std::string& key
   }
   for (std::size_t i = 0; i < node.size(); ++i) {
     std::vector<std::string> texts;
-    for (const YAML::Node& item : node[i]) {
-      if (item.IsScalar()) texts.push_back(item.Scalar());
+    if (node[i].IsSequence()) {  // a mapping's items are pairs, which are no nodes
+      for (const YAML::Node& item : node[i]) {
+        if (item.IsScalar()) texts.push_back(item.Scalar());
+      }
     }
     if (!node[i].IsSequence() || node[i].size() != size || texts.size() != size) {
       fail_at(node[i], fmt::format("{}[{}]", full_name(key), i), fmt::format("must be a list of {} texts", size));
