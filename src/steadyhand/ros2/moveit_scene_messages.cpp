@@ -214,7 +214,8 @@ Result<Cell> SceneKeeper::apply(const SceneObject& object, Cell cell, const Kine
     if (object.id.empty()) {
       for (std::size_t i = 0; i < cell.objects.size(); ++i) {
         if (!cell.objects[i].attached) continue;
-        cell = *detach(std::move(cell), std::string(cell.objects[i].name), arm);
+        const std::string name = cell.objects[i].name;
+        cell = *detach(std::move(cell), name, arm);
       }
       return cell;
     }
