@@ -19,7 +19,7 @@ class Draw {
   Vector3 vector(double size) { return {in(-size, size), in(-size, size), in(-size, size)}; }
   Vector3 direction() {
     std::normal_distribution<double> normal;
-    return Vector3(normal(random_), normal(random_), normal(random_)).normalized();
+    return Vector3{normal(random_), normal(random_), normal(random_)}.normalized();
   }
   Shape shape(Kind kind) {
     switch (kind) {
@@ -69,7 +69,7 @@ double searched_distance(const Shape& a, const Placed& A, const Shape& b, const 
   }
   std::sort(starts.begin(), starts.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
   double best = -1e9;
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 12; ++i) {  // overlapping boxes have many directions that are best nearby
     auto [value, n] = starts[i];
     for (double step = 0.2; step > 1e-7;) {
       bool better = false;

@@ -12,10 +12,9 @@
 #include "support/bodies.hpp"
 #include "support/temporary_folder.hpp"
 
-#ifdef __SANITIZE_ADDRESS__
-/// urdfdom never frees the links of a loop that has no root: they own each other, and it hands no model out.
+/// For AddressSanitizer, whichever compiler has it. urdfdom never frees the links of a loop that has no root: they own
+/// each other, and it hands no model out.
 extern "C" const char* __lsan_default_suppressions() { return "leak:liburdfdom_model\n"; }
-#endif
 
 namespace steadyhand {
 namespace {
