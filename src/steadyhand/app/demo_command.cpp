@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "steadyhand/app/arm_choice.hpp"
+#include "steadyhand/app/camera_choice.hpp"
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/robot_choice.hpp"
 #include "steadyhand/app/ros2_side.hpp"
@@ -44,6 +45,7 @@ struct Options {
   double seconds = 0.0;  ///< 0: until Ctrl-C
   SettingsOptions settings;
   ArmChoice arm;
+  CameraChoice cameras;
 };
 
 std::string format_timing(const TimingSummary& us) {
@@ -66,6 +68,17 @@ std::string format_summary(const LiveSummary& s) {
   text += fmt::format("liquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
   if (s.tap_drops > 0) text += fmt::format("recording          {} messages were dropped\n", s.tap_drops);
   for (const auto& [reason, count] : s.holds) text += fmt::format("held back          {} x {}\n", count, reason);
+  return text;
+}
+
+std::string format_cameras(const Cameras& cameras) {
+  std::string text;
+  const std::vector<CameraState> states = cameras.states();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const CameraState& s = states[i];
+    text += fmt::format("camera {:11} {} pictures, {} dropped{}\n", cameras.cameras()[i].name, s.pictures, s.dropped,
+                        s.ended.empty() ? "" : "; ended: " + s.ended);
+  }
   return text;
 }
 
@@ -166,6 +179,9 @@ Status run(Options options, int& exit_code) {
   MonotonicClock clock;
   const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
   if (!arm) return arm.error();
+  std::string without_cameras;
+  const auto cameras = open_cameras(options.cameras, settings.task, settings.camera, **arm, clock, without_cameras);
+  if (!cameras) return cameras.error();
 
   const std::string hand = recordings->front().name;
   ConsoleSettings console_settings{
@@ -182,6 +198,7 @@ Status run(Options options, int& exit_code) {
       .page = !options.headless,
       .browser = !options.no_browser,
       .things = {},
+      .cameras = cameras->get(),
       .report_program = "/proc/self/exe"};
   if (!settings.task.name.empty()) {
     console_settings.task = &settings.task;
@@ -203,6 +220,7 @@ Status run(Options options, int& exit_code) {
   OperatorInterface& operator_interface = console.operator_interface();
   const EndOfRos2 end_of_ros2{ros2};
   for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
+  if (!without_cameras.empty()) out.say("note: " + without_cameras + "\n");
   out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, console.profile().label, session.planner_rate_hz(),
                       !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
                       : options.headless          ? ", hand: " + hand + ", again and again"
@@ -240,6 +258,7 @@ Status run(Options options, int& exit_code) {
   const LiveSummary summary = console.finish();
   for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
   out.say(format_summary(summary));
+  if (*cameras) out.say(format_cameras(**cameras));
   console.say_notices();
   if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
   return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};
@@ -268,6 +287,7 @@ void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
   command->add_option("--seconds", options->seconds, "End after so long; 0: at Ctrl-C")->capture_default_str();
   add_settings_options(*command, options->settings);
   add_arm_options(*command, options->arm);
+  add_camera_options(*command, options->cameras);
   command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
   command->callback(
       [options, &chosen, &exit_code] { chosen = [options, &exit_code] { return run(*options, exit_code); }; });

@@ -34,7 +34,7 @@ SessionRecorder::Flight::Flight(double seconds)
       liquid(kLookRate * seconds) {}
 
 SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin,
-                                 std::unique_ptr<RecordingPlace> place)
+                                 std::unique_ptr<RecordingPlace> place, std::vector<CameraInfo> cameras)
     : settings_(settings),
       place_(std::move(place)),
       metadata_(std::move(metadata)),
@@ -43,7 +43,10 @@ SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settin
       stem_(date_and_time()),
       describer_(ocp),
       trajectory_(ocp.dof(), ocp.horizon()),
-      wanted_(settings.enabled) {
+      wanted_(settings.enabled),
+      cameras_(std::move(cameras)),
+      needs_key_(cameras_.size()),
+      has_begun_(cameras_.size()) {
   metadata_["run"]["started"] = stem_ + " UTC";
   instance_.weights.resize(ocp.objectives().size());
   if (settings.flight_seconds > 0.0) flight_.emplace(settings.flight_seconds);
@@ -54,6 +57,7 @@ Result<Recorder> SessionRecorder::create(std::unique_ptr<McapSink> sink) const {
   RecorderSettings settings;
   settings.names = names_;
   settings.live = true;
+  settings.cameras = cameras_;
   Result<Recorder> recorder = Recorder::create(std::move(sink), settings);
   if (!recorder) return recorder;
   for (const auto& [name, entries] : metadata_) {
@@ -74,6 +78,7 @@ void SessionRecorder::begin_file() {
       opened_ = *std::move(opened);
     }
     file_.emplace(*std::move(recorder));
+    has_begun_.assign(cameras_.size(), false);
     return Done{};
   };
   if (const Status begun = begin(); !begun) {
@@ -222,13 +227,41 @@ void SessionRecorder::see(const SceneLook& look) {
   if (looks_.size() < kMostLooks) looks_.push_back(look);
 }
 
-void SessionRecorder::write_marks() {
+void SessionRecorder::film(VideoPacket packet) {
+  const Lock lock(mutex_);
+  const auto camera = static_cast<std::size_t>(packet.camera);
+  if (pictures_.size() >= kMostPictures) needs_key_[camera] = true;
+  if (packet.is_key && pictures_.size() < kMostPictures) needs_key_[camera] = false;
+  if (needs_key_[camera]) {
+    ++dropped_pictures_;
+    return;
+  }
+  pictures_.push_back(std::move(packet));
+}
+
+std::uint64_t SessionRecorder::dropped_pictures() const {
+  const Lock lock(mutex_);
+  return dropped_pictures_;
+}
+
+/// What other threads have left for the file.
+void SessionRecorder::write_waiting() {
   std::vector<EpisodeMark> marks;
   std::vector<SceneLook> looks;
+  std::vector<VideoPacket> pictures;
   {
     const Lock lock(mutex_);
     marks = std::exchange(marks_, {});
     looks = std::exchange(looks_, {});
+    pictures = std::exchange(pictures_, {});
+  }
+  for (VideoPacket& picture : pictures) {
+    const auto camera = static_cast<std::size_t>(picture.camera);
+    has_begun_[camera] = has_begun_[camera] || picture.is_key;
+    if (!has_begun_[camera]) continue;
+    picture.stamp.hand -= begin_;
+    picture.stamp.made -= begin_;
+    write(picture);
   }
   for (SceneLook& look : looks) {
     look.scene.at -= begin_;
@@ -261,7 +294,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     }
     if (cell_) write(at, cell_after(*cell_, to_seconds(at - cell_at_)));
   }
-  write_marks();
+  write_waiting();
   write(at, now.liquid);
   if (flight_) flight_->liquid.push({at, now.liquid});
   const ActiveConstraint& c = now.constraint;
@@ -340,7 +373,7 @@ std::vector<std::string> SessionRecorder::take_notices() {
 }
 
 void SessionRecorder::finish(const LiveSummary& s) {
-  write_marks();
+  write_waiting();
   if (!file_) return;
   std::string holds;
   for (const auto& [reason, count] : s.holds) {

@@ -54,7 +54,7 @@ class SessionRecorder {
   /// @param metadata goes into every file; `run` and `robot` are what a report needs
   /// @param begin what counts as 0, session's clock. The Ocp must outlive it.
   SessionRecorder(const Ocp& ocp, const RecordingSettings& settings, Metadata metadata, Time begin,
-                  std::unique_ptr<RecordingPlace> place);
+                  std::unique_ptr<RecordingPlace> place, std::vector<CameraInfo> cameras = {});
 
   /// For Session::begin. It must outlive the session's threads.
   LiveTaps taps();
@@ -73,12 +73,19 @@ class SessionRecorder {
   /// The same of a scene; looks that nobody has written yet may be dropped.
   void see(const SceneLook& look);
 
+  /// A picture of a camera, soon in the file; from a key picture on, each time that a file begins. Pictures that nobody
+  /// has written yet may be dropped, and all until the next key picture then, which cannot be decoded.
+  void film(VideoPacket packet);
+  /// Pictures that film() had to drop so.
+  std::uint64_t dropped_pictures() const;
+
   /// Completes the file; after the session has ended.
   void finish(const LiveSummary& summary);
 
  private:
   static constexpr int kMostFlights = 20;  ///< files of one session
   static constexpr std::size_t kMostLooks = 100;
+  static constexpr std::size_t kMostPictures = 200;
 
   template <typename... Message>
   void write(const Message&... message);
@@ -88,7 +95,7 @@ class SessionRecorder {
   void take_cell(Time at, const Cell& cell);
   void write_step(const PlanningRecord& record);
   void look(const SessionSnapshot& snapshot);
-  void write_marks();
+  void write_waiting();
   void begin_file();
   void end_file();
   void sum_up(const SessionSnapshot& now);
@@ -142,6 +149,11 @@ class SessionRecorder {
   std::vector<std::string> notices_;
   std::vector<EpisodeMark> marks_;  ///< to be written, as the next
   std::vector<SceneLook> looks_;
+  std::vector<VideoPacket> pictures_;
+  std::vector<CameraInfo> cameras_;
+  std::vector<bool> needs_key_;  ///< of each camera: what was waiting before was dropped
+  std::vector<bool> has_begun_;  ///< of each, in this file; the writer's
+  std::uint64_t dropped_pictures_ = 0;
 };
 
 }  // namespace steadyhand

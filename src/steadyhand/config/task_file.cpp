@@ -125,6 +125,7 @@ Result<Task> load_task(const std::filesystem::path& file) {
       if (each.has("may_be_touched_by")) kept.may_be_touched_by = each.texts("may_be_touched_by");
     }
   }
+  if (map.has("cameras")) task.cameras = map.texts("cameras");
   for (YamlMap& each : map.maps("success")) task.success.push_back(reader.condition(each));
   if (task.success.empty() || task.success.size() > 31) {
     map.fail("success", fmt::format("has {} conditions; it must be 1 to 31", task.success.size()));

@@ -76,6 +76,7 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
 
 LiveConsole::~LiveConsole() {
   close_page();
+  if (settings_.cameras != nullptr) settings_.cameras->end();
   // Its threads end before what they use goes.
   if (session_->is_running()) (void)session_->finish();
 }
@@ -151,9 +152,13 @@ Status LiveConsole::start() {
   }
   // What may fail has not: no recording is left of a session that never was.
   recorder_.emplace(session_->ocp(), settings_.recording, describe(), clock_->now(),
-                    std::make_unique<RecordingFolder>(settings_.recording_place));
+                    std::make_unique<RecordingFolder>(settings_.recording_place),
+                    settings_.cameras != nullptr ? settings_.cameras->cameras() : std::vector<CameraInfo>());
   operator_interface_->on_record([this](bool record) { recorder_->ask(record); });
   session_->start(recorder_->taps());
+  if (settings_.cameras != nullptr) {
+    settings_.cameras->start([this](VideoPacket packet) { recorder_->film(std::move(packet)); });
+  }
   started_ = true;
   return Done{};
 }
@@ -265,6 +270,7 @@ Time LiveConsole::poll(Time now) {
 
 LiveSummary LiveConsole::finish() {
   close_page();
+  if (settings_.cameras != nullptr) settings_.cameras->end();
   const LiveSummary summary = session_->finish();
   recorder_->finish(summary);
   return summary;

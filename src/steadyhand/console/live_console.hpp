@@ -11,6 +11,7 @@
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
 #include "steadyhand/console/session_library.hpp"
+#include "steadyhand/core/video.hpp"
 #include "steadyhand/desk/operator_interface.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
@@ -35,6 +36,7 @@ struct ConsoleSettings {
   SimulatedScene* scene = nullptr;         ///< null: there is none
   std::vector<std::pair<int, CellObject>>
       things;                            ///< of it that the page draws: Task::things, and solids in their frame
+  Cameras* cameras = nullptr;            ///< that film; null: none. Not begun yet; must outlive the console
   std::filesystem::path report_program;  ///< answers what the page asks of recordings, see SessionLibrary
 };
 

@@ -123,6 +123,10 @@ SettingsTable describe(SessionSettings& s) {
   t.add("mujoco.latency", "s", "from a command to its effect", s.mujoco.latency, at_most(0.1));
   t.add("mujoco.seed", "", "of the first places of a task's things", s.mujoco.seed, {0.0, 4294967295.0});
 
+  t.add("camera.width", "", "pixels of each camera (--camera), an even number", s.camera.width, {16.0, 4096.0});
+  t.add("camera.height", "", "likewise", s.camera.height, {16.0, 4096.0});
+  t.add("camera.rate", "Hz", "pictures of each camera", s.camera.rate_hz, {1.0, 120.0});
+
   Ros2Settings& ros2 = s.ros2;
   t.add("ros2.domain", "", "-1: that of ROS_DOMAIN_ID, else 0", ros2.domain, {-1.0, 232.0});
   t.add("ros2.controller", "joint trajectory controller that leads the arm", ros2.controller);

@@ -10,6 +10,7 @@
 #include "steadyhand/arm/simulated_arm.hpp"
 #include "steadyhand/arm/ur_settings.hpp"
 #include "steadyhand/config/settings_table.hpp"
+#include "steadyhand/core/video.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
 #include "steadyhand/task/task.hpp"
@@ -31,6 +32,7 @@ struct SessionSettings {
   std::string contact = "stop";  ///< of a ContactPolicy
   SimulatedArmSettings arm;
   MujocoSettings mujoco;
+  CameraInfo camera;  ///< size and rate of each
   Ros2Settings ros2;
   UrSettings ur;
   ServerSettings server;

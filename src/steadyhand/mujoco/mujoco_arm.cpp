@@ -1,5 +1,7 @@
 #include "steadyhand/mujoco/mujoco_arm.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -108,6 +110,7 @@ void MujocoArm::advance(Time end) {
     step(set_point);
   }
   if ((cycle_ + 1) % static_cast<std::uint64_t>(std::max<Time::rep>(1, kShowPeriod / period_)) == 0) show(end);
+  if (shows_views_) show_view(end);
 }
 
 void MujocoArm::step(const JointCommand& set_point) {
@@ -193,6 +196,28 @@ void MujocoArm::show(Time now) {
     }
   }
   shown_.write(state_);
+}
+
+const SceneModel& MujocoArm::scene_model() const { return *simulation_->scene; }
+
+Status MujocoArm::show_views() {
+  const mjModel* m = simulation_->scene->model.get();
+  if (const int numbers = m->nq + 7 * m->nmocap; numbers > SceneView::kMaxNumbers) {
+    return Error{fmt::format("{} has {} numbers for where its things are; cameras take {} at most",
+                             task_.scene.empty() ? "the arm" : task_.scene, numbers, SceneView::kMaxNumbers)};
+  }
+  shows_views_ = true;
+  return Done{};
+}
+
+void MujocoArm::show_view(Time now) {
+  const mjModel* m = simulation_->scene->model.get();
+  const mjData* d = simulation_->data.get();
+  view_.at = now;
+  double* at = std::copy_n(d->qpos, m->nq, view_.numbers.data());
+  at = std::copy_n(d->mocap_pos, 3 * m->nmocap, at);
+  std::copy_n(d->mocap_quat, 4 * m->nmocap, at);
+  views_.write(view_);
 }
 
 double MujocoArm::contact_force() const {

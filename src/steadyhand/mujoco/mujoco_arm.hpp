@@ -15,6 +15,13 @@ namespace steadyhand {
 
 struct SceneModel;
 
+/// Where everything of a simulation is, for whoever draws it.
+struct SceneView {
+  static constexpr int kMaxNumbers = 1024;
+  Time at{0};
+  std::array<double, kMaxNumbers> numbers{};  ///< MuJoCo's qpos, mocap_pos and mocap_quat, in this order
+};
+
 /// An arm in a simulated scene with contact: MuJoCo moves it, its joints have servos of limited torque, and what it
 /// touches gives way or does not. No hardware.
 ///
@@ -34,6 +41,13 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   Status set_up(std::uint64_t seed) override;
   bool read_scene(SceneState& state) override { return shown_.read(state); }
 
+  /// Takes SceneView each cycle from now on. Before the first receive(). Fails on scenes with too many numbers for one.
+  Status show_views();
+  /// The newest view since the last call, if there is one. One thread.
+  bool read_view(SceneView& view) { return views_.read(view); }
+  /// What is simulated, for the arm's life; but for the limits of its actuators, which change.
+  const SceneModel& scene_model() const;
+
   /// N, of all contacts of the arm. Thread of receive().
   double contact_force() const;
 
@@ -44,6 +58,7 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   void step(const JointCommand& set_point);
   void place_things();
   void show(Time now);
+  void show_view(Time now);
 
   struct Places {
     int count = 0;
@@ -58,6 +73,9 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   LatestValue<Places> asked_;
   LatestValue<SceneState> shown_;
   SceneState state_;
+  bool shows_views_ = false;
+  LatestValue<SceneView> views_;
+  SceneView view_;
 };
 
 }  // namespace steadyhand

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "steadyhand/core/base64.hpp"
 #include "steadyhand/record/cell_json.hpp"
 
 namespace steadyhand {
@@ -249,6 +250,12 @@ void append_json(JsonBuffer& out, const SceneLook& look) {
   json->member("held", look.progress.held);
   json->member("spilled_share", look.progress.spilled);
   if (look.progress.success) json->member("success", *look.progress.success);
+}
+
+void append_json(JsonBuffer& out, const VideoPacket& picture, std::string_view camera) {
+  Message json(out, picture.stamp.hand, camera);
+  json->member("data", to_base64(picture.data));
+  json->member("format", "h264");
 }
 
 }  // namespace steadyhand

@@ -5,6 +5,7 @@
 #include "steadyhand/arm/liquid.hpp"
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/json_writer.hpp"
+#include "steadyhand/core/video.hpp"
 #include "steadyhand/plan/active_constraint.hpp"
 #include "steadyhand/record/episode_mark.hpp"
 #include "steadyhand/record/settings_change.hpp"
@@ -33,5 +34,7 @@ void append_json(JsonBuffer& out, Time at, const Cell& cell);
 void append_json(JsonBuffer& out, const SessionStatistics& statistics);
 void append_json(JsonBuffer& out, const EpisodeMark& mark);
 void append_json(JsonBuffer& out, const SceneLook& look);
+/// @param camera its name
+void append_json(JsonBuffer& out, const VideoPacket& picture, std::string_view camera);
 
 }  // namespace steadyhand

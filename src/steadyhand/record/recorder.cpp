@@ -34,6 +34,13 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   joint_state_ = add("/joint_state", joint_state_schema(), joints);
   plan_step_ = add("/plan_step", plan_step_schema(), joints);
   if (settings.live || settings.cells) cell_ = add("/cell", cell_schema());
+  for (const CameraInfo& camera : settings.cameras) {
+    const std::uint16_t channel = add("/camera/" + camera.name, video_schema(),
+                                      {{"width", fmt::format("{}", camera.width)},
+                                       {"height", fmt::format("{}", camera.height)},
+                                       {"rate_hz", fmt::format("{:g}", camera.rate_hz)}});
+    cameras_.emplace_back(channel, camera.name);
+  }
   if (!settings.live) return;
   supervision_ = add("/supervision", supervision_schema());
   operator_settings_ = add("/operator_settings", operator_settings_schema());
@@ -125,6 +132,12 @@ Status Recorder::write(const EpisodeMark& mark) {
 Status Recorder::write(const SceneLook& look) {
   append_json(message_, look);
   return send(scene_, {look.scene.at, look.scene.at});
+}
+
+Status Recorder::write(const VideoPacket& picture) {
+  const auto& [channel, name] = cameras_.at(picture.camera);
+  append_json(message_, picture, name);
+  return send(channel, picture.stamp);
 }
 
 }  // namespace steadyhand

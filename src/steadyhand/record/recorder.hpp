@@ -4,9 +4,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/core/video.hpp"
 #include "steadyhand/record/json_messages.hpp"
 #include "steadyhand/record/mcap_writer.hpp"
 #include "steadyhand/record/step.hpp"
@@ -18,6 +21,7 @@ struct RecorderSettings {
   RunNames names;
   bool live = false;                       ///< with the channels of a live session
   std::map<std::string, std::string> run;  ///< what was run with which settings; the file's metadata "run"
+  std::vector<CameraInfo> cameras{};       ///< that film
   bool cells = false;  ///< with the channel of what stands around the arm, which live sessions have anyway
 };
 
@@ -46,6 +50,7 @@ class Recorder {
   Status write(const SessionStatistics& statistics);          ///< /statistics
   Status write(const EpisodeMark& mark);                      ///< /episode
   Status write(const SceneLook& look);                        ///< /scene
+  Status write(const VideoPacket& picture);                   ///< /camera/NAME
   /// A named table of text.
   Status add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
     return writer_.add_metadata(name, entries);
@@ -66,6 +71,7 @@ class Recorder {
   std::uint16_t operator_sample_, target_, reference_, plan_, joint_command_, joint_state_, plan_step_;
   std::uint16_t supervision_ = 0, operator_settings_ = 0, liquid_ = 0, active_constraint_ = 0, statistics_ = 0,
                 cell_ = 0, episode_ = 0, scene_ = 0;
+  std::vector<std::pair<std::uint16_t, std::string>> cameras_;  ///< channel and name
 };
 
 }  // namespace steadyhand

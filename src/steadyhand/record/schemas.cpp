@@ -223,4 +223,14 @@ Schema scene_schema() {
                  {"success", flag("once it is decided")}});
 }
 
+Schema video_schema() {
+  OrderedJson data = text("H.264 as an Annex B byte stream, one picture, none of which waits for later ones");
+  data["contentEncoding"] = "base64";
+  return finish("foxglove.CompressedVideo", "A picture of a camera",
+                {{"timestamp", time("when it was exposed")},
+                 {"frame_id", text("the camera's name")},
+                 {"data", data},
+                 {"format", text("h264")}});
+}
+
 }  // namespace steadyhand

@@ -26,5 +26,6 @@ Schema cell_schema();
 Schema statistics_schema();
 Schema episode_schema();
 Schema scene_schema();
+Schema video_schema();  ///< foxglove.CompressedVideo
 
 }  // namespace steadyhand

@@ -56,6 +56,7 @@ struct Task {
   double time_limit = 60.0;        ///< s
   double apart = 0.0;              ///< m, between any two things that are placed, at least
   std::vector<KeptOff> keeps_off;
+  std::vector<std::string> cameras;  ///< of the scene or the tool, by name, that film its episodes
 
   /// Index of a thing, if there is one of this name.
   std::optional<int> find(const std::string& thing) const;

@@ -1,0 +1,17 @@
+# Cameras: FFmpeg's libraries read and encode their pictures, EGL draws those of a simulated scene. Where either is not installed the
+# rest builds all the same, and `--camera` says what to install.
+find_package(PkgConfig QUIET)
+if(PKG_CONFIG_FOUND)
+  pkg_check_modules(ffmpeg QUIET IMPORTED_TARGET libavformat libavcodec libswscale libavutil)
+endif()
+find_package(OpenGL QUIET COMPONENTS EGL)
+set(STEADYHAND_CAMERA OFF)
+set(STEADYHAND_RENDER OFF)
+if(TARGET PkgConfig::ffmpeg)
+  set(STEADYHAND_CAMERA ON)
+  if(TARGET OpenGL::EGL AND STEADYHAND_MUJOCO)
+    set(STEADYHAND_RENDER ON)
+  endif()
+else()
+  message(STATUS "Without cameras: libavformat-dev, libavcodec-dev and libswscale-dev are not installed")
+endif()
