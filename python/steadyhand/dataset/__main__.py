@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 from .._replay import read_session
 from .._robot import Robot
 from ._episodes import ACTIONS, EPISODES, Episode, cut
+from ._video import read_videos
 
 _MOST_WORKERS = 64
 
@@ -37,6 +38,7 @@ def _parser() -> _Parser:
     parser.add_argument("--episodes", choices=EPISODES, default="auto", help="those that were marked and kept, from each grip to its release, or all of a session (auto: marked where a session has marks, else grips)")
     parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="leave out what is shorter, s (1)")
     parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
+    parser.add_argument("--no-video", action="store_true", help="leave the cameras' pictures out")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that read sessions side by side (1)")
     return parser
 
@@ -61,9 +63,11 @@ def _files(words: list[str]) -> list[Path]:
 
 def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tuple[list[Episode], list[str]]:
     """Of one session; why it was left out, if it was."""
+    options = dict(options)
     try:
         session = read_session(path)
-        return cut(session, Robot(robot or session.metadata["run"]["robot"]), **options)
+        videos = {} if options.pop("no_video") else read_videos(path)
+        return cut(session, Robot(robot or session.metadata["run"]["robot"]), videos=videos, **options)
     except KeyError:
         return [], [f"{path}: does not name its robot; --robot must"]
     except (ValueError, OSError) as error:
@@ -105,10 +109,14 @@ def run(words: list[str]) -> int:
     if arguments.robot:
         Robot(arguments.robot)
     try:
+        if not arguments.no_video:
+            import av  # noqa: F401
+            import mcap  # noqa: F401
+
         from ._lerobot import write
     except ImportError as error:
         raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
-    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest}
+    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video}
     episodes, left_out = _read(_files(arguments.sessions), arguments.robot, options, arguments.workers)
     for line in left_out:
         print(f"steadyhand: left out: {line}", file=sys.stderr)

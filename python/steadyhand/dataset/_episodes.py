@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .._poses import quat_xyzw
 from .._replay import Episode as Marked
 from .._replay import Session
 from .._robot import Robot
+from ._video import Film, Video, lay
 
 EPISODES = ("auto", "marked", "grips", "session")
 LONGEST_GAP = 0.05
@@ -49,6 +50,8 @@ class Episode:
     success: bool | None = None
     """Whether it did what it was to do; None: nobody knows."""
     notes: str = ""
+    films: dict[str, Film] = field(default_factory=dict)
+    """By LeRobot's names, observation.images.CAMERA."""
 
     def __len__(self) -> int:
         return len(self.features["action"].values)
@@ -155,7 +158,15 @@ def _scene_features(session: Session, t: Array) -> dict[str, Frames]:
 
 
 def cut(
-    session: Session, robot: Robot, *, fps: int = 30, action: str = "joints", task: str = "", episodes: str = "auto", shortest: float = 1.0
+    session: Session,
+    robot: Robot,
+    *,
+    fps: int = 30,
+    action: str = "joints",
+    task: str = "",
+    episodes: str = "auto",
+    shortest: float = 1.0,
+    videos: dict[str, Video] | None = None,
 ) -> tuple[list[Episode], list[str]]:
     """The episodes of a session, and a line on each stretch that was left out.
 
@@ -163,6 +174,7 @@ def cut(
     task: what was to be done, in words, where the session does not say it. episodes: "marked", those that somebody began and kept;
     "grips", from each grip of the hand to its release; "session", all of it; "auto", marked where the session has marks, else grips.
     shortest: s; what is shorter is left out. Every stream is sampled at the frames' times, between its own samples along lines.
+    videos: of its cameras, see read_videos; each frame takes the picture that was exposed nearest.
     Raises ValueError for what is out of range, and for a robot with other joints.
     """
     if fps != int(fps) or not 1 <= fps <= 500:
@@ -207,6 +219,11 @@ def cut(
         if broken:
             left_out.append(f"{where}: {', '.join(broken)} not finite")
             continue
+        try:
+            films = {f"observation.images.{name}": lay(name, video, t) for name, video in (videos or {}).items()}
+        except ValueError as error:
+            left_out.append(f"{where}: {error}")
+            continue
         words = (marked.task if marked else "") or session.metadata.get("task", {}).get("instruction", "") or task
-        found.append(Episode(session.name, float(begin), int(fps), robot.name, words, features, *((marked.success, marked.notes) if marked else ())))
+        found.append(Episode(session.name, float(begin), int(fps), robot.name, words, features, *((marked.success, marked.notes) if marked else (None, "")), films))
     return found, left_out

@@ -5,6 +5,7 @@
     meta/tasks.parquet                          tasks in words
     meta/episodes/chunk-000/file-000.parquet    episodes: length, where they lie, statistics, session and time
     data/chunk-000/file-000.parquet             frames
+    videos/NAME/chunk-000/file-000.mp4          pictures of the camera of that name
 """
 
 from __future__ import annotations
@@ -23,13 +24,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ._episodes import Episode
+from ._video import QUANTILES, feature, together, write_video
 
 FORMAT = "v3.0"
 FILES_PER_CHUNK = 1000
-QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 _INDICES = {"timestamp": "float32", "frame_index": "int64", "episode_index": "int64", "index": "int64", "task_index": "int64"}
 _ONE = {"shape": [1], "names": None}
 DATA, EPISODES = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet", "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+VIDEOS = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 
 
 def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[str, Any]:
@@ -62,7 +64,8 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
 
 
 def _new_info(episode: Episode) -> dict[str, Any]:
-    features = {name: {"dtype": frames.dtype, "shape": [len(frames.names)], "names": list(frames.names)} for name, frames in episode.features.items()}
+    features: dict[str, Any] = {name: {"dtype": frames.dtype, "shape": [len(frames.names)], "names": list(frames.names)} for name, frames in episode.features.items()}
+    features |= {name: feature(film, episode.fps) for name, film in sorted(episode.films.items())}
     return {
         "codebase_version": FORMAT,
         "robot_type": episode.robot,
@@ -75,7 +78,7 @@ def _new_info(episode: Episode) -> dict[str, Any]:
         "fps": episode.fps,
         "splits": {},
         "data_path": DATA,
-        "video_path": None,
+        "video_path": VIDEOS if episode.films else None,
         "features": features | {name: {"dtype": dtype} | _ONE for name, dtype in _INDICES.items()},
     }
 
@@ -95,6 +98,9 @@ def _read_info(folder: Path) -> dict[str, Any]:
 
 def _must_match(one: dict[str, Any], other: dict[str, Any], what: str, where: str) -> None:
     for key in ("robot_type", "fps", "features"):
+        if key == "features" and (apart := set(one[key]) ^ set(other.get(key, {}))):
+            words = ", ".join(f"{'has' if name in one[key] else 'lacks'} {name}" for name in sorted(apart))
+            raise ValueError(f"{what} {words}; {where} does not: one data set holds one kind (--no-video leaves pictures out)")
         if one[key] != other.get(key):
             mine, its = (list(info.get(key, {})) if key == "features" else info.get(key) for info in (one, other))
             raise ValueError(f"{what}: {key} {'differ' if mine == its else f'is {mine}'}; {where} has {'others' if mine == its else its}: one data set holds one kind")
@@ -106,6 +112,7 @@ def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> 
     for episode in episodes:
         number.setdefault(episode.task, len(number))
     place = _next_file(folder, info["chunks_size"])
+    filmed = {name: _write_videos(folder, name, episodes, place) for name in episodes[0].films}
     tables, rows = [], []
     for k, episode in enumerate(episodes, start=info["total_episodes"]):
         first = info["total_frames"]
@@ -116,6 +123,7 @@ def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> 
             {"episode_index": k, "tasks": [episode.task], "length": len(episode), "dataset_from_index": first, "dataset_to_index": info["total_frames"]}
             | {f"{kind}/{key}": value for kind in ("data", "meta/episodes") for key, value in place.items()}
             | {f"stats/{name}/{key}": value for name, stats in _statistics(table).items() for key, value in stats.items()}
+            | {key: value for of_camera in filmed.values() for key, value in of_camera[k - info["total_episodes"]].items()}
             | {"session": episode.session, "session_start_s": episode.start, "success": episode.success, "notes": episode.notes}
         )  # fmt: skip
     info |= {"total_episodes": info["total_episodes"] + len(episodes), "total_tasks": len(number)}
@@ -126,8 +134,31 @@ def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> 
     _write_table(folder / EPISODES.format(**place), table.set_column(at, "success", table.column(at).cast(pa.bool_())))
     _replace(folder / "meta/tasks.parquet", lambda path: pd.DataFrame({"task_index": list(number.values())}, index=list(number)).to_parquet(path))
     frames = pa.concat_tables(pq.read_table(path) for path in sorted(folder.glob("data/*/*.parquet")))
-    _write_json(folder / "meta/stats.json", _statistics(frames))
+    _write_json(folder / "meta/stats.json", _statistics(frames) | {name: _statistics_of_pictures(folder, name) for name in filmed})
     _write_json(folder / "meta/info.json", info)
+
+
+def _write_videos(folder: Path, name: str, episodes: Sequence[Episode], place: dict[str, int]) -> list[dict[str, Any]]:
+    """A camera's pictures; what each episode's row says of them."""
+    films = [episode.films[name] for episode in episodes]
+    try:
+        statistics = write_video(folder / VIDEOS.format(video_key=name, **place), films, episodes[0].fps)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    ends = np.cumsum([len(episode) for episode in episodes]) / episodes[0].fps
+    return [
+        {f"videos/{name}/{key}": value for key, value in place.items()}
+        | {f"videos/{name}/from_timestamp": float(end - len(episode) / episode.fps), f"videos/{name}/to_timestamp": float(end)}
+        | {f"stats/{name}/{key}": value for key, value in of_film.items()}
+        | {f"skew_s/{name}": film.skew}
+        for episode, film, end, of_film in zip(episodes, films, ends, statistics)
+    ]
+
+
+def _statistics_of_pictures(folder: Path, name: str) -> dict[str, Any]:
+    prefix = f"stats/{name}/"
+    rows = [row for path in sorted(folder.glob("meta/episodes/*/*.parquet")) for row in pq.read_table(path).to_pylist()]
+    return together([{key.removeprefix(prefix): value for key, value in row.items() if key.startswith(prefix)} for row in rows])
 
 
 def _next_file(folder: Path, per_chunk: int) -> dict[str, int]:
