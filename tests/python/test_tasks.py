@@ -75,7 +75,7 @@ def where_the_mark_is(demo):
 def session(tmp_path_factory):
     """An episode that succeeds and is kept, one that is discarded, and one in which the program is killed."""
     folder = tmp_path_factory.mktemp("carried")
-    demo = Demo(folder, "--arm", "mujoco", "--task", "carry", "--scale", 1, "--yaw", 0, "--set", "mujoco.seed=3")
+    demo = Demo(folder, "--arm", "mujoco", "--task", "carry", "--camera", "none", "--scale", 1, "--yaw", 0, "--set", "mujoco.seed=3")
     try:
         client = demo.client()
         mark = where_the_mark_is(demo)
