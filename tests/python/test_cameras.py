@@ -33,7 +33,7 @@ def film(path, pictures=30, rate=15):
         stream = file.add_stream("libx264", rate=rate)
         stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
         for k in range(pictures):
-            file.mux(stream.encode(av.VideoFrame.from_ndarray(np.full((48, 64, 3), 30 + 6 * k, np.uint8), format="rgb24")))
+            file.mux(stream.encode(av.VideoFrame.from_ndarray(np.full((48, 64, 3), 30 + 6 * k % 200, np.uint8), format="rgb24")))
         file.mux(stream.encode(None))
     return path
 
