@@ -40,7 +40,7 @@ function difference(a, b) {
   }
   return most;
 }
-const BLOCK = 50;
+const BLOCK = Math.min(50, problems);
 const native_blocks = new Map();
 function say(words, times) {
   const sorted = [...times].sort((x, y) => x - y), at = (share) => Math.round(sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))]);
