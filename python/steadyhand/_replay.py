@@ -33,6 +33,8 @@ class Hand:
     """(m,), bool: whether it holds the arm engaged."""
     tracked: np.ndarray
     """(m,), bool: whether the device had a pose."""
+    gripper: Array | None = None
+    """(m,), 0 open to 1 closed, NaN where the operator said nothing; None: a hand without one."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,8 @@ class Commands:
     """(m, n), rad/s (m/s)."""
     ddq: Array
     """(m, n), rad/s^2 (m/s^2)."""
+    gripper: Array
+    """(m,), 0 open to 1 closed; NaN: the arm has none."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,8 @@ class States:
     """(m, n), rad (m)."""
     dq: Array
     """(m, n), rad/s (m/s)."""
+    gripper: Array
+    """(m,), 0 open to 1 closed; NaN: the arm has none."""
 
 
 @dataclass(frozen=True)
@@ -201,7 +207,7 @@ class Session:
 
 
 def _hand(columns: dict[str, Any]) -> Hand:
-    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0)
+    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0, columns["gripper"])
 
 
 def _steps(columns: dict[str, Any]) -> Steps:

@@ -127,6 +127,39 @@ TEST(Brake, FollowsItsPlanToTheEndIfStraightOnWouldLeadIntoALimit) {
   EXPECT_NEAR(result.took, 2.1 / 15.0, 0.006);
 }
 
+TEST(Gripper, FollowsTheHandButNotThroughAStop) {
+  ControlSettings settings;
+  settings.gripper = true;
+  Loop loop(*open_robot("ur5e"), settings);
+  EXPECT_EQ(loop.cycle().gripper, 0.0);
+  HandReport hand;
+  const auto wants = [&](double gripper) {
+    hand.gripper = gripper;
+    hand.received = hand.good = loop.now();
+    loop.links.hand.write(hand);
+    return loop.cycle().gripper;
+  };
+  EXPECT_EQ(wants(0.7), 0.7);
+  EXPECT_EQ(loop.cycle().gripper, 0.7);
+  loop.links.asked.stop();
+  loop.cycle();
+  ASSERT_EQ(loop.control->state(), SupervisionState::kStopping);
+  EXPECT_EQ(wants(0.0), 0.7) << "it lets go of what it holds";
+  loop.links.asked.reset();
+  for (int i = 0; i < 50 && loop.control->state() != SupervisionState::kReady; ++i) loop.cycle();
+  ASSERT_EQ(loop.control->state(), SupervisionState::kReady);
+  EXPECT_EQ(loop.cycle().gripper, 0.7) << "what was wanted meanwhile is not done later";
+  EXPECT_EQ(wants(0.2), 0.2);
+}
+
+TEST(Gripper, OfAnArmWithoutOneIsNotCommanded) {
+  Loop loop(*open_robot("ur5e"));
+  HandReport hand;
+  hand.gripper = 1.0;
+  loop.links.hand.write(hand);
+  EXPECT_FALSE(loop.cycle().gripper);
+}
+
 /// A plan is followed only if it begins in time and on what is followed.
 TEST(TakingPlans, OnesThatDoNotContinueWhatIsFollowedAreRefused) {
   const auto taken = [](const std::function<void(Plan&)>& spoil) {

@@ -89,6 +89,15 @@ def _pose(T: Array) -> Array:
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
+def _gripper(t: Array, at: Array, values: Array, name: str) -> Frames | None:
+    """At times t; None: the arm has none."""
+    return Frames(_between(t, at, values[:, None]), (f"gripper.{name}",)) if np.isfinite(values).all() else None
+
+
+def _beside(frames: Frames, more: Frames | None) -> Frames:
+    return frames if more is None else Frames(np.hstack([frames.values, more.values]), frames.names + more.names)
+
+
 def _joints(session: Session, *what: str) -> tuple[str, ...]:
     return tuple(f"{joint}.{kind}" for kind in what for joint in session.joint_names)
 
@@ -206,10 +215,10 @@ def cut(
         q, dq = states.at(t)
         rows = np.clip(np.searchsorted(session.steps.t, t, side="right") - 1, 0, None)
         features = {
-            "observation.state": Frames(np.hstack([q, dq]), _joints(session, "pos", "vel")),
+            "observation.state": _beside(Frames(np.hstack([q, dq]), _joints(session, "pos", "vel")), _gripper(t, session.states.t, session.states.gripper, "pos")),
             "observation.tool": Frames(_pose(robot.fk(q)), tuple(f"tool.{name}" for name in _POSE)),
             "operator.target": Frames(_pose(session.steps.T_base_target[rows]), tuple(f"target.{name}" for name in _POSE)),
-            "action": ACTIONS[action](session, robot, commands, t, 1 / fps),
+            "action": _beside(ACTIONS[action](session, robot, commands, t, 1 / fps), _gripper(t + 1 / fps, session.commands.t, session.commands.gripper, "pos")),
         } | _scene_features(session, t)
         marked = stretch.marked
         if marked:

@@ -33,6 +33,7 @@ struct ArmInfo {
   double rate_hz = 500.0;  ///< of control cycles
   double delay = 0.0;      ///< s, between a command and what is measured of it, about
   bool hardware = true;    ///< moves what can hurt somebody: no recorded hand leads it unasked, and it begins slowly
+  bool gripper = false;    ///< takes JointCommand::gripper, and tells JointState::gripper
 };
 
 /// An arm that takes joint positions, real or simulated. It paces the control loop: receive, think, send, once a cycle.

@@ -14,7 +14,14 @@ ClockedArm::ClockedArm(const RobotModel& model, const JointVector& q, ArmInfo in
       q_(q),
       dq_(JointVector::Zero(model.dof())),
       clock_(&clock),
-      info_(std::move(info)) {}
+      info_(std::move(info)) {
+  if (info_.gripper) gripper_ = gripper_command_ = 0.0;
+}
+
+void ClockedArm::send(const JointCommand& command) {
+  interface_.send(command, q_);
+  if (gripper_ && command.gripper && interface_.moves()) gripper_command_ = std::clamp(*command.gripper, 0.0, 1.0);
+}
 
 ArmState ClockedArm::receive() {
   if (cycle_ == 0) {  // nobody can have sent commands before
@@ -31,7 +38,7 @@ ArmState ClockedArm::receive() {
     ++cycle_;
   }
   ArmState state;
-  state.joints = {{now_, now_}, q_, dq_};
+  state.joints = {{now_, now_}, q_, dq_, gripper_};
   state.cycle = cycle_;
   state.status = interface_.status();
   state.reason = interface_.reason();

@@ -12,7 +12,7 @@ class ClockedArm : public Arm {
  public:
   const ArmInfo& info() const override { return info_; }
   ArmState receive() override;
-  void send(const JointCommand& command) override { interface_.send(command, q_); }
+  void send(const JointCommand& command) override;
   void restart() override { interface_.restart(now_); }
 
  protected:
@@ -27,6 +27,7 @@ class ClockedArm : public Arm {
   PositionInterface interface_;
   std::uint64_t cycle_ = 0;  ///< that have ended
   JointVector q_, dq_;
+  std::optional<double> gripper_, gripper_command_;  ///< 0 open to 1 closed; absent: it has none
 
  private:
   Clock* clock_;

@@ -11,7 +11,7 @@ SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const 
                            Clock& clock)
     : ClockedArm(model, q,
                  {model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
-                  kSimulated.hardware},
+                  kSimulated.hardware, model.gripper_time.has_value()},
                  {settings.bridged, settings.command_timeout, settings.start_time}, clock),
       settings_(settings),
       random_(settings.seed) {}
@@ -33,6 +33,10 @@ ArmState SimulatedArm::receive() {
 
 void SimulatedArm::advance(Time end) {
   const double dt = to_seconds(period_);
+  if (gripper_) {
+    const double most = dt / *model_->gripper_time;
+    *gripper_ += std::clamp(*gripper_command_ - *gripper_, -most, most);
+  }
   if (interface_.moves()) {
     const double share = settings_.servo_lag > 0.0 ? -std::expm1(-dt / settings_.servo_lag) : 1.0;
     const JointVector next = q_ + share * (interface_.at(end - from_seconds(settings_.latency)).q - q_);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "steadyhand/core/math.hpp"
@@ -18,6 +19,7 @@ struct OperatorSample {
   bool tracked = true;    ///< false: the device has no valid pose now
   bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
   Time look_ahead{0};     ///< the device predicted the pose: it is where the hand will be at stamp.hand + look_ahead
+  std::optional<double> gripper{};  ///< 0 open to 1 closed, as the operator wants it; absent: as it is
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
@@ -77,16 +79,18 @@ struct Plan {
 /// What the arm is told to do at `stamp.made`.
 struct JointCommand {
   Stamp stamp;
-  JointVector q;    ///< rad (m for prismatic joints)
-  JointVector dq;   ///< rad/s
-  JointVector ddq;  ///< rad/s^2
+  JointVector q;                    ///< rad (m for prismatic joints)
+  JointVector dq;                   ///< rad/s
+  JointVector ddq;                  ///< rad/s^2
+  std::optional<double> gripper{};  ///< 0 open to 1 closed; absent: the arm has none
 };
 
 /// What the arm says it does; measured at `stamp.made`.
 struct JointState {
   Stamp stamp;
-  JointVector q;   ///< rad
-  JointVector dq;  ///< rad/s
+  JointVector q;                    ///< rad
+  JointVector dq;                   ///< rad/s
+  std::optional<double> gripper{};  ///< 0 open to 1 closed, where it is; absent: the arm has none
 };
 
 }  // namespace steadyhand

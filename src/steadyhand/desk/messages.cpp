@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -135,6 +136,7 @@ SampleMessage read_sample(Reader& reader) {
   message.sample.clutch = reader.flag("clutch");
   message.sample.tracked = reader.flag("tracked");
   message.sample.emulated = reader.flag("emulated");
+  if (reader.has("gripper")) message.sample.gripper = reader.number("gripper", 0.0, 1.0);
   message.sample.look_ahead = from_seconds(reader.number_or("lead_s", 0.0, kLongestLookAhead, 0.0));
   return message;
 }
@@ -496,6 +498,7 @@ std::string state_message(const OperatorView& s) {
   json->member("q", s.measured.q);
   json->member("dq", s.measured.dq);
   json->member("command", s.command.q);
+  json->member("gripper", s.measured.gripper.value_or(std::numeric_limits<double>::quiet_NaN()));
   json.pose("tool", s.X_base_tool);
   json.pose("target", s.target.X_base_tool);
   json->member("engaged", s.target.engaged);

@@ -90,6 +90,8 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
 
   output_.command = tracker_.update(now);
+  if (settings_.gripper) take_gripper(state.joints);
+  output_.command.gripper = gripper_;
   remember(output_.command);
   const Plan& plan = tracker_.plan();
   // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
@@ -153,6 +155,18 @@ void ControlStage::take_plan(Time now) {
     last_hand_counted_ = pending_.stamp.hand;
     links_->latency_us.add(1e6 * to_seconds(now - pending_.stamp.hand));
   }
+}
+
+/// Where the hand may lead the arm it may open and close the gripper. A stop leaves it as it is, whatever it holds, and
+/// what was wanted meanwhile is not done later.
+void ControlStage::take_gripper(const JointState& measured) {
+  if (!gripper_) gripper_ = measured.gripper.value_or(0.0);
+  if (hand_.gripper == last_wish_) return;
+  last_wish_ = hand_.gripper;
+  const SupervisionState state = supervisor_.state();
+  const bool leads =
+      state == SupervisionState::kReady || state == SupervisionState::kEngaged || state == SupervisionState::kHolding;
+  if (leads) gripper_ = last_wish_;
 }
 
 /// Made for what there is, or as good for it: while objects change faster than plans are made, there are no others.

@@ -17,6 +17,7 @@ struct ControlSettings {
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
   double soft_stop = 0.5;
   double arm_delay = 0.0;                                 ///< s, see ArmInfo
+  bool gripper = false;                                   ///< the arm has one, see ArmInfo
   PlanCheckSettings check{.overlap_between_nodes = 0.0};  ///< of stops straight on
   Obstacles obstacles;                                    ///< which those keep clear of, too, at first
 };
@@ -42,6 +43,7 @@ class ControlStage {
  private:
   void take_obstacles(Time now);
   void take_plan(Time now);
+  void take_gripper(const JointState& measured);
   bool knows_obstacles(const Plan& plan, Time now);
   void follow(const Plan& plan);
   void remember(const JointCommand& command);
@@ -65,7 +67,8 @@ class ControlStage {
   HandReport hand_;
   Time last_plan_{0}, last_hand_counted_{0};
   std::uint64_t last_cycle_ = 0;
-  JointCommand last_;  ///< command of the last cycle
+  JointCommand last_;                          ///< command of the last cycle
+  std::optional<double> gripper_, last_wish_;  ///< what it is told; what the hand wanted at last
   Output output_;
   ControlView view_;
 

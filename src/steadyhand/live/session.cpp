@@ -65,6 +65,7 @@ Session::Session(const RobotModel& model, const LiveSettings& settings, Arm& arm
       arm_kinematics_(model),
       cell_(settings.cell) {
   settings_.control.arm_delay = arm.info().delay;
+  settings_.control.gripper = arm.info().gripper;
   settings_.control.check.command_rate_hz = arm.info().rate_hz;
   settings_.control.supervisor.planner_late_after =
       std::max(settings_.control.supervisor.planner_late_after, kLatePeriods / settings_.planner_rate_hz);

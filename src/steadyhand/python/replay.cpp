@@ -28,6 +28,8 @@ struct Hand {
   std::size_t not_followed = 0;  ///< samples that the gate did not trust
 };
 
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
 // ---- Columns of numpy arrays: one entry for each item.
 template <typename Items, typename Entry>
 nb::object numbers(const Items& items, const Entry& entry) {
@@ -64,6 +66,7 @@ nb::dict columns_of(const std::vector<OperatorSample>& samples) {
   columns["T_operator_hand"] = poses(samples, [](const auto& s) { return s.X_operator_hand; });
   columns["clutch"] = numbers(samples, [](const auto& s) { return s.clutch; });
   columns["tracked"] = numbers(samples, [](const auto& s) { return s.tracked; });
+  columns["gripper"] = numbers(samples, [](const auto& s) { return s.gripper.value_or(kNone); });
   return columns;
 }
 
@@ -73,6 +76,7 @@ nb::dict columns_of(const std::vector<JointCommand>& commands, std::size_t n) {
   columns["q"] = vectors(commands, n, [](const auto& c) -> const auto& { return c.q; });
   columns["dq"] = vectors(commands, n, [](const auto& c) -> const auto& { return c.dq; });
   columns["ddq"] = vectors(commands, n, [](const auto& c) -> const auto& { return c.ddq; });
+  columns["gripper"] = numbers(commands, [](const auto& c) { return c.gripper.value_or(kNone); });
   return columns;
 }
 
@@ -81,6 +85,7 @@ nb::dict columns_of(const std::vector<JointState>& states, std::size_t n) {
   columns["t"] = numbers(states, [](const auto& s) { return to_seconds(s.stamp.made); });
   columns["q"] = vectors(states, n, [](const auto& s) -> const auto& { return s.q; });
   columns["dq"] = vectors(states, n, [](const auto& s) -> const auto& { return s.dq; });
+  columns["gripper"] = numbers(states, [](const auto& s) { return s.gripper.value_or(kNone); });
   return columns;
 }
 

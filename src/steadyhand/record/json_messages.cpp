@@ -70,6 +70,7 @@ void append_json(JsonBuffer& out, const OperatorSample& sample) {
   json->member("tracked", sample.tracked);
   json->member("emulated", sample.emulated);
   json->member("lead_s", to_seconds(sample.look_ahead));
+  if (sample.gripper) json->member("gripper", *sample.gripper);
 }
 
 void append_json(JsonBuffer& out, const Target& target) {
@@ -119,12 +120,14 @@ void append_json(JsonBuffer& out, const JointCommand& command) {
   json->member("q", command.q);
   json->member("dq", command.dq);
   json->member("ddq", command.ddq);
+  if (command.gripper) json->member("gripper", *command.gripper);
 }
 
 void append_json(JsonBuffer& out, const JointState& state) {
   Message json(out, state.stamp.made);
   json->member("q", state.q);
   json->member("dq", state.dq);
+  if (state.gripper) json->member("gripper", *state.gripper);
 }
 
 void append_json(JsonBuffer& out, const PlanStep& step, const RunNames& names) {

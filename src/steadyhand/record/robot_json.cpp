@@ -50,6 +50,7 @@ OrderedJson describe(const RobotModel& model) {
                       {"bodies", bodies},
                       {"pairs", pairs}};
   if (model.meshes != model.name) json["meshes"] = model.meshes;
+  if (model.gripper_time) json["gripper"] = {{"closes_in", *model.gripper_time}};
   if (!model.mount.matrix().isIdentity(0.0)) json["mount"] = rows_json(model.mount);
   return json;
 }
@@ -80,6 +81,10 @@ RobotModel read_robot_json(const OrderedJson& json, const std::string& key) {
   RobotModel model;
   model.name = json::text(json::member(json, key, "name"), key + ".name");
   model.meshes = json.contains("meshes") ? json::text(json["meshes"], key + ".meshes") : model.name;
+  if (json.contains("gripper")) {
+    const std::string entry = key + ".gripper";
+    model.gripper_time = json::number(json::member(json["gripper"], entry, "closes_in"), entry + ".closes_in");
+  }
   if (json.contains("mount")) model.mount = read_rows_json(json["mount"], key + ".mount");
   const OrderedJson& joints = json::array(json::member(json, key, "joints"), key + ".joints", -1);
   if (joints.empty() || joints.size() > kMaxJoints) {

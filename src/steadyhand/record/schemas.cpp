@@ -62,6 +62,7 @@ Schema pose_in_frame() {
   properties["tracked"] = flag("/operator_sample: the device has a valid pose");
   properties["emulated"] = flag("/operator_sample: the device guesses its position");
   properties["lead_s"] = number("/operator_sample: s, by which the device predicted the pose");
+  properties["gripper"] = number("/operator_sample: 0 open to 1 closed, where the operator says it");
   properties["engaged"] = flag("/target: the arm is to follow");
   return finish("foxglove.PoseInFrame", "A timestamped pose for an object or reference frame in 3D space", properties);
 }
@@ -96,12 +97,16 @@ Schema joint_command_schema() {
                 {{"timestamp", time("when the arm is to be there")},
                  {"q", joints("rad (m)")},
                  {"dq", joints("rad/s (m/s)")},
-                 {"ddq", joints("rad/s^2 (m/s^2)")}});
+                 {"ddq", joints("rad/s^2 (m/s^2)")},
+                 {"gripper", number("0 open to 1 closed; arms that have none have none")}});
 }
 
 Schema joint_state_schema() {
   return finish("steadyhand.JointState", "What the arm says it does",
-                {{"timestamp", time("when it was measured")}, {"q", joints("rad (m)")}, {"dq", joints("rad/s (m/s)")}});
+                {{"timestamp", time("when it was measured")},
+                 {"q", joints("rad (m)")},
+                 {"dq", joints("rad/s (m/s)")},
+                 {"gripper", number("0 open to 1 closed; arms that have none have none")}});
 }
 
 Schema plan_step_schema() {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "steadyhand/record/cell_json.hpp"
 
@@ -49,6 +50,12 @@ JointVector read_joints(const Json& json) {
   return values;
 }
 
+/// None, where nothing is said of one.
+std::optional<double> read_gripper(const Json& json) {
+  const auto gripper = json.find("gripper");
+  return gripper == json.end() ? std::nullopt : std::optional(read_number(*gripper));
+}
+
 OperatorSample operator_sample(const Json& json, const McapMessage& message) {
   OperatorSample sample;
   sample.stamp = {read_time(json.at("timestamp")), message.log};
@@ -57,6 +64,7 @@ OperatorSample operator_sample(const Json& json, const McapMessage& message) {
   sample.tracked = json.at("tracked").get<bool>();
   sample.emulated = json.at("emulated").get<bool>();
   if (const auto lead = json.find("lead_s"); lead != json.end()) sample.look_ahead = from_seconds(read_number(*lead));
+  sample.gripper = read_gripper(json);
   return sample;
 }
 
@@ -258,14 +266,16 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     commands.add({{message.publish, message.log},
                   read_joints(json.at("q")),
                   read_joints(json.at("dq")),
-                  read_joints(json.at("ddq"))});
+                  read_joints(json.at("ddq")),
+                  read_gripper(json)});
   } else if (is(parts.states, "/joint_state")) {
     if (!session.states.empty() &&
         to_seconds(message.log - session.states.back().stamp.made) < parts.state_period - 1e-9) {
       return;
     }
     const Json json = parsed();
-    session.states.push_back({{message.publish, message.log}, read_joints(json.at("q")), read_joints(json.at("dq"))});
+    session.states.push_back(
+        {{message.publish, message.log}, read_joints(json.at("q")), read_joints(json.at("dq")), read_gripper(json)});
   } else if (is(parts.changes, "/supervision")) {
     const Json json = parsed();
     session.changes.push_back({message.log, json.at("from"), json.at("to"), json.at("reason")});

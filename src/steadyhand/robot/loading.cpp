@@ -23,6 +23,7 @@ class ModelBuilder {
   Status run() {
     model.name = settings_.name.empty() ? chain_.robot_name : settings_.name;
     model.meshes = settings_.meshes.empty() ? model.name : settings_.meshes;
+    model.gripper_time = settings_.gripper_time;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
     if (!chain_.assumed.empty()) {

@@ -39,6 +39,7 @@ struct RobotSettings {
   std::optional<std::vector<double>> position_min;                ///< n, rad (m); absent: the URDF's
   std::optional<std::vector<double>> position_max;                ///< n, rad (m); absent: the URDF's
   std::vector<BodyOnLink> bodies;                                 ///< none: no self-collision
+  std::optional<double> gripper_time;                             ///< s, see RobotModel
   /// Names of bodies; absent: default_pairs().
   std::optional<std::vector<std::pair<std::string, std::string>>> pairs;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,7 @@ struct RobotModel {
   JointVector acceleration_max;            ///< rad/s^2 (m/s^2)
   std::vector<Body> bodies;                ///< that cover the arm and what it holds
   std::vector<BodyPair> pairs;             ///< of bodies that are kept apart
+  std::optional<double> gripper_time{};    ///< s, in which the tool, a gripper, closes; absent: it is none
   std::vector<std::string> assumptions{};  ///< for people: what nobody has said, a line each
 
   int dof() const { return static_cast<int>(joints.size()); }  ///< n

@@ -91,6 +91,7 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   if (verdict == HandVerdict::kGood) {
     trusted_ = sample;
     report_.good = now;
+    if (sample.gripper && *sample.gripper >= 0.0 && *sample.gripper <= 1.0) report_.gripper = sample.gripper;
   }
   last_ = sample;
   any_ = true;

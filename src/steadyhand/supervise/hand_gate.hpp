@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "steadyhand/core/arrows.hpp"
@@ -47,6 +48,7 @@ struct HandReport {
   bool trusted = false;                      ///< its pose may be followed
   HandVerdict verdict = HandVerdict::kGood;  ///< why not
   std::uint64_t grips = 0;                   ///< how often the clutch was seen to close, each after it was seen open
+  std::optional<double> gripper{};           ///< 0 open to 1 closed, of the last good one that said it
 };
 
 /// Stands between the operator's device and everything else: only poses that a hand can have pass. A pose that is
