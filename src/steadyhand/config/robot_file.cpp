@@ -37,9 +37,18 @@ void read_tool(YamlMap tool, RobotSettings& settings) {
   settings.tool_origin = read_origin(tool);
 }
 
-/// Those of a file that this one extends are replaced, not added to.
+/// Those of a file that this one extends are replaced, all or those that it names.
 void read_bodies(YamlMap& robot, RobotSettings& settings) {
-  if (robot.has("bodies") || robot.has("spheres")) settings.bodies.clear();
+  if (robot.has("replaces")) {
+    for (const std::string& name : robot.texts("replaces")) {
+      if (std::erase_if(settings.bodies, [&](const auto& body) { return body.name == name; }) == 0) {
+        robot.fail("replaces",
+                   fmt::format("names body '{}', which the file that this one extends does not have", name));
+      }
+    }
+  } else if (robot.has("bodies") || robot.has("spheres")) {
+    settings.bodies.clear();
+  }
   if (robot.has("bodies") || robot.has("spheres") || robot.has("pairs")) settings.pairs.reset();
   if (robot.has("bodies")) {
     for (YamlMap& body : robot.maps("bodies")) {
@@ -109,6 +118,7 @@ Result<RobotSettings> load_robot_settings(const fs::path& file, const Places& pl
   read("velocity_max", Interval::positive(), settings.velocity_max);
   read("position_min", Interval::any(), settings.position_min);
   read("position_max", Interval::any(), settings.position_max);
+  if (robot.has("gripper")) settings.gripper_time = robot.map("gripper").number("closes_in", Interval::positive());
   read_bodies(robot, settings);
   if (Status status = robot.finish(); !status) return status.error();
   return settings;
