@@ -165,6 +165,60 @@ TEST_F(OnUr5e, RefusesTasksThatTheirFilesDoNotFit) {
   EXPECT_NE(objects.error().message.find("keeps off geom 'chair', which "), std::string::npos);
 }
 
+TEST(Robotiq2f85, ClosesAndOpensInItsTimeAndPadsStayParallel) {
+  const RobotModel model = *open_robot("ur5e_gripper");
+  const Task task = *open_task("stack");
+  ManualClock clock;
+  auto arm = *MujocoArm::make(model, *open_dynamics("ur5e_gripper"), {}, task, {}, clock);
+  ASSERT_TRUE(arm->info().gripper);
+  ArmState state;
+  while ((state = arm->receive()).status != ArmStatus::kFollowing) {
+  }
+  EXPECT_NEAR(*state.joints.gripper, 0.0, 0.02);
+  JointCommand command{state.joints.stamp, model.home, 0.0 * model.home, 0.0 * model.home};
+  const auto goes_to = [&](double wish, double duration) {
+    for (int i = 0; i < static_cast<int>(500.0 * duration); ++i) {
+      command.stamp = state.joints.stamp;
+      command.gripper = wish;
+      arm->send(command);
+      state = arm->receive();
+    }
+    return *state.joints.gripper;
+  };
+  EXPECT_NEAR(goes_to(1.0, 0.5 * *model.gripper_time), 0.5, 0.15);
+  EXPECT_NEAR(goes_to(1.0, *model.gripper_time), 1.0, 0.05);
+  EXPECT_NEAR(goes_to(0.25, *model.gripper_time), 0.25, 0.05);
+  EXPECT_NEAR(goes_to(0.0, *model.gripper_time), 0.0, 0.05);
+}
+
+/// As the URDF has it that the tool's file names: where its mimic joints have the pads.
+TEST(Robotiq2f85, OpensBySome86Millimetres) {
+  const RobotModel model = *open_robot("ur5e_gripper");
+  const Task task = *open_task("stack");
+  const Result<SceneModel> scene = make_scene_model(model, *open_dynamics("ur5e_gripper"), {}, task, 0.001);
+  ASSERT_TRUE(scene) << scene.error().message;
+  const mjModel* m = scene->model.get();
+  const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(m), mj_deleteData);
+  const auto gap_at = [&](double angle) {
+    for (const char* name : {"right_knuckle", "left_knuckle"}) {
+      data->qpos[m->jnt_qposadr[mj_name2id(m, mjOBJ_JOINT, name)]] = angle;
+    }
+    for (const char* name : {"right_finger", "left_finger"}) {
+      data->qpos[m->jnt_qposadr[mj_name2id(m, mjOBJ_JOINT, name)]] = -angle;
+    }
+    mj_kinematics(m, data.get());
+    std::array<Vector3, 2> pads;
+    for (int i = 0; i < 2; ++i) {
+      const int body = mj_name2id(m, mjOBJ_BODY, kFingers[i]);
+      const int pad = m->body_geomadr[body] + m->body_geomnum[body] - 1;
+      pads[i] = Eigen::Map<const Vector3>(data->geom_xpos + 3 * pad);
+    }
+    return (pads[0] - pads[1]).norm() - 2.0 * 0.003175;
+  };
+  EXPECT_NEAR(gap_at(0.0), 0.086, 0.001);
+  EXPECT_NEAR(gap_at(0.8), 0.0015, 0.001);
+}
+
 TEST_F(OnUr5e, KeepsOffWhatTheTaskSays) {
   const auto objects = kept_off(task);
   ASSERT_TRUE(objects) << objects.error().message;

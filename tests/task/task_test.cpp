@@ -74,6 +74,23 @@ TEST(Task, FailsWhenItsTimeIsOver) {
   EXPECT_EQ(judge.update(at(10.1, 0.5, 0.0), 0.0).success, false);
 }
 
+TEST(Task, KnowsWhatIsHeldAndHowThingsAreTurned) {
+  SceneState scene = at(0.0, 0.0, 0.0);
+  scene.thing[0].grasped = true;
+  const Condition released{Condition::Kind::kReleased, 0};
+  EXPECT_FALSE(holds(released, scene, 0.0));
+  scene.thing[0].grasped = false;
+  EXPECT_TRUE(holds(released, scene, 0.0));
+  Condition aligned{Condition::Kind::kAligned, 0, 1, 0.1};
+  scene.thing[0].X_base_thing.q = Quaternion(Eigen::AngleAxisd(0.5 * M_PI + 0.05, Vector3::UnitZ()));
+  EXPECT_NEAR(heading(scene.thing[0].X_base_thing), 0.5 * M_PI + 0.05, 1e-12);
+  EXPECT_FALSE(holds(aligned, scene, 0.0));
+  aligned.symmetry = 0.5 * M_PI;
+  EXPECT_TRUE(holds(aligned, scene, 0.0));
+  scene.thing[1].X_base_thing.q = Quaternion(Eigen::AngleAxisd(-0.06, Vector3::UnitZ()));
+  EXPECT_FALSE(holds(aligned, scene, 0.0));
+}
+
 /// A grip takes a fresh glass, whose share begins at 0 again.
 TEST(Task, WhatIsSpilledOfEveryGlassCounts) {
   const Task task = bring();

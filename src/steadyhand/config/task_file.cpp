@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 
+#include "steadyhand/config/shape_reader.hpp"
 #include "steadyhand/config/yaml_reader.hpp"
 
 namespace steadyhand {
 
 namespace {
 
-constexpr Interval kLengths{-10.0, 10.0}, kTurns{-2.0 * M_PI, 2.0 * M_PI}, kTimes{0.0, 86400.0, true};
+constexpr Interval kLengths{-10.0, 10.0}, kTurns{-2.0 * M_PI, 2.0 * M_PI}, kTimes{0.0, 86400.0, true},
+    kSymmetries{0.0, 2.0 * M_PI, true};
 
 /// Reads into a task; things get their indices as they are first named.
 class TaskReader {
@@ -76,14 +79,45 @@ class TaskReader {
     } else if (map.has("apart")) {
       c.kind = Condition::Kind::kApart;
       say(two("apart"), "off");
+    } else if (map.has("released")) {
+      c.kind = Condition::Kind::kReleased;
+      c.text = one("released") + " let go of";
+    } else if (map.has("aligned")) {
+      c.kind = Condition::Kind::kAligned;
+      say(two("aligned"), "turned as");
+      c.most = map.number("within", {0.0, M_PI, true});
+      c.symmetry = map.number("symmetry", kSymmetries, c.symmetry);
     } else if (map.has("spilled")) {
       c.kind = Condition::Kind::kSpilled;
       c.most = map.number("spilled", {0.0, 1.0});
       c.text = "nothing spilled";
     } else {
-      map.fail("near", "must be there, or upright, still, touches, apart or spilled: what has to hold");
+      map.fail("near",
+               "must be there, or upright, still, touches, apart, released, aligned or spilled: what has to hold");
     }
     return c;
+  }
+
+  Move move(YamlMap& map) {
+    Move move;
+    if (map.has("gripper")) {
+      move.gripper = map.number("gripper", {0.0, 1.0});
+      return move;
+    }
+    move.to = thing(map, "to", map.text("to"));
+    if (map.has("lead")) move.lead = thing(map, "lead", map.text("lead"));
+    if (map.has("offset")) move.offset = read_vector(map, "offset");
+    if (map.has("turn")) move.turn = thing(map, "turn", map.text("turn"));
+    move.by = map.number("by", kTurns, move.by);
+    move.symmetry = map.number("symmetry", kSymmetries, move.symmetry);
+    move.speed = map.number("speed", Interval::positive(), move.speed);
+    if (map.has("keep")) {
+      for (const std::string& axis : map.texts("keep")) {
+        if (axis != "x" && axis != "y") map.fail("keep", fmt::format("names '{}'; it must be x or y", axis));
+        move.keep[axis == "y"] = true;
+      }
+    }
+    return move;
   }
 
  private:
@@ -107,6 +141,7 @@ Result<Task> load_task(const std::filesystem::path& file) {
   TaskReader reader(task);
   task.name = file.stem().string();
   task.instruction = map.text("instruction");
+  task.robot = map.text("robot", "");
   task.scene = (file.parent_path() / map.text("scene")).string();
   if (map.has("tool")) {
     YamlMap tool = map.map("tool");
@@ -129,6 +164,9 @@ Result<Task> load_task(const std::filesystem::path& file) {
   for (YamlMap& each : map.maps("success")) task.success.push_back(reader.condition(each));
   if (task.success.empty() || task.success.size() > 31) {
     map.fail("success", fmt::format("has {} conditions; it must be 1 to 31", task.success.size()));
+  }
+  if (map.has("moves")) {
+    for (YamlMap& each : map.maps("moves")) task.moves.push_back(reader.move(each));
   }
   task.hold = map.number("hold", Interval::not_negative(), task.hold);
   task.time_limit = map.number("time_limit", kTimes, task.time_limit);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "steadyhand/arm/arm_kinds.hpp"
 #include "steadyhand/mujoco/scene_model.hpp"
@@ -15,6 +16,8 @@ namespace {
 constexpr double kLongestStep = 0.001;  // s, of the simulation: a grasp is stiff
 /// How fast an arm that is behind its command comes after, as a share of its speed limit.
 constexpr double kCatchUp = 0.25;
+/// Of a gripper whose robot's file does not say it.
+constexpr double kClosesIn = 0.6;  // s
 constexpr Time kShowPeriod = std::chrono::milliseconds(10);
 
 }  // namespace
@@ -23,10 +26,11 @@ constexpr Time kShowPeriod = std::chrono::milliseconds(10);
 struct MujocoArm::Simulation {
   std::unique_ptr<SceneModel> scene;
   std::unique_ptr<mjData, void (*)(mjData*)> data;
-  int steps = 1;                                 ///< a cycle
-  JointVector stiffness, damping, effort, most;  ///< Nm/rad, Nms/rad, Nm, and Nm against an error
-  std::vector<double> acceleration, inertial;    ///< nv
-  std::vector<std::uint32_t> things_of_geom;     ///< a bit for each thing that a geom belongs to
+  int steps = 1;                                     ///< a cycle
+  JointVector stiffness, damping, effort, most;      ///< Nm/rad, Nms/rad, Nm, and Nm against an error
+  std::vector<double> acceleration, inertial;        ///< nv
+  double closes_in = kClosesIn, gripper_wish = 0.0;  ///< s; where the gripper is to be by now, 0 to 1
+  bool touches_forbidden = false;
 
   Simulation(std::unique_ptr<SceneModel> made, const ChainDynamics& dynamics, const MujocoSettings& settings)
       : scene(std::move(made)), data(mj_makeData(scene->model.get()), mj_deleteData), effort(dynamics.effort_max) {
@@ -39,17 +43,6 @@ struct MujocoArm::Simulation {
     for (int k = 0; k < n; ++k) damping[k] = -m->actuator_biasprm[scene->actuator[k] * mjNBIAS + 2];
     stiffness = effort / kErrorAtFullTorque;
     most = (settings.contact == ContactPolicy::kYield ? settings.yield : 1.0) * effort;
-    for (int geom = 0; geom < m->ngeom; ++geom) {
-      std::uint32_t bits = 0;
-      for (std::size_t i = 0; i < scene->things.size(); ++i) {
-        const SceneModel::Thing& thing = scene->things[i];
-        if (thing.site < 0 && m->body_weldid[thing.body] == m->body_weldid[m->geom_bodyid[geom]] &&
-            (m->body_weldid[thing.body] != 0 || thing.body == m->geom_bodyid[geom])) {
-          bits |= 1u << i;
-        }
-      }
-      things_of_geom.push_back(bits);
-    }
   }
 };
 
@@ -70,12 +63,14 @@ Result<std::unique_ptr<MujocoArm>> MujocoArm::make(const RobotModel& model, cons
 MujocoArm::MujocoArm(const RobotModel& model, std::unique_ptr<SceneModel> scene, const ChainDynamics& dynamics,
                      const Task& task, const MujocoSettings& settings, Clock& clock)
     : ClockedArm(model, model.home,
-                 {model.name + " (MuJoCo)", model.dof(), settings.rate_hz, settings.latency, kMujoco.hardware},
+                 {model.name + " (MuJoCo)", model.dof(), settings.rate_hz, settings.latency, kMujoco.hardware,
+                  scene->gripper >= 0},
                  {.command_timeout = settings.command_timeout, .start_time = settings.start_time}, clock),
       task_(task),
       settings_(settings),
       simulation_(std::make_unique<Simulation>(std::move(scene), dynamics, settings)),
       held_{{now_, now_}, q_, dq_, dq_} {
+  simulation_->closes_in = model.gripper_time.value_or(kClosesIn);
   for (int k = 0; k < model.dof(); ++k) simulation_->data->qpos[simulation_->scene->position[k]] = q_[k];
   mj_forward(simulation_->scene->model.get(), simulation_->data.get());
 }
@@ -130,7 +125,15 @@ void MujocoArm::step(const JointCommand& set_point) {
     m->actuator_forcerange[2 * servo] = std::max(-s.effort[k], motion - s.most[k]);
     m->actuator_forcerange[2 * servo + 1] = std::min(s.effort[k], motion + s.most[k]);
   }
+  if (gripper_) {
+    const double most = m->opt.timestep / s.closes_in;
+    s.gripper_wish += std::clamp(*gripper_command_ - s.gripper_wish, -most, most);
+    d->ctrl[s.scene->gripper] = s.scene->gripper_closed * s.gripper_wish;
+  }
   mj_step2(m, d);
+  if (gripper_) gripper_ = std::clamp(d->actuator_length[s.scene->gripper] / s.scene->gripper_closed, 0.0, 1.0);
+  const bool touched = std::exchange(s.touches_forbidden, touches_forbidden());
+  state_.forbidden += !touched && s.touches_forbidden;
   for (int k = 0; k < n; ++k) {
     q_[k] = d->qpos[s.scene->position[k]];
     dq_[k] = d->qvel[s.scene->velocity[k]];
@@ -138,6 +141,21 @@ void MujocoArm::step(const JointCommand& set_point) {
   if (d->warning[mjWARN_BADQPOS].number + d->warning[mjWARN_BADQVEL].number + d->warning[mjWARN_BADQACC].number > 0) {
     interface_.stop("the simulation diverged");
   }
+}
+
+bool MujocoArm::touches_forbidden() const {
+  const SceneModel& scene = *simulation_->scene;
+  const mjData* d = simulation_->data.get();
+  const auto forbids = [](const SceneModel::GeomRole& one, const SceneModel::GeomRole& other) {
+    return one.kept_off >= 0 && (other.not_touch >> one.kept_off & 1u) != 0;
+  };
+  for (int c = 0; c < d->ncon; ++c) {
+    const mjContact& contact = d->contact[c];
+    if (contact.exclude != 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    const SceneModel::GeomRole &one = scene.roles[contact.geom[0]], &other = scene.roles[contact.geom[1]];
+    if (forbids(one, other) || forbids(other, one)) return true;
+  }
+  return false;
 }
 
 /// Where somebody asked for it.
@@ -163,6 +181,7 @@ void MujocoArm::place_things() {
   }
   mj_forward(m, d);
   ++state_.reset;
+  state_.forbidden = 0;
   show(now_);
 }
 
@@ -186,14 +205,20 @@ void MujocoArm::show(Time now) {
     shown.velocity = Eigen::Map<const Vector3>(velocity + 3);
     shown.touches = 0;
   }
+  std::array<std::uint32_t, 2> on_finger{};  // things that each finger touches
   for (int c = 0; c < d->ncon; ++c) {
     const mjContact& contact = d->contact[c];
     if (contact.exclude != 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
-    const std::uint32_t one = s.things_of_geom[contact.geom[0]], other = s.things_of_geom[contact.geom[1]];
+    const SceneModel::GeomRole &one = s.scene->roles[contact.geom[0]], &other = s.scene->roles[contact.geom[1]];
     for (int i = 0; i < state_.things; ++i) {
-      if ((one >> i & 1u) != 0) state_.thing[i].touches |= other;
-      if ((other >> i & 1u) != 0) state_.thing[i].touches |= one;
+      if ((one.things >> i & 1u) != 0) state_.thing[i].touches |= other.things;
+      if ((other.things >> i & 1u) != 0) state_.thing[i].touches |= one.things;
     }
+    if (one.finger >= 0) on_finger[one.finger] |= other.things;
+    if (other.finger >= 0) on_finger[other.finger] |= one.things;
+  }
+  for (int i = 0; i < state_.things; ++i) {
+    state_.thing[i].grasped = (on_finger[0] & on_finger[1] & 1u << i) != 0;
   }
   shown_.write(state_);
 }

@@ -57,6 +57,7 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   void advance(Time end) override;
   void step(const JointCommand& set_point);
   void place_things();
+  bool touches_forbidden() const;
   void show(Time now);
   void show_view(Time now);
 

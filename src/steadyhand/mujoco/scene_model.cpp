@@ -196,6 +196,48 @@ Status find_things(const Task& task, SceneModel& scene) {
   return Done{};
 }
 
+/// The gripper of the tool, if it is one.
+void find_gripper(SceneModel& scene) {
+  const mjModel* model = scene.model.get();
+  scene.gripper = mj_name2id(model, mjOBJ_ACTUATOR, kGripper);
+  if (scene.gripper >= 0) scene.gripper_closed = model->actuator_ctrlrange[2 * scene.gripper + 1];
+}
+
+/// Whether something of the arm may touch what is kept off: its body or link, or what the tool stands for, is named.
+bool may_touch(const KeptOff& kept, const RobotModel& arm, const Task& task, const mjModel& model, int geom) {
+  const auto named = [&](const std::string& name) {
+    return std::count(kept.may_be_touched_by.begin(), kept.may_be_touched_by.end(), name) > 0;
+  };
+  const std::string name = model.names + model.name_geomadr[geom];
+  for (const Body& body : arm.bodies) {
+    if (name == "arm/" + body.name) return named(body.name) || named(arm.link_names[body.link]);
+  }
+  return std::any_of(task.stands_for.begin(), task.stands_for.end(), named) || named(arm.link_names.back());
+}
+
+void find_roles(const RobotModel& arm, const Task& task, SceneModel& scene) {
+  const mjModel* model = scene.model.get();
+  for (int geom = 0; geom < model->ngeom; ++geom) {
+    SceneModel::GeomRole& role = scene.roles.emplace_back();
+    const int of = model->geom_bodyid[geom];
+    for (std::size_t i = 0; i < scene.things.size(); ++i) {
+      const SceneModel::Thing& thing = scene.things[i];
+      if (thing.site < 0 && model->body_weldid[thing.body] == model->body_weldid[of] &&
+          (model->body_weldid[thing.body] != 0 || thing.body == of)) {
+        role.things |= 1u << i;
+      }
+    }
+    for (int finger = 0; finger < 2; ++finger) {
+      if (of == mj_name2id(model, mjOBJ_BODY, kFingers[finger])) role.finger = finger;
+    }
+    for (std::size_t k = 0; k < task.keeps_off.size(); ++k) {
+      if (geom == mj_name2id(model, mjOBJ_GEOM, task.keeps_off[k].geom.c_str())) role.kept_off = static_cast<int>(k);
+      const bool is_arm = (model->geom_contype[geom] & kArmBit) != 0;
+      if (is_arm && !may_touch(task.keeps_off[k], arm, task, *model, geom)) role.not_touch |= std::uint64_t{1} << k;
+    }
+  }
+}
+
 }  // namespace
 
 Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& dynamics, const Cell& cell,
@@ -217,7 +259,13 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
                                name, arm.name)};
   }
   const auto of_scene = [&](const std::string& name) {
-    return std::any_of(task.keeps_off.begin(), task.keeps_off.end(), [&](const KeptOff& k) { return k.geom == name; });
+    const auto is_placed = [&](const Placing& placing) {
+      const std::string& thing = task.things[placing.thing];
+      return name == thing || name.starts_with(thing + " ");
+    };
+    return std::any_of(task.keeps_off.begin(), task.keeps_off.end(),
+                       [&](const KeptOff& k) { return k.geom == name; }) ||
+           std::any_of(task.placings.begin(), task.placings.end(), is_placed);
   };
   for (const CellObject& object : in_base(cell, arm).objects) {
     if (!object.attached && !of_scene(object.name)) {
@@ -245,6 +293,8 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
   scene.tool = mj_name2id(model, mjOBJ_BODY, "tool");
   add_damping(arm, dynamics, scene);
   if (Status s = find_things(task, scene); !s) return s.error();
+  find_gripper(scene);
+  find_roles(arm, task, scene);
   return scene;
 }
 
@@ -354,6 +404,11 @@ Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, 
       object->margin = 0.0;
       object->may_be_touched_by.assign(arm.link_names.begin() + 1, arm.link_names.end());
       solids.emplace_back(placing.thing, *std::move(object));
+    }
+  }
+  for (auto& one : solids) {  // while the tool carries it
+    for (const auto& other : solids) {
+      if (other.first != one.first) one.second.may_be_touched_by.push_back(other.second.name);
     }
   }
   return solids;

@@ -2,6 +2,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -17,6 +18,8 @@ namespace steadyhand {
 inline constexpr double kErrorAtFullTorque = 0.05;
 /// Contact bits of geoms: solids of the arm do not touch each other, which the planner sees to.
 inline constexpr int kSceneBit = 1, kArmBit = 2;
+/// Of a tool: the actuator that closes it, and the bodies that hold something between them.
+inline constexpr const char *kGripper = "gripper", *kFingers[] = {"left_finger", "right_finger"};
 
 /// An arm among its cell's objects and a task's scene, as MuJoCo simulates them. Never changes after it was made, but
 /// for the limits of its actuators.
@@ -35,6 +38,17 @@ struct SceneModel {
     int site = -1;  ///< -1: it is the body
   };
   std::vector<Thing> things;  ///< of Task::things
+
+  int gripper = -1;             ///< the actuator that closes it; -1: the tool is none
+  double gripper_closed = 1.0;  ///< what that is told for it to be closed
+  /// Of a geom, what counts in its contacts.
+  struct GeomRole {
+    std::uint32_t things = 0;     ///< a bit for each thing that it belongs to
+    int finger = -1;              ///< of the gripper: 0 or 1
+    int kept_off = -1;            ///< index into Task::keeps_off
+    std::uint64_t not_touch = 0;  ///< a bit for each of these that it, of the arm, must not touch
+  };
+  std::vector<GeomRole> roles;  ///< of all geoms
 };
 
 /// The arm: its chain with the masses of its URDF, its bodies as solids that touch whatever is not the arm. Around it
@@ -49,7 +63,7 @@ Result<SceneModel> make_scene_model(const RobotModel& arm, const ChainDynamics& 
 Result<std::vector<CellObject>> kept_off(const Task& task);
 
 /// What there is to draw of the things that the task places: the index of a thing, and its solids in its frame, which
-/// the arm may touch. Fails as kept_off.
+/// the arm and the other things may touch. Fails as kept_off.
 Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, const RobotModel& arm);
 
 }  // namespace steadyhand

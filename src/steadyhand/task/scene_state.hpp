@@ -17,12 +17,14 @@ struct ThingState {
   Vector3 velocity = Vector3::Zero();  ///< m/s, base frame
   Vector3 turning = Vector3::Zero();   ///< rad/s, base frame
   std::uint32_t touches = 0;           ///< a bit for each thing that it is in contact with, by index
+  bool grasped = false;                ///< two fingers of the gripper touch it
 };
 
 /// A simulated scene at one time: the things that its task names, in that order.
 struct SceneState {
   Time at{0};
-  std::uint64_t reset = 0;  ///< how often the scene was set up anew before
+  std::uint64_t reset = 0;      ///< how often the scene was set up anew before
+  std::uint64_t forbidden = 0;  ///< contacts of the arm with what the task keeps it off, begun since then
   int things = 0;
   std::array<ThingState, kMaxThings> thing{};
 };

@@ -35,6 +35,11 @@ Result<std::vector<Pose>> draw_places(const Task& task, std::uint64_t seed) {
       fmt::format("task '{}': no places that are {} m apart were found in {} draws", task.name, task.apart, kDraws)};
 }
 
+double heading(const Pose& X) {
+  const Vector3 x = X.q * Vector3::UnitX();
+  return std::atan2(x.y(), x.x());
+}
+
 bool holds(const Condition& c, const SceneState& scene, double spilled) {
   const ThingState& thing = scene.thing[c.thing];
   const ThingState& other = scene.thing[c.other];
@@ -51,6 +56,10 @@ bool holds(const Condition& c, const SceneState& scene, double spilled) {
       return (thing.touches >> c.other & 1u) != 0;
     case Condition::Kind::kApart:
       return (thing.touches >> c.other & 1u) == 0;
+    case Condition::Kind::kReleased:
+      return !thing.grasped;
+    case Condition::Kind::kAligned:
+      return std::abs(std::remainder(heading(thing.X_base_thing) - heading(other.X_base_thing), c.symmetry)) <= c.most;
     case Condition::Kind::kSpilled:
       return spilled <= c.most;
   }
