@@ -145,9 +145,19 @@ def test_what_was_kept_becomes_a_data_set(session, tmp_path, capsys):
     assert episode["success"] and episode["notes"] == "gently"
 
 
+def test_a_scripted_operator_stacks_in_virtual_time():
+    done = subprocess.run([PROGRAM, "tasks", "stack", "--episodes", "1", "--profiles", "tracking", "--each"], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    row = [each.strip() for each in done.stdout.strip().splitlines()[-1].split("|")]
+    assert row[1:3] == ["`stack`", "tracking"] and row[3].startswith("1 of 1"), done.stdout + done.stderr
+    assert row[7:9] == ["0", "0"]  # beyond limits, contacts with what must not be touched
+
+
 def test_bad_tasks_are_refused_before_anything_runs(tmp_path):
     assert "task is 'carry', and the arm 'sim' has no contact; --arm mujoco has" in refusal("--task", "carry")
     assert "carry" in refusal("--arm", "mujoco", "--task", "carri")
     (tmp_path / "bad.yaml").write_text("instruction: x\nscene: none.xml\nsuccess:\n  - {upright: tool, within: 0.1}\n")
     assert "none.xml: no such file" in refusal("--arm", "mujoco", "--task", tmp_path / "bad.yaml")
+    (tmp_path / "moves.yaml").write_text("instruction: x\nscene: none.xml\nsuccess:\n  - {released: a}\nmoves:\n  - {gripper: 1.5}\n")
+    assert "moves.yaml" in (told := refusal("--arm", "mujoco", "--task", tmp_path / "moves.yaml")) and "1.5" in told
     assert "mujoco.contact is 'shove'" in refusal("--arm", "mujoco", "--set", "mujoco.contact=shove")

@@ -17,6 +17,7 @@ void add_config_command(CommandLine& app, Command& chosen);
 void add_demo_command(CommandLine& app, Command& chosen, int& exit_code);
 /// @param exit_code becomes 1 if the link is not fit
 void add_check_command(CommandLine& app, Command& chosen, int& exit_code);
+void add_tasks_command(CommandLine& app, Command& chosen);
 void add_replay_command(CommandLine& app, Command& chosen);
 void add_report_command(CommandLine& app, Command& chosen);
 void add_fit_command(CommandLine& app, Command& chosen);

@@ -157,14 +157,15 @@ Status run(Options options, int& exit_code) {
   settings.server.page_folder = options.page;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
+  options.arm.complete(settings);
+  if (Status s = choose_task(options.arm, places, table, settings); !s) return s;
   Result<RobotModel> model = choose_robot(settings.robot, options.tip, places, options.no_fit);
   if (!model) return model.error();
   if (!options.headless) add_arm_scene(settings.robot, options.tip, *model, places, settings.server);
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
   settings.live.cell = in_base(*std::move(cell), *model);
-  options.arm.complete(settings);
-  if (Status s = take_task(options.arm, places, settings); !s) return s;
+  if (Status s = take_task(*model, settings); !s) return s;
   if (Status s = check_carried(settings.live.cell, at_home(*model)); !s) return s;
   int chosen = 0;
   Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen);

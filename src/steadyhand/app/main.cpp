@@ -26,6 +26,7 @@ constexpr const char* kExamples =
     "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
     "  ./steadyhand site --out site               the page with planner and simulated arm as files for any web server\n"
     "  ./steadyhand bench                         our solver beside its peers\n"
+    "  ./steadyhand tasks stack --episodes 100    a scripted operator does tasks in a scene with contact\n"
     "  ./steadyhand study STUDY.yaml              a user study, with people or simulated operators\n"
     "  ./steadyhand dataset SESSION... --out DIR  a data set for imitation learning, of recorded sessions\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
@@ -62,6 +63,9 @@ int main(int argc, char** argv) {
   steadyhand::add_demo_command(app, command, exit_code);
   steadyhand::add_check_command(app, command, exit_code);
   steadyhand::add_config_command(app, command);
+#ifdef STEADYHAND_MUJOCO
+  steadyhand::add_tasks_command(app, command);
+#endif
   steadyhand::add_replay_command(app, command);
   steadyhand::add_report_command(app, command);
   steadyhand::add_describe_command(app, command);

@@ -12,7 +12,8 @@
 
 namespace steadyhand {
 
-Status take_task(const ArmChoice& choice, const Places& places, SessionSettings& settings) {
+Status choose_task(const ArmChoice& choice, const Places& places, const SettingsTable& table,
+                   SessionSettings& settings) {
   const bool has_contact = choice.kind() == &kMujoco;
   if (!has_contact) {
     if (settings.task_name == "none") return Done{};
@@ -25,11 +26,29 @@ Status take_task(const ArmChoice& choice, const Places& places, SessionSettings&
   Result<Task> task = open_task(settings.task_name, places);
   if (!task) return task.error();
   settings.task = *std::move(task);
+  if (!settings.task.robot.empty() && table.origin("robot") == "default") settings.robot = settings.task.robot;
+  return Done{};
+}
+
+Status take_task(const RobotModel& model, SessionSettings& settings) {
 #ifdef STEADYHAND_MUJOCO
-  Result<std::vector<CellObject>> objects = kept_off(settings.task);
-  if (!objects) return objects.error();
+  const Task& task = settings.task;
   std::vector<CellObject>& cell = settings.live.cell.objects;
+  Result<std::vector<CellObject>> objects = kept_off(task);
+  if (!objects) return objects.error();
   cell.insert(cell.end(), objects->begin(), objects->end());
+  const auto solids = placed_solids(task, model);
+  if (!solids) return solids.error();
+  const Result<std::vector<Pose>> places = draw_places(task, settings.mujoco.seed);
+  if (!places) return places.error();
+  for (const auto& [thing, solid] : *solids) {
+    for (std::size_t i = 0; i < places->size(); ++i) {
+      if (task.placings[i].thing != thing) continue;
+      const Pose& at = (*places)[i];
+      cell.push_back(solid);
+      cell.back().origin = Eigen::Translation3d(at.p) * at.q * solid.origin;
+    }
+  }
 #endif
   return Done{};
 }

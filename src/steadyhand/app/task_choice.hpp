@@ -8,10 +8,14 @@
 
 namespace steadyhand {
 
-/// Reads the task that the settings name. Its objects that the planner keeps off join the cell, and where contact is
-/// not to stop the arm its way off the commands is no fault. Fails where the arm that was chosen has no contact, or as
-/// load_task and kept_off.
-Status take_task(const ArmChoice& choice, const Places& places, SessionSettings& settings);
+/// Reads the task that the settings name, and takes its robot where nobody has said one. Where contact is not to stop
+/// the arm its way off the commands is no fault. Fails where the arm that was chosen has no contact, or as load_task.
+Status choose_task(const ArmChoice& choice, const Places& places, const SettingsTable& table,
+                   SessionSettings& settings);
+
+/// What the task has the planner keep off joins the cell, and the things that it places, where they are at first.
+/// Fails as kept_off, placed_solids and draw_places.
+Status take_task(const RobotModel& model, SessionSettings& settings);
 
 /// What the page draws of the things that the task places, see placed_solids.
 Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task& task, const RobotModel& model);

@@ -39,6 +39,8 @@ class OneThreadSession : public Session {
   Time next_cycle() const { return clock_->now() + cycle_; }
   /// That cycle, and what is due by then.
   void step();
+  /// What it came to so far.
+  LiveSummary summary() { return summarize(); }
 
  private:
   OneThreadSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, SteppedClock& clock);

@@ -20,9 +20,6 @@ namespace steadyhand {
 namespace {
 
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
-/// Of the things of a simulated scene: how often the cell follows them, and what motion is seen.
-constexpr Time kDrawPeriod = std::chrono::milliseconds(100);
-constexpr double kSeenDistance = 0.001, kSeenTurn = 0.01;  // m, rad
 
 /// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
 /// address among the arguments of the programs that open it.
@@ -71,7 +68,10 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
   operator_interface_ = std::make_unique<OperatorInterface>(*session_, settings_.profiles, settings_.profile,
                                                             settings_.live.planning.retarget, settings_.live.glass,
                                                             std::exchange(settings_.recordings, {}));
-  if (settings_.scene != nullptr && settings_.task != nullptr) judge_.emplace(*settings_.task);
+  if (settings_.scene != nullptr && settings_.task != nullptr) {
+    judge_.emplace(*settings_.task);
+    things_.emplace(settings_.things);
+  }
 }
 
 LiveConsole::~LiveConsole() {
@@ -212,36 +212,10 @@ void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
     decided_ = progress.success;
   }
   recorder_->see({scene, progress});
-  draw_things(scene);
-}
-
-/// What has moved, moves in the cell.
-void LiveConsole::draw_things(const SceneState& scene) {
-  if (settings_.things.empty() || (!drawn_.empty() && scene.at - drawn_at_ < kDrawPeriod)) return;
-  const bool is_first = drawn_.empty();
-  drawn_.resize(settings_.things.size());
-  bool moved = is_first;
-  for (std::size_t i = 0; i < drawn_.size(); ++i) {
-    const Pose& now = scene.thing[settings_.things[i].first].X_base_thing;
-    moved |= (now.p - drawn_[i].p).norm() > kSeenDistance || now.q.angularDistance(drawn_[i].q) > kSeenTurn;
+  const bool first = !things_->known();
+  if (const Status done = things_->follow(scene, *session_); !done && first) {
+    say("note: the scene's things are not drawn: " + done.error().message + "\n");
   }
-  if (!moved) return;
-  const Status done = session_->change_cell(
-      [&](Cell cell) -> Result<Cell> {
-        for (const auto& [thing, object] : settings_.things) {
-          const Pose& at = scene.thing[thing].X_base_thing;
-          const auto known = std::find_if(cell.objects.begin(), cell.objects.end(),
-                                          [&](const CellObject& other) { return other.name == object.name; });
-          CellObject& drawn = known == cell.objects.end() ? cell.objects.emplace_back() : *known;
-          drawn = object;
-          drawn.origin = Eigen::Translation3d(at.p) * at.q * object.origin;
-        }
-        return cell;
-      },
-      scene.at);
-  if (!done && is_first) say("note: the scene's things are not drawn: " + done.error().message + "\n");
-  for (std::size_t i = 0; i < drawn_.size(); ++i) drawn_[i] = scene.thing[settings_.things[i].first].X_base_thing;
-  drawn_at_ = scene.at;
 }
 
 /// On the server's thread; what the disk says comes later.

@@ -10,6 +10,7 @@
 #include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/console/scene_things.hpp"
 #include "steadyhand/console/session_library.hpp"
 #include "steadyhand/core/video.hpp"
 #include "steadyhand/desk/operator_interface.hpp"
@@ -93,7 +94,6 @@ class LiveConsole {
   Status set_up_scene(double seed);
   Status mark_episode(EpisodeMark mark);
   void look_at_scene(const SessionSnapshot& snapshot);
-  void draw_things(const SceneState& scene);
   void say(const std::string& text) const {
     if (callbacks_.say) callbacks_.say(text);
   }
@@ -110,11 +110,10 @@ class LiveConsole {
   std::optional<SessionRecorder> recorder_;
   Episodes episodes_;
   std::optional<TaskJudge> judge_;
-  Mutex scene_;                  ///< of what follows
-  std::optional<bool> decided_;  ///< how the scene's task ended
-  std::uint64_t seed_ = 0;       ///< of the scene's places
-  std::vector<Pose> drawn_;      ///< where ConsoleSettings::things are in the cell
-  Time drawn_at_{0};
+  std::optional<SceneThings> things_;  ///< ConsoleSettings::things
+  Mutex scene_;                        ///< of what follows
+  std::optional<bool> decided_;        ///< how the scene's task ended
+  std::uint64_t seed_ = 0;             ///< of the scene's places
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
   Time shown_{0};
