@@ -23,6 +23,7 @@ export class Hand {
   #gripped = -Infinity;
   #released = -Infinity;
   #sequence = 0;
+  #gripper: number | null = null;
   readonly #pose = rest();
   readonly #origin = rest();
 
@@ -60,6 +61,16 @@ export class Hand {
   /** Whoever has it. */
   letGo(): void { if (this.#source !== null) this.release(this.#source); }
 
+  /** Opens (0) or closes (1) the gripper, in a grip of the hand or without one. */
+  set gripper(value: number) {
+    this.#gripper = Math.min(Math.max(value, 0), 1);
+    if (this.#clutch) return; // the next pose says it
+    this.#released = this.now();
+    if (this.allowed()) this.#sample(false, true, false);
+  }
+  /** As it was wanted last; null: nothing was said. */
+  get gripper(): number | null { return this.#gripper; }
+
   /** 90 times a second. */
   repeat(): void {
     if (this.#source === null && this.now() - this.#released < REPEATED && this.allowed()) this.#sample(false, true, false);
@@ -94,6 +105,7 @@ export class Hand {
   #sample(clutch: boolean, tracked: boolean, emulated: boolean, lead = 0): void {
     const { p, q } = this.#pose, sample: Sample = { type: 'sample', sequence: ++this.#sequence, t_s: this.now(), p, q, clutch, tracked, emulated };
     if (lead > 0) sample.lead_s = lead;
+    if (this.#gripper !== null) sample.gripper = this.#gripper;
     this.connection.send(sample);
   }
 }

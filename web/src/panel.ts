@@ -1,3 +1,4 @@
+import { isTyped } from './input/shortcuts';
 import type { Connection } from './connection';
 import { element } from './element';
 import { colorOf, inOrder, purposeOf } from './profiles';
@@ -111,6 +112,20 @@ export class Panel {
       (value) => this.command('fill', { value: value / 1000 }));
     this.#slider('tilt', () => { const c = controls(); return c && (c.tilt * 180) / Math.PI; }, tiltText,
       (value) => this.command('tilt', { value: (value * Math.PI) / 180 }));
+    this.#slider('gripper', () => { const g = this.session.state?.gripper; return g === null || g === undefined ? undefined : g * 100; },
+      (v) => (v < 2 ? 'open' : v > 98 ? 'closed' : `${v.toFixed(0)} % closed`), (value) => this.#grip(value / 100));
+    addEventListener('keydown', (event) => {
+      if (event.code !== 'KeyG' || event.repeat || event.ctrlKey || event.metaKey || event.altKey || isTyped(event.target)) return;
+      const { state, mayTake, past } = this.session;
+      if (typeof state?.gripper !== 'number' || !mayTake || past) return;
+      this.#grip((this.hand.gripper ?? state.gripper) > 0.5 ? 0 : 1);
+    });
+  }
+
+  /** 0 open to 1 closed. */
+  #grip(value: number): void {
+    this.takeLease();
+    this.hand.gripper = value;
   }
 
   stop(): void { this.ask('stop'); }
@@ -243,6 +258,7 @@ export class Panel {
     write(element('held', HTMLElement), constraint);
     element('spill', HTMLElement).hidden = session.past || !state?.liquid.spilled;
     this.#showWave(session.past ? undefined : state);
+    element('gripper-line', HTMLElement).hidden = typeof state?.gripper !== 'number';
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;
     write(element('refusal', HTMLElement), refusal);

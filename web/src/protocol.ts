@@ -16,7 +16,7 @@ export type ClientMessage =
   | { type: 'release' }
   | { type: 'ask' }
   | { type: 'answer'; grant: boolean }
-  | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number }
+  | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number; gripper?: number }
   | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string; success?: boolean; notes?: string }
   | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
   | { type: 'reply'; content: { key: string; value: number } }
@@ -55,6 +55,8 @@ export interface StateMessage {
   q: number[];
   dq: number[];
   command: number[];
+  /** Measured, 0 open to 1 closed; null: the arm has none. */
+  gripper: Measure;
   tool: Pose;
   target: Pose;
   engaged: boolean;

@@ -173,7 +173,9 @@ export class Headset {
       this.#scale(source.gamepad!.axes[3] ?? 0, now);
       if (source.handedness === this.#handedness) leading = source;
     }
-    const pulled = leading !== undefined && (this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER));
+    const grips = typeof this.facts.state?.gripper === 'number'; // then the trigger closes it, and pours nothing
+    if (grips && leading && this.hand.source === 'headset') this.hand.gripper = leading.gamepad!.buttons[TRIGGER]?.value ?? 0;
+    const pulled = !grips && leading !== undefined && (this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER));
     this.#pour(pulled && this.hand.source === 'headset');
     if (this.hand.source !== 'headset') return;
     // Switched off, or put down: that is no letting go. The server hears that there is no pose.
