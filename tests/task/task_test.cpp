@@ -77,11 +77,11 @@ TEST(Task, FailsWhenItsTimeIsOver) {
 TEST(Task, KnowsWhatIsHeldAndHowThingsAreTurned) {
   SceneState scene = at(0.0, 0.0, 0.0);
   scene.thing[0].grasped = true;
-  const Condition released{Condition::Kind::kReleased, 0};
+  const Condition released{Condition::Kind::kReleased};
   EXPECT_FALSE(holds(released, scene, 0.0));
   scene.thing[0].grasped = false;
   EXPECT_TRUE(holds(released, scene, 0.0));
-  Condition aligned{Condition::Kind::kAligned, 0, 1, 0.1};
+  Condition aligned{Condition::Kind::kAligned, 0, 1, 0.1, 0.0};
   scene.thing[0].X_base_thing.q = Quaternion(Eigen::AngleAxisd(0.5 * M_PI + 0.05, Vector3::UnitZ()));
   EXPECT_NEAR(heading(scene.thing[0].X_base_thing), 0.5 * M_PI + 0.05, 1e-12);
   EXPECT_FALSE(holds(aligned, scene, 0.0));

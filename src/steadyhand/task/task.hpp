@@ -28,7 +28,8 @@ struct Condition {
   Kind kind = Kind::kNear;
   int thing = 0, other = 0;  ///< indices into Task::things
   double most = 0.0, height = 0.0;
-  std::string text;              ///< for people: what has to hold
+  std::string text{};            ///< for people: what has to hold
+  double symmetry = 2.0 * M_PI;  ///< rad, by which the thing may be turned and looks the same
 };
 
 /// Where something is put when the scene is set up: at random within these bounds.
