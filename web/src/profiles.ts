@@ -5,7 +5,7 @@ const PURPOSE: Readonly<Record<string, string>> = {
   tracking: 'Follows the hand as closely as the arm can; ignores the liquid, and spills.',
   'anti-slosh': 'Keeps the liquid as calm as at rest; comes late.',
   waiter: 'Calm sideways, freer up and down; less late.',
-  carry: 'The closest that spills nothing: the wave stays below the rim.',
+  carry: 'The closest that spills nothing while it leads; a stop may.',
   follow: 'Closer than Tracking, and rougher; ignores the liquid.',
 };
 
