@@ -99,6 +99,7 @@ void CameraSet::film(const std::stop_token& stop, PictureSource& source, std::si
 void CameraSet::offer(Camera& camera, Picture& picture) {
   {
     const std::lock_guard lock(camera.mutex);
+    camera.state.dropped += static_cast<std::uint64_t>(picture.left_out);
     if (camera.waiting.size() == kMostWaiting) {
       ++camera.state.dropped;
       return;
@@ -108,7 +109,7 @@ void CameraSet::offer(Camera& camera, Picture& picture) {
       other = std::move(camera.spare.back());
       camera.spare.pop_back();
     }
-    camera.waiting.push_back({picture.camera, picture.exposed, std::exchange(picture.rgb, std::move(other))});
+    camera.waiting.push_back({picture.camera, picture.exposed, 0, std::exchange(picture.rgb, std::move(other))});
   }
   camera.changed.notify_one();
 }

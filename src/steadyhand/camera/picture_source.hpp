@@ -12,6 +12,7 @@ namespace steadyhand {
 struct Picture {
   int camera = 0;                 ///< index of PictureSource::cameras
   Time exposed{0};                ///< session's clock
+  int left_out = 0;               ///< that were due since the one before, and came to nothing
   std::vector<std::uint8_t> rgb;  ///< 3 bytes a pixel, rows from the top, as many as CameraInfo says
 };
 

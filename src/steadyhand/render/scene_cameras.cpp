@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 #include "steadyhand/mujoco/scene_model.hpp"
 #include "steadyhand/render/offscreen_context.hpp"
@@ -64,11 +65,14 @@ class SceneCameras final : public PictureSource {
     clock_->sleep_until(next_[camera]);
     const Time period = from_seconds(1.0 / cameras_[camera].rate_hz);
     const Time woken = clock_->now();  // the rate's grid stays; what was slept through is left out
-    next_[camera] += (1 + std::max(Time(0), woken - next_[camera]) / period) * period;
+    const auto left_out = next_[camera] == Time(0) ? 0 : std::max(Time(0), woken - next_[camera]) / period;
+    next_[camera] = next_[camera] == Time(0) ? woken + period : next_[camera] + (1 + left_out) * period;
+    left_out_[camera] += static_cast<int>(left_out);
     is_fresh_ |= arm_->read_view(view_);
     if (!is_fresh_ || view_.at == shown_at_[camera]) return false;  // the simulation stands
     shown_at_[camera] = view_.at;
     draw(camera, picture);
+    picture.left_out = std::exchange(left_out_[camera], 0);
     return true;
   }
 
@@ -103,6 +107,7 @@ class SceneCameras final : public PictureSource {
   std::vector<CameraInfo> cameras_;
   std::vector<Time> next_;  ///< when each is due
   std::vector<Time> shown_at_ = std::vector<Time>(cameras_.size(), Time(-1));
+  std::vector<int> left_out_ = std::vector<int>(cameras_.size(), 0);  ///< of each, since its last picture
   Clock* clock_;
   std::unique_ptr<mjModel, SceneModel::FreeModel> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
