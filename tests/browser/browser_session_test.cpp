@@ -253,6 +253,24 @@ TEST(BrowserSession, AThrottledTabLeavesTheArmAtRestAndGoesOn) {
   EXPECT_TRUE(page.is("engaged")) << page.state["reason"];
 }
 
+TEST(BrowserSession, ADeviceThatBecameSlowPlansMoreSeldomAndKeepsItsClock) {
+  Time planning{0};
+  auto session = BrowserSession::make(some_setup(), [&] { return planning += std::chrono::milliseconds(8); }, 50.0);
+  ASSERT_TRUE(session) << session.error().message;
+  Page page(**session);
+  page.go_on(0.5);
+  page.grips = true;
+  page.go_on(0.5);
+  const auto plans = [&] { return (*session)->session().snapshot().plans; };
+  const std::uint64_t before = plans();
+  planning = Time(0);
+  page.go_on(2.0);
+  ASSERT_GT(plans(), before);
+  EXPECT_GT(to_seconds(planning) / static_cast<double>(plans() - before), 0.02) << "a plan takes more than a period";
+  EXPECT_LT(to_seconds(planning), 1.5) << "of two seconds";
+  EXPECT_TRUE(page.is("engaged")) << page.state["reason"];
+}
+
 TEST(BrowserSession, PlaysTheSameEachTime) {
   const Result<std::string> first = commands_of(some_setup(), 2.5), second = commands_of(some_setup(), 2.5);
   ASSERT_TRUE(first) << first.error().message;

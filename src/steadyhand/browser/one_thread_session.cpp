@@ -2,6 +2,13 @@
 
 namespace steadyhand {
 
+namespace {
+
+/// Until the next planning step, at most: less than half of what supervision waits for a plan.
+constexpr Time kLongestWait = std::chrono::milliseconds(100);
+
+}  // namespace
+
 Result<std::unique_ptr<OneThreadSession>> OneThreadSession::make(const RobotModel& model, const LiveSettings& settings,
                                                                  Arm& arm, SteppedClock& clock) {
   clock.run(true);  // how fast this machine plans may be measured
@@ -35,8 +42,12 @@ void OneThreadSession::step() {
   if (now >= next_plan_) {
     stepped_clock_->run(true);
     planning_->step(now);
+    const Time took = clock_->now() - now;
     stepped_clock_->run(false);
-    next_plan_ += from_seconds(1.0 / rate_);
+    const Time period = from_seconds(1.0 / rate_);
+    next_plan_ += period;
+    // Half of the thread is left to control cycles and messages: a device that became slow keeps its clock.
+    if (took > period) next_plan_ = std::max(next_plan_, now + std::min(2 * took, kLongestWait));
   }
   if (now < next_look_) return;
   drain();
