@@ -46,7 +46,7 @@ void OneThreadSession::step() {
     stepped_clock_->run(false);
     const Time period = from_seconds(1.0 / rate_);
     next_plan_ += period;
-    // Half of the thread is left to control cycles and messages: a device that became slow keeps its clock.
+    // Control cycles and messages get the thread as long again: a device that became slow keeps its clock.
     if (took > period) next_plan_ = std::max(next_plan_, now + std::min(2 * took, kLongestWait));
   }
   if (now < next_look_) return;
