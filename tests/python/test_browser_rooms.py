@@ -1,6 +1,7 @@
 """What is compiled for a browser needs no operating system: no file of it includes, by whatever way, a header of files, threads,
 sockets, or of a library that is not headers alone. Quick, where compiling for WebAssembly takes minutes (test_site.py)."""
 
+import json
 import os
 import re
 from pathlib import Path
@@ -44,3 +45,10 @@ def test_a_browser_needs_no_operating_system():
     wrong = sorted({f"{name} includes <{system}>" for system, name in found
                     if FORBIDDEN.fullmatch(system) and system not in EXCEPT.get(name, ())})
     assert wrong == []
+
+
+def test_what_this_machine_has_is_no_part_of_the_browsers_build():
+    options = set(re.findall(r"^option\((STEADYHAND_WITH_\w+)", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE))
+    presets = {each["name"]: each for each in json.loads((ROOT / "CMakePresets.json").read_text())["configurePresets"]}
+    off = {name for name, value in presets["wasm"]["cacheVariables"].items() if value == "OFF"}
+    assert options - off <= {"STEADYHAND_WITH_LIVE"}
