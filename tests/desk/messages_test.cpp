@@ -27,6 +27,7 @@ OperatorView fixture_view() {
   s.measured.q << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6;
   s.measured.dq.setZero(6);
   s.measured.dq[5] = -1.0;
+  s.measured.gripper = 0.25;
   s.command.q = s.measured.q;
   s.command.q[5] = 0.5;
   s.X_base_tool.p = {0.4, 0.0, 0.5};
