@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "robot/random_arm.hpp"
 #include "support/virtual_session.hpp"
 
 namespace steadyhand {
@@ -41,7 +42,7 @@ Steps grip_a_hundred_times(bool anywhere, std::vector<JointVector>& commands) {
   for (int i = 0; i < 100; ++i) {
     session.clutch = false;
     session.run(0.1 + 0.1 * unit(random));
-    const Vector3 p(unit(random), unit(random), unit(random)), axis(unit(random), unit(random), unit(random));
+    const Vector3 p = random_vector(random), axis = random_vector(random);
     if (anywhere) offset = {p, Quaternion(Eigen::AngleAxisd(M_PI * unit(random), axis.normalized()))};
     if (!anywhere) (void)unit(random);
     EXPECT_TRUE(session.grip()) << i << ": " << session.view.reason;

@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "support/virtual_session.hpp"
 
@@ -145,7 +146,7 @@ TEST_F(Among, SixtyFourThatMoveAboutAllTheTime) {
     while (list.size() < Obstacles::kMost) {
       const Shape shapes[] = {Shape::sphere(0.05), Shape::capsule(0.1, 0.03), Shape::box({0.05, 0.1, 0.02})};
       list.push_back(solid(shapes[list.size() % 3], {unit(random), unit(random), 0.5 + 0.5 * unit(random)},
-                           0.3 * Vector3(unit(random), unit(random), unit(random))));
+                           0.3 * random_vector(random)));
     }
     Obstacles all = world(list);
     all.time = session.clock().now();
@@ -202,8 +203,7 @@ TEST_F(Among, WhatChangesInEachCycleFarAwayHoldsNothingUp) {
 /// Asked for at many instants, while in each cycle others of 64 objects stand around the arm, or over it.
 TEST_F(Among, AStopWinsHoweverMuchChanges) {
   std::mt19937 random(5);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return random_vector(random); };
   int moved = 0;
   session.hand = sweeping({0.1, 0.3, 0.1}, 2.0);
   session.run(0.2);

@@ -112,8 +112,7 @@ TEST(Obstacles, GivesWayToWhatMoves) {
 TEST(Obstacles, AreLookedForAtAllTimes) {
   Loop loop(10);
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return random_vector(random); };
   int near = 0, passed_by_points = 0, refused = 0, free = 0;
   for (int trial = 0; trial < 60000; ++trial) {
     Plan plan;  // to rest in six intervals of 50 ms
@@ -133,7 +132,7 @@ TEST(Obstacles, AreLookedForAtAllTimes) {
     const Shape shapes[] = {Shape::sphere(0.02), Shape::capsule(0.1, 0.02), Shape::box({0.05, 0.1, 0.02}, 0.01)};
     Obstacles obstacles = cell({obstacle(shapes[trial % std::size(shapes)], vector(), 2.0 * vector())});
     obstacles.time = from_seconds(2.5);
-    obstacles.list[0].at.R = Eigen::AngleAxisd(M_PI * unit(random), vector().normalized()).toRotationMatrix();
+    obstacles.list[0].at.R = random_rotation(random);
     const auto apart = [&](double t) {
       const Time now = plan.start + from_seconds(t);
       arm.set_position(sample(plan, now).q);
@@ -284,8 +283,7 @@ TEST(Obstacles, AShoulderNearATableHoldsNothingUp) {
 TEST(Obstacles, AreNotMixedUp) {
   Loop loop(10);
   std::mt19937 random(6);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return random_vector(random); };
   Kinematics arm(loop.model);
   int near = 0;
   for (int trial = 0; trial < 2000; ++trial) {
@@ -313,8 +311,7 @@ TEST(Obstacles, AreNotMixedUp) {
 
 TEST(Obstacles, NothingNearIsLeftOut) {
   std::mt19937 random(4);
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return random_vector(random); };
   int near = 0, left = 0, all = 0;
   for (int trial = 0; trial < 300; ++trial) {
     RobotModel model = random_arm(6, random);
@@ -326,7 +323,7 @@ TEST(Obstacles, NothingNearIsLeftOut) {
     obstacles.count = static_cast<int>(random() % (Obstacles::kMost + 1));
     for (int i = 0; i < obstacles.count; ++i) {
       obstacles.list[i] = obstacle(shapes[random() % std::size(shapes)], vector(), 0.5 * vector());
-      obstacles.list[i].at.R = Eigen::AngleAxisd(M_PI * unit(random), vector().normalized()).toRotationMatrix();
+      obstacles.list[i].at.R = random_rotation(random);
       if (obstacles.list[i].shape.kind == ShapeKind::kHalfSpace) obstacles.list[i].at.p *= 2.0;
     }
     ObstacleSweep sweep(model, obstacles, from_seconds(0.3));

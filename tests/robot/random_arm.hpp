@@ -6,14 +6,27 @@
 
 namespace steadyhand {
 
+/// Each number by a statement of its own: in which order a call's arguments are drawn is the compiler's choice.
+inline Vector3 random_vector(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const double z = unit(random), y = unit(random), x = unit(random);
+  return {x, y, z};
+}
+
+inline Matrix3 random_rotation(std::mt19937& random) {
+  const Vector3 axis = random_vector(random).normalized();
+  const double angle = M_PI * std::uniform_real_distribution<double>(-1.0, 1.0)(random);
+  return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
 /// A random serial arm with joints of both types, two spheres on every link and all pairs of links that are not
 /// neighbours.
 inline RobotModel random_arm(int dof, std::mt19937& random, bool prismatic = true) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  const auto vector = [&] { return Vector3(unit(random), unit(random), unit(random)); };
+  const auto vector = [&] { return random_vector(random); };
   const auto frame = [&] {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.linear() = Eigen::AngleAxisd(M_PI * unit(random), vector().normalized()).toRotationMatrix();
+    T.linear() = random_rotation(random);
     T.translation() = 0.4 * vector();
     return T;
   };
@@ -50,13 +63,11 @@ inline JointVector random_joints(int dof, double bound, std::mt19937& random) {
 
 /// Makes its bodies capsules, boxes, cylinders and spheres, in turn, lying anyhow.
 inline void vary_bodies(RobotModel& model, std::mt19937& random) {
-  std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const Shape shapes[] = {Shape::capsule(0.1, 0.04), Shape::box({0.05, 0.08, 0.03}, 0.01), Shape::cylinder(0.04, 0.08),
                           Shape::sphere(0.05)};
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-    const Vector3 axis = Vector3(unit(random), unit(random), unit(random)).normalized();
     model.bodies[i].shape = shapes[i % std::size(shapes)];
-    model.bodies[i].origin.linear() = Eigen::AngleAxisd(M_PI * unit(random), axis).toRotationMatrix();
+    model.bodies[i].origin.linear() = random_rotation(random);
   }
 }
 
