@@ -624,9 +624,9 @@ TEST(Allocation, NoneInKinematicsEvaluationCheckAndTracking) {
 
 TEST(Allocation, TheGuardSeesOne) {
   AllocationGuard guard;
-  std::vector<double> memory(100);
+  double* volatile kept = new double[100];  // that the compiler may not leave out
+  delete[] kept;
   EXPECT_GE(guard.count(), 1u);
-  EXPECT_EQ(memory.size(), 100u);
 }
 
 TEST(Allocation, NoneInTheWholePlanner) {
