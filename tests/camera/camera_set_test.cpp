@@ -77,9 +77,9 @@ TEST(CameraSet, EncoderThatIsBehindDropsPicturesAndCountsThem) {
 
 TEST(CameraSet, OneThatEndsLeavesTheOthers) {
   ManualClock clock;
+  std::atomic<int> of_right = 0;  // outlives the threads of the set
   auto set = CameraSet::make(bursts({{"left", 3}, {"right", 1'000'000'000}}), clock);
   ASSERT_TRUE(set) << set.error().message;
-  std::atomic<int> of_right = 0;
   (*set)->start([&](VideoPacket packet) { of_right += packet.camera == 1 ? 1 : 0; });
   wait_until([&] { return !(*set)->states()[0].ended.empty(); });
   const int so_far = of_right;
