@@ -131,4 +131,12 @@ struct ScalarBinaryOpTraits<double, steadyhand::Lanes, Operation> {
   using ReturnType = steadyhand::Lanes;
 };
 
+namespace internal {
+/// An array of Lanes is aligned as Lanes are: Eigen would ask for EIGEN_MAX_ALIGN_BYTES, which may be less.
+template <int kSize>
+struct compute_default_alignment<steadyhand::Lanes, kSize> {
+  enum { value = 0 };
+};
+}  // namespace internal
+
 }  // namespace Eigen
