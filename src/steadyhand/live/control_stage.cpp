@@ -12,7 +12,7 @@ namespace {
 /// Between the plan that is followed and the next, where that begins: rounding only.
 constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
 /// Measured speed below which an arm that stopped by itself counts as standing.
-constexpr double kStanding = 0.02;  // rad/s (m/s)
+constexpr double kAtRest = 0.02;  // rad/s (m/s)
 /// After lost cycles the arm comes to rest so slowly, if the planner does not plan on before.
 constexpr double kEasy = 0.2;  // s
 /// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
@@ -96,7 +96,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   const Plan& plan = tracker_.plan();
   // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
   const bool told_to_rest = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
-  at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kStanding;
+  at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
 
   ++view_.cycles;
   view_.now = now;

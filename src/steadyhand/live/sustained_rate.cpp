@@ -8,8 +8,8 @@
 namespace steadyhand {
 
 Result<double> measure_planning_us(const RobotModel& model, const PlanningSettings& settings, const Clock& clock) {
-  constexpr int kBlock = 20, kBlocks = 5, kSlow = 18;         // steps, blocks, how many of a block are no slower
-  constexpr double kStep = 0.02, kReach = 0.1, kSpeed = 3.0;  // s, m, rad/s of the made-up hand
+  constexpr int kBlock = 20, kBlocks = 5, kSlow = 18;        // steps, blocks, how many of a block are no slower
+  constexpr double kStep = 0.02, kReach = 0.1, kRate = 3.0;  // s, m, rad/s of the made-up hand
   auto planner = Planner::make(model, settings.ocp, settings.planner);
   if (!planner) return planner.error();
   Kinematics arm(model);
@@ -23,7 +23,7 @@ Result<double> measure_planning_us(const RobotModel& model, const PlanningSettin
     const double t = kStep * i;
     reference.start = from_seconds(t);
     for (int k = 0; k < reference.nodes; ++k) {
-      const double phase = kSpeed * (t + (k + 1) * reference.dt);
+      const double phase = kRate * (t + (k + 1) * reference.dt);
       reference.p[k] = arm.p() + kReach * Vector3(0.0, std::sin(phase), 0.5 * std::sin(0.7 * phase));
       reference.R[k] = arm.R();
     }

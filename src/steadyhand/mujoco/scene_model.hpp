@@ -25,7 +25,7 @@ inline constexpr const char *kGripper = "gripper", *kFingers[] = {"left_finger",
 /// for the limits of its actuators.
 struct SceneModel {
   struct FreeModel {
-    void operator()(mjModel* model) const { mj_deleteModel(model); }
+    void operator()(mjModel* unused) const { mj_deleteModel(unused); }
   };
   std::unique_ptr<mjModel, FreeModel> model;
   std::vector<int> position, velocity;  ///< n: where joint k is in qpos and qvel

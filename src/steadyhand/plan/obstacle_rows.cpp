@@ -51,7 +51,7 @@ ObstacleRows::ObstacleRows(const Ocp& ocp)
 
 /// To a half-space the corners of a flat or long body are all that matters; along a box they come beside the whole.
 void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const RobotModel& model = ocp_.model();
   const bool of_arm = body < kMaxBodies, carried = sweep.obstacles().list[obstacle].carried;
   const Shape& moves = carried  ? sweep.shape(obstacle)
@@ -59,9 +59,9 @@ void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) 
                                 : sweep.shape(body - kMaxBodies);
   const int corners = moves.corners();
   const ShapeKind other = carried ? model.bodies[body].shape.kind : sweep.shape(obstacle).kind;
-  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kFar});
+  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kInfinity});
   if (other != ShapeKind::kHalfSpace && other != ShapeKind::kBox) return;
-  for (int corner = 0; corner < corners; ++corner) pairs_.push_back({body, obstacle, corner, kFar});
+  for (int corner = 0; corner < corners; ++corner) pairs_.push_back({body, obstacle, corner, kInfinity});
 }
 
 void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch) {
