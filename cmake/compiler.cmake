@@ -24,7 +24,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     add_compile_options($<$<COMPILE_LANGUAGE:CXX>:-Wno-dangling-reference>)
   endif()
 elseif(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  add_compile_options(-Wno-unknown-warning-option)
+  add_compile_options(-Wno-unknown-warning-option -Wno-bitwise-instead-of-logical)  # both sides are wanted where we write |
 endif()
 if(STEADYHAND_PROCESSORS)
   list(GET STEADYHAND_PROCESSORS 0 least_processor)
@@ -37,6 +37,9 @@ endif()
 if(STEADYHAND_SANITIZE)
   add_compile_options(-fsanitize=${STEADYHAND_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${STEADYHAND_SANITIZE})
+  if(STEADYHAND_SANITIZE MATCHES address AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    add_compile_definitions(__SANITIZE_ADDRESS__)  # gcc defines it
+  endif()
   if(STEADYHAND_SANITIZE MATCHES thread)
     add_compile_options(-Wno-tsan)  # Asio has fences, which gcc's does not see; it has locks, too
   endif()
