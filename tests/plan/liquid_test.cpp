@@ -191,6 +191,28 @@ TEST(CarryingPlanner, SpillsOnlyWhereTheLiquidDoesNotCount) {
   }
 }
 
+TEST(CarryingPlanner, WhatIsFarAwayPullsNoHarderThanAWaveCosts) {
+  CarryingLoop loop(3);
+  const double most = LiquidSettings{}.price / (2.0 * 500.0);  // m, at the loop's weight of `position`
+  loop.arm.set_position(loop.model.home);
+  const Vector3 tool = loop.arm.p();
+  Reference near = loop.along(Time(0), 0.0, 1.0), far = near;
+  for (int k = 0; k < near.nodes; ++k) {
+    near.p[k] = tool + Vector3(0.9 * most, 0.0, 0.0);
+    far.p[k] = tool + Vector3(0.0, 6.0 * most, 8.0 * most);
+  }
+  (void)loop.planner->update(near);
+  EXPECT_EQ(loop.planner->instance().reference.p[0], near.p[0]);
+  loop.planner->reset(loop.model.home, Time(0));
+  (void)loop.planner->update(far);
+  for (int k = 0; k < far.nodes; ++k)
+    EXPECT_LT((loop.planner->instance().reference.p[k] - tool - Vector3(0.0, 0.6 * most, 0.8 * most)).norm(), 1e-12);
+  loop.planner->reset(loop.model.home, Time(0));
+  loop.planner->set_no_spill(false);
+  (void)loop.planner->update(far);
+  EXPECT_EQ(loop.planner->instance().reference.p[0], far.p[0]);
+}
+
 TEST(CarryingPlanner, AllocatesNothing) {
   CarryingLoop loop(2);
   std::vector<Reference> references;

@@ -99,6 +99,22 @@ Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
   }
 }
 
+/// A reference of which `position` wants more, for each metre, than a wave over the rim costs would buy it by spilling,
+/// and one far away has the arm come faster than it can stop within the horizon. So it is taken to be no further from
+/// the tool than where the two are alike.
+void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstance& instance) {
+  double weight = 0.0;
+  for (std::size_t i = 0; i < ocp.objectives().size(); ++i)
+    if (ocp.objectives()[i]->name() == "position") weight = instance.weights[i].maxCoeff();
+  if (!(weight > 0.0)) return;
+  const double most = ocp.liquid()->price / (2.0 * weight);  // m: the cost's gradient there is the price
+  arm.set_position(q);
+  for (int k = 0; k < instance.reference.nodes; ++k) {
+    Vector3& p = instance.reference.p[k];
+    if (const double away = (p - arm.p()).norm(); away > most) p = arm.p() + most / away * (p - arm.p());
+  }
+}
+
 }  // namespace
 
 Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings)
@@ -190,7 +206,10 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.x0 << now.q, now.dq;
   instance_.u_followed = sample(plan_, reference.start - Time(1)).ddq;
   instance_.reference = reference;
-  if (liquid_) instance_.liquid.state = liquid_->at(plan_, liquid_at_start_, reference.start);
+  if (liquid_) {
+    instance_.liquid.state = liquid_->at(plan_, liquid_at_start_, reference.start);
+    if (instance_.liquid.counts) draw_near(now.q, kinematics_, ocp_, instance_);
+  }
   warm_start_.shift(instance_.x0, reference.start);
   obstacle_rows_.choose(settings_.obstacles, reference.start, settings_.check.overlap_between_nodes, kinematics_,
                         warm_start_, instance_);
