@@ -74,6 +74,8 @@ class Person:
     """The machine's latency as the operator knows it, over the true one, less 1."""
     shortest: float = 0.12
     """s, of a submovement."""
+    strength: float = 22.0
+    """m/s^2, the hand's largest acceleration. At 22, 0.4 m take 0.32 s at least; to a goal of 51 mm people took 0.39 s (Fitts 1954)."""
     watching: float = 0.3
     """s for which the glass must be seen at rest beside its goal before that is corrected."""
 
@@ -84,6 +86,7 @@ class Person:
             visual_delay=rng.uniform(0.15, 0.25), decision=rng.uniform(0.05, 0.12), noise=rng.uniform(0.02, 0.04),
             across=rng.uniform(0.4, 0.6), acuity=rng.uniform(0.0005, 0.0015), gain_error=float(np.clip(rng.normal(0.0, 0.04), -0.1, 0.1)),
             timing_error=float(np.clip(rng.normal(0.0, 0.15), -0.4, 0.4)), shortest=rng.uniform(0.1, 0.14), watching=rng.uniform(0.2, 0.4),
+            strength=rng.uniform(15.0, 30.0),
         )  # fmt: skip
 
 
@@ -107,6 +110,9 @@ def expected_times(distance: float, width: float, noise: float, feedback: float,
 def chosen_duration(distance: float, width: float, noise: float, feedback: float, shortest: float) -> float:
     """s: for which the expected time is smallest."""
     return max(shortest, float(DURATIONS[np.argmin(expected_times(distance, width, noise, feedback))]))
+
+
+PEAK_ACCELERATION = 10.0 / sqrt(3.0)  # of a minimum-jerk movement, times duration^2 / distance
 
 
 def minimum_jerk(s: float) -> float:
@@ -219,7 +225,8 @@ class Operator:
             return
         feedback = person.visual_delay + self._machine
         width = 2.0 * goal.radius / abs(self._scale)
-        duration = chosen_duration(distance, width, person.noise, feedback, person.shortest)
+        shortest = max(person.shortest, sqrt(PEAK_ACCELERATION * distance / person.strength))
+        duration = chosen_duration(distance, width, person.noise, feedback, shortest)
         deviation = person.noise * distance / duration
         along = wanted / distance
         scatter = rng.normal(0.0, deviation * person.across, 3)
