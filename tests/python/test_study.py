@@ -117,6 +117,14 @@ GATES = "tasks:\n  - {kind: gates, gates: [[0, 0, 0], [0, 5, 0]]}\n"
         (("seed: 3", "seed: 3\nfactors: {profile: [tracking]}"), ["conditions", "factors", "one of both"]),
         (("seed: 3", "seed: 3\nrobot: r2d2"), ["robot", "r2d2", "ur5e"]),
         ((SMALL, "name: [unclosed"), ["no YAML", "line"]),
+        (("width: 0.05", "width: .nan"), ["width is nan"]),
+        (("places: [[0, 0.1, 0]]", "places: [[0, .nan, 0]]"), ["places[0]", "nan"]),
+        (("seed: 3", "seed: .nan"), ["seed is nan", "whole number"]),
+        (("conditions:\n", "conditions: []\nignored:\n"), ["conditions is []", "one or more"]),
+        (("tasks:\n", "tasks: []\nignored:\n"), ["tasks is []", "1 or more"]),
+        (("participants: 2", "participants: 2\nrest: .inf"), ["rest is inf"]),
+        (("participants: 2", "participants: 2\nrate: 1e9"), ["rate is"]),
+        (("distance: 0.1", "distance: 1.6"), ["task 'targets'", "out of the arm's reach"]),
         ((SMALL, ""), ["must be a mapping"]),
         ((SMALL, "- a\n- b\n"), ["must be a mapping"]),
     ],
@@ -268,6 +276,23 @@ def test_latency_on_the_command_delays_the_arm_and_on_the_display_the_picture(ro
     assert lag(("command", 0.4)) - lag(("command", 0.0)) == pytest.approx(0.4, abs=0.015)
     assert lag(("display", 0.4)) - lag(("display", 0.0)) == pytest.approx(0.0, abs=0.015)
     assert moved["display", 0.4][0] - moved["display", 0.0][0] == pytest.approx(0.4, abs=0.015), "the goal itself is seen late"
+
+
+def test_who_rushes_spills_nothing_under_carry_and_much_under_tracking(robot):
+    """Among them who spilled a tenth and more when a wave over the rim was cheaper than a target far away was dear."""
+    course = tasks.Targets("targets", 0.2, 0.04), tasks.Carry("carry", ((0.05, 0.2, 0.05), (0, -0.2, 0.05), (0, 0, 0)))
+    for number in (2, 10):
+        person = operator.Person.draw(np.random.default_rng([21, number]))
+        for task in course:
+            made = {p: trial.run_trial(robot, trial.Condition("c", p), task, person, np.random.default_rng([21, number, 1000])) for p in ("tracking", "carry")}
+            assert made["carry"].spilled_share == 0.0 and not any(each.missed for each in made["carry"].reached), (number, task.name)
+            assert made["tracking"].spilled_share > 0.5
+
+
+def test_a_hand_has_the_strength_of_a_persons(robot):
+    person = operator.Person.draw(np.random.default_rng([21, 4]))
+    hand = np.array(trial.run_trial(robot, trial.Condition("c", "follow"), tasks.Targets("t", 0.3, 0.1), person, np.random.default_rng(1)).track.hand)
+    assert np.linalg.norm(np.diff(hand, n=2, axis=0), axis=1).max() / operator.STEP**2 < 1.1 * person.strength
 
 
 def test_inverse_kinematics_of_one_instant_reaches_its_target_inside_the_limits(robot):
@@ -452,6 +477,29 @@ def test_damaged_trials_are_named(simulated, tmp_path, capsys):
         assert main(["analyse", str(out)]) == 2
         assert words in capsys.readouterr().err
     assert main(["analyse", str(tmp_path)]) == 2 and "no folder of a study" in capsys.readouterr().err
+
+
+def test_what_is_damaged_is_told_before_anybody_is_in_the_room(simulated, tmp_path, capsys):
+    """The same command again, over a trial, answers and a consent that were cut short."""
+    path, out = simulated[0], copied(simulated, tmp_path)
+    again = [str(path), "--simulated", "2", "--out", str(out)]
+    victim = sorted(out.glob("participants/P02/trials/*.csv"))[-1]
+    whole = victim.read_text()
+    answers, consent = out / "participants/P01/answers.csv", out / "participants/P01/consent.json"
+    for file, text, words in [
+        (victim, whole[:-20], f"{victim}"), (victim, "", "columns"), (victim, whole.split("\n")[0] + "\n", "ends in the middle, after 0 rows"),
+        (victim, whole.rstrip("\n"), "ends in the middle"), (victim, whole.replace(",completion_time,", ",completion_time,x"), f"{victim}:"),
+        (answers, "participant,condition,key,value\nP01,late,tlx_mental,", "has not the columns"), (answers, "nonsense", "has not the columns"),
+        (answers, "participant,condition,key,value\nP01,late,tlx_mental,nan\n", "whole numbers"), (consent, '{"agreed": tr', "no consent"), (consent, "[]", "no consent"),
+    ]:  # fmt: skip
+        file.write_text(text)
+        assert main(again) == 2, text
+        assert words in (said := capsys.readouterr().err) and "ake the file away" in said, said
+        victim.write_text(whole)
+        answers.unlink(missing_ok=True)
+        consent.unlink(missing_ok=True)
+    victim.unlink()
+    assert main(again) == 0 and victim.read_text() == whole
 
 
 @pytest.mark.long

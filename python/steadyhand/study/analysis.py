@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +12,7 @@ from .._arrays import Array
 from . import statistics as st
 from .measures import BY_NAME, MEASURES, Measure
 from .questionnaires import TLX_SCALES, sus_score, tlx_score, tlx_weights
-from .record import COLUMNS, Folder, _csv, write_whole
+from .record import Folder, _csv, trial_rows, write_whole
 from .run import schedule_of
 from .study_file import Study, StudyError, load_study
 from .tasks import Task
@@ -90,25 +89,15 @@ def read_trials(out: Path) -> Trials:
     files = sorted(Path(out).glob("participants/*/trials/*.csv"))
     for path in files:
         single: dict[int, dict[str, float]] = {}
-        with path.open(newline="", encoding="utf-8") as file:
-            reader = csv.DictReader(file)
-            if tuple(reader.fieldnames or ()) != COLUMNS:
-                raise StudyError(f"{path} has not the columns {','.join(COLUMNS)}")
-            for line, row in enumerate(reader, 2):
-                try:
-                    value, goal, period = float(row["value"]), int(row["goal"]), int(row["period"])
-                    repetition = int(row["repetition"])
-                except (TypeError, ValueError):
-                    raise StudyError(f"{path}:{line} is {','.join(map(str, row.values()))}; goal, period and repetition must be whole numbers, "
-                                     "value a number") from None  # fmt: skip
-                if repetition == 0:
-                    continue
-                who, condition, task = row["participant"], row["condition"], row["task"]
-                periods[who, condition] = period
-                if goal >= 0:
-                    single.setdefault(goal, {})[row["measure"]] = value
-                elif row["measure"] in BY_NAME:
-                    values.setdefault((who, condition, task, row["measure"]), []).append(value)
+        for row in trial_rows(path):
+            if row.repetition == 0:
+                continue
+            who, condition, task = row.participant, row.condition, row.task
+            periods[who, condition] = row.period
+            if row.goal >= 0:
+                single.setdefault(row.goal, {})[row.measure] = row.value
+            elif row.measure in BY_NAME:
+                values.setdefault((who, condition, task, row.measure), []).append(row.value)
         for k, each in single.items():
             if each.get("goal_missed") == 0.0 and k > 0:
                 goals.append((condition, task, each["distance"], each["width"], each["movement_time"]))

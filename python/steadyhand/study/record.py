@@ -50,6 +50,12 @@ COLUMNS = ("participant", "number", "period", "condition", "profile", "scale", "
            "value", "unit")  # fmt: skip
 
 
+AGAIN = ". Take the file away, and the same command does that trial again"
+
+
+ANSWERS = ("participant", "condition", "key", "value")
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """All of it or nothing, also if the program or the machine stops on the way."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -71,6 +77,43 @@ def _csv(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
     writer.writerow(columns)
     writer.writerows(rows)
     return out.getvalue().encode()
+
+
+class TrialRow(NamedTuple):
+    """A row of a trial's CSV, as far as the analysis reads it."""
+
+    participant: str
+    period: int
+    condition: str
+    task: str
+    repetition: int
+    goal: int
+    measure: str
+    value: float
+
+
+def trial_rows(path: Path) -> list[TrialRow]:
+    """Of a trial's CSV. Raises StudyError with file and line for what does not fit, and of a file that was cut short."""
+    found = []
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise StudyError(f"{path} is no text in UTF-8{AGAIN}") from None
+    reader = csv.DictReader(io.StringIO(text))
+    if tuple(reader.fieldnames or ()) != COLUMNS:
+        raise StudyError(f"{path} has not the columns {','.join(COLUMNS)}{AGAIN}")
+    for line, row in enumerate(reader, 2):
+        try:
+            if None in row:  # more cells than columns
+                raise ValueError
+            found.append(TrialRow(row["participant"], int(row["period"]), row["condition"], row["task"], int(row["repetition"]), int(row["goal"]),
+                                  row["measure"], float(row["value"])))  # fmt: skip
+        except (TypeError, ValueError):
+            raise StudyError(f"{path}:{line} is {','.join(map(str, row.values()))}; goal, period and repetition must be whole numbers, "
+                             f"value a number{AGAIN}") from None  # fmt: skip
+    if not found or not text.endswith("\n"):
+        raise StudyError(f"{path} ends in the middle, after {len(found)} rows{AGAIN}")
+    return found
 
 
 class Folder:
@@ -102,6 +145,12 @@ class Folder:
                 "that one, or name another folder with --out"
             )
         rows = [each for participant in schedule for each in participant]
+        for planned in rows:
+            if self.finished(planned):
+                trial_rows(self.trial(planned, ".csv"))
+        for who in dict.fromkeys(each.participant for each in rows):
+            self.consented(who)
+            self.answers(who)
         write_whole(self.path / "schedule.csv", _csv(Planned._fields, rows))
         write_whole(kept, head + study.text.encode())
 
@@ -134,17 +183,31 @@ class Folder:
 
     def consented(self, who: str) -> bool:
         path = self.participant(who) / "consent.json"
-        return path.exists() and json.loads(path.read_text())["agreed"] is True
+        try:
+            return path.exists() and json.loads(path.read_text(encoding="utf-8"))["agreed"] is True
+        except (ValueError, TypeError, KeyError):
+            raise StudyError(f"{path} is no consent that `study` wrote; take the file away, and the participant is asked again") from None
 
     def answers(self, who: str) -> list[dict[str, str]]:
         """Rows of participant, condition ("": of all), key, value."""
         path = self.participant(who) / "answers.csv"
-        return list(csv.DictReader(path.open(newline=""))) if path.exists() else []
+        if not path.exists():
+            return []
+        try:
+            reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))
+            rows = list(reader)
+            good = tuple(reader.fieldnames or ()) == ANSWERS and all(None not in row and row["value"] and int(row["value"]) >= 0 for row in rows)
+        except ValueError:
+            good = False
+        if not good:
+            raise StudyError(f"{path} has not the columns {','.join(ANSWERS)} with whole numbers for values; take the file away, and the questions "
+                             "are asked again")  # fmt: skip
+        return rows
 
     def add_answers(self, who: str, condition: str, answers: dict[str, int]) -> None:
         rows = [tuple(row.values()) for row in self.answers(who) if row["condition"] != condition or row["key"] not in answers]
         rows += [(who, condition, key, str(value)) for key, value in answers.items()]
-        write_whole(self.participant(who) / "answers.csv", _csv(("participant", "condition", "key", "value"), rows))
+        write_whole(self.participant(who) / "answers.csv", _csv(ANSWERS, rows))
 
     def delete(self, who: str) -> None:
         """Everything of a participant, for good; that there was one is kept, so that the id is not given again."""
