@@ -33,6 +33,59 @@ TEST(Liquid, SwingsFreelyAtTheFirstModeOfTheCylinderAndDecays) {
   EXPECT_EQ(liquid.state().tilt_x, 0.0);
 }
 
+/// Until it is filled anew.
+TEST(Liquid, HoldsTheLargestWave) {
+  const GlassSettings glass;
+  Liquid liquid(glass);
+  EXPECT_DOUBLE_EQ(liquid.state().least_freeboard, glass.freeboard());
+  double least = glass.freeboard();
+  for (int i = 0; i < 500; ++i) {
+    liquid.update(kStep, i < 40 ? Vector3(1.0, 0.0, 9.81) : Vector3(kGravity));
+    least = std::min(least, liquid.state().freeboard);
+    EXPECT_DOUBLE_EQ(liquid.state().least_freeboard, least);
+  }
+  EXPECT_LT(least, liquid.state().freeboard);
+  liquid.reset();
+  EXPECT_DOUBLE_EQ(liquid.state().least_freeboard, glass.freeboard());
+}
+
+/// A glass that leans is filled as far as it holds, and that spills nothing.
+TEST(Liquid, IsFilledInAGlassThatLeans) {
+  const GlassSettings glass;
+  const double angle_of_spill = std::atan((glass.height - glass.fill) / glass.radius);
+  for (const double share : {0.2, 0.9, 2.0}) {
+    const Quaternion q(Eigen::AngleAxisd(share * angle_of_spill, Vector3(1.0, 2.0, 0.0).normalized()));
+    const Vector3 felt = q.conjugate() * kGravity;
+    Liquid liquid(glass);
+    liquid.update(kStep, {50.0, 0.0, 9.81});
+    liquid.reset(felt);
+    const double freeboard = liquid.state().freeboard;
+    for (int i = 0; i < 500; ++i) liquid.update(kStep, felt);
+    EXPECT_NEAR(liquid.state().freeboard, freeboard, 1e-3) << share;
+    EXPECT_EQ(share < 1.0, freeboard > 1e-3) << share;
+    EXPECT_GT(freeboard, -1e-3) << share;
+    EXPECT_TRUE(share > 1.0 || !liquid.state().spilled) << share;
+  }
+}
+
+/// Who looks 60 times a second misses no peak, however short.
+TEST(Liquid, TellsTheLargestForceOfTheLastMoment) {
+  Liquid liquid(GlassSettings{});
+  for (int peak = 100; peak < 120; ++peak) {
+    liquid.reset();
+    double seen = 0.0;
+    int last = 0;
+    for (int i = 0; i < 200; ++i) {
+      liquid.update(kStep, i == peak ? Vector3(3.0, 4.0, 9.81) : Vector3(0.1, 0.0, 9.81));
+      if (i % 8 == 0) seen = std::max(seen, liquid.state().lateral);
+      if (liquid.state().lateral > 4.0) last = i;
+    }
+    EXPECT_DOUBLE_EQ(seen, 5.0) << peak;
+    EXPECT_LE((last - peak) * kStep, 0.031);
+    EXPECT_DOUBLE_EQ(liquid.state().lateral, 0.1);
+  }
+}
+
 TEST(Liquid, SettlesAcrossWhatItFeels) {
   for (const Vector3& a : {Vector3(1.0, 0.0, 9.81), Vector3(0.0, -2.0, 9.81), Vector3(0.5, 0.5, 9.81)}) {
     GlassSettings glass;

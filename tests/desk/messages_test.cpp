@@ -43,7 +43,7 @@ OperatorView fixture_view() {
   s.prediction.nodes = 1;
   s.prediction.p[0] = {0.5, 0.25, 0.5};
   s.prediction.spread[0] = {0.03125, 0.015625};
-  s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true, 0.125};
+  s.liquid = {0.125, -0.5, std::numeric_limits<double>::quiet_NaN(), true, 0.125, -0.25, 1.5};
   s.solve_us = {2000, 4000, 5000, 6000};
   s.latency_us = {12000, 21000, 22000, 23000};
   s.plans = 10;

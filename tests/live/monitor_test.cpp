@@ -52,6 +52,22 @@ TEST_F(Witness, HasNothingAgainstMotionAtTheLimits) {
   EXPECT_NE(to_text(witness.result()).find(" 0 beyond a limit, 0 in contact"), std::string::npos);
 }
 
+/// A gripper has no glass that could spill.
+TEST_F(Witness, KnowsWhoHoldsAGlass) {
+  for (const bool has_glass : {true, false}) {
+    RobotModel arm = ur5e();
+    if (!has_glass) arm.gripper_time = 0.6;
+    Monitor witness(arm, {});
+    for (int k = 0; k < 500; ++k) {
+      const double t = 0.002 * k, swing = 12.0;
+      const Time at = from_seconds(t);
+      witness.update(JointState{{at, at}, home, one(0.8 * std::sin(swing * t))});
+    }
+    EXPECT_EQ(witness.liquid().spilled, has_glass);
+    EXPECT_EQ(witness.liquid().lateral > 0.0, has_glass);
+  }
+}
+
 TEST_F(Witness, CountsPositionsBeyondTheirLimits) {
   JointVector q = home;
   q[2] = ur5e().position_max[2] + 1e-5;

@@ -7,6 +7,8 @@ namespace steadyhand {
 
 namespace {
 
+constexpr double kLooksBack = 0.02;  ///< s, of LiquidState::lateral
+
 /// m^3, of a plane of this slope through the middle of a cylinder, between it and a lid `above` the middle.
 double volume_above(double radius, double slope, double above) {
   const double edge = std::min(radius, above / slope), width = std::sqrt(radius * radius - edge * edge);
@@ -21,12 +23,22 @@ Liquid::Liquid(const GlassSettings& glass)
   reset();
 }
 
-void Liquid::reset() {
-  deflection_.setZero();
+void Liquid::reset(const Vector3& local_acceleration) {
+  const double g = kGravity.z(), down = std::max(local_acceleration.z(), 0.1 * g);
+  deflection_ = g / down * local_acceleration.head<2>();
   rate_.setZero();
   lost_ = 0.0;
   state_ = {};
-  state_.freeboard = glass_.freeboard();
+  state_.freeboard = state_.least_freeboard = glass_.freeboard();
+  felt_.fill(0.0);
+  felt_for_ = 0.0;
+  if (deflection_.isZero(1e-9)) return;
+  for (int i = 0; i < 1000 && (i == 0 || state_.freeboard < -1e-5); ++i) {  // runs off until it is as full as it can be
+    update(0.0, local_acceleration);
+  }
+  state_.spilled = false;  // that was never in it
+  state_.spilled_share = 0.0;
+  state_.least_freeboard = state_.freeboard;
 }
 
 void Liquid::update(double dt, const Vector3& local_acceleration) {
@@ -54,6 +66,15 @@ void Liquid::update(double dt, const Vector3& local_acceleration) {
     state_.spilled_share = lost_ / (area * glass_.fill);
   }
   state_.freeboard = above - glass_.radius * steepness;
+  state_.least_freeboard = std::min(state_.least_freeboard, state_.freeboard);
+
+  felt_for_ += dt;
+  if (felt_for_ > kLooksBack / (felt_.size() - 1)) {
+    std::rotate(felt_.rbegin(), felt_.rbegin() + 1, felt_.rend());
+    felt_[0] = felt_for_ = 0.0;
+  }
+  felt_[0] = std::max(felt_[0], lateral.norm());
+  state_.lateral = *std::max_element(felt_.begin(), felt_.end());
 }
 
 }  // namespace steadyhand

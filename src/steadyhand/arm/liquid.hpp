@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "steadyhand/core/glass.hpp"
 #include "steadyhand/core/math.hpp"
 
@@ -11,6 +13,10 @@ struct LiquidState {
   double freeboard = 0.0;             ///< m, from the surface's highest point to the rim; negative: over the rim
   bool spilled = false;               ///< has gone over the rim since the last reset
   double spilled_share = 0.0;         ///< of the liquid, so far
+  double least_freeboard = 0.0;       ///< m, the smallest since the last reset: the largest wave
+  /// m/s^2, sideways force on it, the largest of the last 20 ms and a little more: who looks 60 times a second misses
+  /// no peak.
+  double lateral = 0.0;
 };
 
 /// The first sloshing mode, free to swing along the glass's x and y axes, with the equations of docs/formulation.md
@@ -21,8 +27,9 @@ class Liquid {
  public:
   explicit Liquid(const GlassSettings& glass);
 
-  /// At rest, nothing spilled.
-  void reset();
+  /// At rest, nothing spilled. In a glass that leans as full as that one can be.
+  /// @param local_acceleration of the glass at rest, as of update()
+  void reset(const Vector3& local_acceleration = kGravity);
   /// Moves on by dt s (at most a few ms) in which the glass has this local acceleration R' (p'' + g), glass frame,
   /// m/s^2.
   void update(double dt, const Vector3& local_acceleration);
@@ -35,6 +42,9 @@ class Liquid {
   Eigen::Vector2d deflection_ = Eigen::Vector2d::Zero();  ///< m/s^2, of the mode
   Eigen::Vector2d rate_ = Eigen::Vector2d::Zero();        ///< m/s^3
   double lost_ = 0.0;                                     ///< m^3
+  /// The largest lateral force of each of the last parts of the time that LiquidState::lateral looks back.
+  std::array<double, 5> felt_{};
+  double felt_for_ = 0.0;  ///< s, of the part that goes on
   LiquidState state_;
 };
 

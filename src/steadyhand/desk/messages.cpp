@@ -526,6 +526,8 @@ std::string state_message(const OperatorView& s) {
   json->member("freeboard", s.liquid.freeboard);
   json->member("spilled", s.liquid.spilled);
   json->member("spilled_share", s.liquid.spilled_share);
+  json->member("least_freeboard", s.liquid.least_freeboard);
+  json->member("lateral", s.liquid.lateral);
   json->end_object();
   json.timing("solve_us", s.solve_us);
   json.timing("latency_us", s.latency_us);

@@ -107,7 +107,8 @@ void Monitor::update(const JointState& state) {
     local_acceleration_ = measured_.R().transpose() * ((velocity - last_velocity_) / dt + kGravity);
     // Cycles that were slept through: the same mean acceleration, in steps that the pendulum can take.
     const int steps = std::clamp(static_cast<int>(std::ceil(dt / 0.004)), 1, 250);
-    for (int i = 0; i < steps; ++i) liquid_.update(dt / steps, local_acceleration_);
+    const bool has_glass = !measured_.model().gripper_time;
+    for (int i = 0; has_glass && i < steps; ++i) liquid_.update(dt / steps, local_acceleration_);
   }
   last_velocity_ = velocity;
   last_state_ = state.stamp.made;

@@ -39,8 +39,8 @@ struct MonitorResult {
 std::string to_text(const MonitorResult& result);
 
 /// Looks at every command and every measured state, away from the control loop, and knows nothing of plans: an
-/// independent witness of what the session did. It also carries the liquid, driven by the glass as measured. One
-/// thread.
+/// independent witness of what the session did. It also carries the liquid, driven by the glass as measured; a gripper
+/// has none. One thread.
 class Monitor {
  public:
   /// The model must outlive it.
@@ -51,7 +51,8 @@ class Monitor {
   void update(const JointState& state);
   /// From the next command on. @param names of the obstacles, for people
   void set_obstacles(const Obstacles& obstacles, std::vector<std::string> names);
-  void reset_liquid() { liquid_.reset(); }
+  /// Fresh, and at rest in the glass as it leans now.
+  void reset_liquid() { liquid_.reset(measured_.R().transpose() * kGravity); }
   /// m, of fresh liquid.
   void fill(double height);
 

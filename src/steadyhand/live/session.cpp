@@ -172,6 +172,11 @@ void Session::count(const SupervisionChange& change) {
       monitor_.reset_liquid();
     }
   }
+  const bool was_held = change.from == SupervisionState::kStopping || change.from == SupervisionState::kFault;
+  if (was_held && change.to == SupervisionState::kIdle) {  // and so does a reset
+    summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
+    monitor_.reset_liquid();
+  }
   const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
                     change.to == SupervisionState::kFault;
   if (!held) return;

@@ -188,6 +188,7 @@ void append_json(JsonBuffer& out, Time at, const LiquidState& liquid) {
   json->member("freeboard", liquid.freeboard);
   json->member("spilled", liquid.spilled);
   json->member("spilled_share", liquid.spilled_share);
+  json->member("lateral", liquid.lateral);
 }
 
 void append_json(JsonBuffer& out, Time at, const ActiveConstraint& constraint) {

@@ -163,7 +163,8 @@ Schema liquid_schema() {
                  {"tilt_y", number("about its y axis, rad")},
                  {"freeboard", number("from the surface's highest point to the rim, m; negative: over the rim")},
                  {"spilled", flag("has gone over the rim")},
-                 {"spilled_share", number("of the liquid, so far")}});
+                 {"spilled_share", number("of the liquid, so far")},
+                 {"lateral", number("sideways force on it, m/s^2, the largest of the last 20 ms")}});
 }
 
 Schema active_constraint_schema() {

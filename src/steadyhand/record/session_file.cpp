@@ -176,7 +176,19 @@ LiquidState liquid_state(const Json& json) {
   LiquidState liquid{read_number(json.at("tilt_x")), read_number(json.at("tilt_y")), read_number(json.at("freeboard")),
                      json.at("spilled").get<bool>()};
   if (json.contains("spilled_share")) liquid.spilled_share = read_number(json.at("spilled_share"));
+  liquid.lateral =
+      json.contains("lateral") ? read_number(json.at("lateral")) : std::numeric_limits<double>::quiet_NaN();
   return liquid;
+}
+
+/// What was felt between two looks stays, as a sum and the largest.
+void add_felt(Time at, double lateral, double period, std::vector<SessionFile::Felt>& felt) {
+  if (!std::isfinite(lateral)) return;
+  if (felt.empty() || to_seconds(at - felt.back().at) >= period - 1e-9) felt.push_back({at});
+  SessionFile::Felt& now = felt.back();
+  now.sum += lateral;
+  now.largest = std::max(now.largest, lateral);
+  ++now.count;
 }
 
 TimingSummary timing(const Json& json) {
@@ -283,6 +295,7 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.settings.push_back(settings_change(parsed(), message));
   } else if (is(parts.liquid, "/liquid")) {
     LiquidState liquid = liquid_state(parsed());
+    add_felt(message.log, liquid.lateral, parts.state_period, session.felt);
     const bool soon =
         !session.liquid.empty() && to_seconds(message.log - session.liquid.back().first) < parts.state_period - 1e-9;
     if (!soon || liquid.spilled != session.liquid.back().second.spilled)

@@ -48,6 +48,14 @@ struct SessionFile {
     int first = -1, second = -1;
   };
 
+  /// The sideways force on the liquid, m/s^2, from `at` on until the next: as it was measured, not as it was planned.
+  struct Felt {
+    Time at{0};
+    double sum = 0.0, largest = 0.0;
+    int count = 0;
+    double mean() const { return sum / count; }
+  };
+
   std::string name;  ///< of the file, without its extension
   McapOverview overview;
   RunNames names;                              ///< terms: as the first step has them; none without steps
@@ -60,6 +68,7 @@ struct SessionFile {
   std::vector<Change> changes;
   std::vector<Limit> limits;
   std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
+  std::vector<Felt> felt;                            ///< with the liquid; none in sessions of before it was recorded
   std::vector<SessionStatistics> statistics;
   std::vector<EpisodeMark> episodes;
   std::vector<SceneLook> scenes;
