@@ -74,6 +74,29 @@ TEST(Task, FailsWhenItsTimeIsOver) {
   EXPECT_EQ(judge.update(at(10.1, 0.5, 0.0), 0.0).success, false);
 }
 
+/// Nobody has to hurry before they have taken hold.
+TEST(Task, ThatWaitsBeginsWhenItIsTold) {
+  const Task task = bring();
+  TaskJudge judge(task, true);
+  judge.update(at(0.0, 0.005, 0.0), 0.0);
+  EXPECT_FALSE(judge.has_begun());
+  EXPECT_FALSE(judge.update(at(500.0, 0.005, 0.0), 0.0).success);  // done by chance, long ago: nobody has begun
+  EXPECT_EQ(judge.progress().time, 0.0);
+  judge.begin();
+  EXPECT_TRUE(judge.has_begun());
+  judge.update(at(501.0, 0.5, 0.0), 0.0);
+  EXPECT_NEAR(judge.update(at(503.0, 0.5, 0.0), 0.0).time, 2.0, 1e-9);
+  judge.begin();  // an episode
+  judge.update(at(504.0, 0.5, 0.0), 0.0);
+  EXPECT_EQ(judge.update(at(514.5, 0.5, 0.0), 0.0).success, false);
+  judge.update(at(515.0, 0.5, 0.0, 2), 0.0);  // set up anew: it waits again
+  EXPECT_FALSE(judge.has_begun());
+  EXPECT_FALSE(judge.update(at(900.0, 0.5, 0.0, 2), 0.0).success);
+  judge.begin();
+  judge.update(at(900.1, 0.005, 0.0, 2), 0.0);
+  EXPECT_EQ(judge.update(at(900.7, 0.005, 0.0, 2), 0.0).success, true);
+}
+
 TEST(Task, KnowsWhatIsHeldAndHowThingsAreTurned) {
   SceneState scene = at(0.0, 0.0, 0.0);
   scene.thing[0].grasped = true;

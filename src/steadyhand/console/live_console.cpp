@@ -69,7 +69,7 @@ LiveConsole::LiveConsole(const RobotModel& model, ConsoleSettings settings, Cloc
                                                             settings_.live.planning.retarget, settings_.live.glass,
                                                             std::exchange(settings_.recordings, {}));
   if (settings_.scene != nullptr && settings_.task != nullptr) {
-    judge_.emplace(*settings_.task);
+    judge_.emplace(*settings_.task, true);
     things_.emplace(settings_.things);
   }
 }
@@ -194,11 +194,14 @@ Status LiveConsole::mark_episode(EpisodeMark mark) {
   std::optional<bool> decided;
   {
     const Lock lock(scene_);
+    if (mark.kind == EpisodeMark::Kind::kBegin) decided_.reset();
     decided = decided_;
   }
+  const bool begins = mark.kind == EpisodeMark::Kind::kBegin;
   const Result<EpisodeMark> made = episodes_.take(std::move(mark), decided);
   if (!made) return made.error();
   recorder_->mark(*made);
+  if (begins) episode_begins_ = true;
   return Done{};
 }
 
@@ -206,6 +209,8 @@ Status LiveConsole::mark_episode(EpisodeMark mark) {
 void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
   SceneState scene;
   if (!settings_.scene->read_scene(scene)) return;
+  const bool leads = snapshot.state == SupervisionState::kEngaged;
+  if (episode_begins_.exchange(false) || (leads && !judge_->has_begun())) judge_->begin();
   const TaskProgress& progress = judge_->update(scene, snapshot.liquid.spilled_share);
   {
     const Lock lock(scene_);

@@ -110,10 +110,11 @@ class LiveConsole {
   std::optional<SessionRecorder> recorder_;
   Episodes episodes_;
   std::optional<TaskJudge> judge_;
-  std::optional<SceneThings> things_;  ///< ConsoleSettings::things
-  Mutex scene_;                        ///< of what follows
-  std::optional<bool> decided_;        ///< how the scene's task ended
-  std::uint64_t seed_ = 0;             ///< of the scene's places
+  std::atomic<bool> episode_begins_{false};  ///< the judge has not heard of it
+  std::optional<SceneThings> things_;        ///< ConsoleSettings::things
+  Mutex scene_;                              ///< of what follows
+  std::optional<bool> decided_;              ///< how the scene's task ended
+  std::uint64_t seed_ = 0;                   ///< of the scene's places
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
   Time shown_{0};

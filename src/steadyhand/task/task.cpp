@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace steadyhand {
 
@@ -67,24 +68,25 @@ bool holds(const Condition& c, const SceneState& scene, double spilled) {
 }
 
 const TaskProgress& TaskJudge::update(const SceneState& scene, double spilled) {
-  if (reset_ != scene.reset) {
-    reset_ = scene.reset;
-    begin_ = scene.at;
-    all_ = false;
+  const bool anew = std::exchange(reset_, scene.reset) != scene.reset;
+  if (anew) begin_.reset();
+  if (anew || begins_) {
+    if (begins_ || !waits_) begin_ = scene.at;
+    begins_ = all_ = false;
     progress_ = {};
     before_ = spilled;
   }
   if (!progress_.success) {
     progress_.spilled += spilled >= before_ ? spilled - before_ : spilled;
-    progress_.time = to_seconds(scene.at - begin_);
+    progress_.time = begin_ ? to_seconds(scene.at - *begin_) : 0.0;
     progress_.held = 0;
     for (std::size_t i = 0; i < task_->success.size(); ++i) {
       if (holds(task_->success[i], scene, progress_.spilled)) progress_.held |= 1u << i;
     }
     const bool all = progress_.held + 1u == 1u << task_->success.size();
     if (all && !all_) all_since_ = scene.at;
-    all_ = all;
-    if (all && to_seconds(scene.at - all_since_) >= task_->hold) {
+    all_ = all && begin_;
+    if (all_ && to_seconds(scene.at - all_since_) >= task_->hold) {
       progress_.success = true;
     } else if (progress_.time > task_->time_limit) {
       progress_.success = false;

@@ -93,7 +93,7 @@ bool holds(const Condition& condition, const SceneState& scene, double spilled);
 
 /// How a task goes.
 struct TaskProgress {
-  double time = 0.0;            ///< s since the scene was set up, or until it was decided
+  double time = 0.0;            ///< s since it began, or until it was decided
   std::uint32_t held = 0;       ///< a bit for each of Task::success that holds
   double spilled = 0.0;         ///< share of the liquid, since the scene was set up
   std::optional<bool> success;  ///< once it is decided: done in time, or not
@@ -103,7 +103,12 @@ struct TaskProgress {
 class TaskJudge {
  public:
   /// The task must outlive it.
-  explicit TaskJudge(const Task& task) : task_(&task) {}
+  /// @param waits time does not count, and nothing is decided, from a scene's set-up on until begin()
+  explicit TaskJudge(const Task& task, bool waits = false) : task_(&task), waits_(waits) {}
+
+  /// Time counts from 0 with the next state, and all is decided afresh.
+  void begin() { begins_ = true; }
+  bool has_begun() const { return begins_ || begin_; }
 
   /// A later state begins anew where the scene was set up anew.
   /// @param spilled share of the glass's liquid that has left it so far; a smaller one is that of a fresh glass
@@ -113,8 +118,10 @@ class TaskJudge {
  private:
   const Task* task_;
   TaskProgress progress_;
+  bool waits_ = false, begins_ = false;
   std::optional<std::uint64_t> reset_;
-  Time begin_{0}, all_since_{0};
+  std::optional<Time> begin_;
+  Time all_since_{0};
   bool all_ = false;
   double before_ = 0.0;  ///< spilled share of the state before
 };
