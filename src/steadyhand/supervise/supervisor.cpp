@@ -28,7 +28,7 @@ constexpr Transition kTransitions[] = {
     {State::kEngaged, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
-    {State::kEngaged, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
+    {State::kEngaged, Event::kSilence, State::kReady, "the hand fell silent: release and grip again"},
     {State::kEngaged, Event::kReleased, State::kReady, "released"},
     {State::kEngaged, Event::kGripped, State::kEngaged, "the arm follows a new grip"},  // the release went by unseen
     {State::kEngaged, Event::kHandLost, State::kHolding, ""},
@@ -39,7 +39,7 @@ constexpr Transition kTransitions[] = {
     {State::kHolding, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
     {State::kHolding, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
-    {State::kHolding, Event::kSilence, State::kReady, "the device went silent: release and grip again"},
+    {State::kHolding, Event::kSilence, State::kReady, "the hand fell silent: release and grip again"},
     {State::kHolding, Event::kReleased, State::kReady, "released"},
     {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
 
