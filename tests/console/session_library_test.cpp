@@ -77,6 +77,9 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
     for (const auto& [second, q] : {std::pair(1, 0.25), std::pair(2, none), std::pair(3, 0.5)}) {
       const Time now = std::chrono::seconds(second);
       ASSERT_TRUE(recorder->write(JointState{{now, now}, JointVector::Constant(1, q), JointVector::Zero(1)}));
+      LiquidState liquid;
+      liquid.lateral = second;
+      ASSERT_TRUE(recorder->write(now, liquid));
     }
     ASSERT_TRUE(recorder->close());
   }
@@ -86,7 +89,9 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   EXPECT_EQ(motion["name"], "gap");
   EXPECT_EQ(motion["t_s"], Json({1.0, 3.0}));
   EXPECT_EQ(motion["q"], Json({{0.25}, {0.5}}));
-  EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["liquid"]["t_s"].empty() && motion["events"].empty());
+  EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["events"].empty());
+  EXPECT_EQ(motion["gripper"], Json({nullptr, nullptr}));
+  EXPECT_EQ(motion["felt"], Json({{"t_s", {1.0, 2.0, 3.0}}, {"mean", {1.0, 2.0, 3.0}}, {"largest", {1.0, 2.0, 3.0}}}));
 }
 
 /// A program of a line of shell.

@@ -122,11 +122,12 @@ Result<FreshPage> motion(const fs::path& file) {
       std::max(kMotionPeriod, to_seconds(overview->last - overview->first) / kMostLooks);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();
-  Columns arm("t_s", "q");
+  Columns arm("t_s", "q", "gripper");
   for (const JointState& state : session->states) {
     if (!state.q.allFinite()) continue;  // JSON has no word for it
     arm.begin_row(to_seconds(state.stamp.made));
     arm.add_list(state.q, 5);
+    arm.add(state.gripper.value_or(std::nan("")), 2);
   }
   if (arm.empty()) return Error{session->name + ": the arm never said where it was"};
   Columns hand("t_s", "p", "q", "engaged", "lateral", "error_mm");
@@ -140,6 +141,12 @@ Result<FreshPage> motion(const fs::path& file) {
     hand.add(lateral_acceleration(step), 3);
     hand.add(step.engaged ? 1e3 * position_error(step) : std::nan(""), 1);
   }
+  Columns felt("t_s", "mean", "largest");
+  for (const SessionFile::Felt& each : session->felt) {
+    felt.begin_row(to_seconds(each.at));
+    felt.add(each.mean(), 3);
+    felt.add(each.largest, 3);
+  }
   Columns liquid("t_s", "tilt", "freeboard_mm", "spilled");
   for (const auto& [at, state] : session->liquid) {
     if (!std::isfinite(state.tilt_x) || !std::isfinite(state.tilt_y)) continue;
@@ -148,10 +155,12 @@ Result<FreshPage> motion(const fs::path& file) {
     liquid.add(1e3 * state.freeboard, 1);
     liquid.add(state.spilled ? 1.0 : 0.0, 0);
   }
-  return FreshPage{fmt::format("{{\"name\":{},{},\"target\":{{{}}},\"liquid\":{{{}}},\"settings\":{},\"events\":{}}}",
-                               dump(session->name), arm.json(), hand.json(), liquid.json(), settings_of(*session),
-                               events_of(*session)),
-                   "application/json"};
+  return FreshPage{
+      fmt::format(
+          "{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"liquid\":{{{}}},\"settings\":{},\"events\":{}}}",
+          dump(session->name), arm.json(), hand.json(), felt.json(), liquid.json(), settings_of(*session),
+          events_of(*session)),
+      "application/json"};
 }
 
 Result<FreshPage> report(const fs::path& file) {

@@ -52,14 +52,17 @@ Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> 
     if (!step.engaged) continue;
     ++engaged;
     const double position = position_error(step), orientation = orientation_error(step);
+    m.position_mean += position;
     m.position_rms += position * position;
     m.orientation_rms += orientation * orientation;
     m.position_max = std::max(m.position_max, position);
     m.orientation_max = std::max(m.orientation_max, orientation);
   }
+  m.position_mean /= std::max(engaged, 1);
   m.position_rms = std::sqrt(m.position_rms / std::max(engaged, 1));
   m.orientation_rms = std::sqrt(m.orientation_rms / std::max(engaged, 1));
   m.lateral_p99 = percentile(lateral, 99);
+  m.lateral_max = percentile(lateral, 100);
   m.solve_p50 = percentile(solve, 50);
   m.solve_p99 = percentile(solve, 99);
   m.solve_p999 = percentile(solve, 99.9);
@@ -70,6 +73,20 @@ Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> 
     m.acceleration_ratio_max = std::max(m.acceleration_ratio_max, largest_ratio(command.ddq, limits.acceleration_max));
   }
   return m;
+}
+
+void count_felt(std::span<const Felt> felt, Metrics& metrics) {
+  double sum = 0.0;
+  int count = 0;
+  std::vector<double> largest;
+  for (const Felt& each : felt) {
+    sum += each.sum;
+    count += each.count;
+    largest.push_back(each.largest);
+  }
+  metrics.lateral_mean = sum / count;
+  metrics.lateral_p99 = percentile(largest, 99);
+  metrics.lateral_max = percentile(largest, 100);
 }
 
 }  // namespace steadyhand

@@ -9,6 +9,12 @@
 
 namespace steadyhand {
 
+/// The sideways force on the liquid over a few moments, m/s^2.
+struct Felt {
+  double sum = 0.0, largest = 0.0;
+  int count = 0;
+};
+
 constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
 
 struct JointLimits {
@@ -23,7 +29,9 @@ struct Metrics {
   int steps = 0;
   double lateral_mean = 0;     ///< m/s^2, mean of sqrt(a_x^2 + a_y^2)
   double lateral_p99 = 0;      ///< m/s^2
+  double lateral_max = 0;      ///< m/s^2
   double vertical_min = 0;     ///< m/s^2, smallest a_z; below 0 the liquid leaves the glass
+  double position_mean = 0;    ///< m
   double position_rms = 0;     ///< m
   double position_max = 0;     ///< m
   double orientation_rms = 0;  ///< rad, angle between planned and target orientation
@@ -44,6 +52,9 @@ struct Metrics {
 
 /// @pre steps is not empty and has at least one joint; limits and commands are of the same arm
 Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> commands, const JointLimits& limits);
+
+/// The lateral figures of a live session as they were measured, in place of the plans'. @pre felt is not empty
+void count_felt(std::span<const Felt> felt, Metrics& metrics);
 
 /// Nearest rank: the smallest value that at least `percent` of all values do not exceed, so always one of them.
 /// @pre values is not empty, 0 < percent <= 100

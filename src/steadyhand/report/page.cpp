@@ -79,21 +79,34 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     const ProfileResult& profile = input.profiles[i];
     const Metrics &m = metrics[i], &first = metrics.front();
+    const auto row = [&](std::string_view what, const std::string& value, std::string_view unit, double now,
+                         double before) {
+      return fmt::format("<div><dt>{}</dt><dd><b>{}</b> {}{}</dd></div>\n", what, value, unit,
+                         compared(now, before, input, i));
+    };
+    std::string rows;
+    if (input.story) {  // in the words and figures of the operator's page
+      rows += row("led", fmt::format("{:.1f}", profile.led_s), "s", 0.0, 0.0);
+      rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
+      rows += row("slosh, peak", fmt::format("{:.2f}", m.lateral_max), "m/s²", m.lateral_max, first.lateral_max);
+      rows += row("off target, mean", fmt::format("{:.1f}", 1e3 * m.position_mean), "mm", m.position_mean,
+                  first.position_mean);
+    } else {
+      rows += row("lateral specific force, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean,
+                  first.lateral_mean);
+      rows += row("position error, RMS", fmt::format("{:.1f}", 1e3 * m.position_rms), "mm", m.position_rms,
+                  first.position_rms);
+    }
+    rows += row("solve time, mean", fmt::format("{:.0f}", m.solve_mean), "µs", m.solve_mean, first.solve_mean);
     html += fmt::format(
         R"(<article class="card" style="{}">
 <h3><label><input type="checkbox" data-profile="{}" checked> {}</label></h3>
 <p class="weights">{}</p>
 <dl>
-<div><dt>lateral specific force, mean</dt><dd><b>{:.2f}</b> m/s²{}</dd></div>
-<div><dt>position error, RMS</dt><dd><b>{:.0f}</b> mm{}</dd></div>
-<div><dt>solve time, mean</dt><dd><b>{:.0f}</b> µs{}</dd></div>
-</dl>
+{}</dl>
 </article>
 )",
-        color(input, i), i, escape(profile.label), escape(profile.weights), m.lateral_mean,
-        compared(m.lateral_mean, first.lateral_mean, input, i), 1e3 * m.position_rms,
-        compared(m.position_rms, first.position_rms, input, i), m.solve_mean,
-        compared(m.solve_mean, first.solve_mean, input, i));
+        color(input, i), i, escape(profile.label), escape(profile.weights), rows);
   }
   return html;
 }
@@ -171,12 +184,15 @@ Result<std::string> report_page(const ReportInput& input) {
     if (profile.steps.empty()) {
       return Error{fmt::format("profile {} has no planning steps to report", profile.name)};
     }
-    metrics.push_back(evaluate(profile.steps, profile.commands, profile.limits));
+    metrics.push_back(metrics_of(profile));
     duration = std::max(duration, profile.steps.back().t_s - profile.steps.front().t_s);
   }
+  if (input.story) duration = input.story->end_s - input.story->begin_s;
   const Thinning thinning = choose_thinning(input);
   const std::string recording = escape(input.recording), rate = fmt::format("{:g} Hz", input.rate_hz),
-                    scale = fmt::format("{:g}", input.scale), length = fmt::format("{:.1f} s", duration),
+                    scale = fmt::format("{:g}", input.scale),
+                    length = fmt::format("{:.1f} s", duration) +
+                             (input.story ? fmt::format(", {:.1f} s of it led", input.story->led_s) : ""),
                     command = escape(input.command), card_html = cards(input, metrics),
                     table_html = tables(input, metrics), meaning_html = meanings(),
                     note = thinning_note(thinning, input.profiles.front().commands_merged),

@@ -21,13 +21,16 @@ struct ProfileResult {
   std::vector<PlanStep> steps;
   std::vector<JointCommand> commands;  ///< what the tracker sent; may be empty
   int commands_merged = 1;             ///< of them that each stands for, by the largest |dq| and |ddq|
+  // ---- of a live session, while the hand led
+  std::vector<Felt> felt{};  ///< the sideways force as it was measured; empty: not recorded
+  double led_s = 0;
 };
 
 /// What happened in a live session beside its plans; empty of a replay.
 struct SessionStory {
   struct Event {
     double t_s = 0;
-    std::string kind;  ///< "state", "spill", "limit", "setting", "missed" or "gap"
+    std::string kind;  ///< "state", "spill", "refill", "limit", "setting", "missed", "gap" or "rest"
     std::string what;  ///< of a state its name, otherwise in words
     std::string why;   ///< may be empty
   };
@@ -35,6 +38,7 @@ struct SessionStory {
     double t_s = 0, p50_ms = 0, p99_ms = 0;  ///< hand to command
   };
   double begin_s = 0, end_s = 0;  ///< of the recording
+  double led_s = 0;               ///< in which the hand led
   std::vector<Event> events;      ///< in the order of their times
   std::vector<Latency> latency;
   /// Where the tool was at times `t_s`, not closer than a look at it needs: for a picture of the motion.
@@ -56,6 +60,9 @@ struct ReportInput {
 Result<std::string> report_page(const ReportInput& input);
 /// Writes that page; fails also if the file cannot be written.
 Status write_report(const ReportInput& input, const std::filesystem::path& path);
+
+/// As evaluate(), and what was felt, where that was recorded.
+Metrics metrics_of(const ProfileResult& profile);
 
 /// The metrics as text for a terminal: a row per metric, a column per profile, at most 100 columns wide for up to four
 /// profiles. Ends with a line end. @pre as evaluate(), for each profile

@@ -15,7 +15,9 @@ namespace steadyhand {
 namespace {
 
 constexpr double kGap = 0.5;          ///< s between two plans from which on nothing was planned in between
+constexpr double kRestless = 0.01;    ///< rad (m), by which a joint of an arm at rest may differ
 constexpr double kLimitsApart = 1.0;  ///< s; a limit that comes and goes quickly is told once
+constexpr double kInstant = 1e-3;     ///< s
 constexpr std::size_t kMostPostures = 3000;
 constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
 
@@ -120,7 +122,51 @@ void tell_spills(const SessionFile& session, SessionStory& story) {
       story.events.push_back(
           {to_seconds(at), "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * share), ""});
     }
+    if (spilled && !liquid.spilled) story.events.push_back({to_seconds(at), "refill", "a full glass", ""});
     spilled = liquid.spilled;
+  }
+}
+
+/// s between these times in which the hand led.
+double led_between(const SessionFile& session, double from, double until) {
+  double led = 0.0;
+  for (std::size_t i = 0; i < session.changes.size(); ++i) {
+    if (session.changes[i].to != "engaged") continue;
+    const double begin = to_seconds(session.changes[i].at);
+    const double end =
+        i + 1 < session.changes.size() ? to_seconds(session.changes[i + 1].at) : to_seconds(session.overview.last);
+    led += std::max(0.0, std::min(end, until) - std::max(begin, from));
+  }
+  return led;
+}
+
+/// When the arm had come to rest for the remainder of this time, in s; `from` where it never was seen.
+double rest_begins(const SessionFile& session, double from, double until) {
+  double begin = from;
+  const JointState* last = nullptr;
+  for (auto state = session.states.rbegin(); state != session.states.rend(); ++state) {
+    const double t = to_seconds(state->stamp.made);
+    if (t >= until || !state->q.allFinite()) continue;
+    if (t < from) break;
+    if (last == nullptr) last = &*state;
+    if ((state->q - last->q).cwiseAbs().maxCoeff() > kRestless) return begin;
+    begin = t;
+  }
+  return from;
+}
+
+/// Where there was no plan: an arm at rest needs none, and one that moves has its last, or a stop.
+void tell_gaps(const SessionFile& session, SessionStory& story) {
+  for (std::size_t i = 1; i < session.steps.size(); ++i) {
+    const double from = session.steps[i - 1].t_s, until = session.steps[i].t_s;
+    if (until - from <= kGap) continue;
+    if (const double led = led_between(session, from, until); led > kGap) {
+      story.events.push_back({from, "gap", fmt::format("no plan for {:.1f} s while the hand led", led), ""});
+      continue;
+    }
+    const double rest = rest_begins(session, from, until);
+    if (until - rest > kGap)
+      story.events.push_back({rest, "rest", fmt::format("at rest for {:.1f} s", until - rest), ""});
   }
 }
 
@@ -158,6 +204,8 @@ void merge_the_briefest(std::vector<ProfileResult>& results) {
     }
     std::move(result.steps.begin(), result.steps.end(), std::back_inserter(brief.steps));
     std::move(result.commands.begin(), result.commands.end(), std::back_inserter(brief.commands));
+    std::move(result.felt.begin(), result.felt.end(), std::back_inserter(brief.felt));
+    brief.led_s += result.led_s;
   }
   const auto by_time = [](const auto& time) {
     return [time](const auto& a, const auto& b) { return time(a) < time(b); };
@@ -185,12 +233,8 @@ SessionStory tell_story(const SessionFile& session) {
   tell_spills(session, story);
   tell_limits(session, story);
   tell_counts(session, story);
-  for (std::size_t i = 1; i < session.steps.size(); ++i) {
-    const double gap = session.steps[i].t_s - session.steps[i - 1].t_s;
-    if (gap > kGap) {
-      story.events.push_back({session.steps[i - 1].t_s, "gap", fmt::format("nothing planned for {:.1f} s", gap), ""});
-    }
-  }
+  tell_gaps(session, story);
+  story.led_s = led_between(session, story.begin_s, story.end_s);
   std::stable_sort(story.events.begin(), story.events.end(),
                    [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
   const std::size_t stride = session.states.size() / kMostPostures + 1;
@@ -227,6 +271,23 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
     return &added;
   };
   for (PlanStep& step : session.steps) result_at(from_seconds(step.t_s), true)->steps.push_back(std::move(step));
+  for (const SessionFile::Felt& felt : session.felt) {
+    const double t = to_seconds(felt.at);
+    if (led_between(session, t, t + kInstant) < kInstant) continue;
+    if (ProfileResult* result = result_at(felt.at, false)) result->felt.push_back({felt.sum, felt.largest, felt.count});
+  }
+  for (std::size_t i = 0; i < session.changes.size(); ++i) {
+    const Time at = session.changes[i].at;
+    if (session.changes[i].to != "engaged") continue;
+    // A change of the settings while the hand leads begins another stretch.
+    Time from = at, end = i + 1 < session.changes.size() ? session.changes[i + 1].at : session.overview.last;
+    for (const SettingsChange& change : settings) {
+      if (change.at <= from || change.at >= end) continue;
+      if (ProfileResult* result = result_at(from, false)) result->led_s += to_seconds(change.at - from);
+      from = change.at;
+    }
+    if (ProfileResult* result = result_at(from, false)) result->led_s += to_seconds(end - from);
+  }
   for (JointCommand& command : session.commands) {
     if (ProfileResult* result = result_at(command.stamp.made, false)) result->commands.push_back(std::move(command));
   }

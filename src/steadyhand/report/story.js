@@ -3,7 +3,7 @@
 // What happened in a live session: its states as a band, its events in a list, and the arm as it moved. A replay has none of it.
 {
   const { story } = data;
-  const NAMES = { state: 'state', spill: 'spill', limit: 'limit', setting: 'setting', missed: 'deadlines', gap: 'gap' };
+  const NAMES = { state: 'state', spill: 'spill', limit: 'limit', setting: 'setting', missed: 'deadlines', gap: 'gap', rest: 'rest', refill: 'refill' };
   function stateSpans({ events, begin, end }) {
     const states = events.filter(({ kind }) => kind === 'state');
     return states.map(({ t, what }, i) => ({ from: t, to: states[i + 1]?.t ?? end, state: what })).filter(({ to }) => to >= begin);
@@ -26,7 +26,7 @@
       span.title = `${state} from ${seconds(from)} to ${seconds(to)}`;
     }
     for (const { t, kind, what } of events) {
-      if (kind === 'state' || kind === 'setting') continue;
+      if (kind === 'state' || kind === 'setting' || kind === 'rest') continue;
       const mark = band.appendChild(document.createElement('b'));
       mark.className = kind;
       mark.style.left = share(t);

@@ -17,10 +17,13 @@ constexpr const char* kLimits = "Limits";
 using Best = MetricRow::Best;
 
 constexpr MetricRow kRows[] = {
-    {kGlass, "Lateral specific force, mean", "m/s²", [](const Metrics& m) { return m.lateral_mean; }, 3, Best::kLowest,
-     "Lateral specific force at the glass: √(a_x² + a_y²) in the frame of the glass, mean over all steps."},
-    {kGlass, "Lateral specific force, p99", "m/s²", [](const Metrics& m) { return m.lateral_p99; }, 3, Best::kLowest,
+    {kGlass, "Lateral specific force, mean", "m/s²", [](const Metrics& m) { return m.lateral_mean; }, 2, Best::kLowest,
+     "Lateral specific force at the glass: √(a_x² + a_y²) in the frame of the glass, mean over all steps; in a live "
+     "session as it was measured while the hand led."},
+    {kGlass, "Lateral specific force, p99", "m/s²", [](const Metrics& m) { return m.lateral_p99; }, 2, Best::kLowest,
      "99 % of the steps stay at or below it (nearest rank, as all percentiles here)."},
+    {kGlass, "Lateral specific force, largest", "m/s²", [](const Metrics& m) { return m.lateral_max; }, 2,
+     Best::kLowest, "The same at its worst."},
     {kGlass, "Vertical specific force, smallest", "m/s²", [](const Metrics& m) { return m.vertical_min; }, 2,
      Best::kHighest, "What holds the liquid down: 9.81 at rest, 0 in free fall."},
     {kTracking, "Position error, RMS", "mm", [](const Metrics& m) { return 1e3 * m.position_rms; }, 1, Best::kLowest,
@@ -82,13 +85,19 @@ std::string format_value(const MetricRow& row, const Metrics& metrics) {
   return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1) : text;
 }
 
+Metrics metrics_of(const ProfileResult& profile) {
+  Metrics metrics = evaluate(profile.steps, profile.commands, profile.limits);
+  if (!profile.felt.empty()) count_felt(profile.felt, metrics);
+  return metrics;
+}
+
 std::string format_table(const std::vector<ProfileResult>& profiles) {
   constexpr int kLabelColumns = 40, kUnitColumns = 5;
   std::string table = pad("", kLabelColumns + kUnitColumns);
   std::vector<Metrics> metrics;
   std::vector<int> columns;
   for (const ProfileResult& profile : profiles) {
-    metrics.push_back(evaluate(profile.steps, profile.commands, profile.limits));
+    metrics.push_back(metrics_of(profile));
     columns.push_back(2 + std::max(9, static_cast<int>(width(profile.name))));
     table += pad(profile.name, -columns.back());
   }

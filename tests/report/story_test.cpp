@@ -1,0 +1,106 @@
+// What a session is told to have been, from what was recorded of it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "steadyhand/report/session_story.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// One joint; planned ten times a second where the hand leads.
+struct Told : testing::Test {
+  Told() {
+    session.overview.first = Time(0);
+    session.overview.last = from_seconds(20.0);
+  }
+  void plan(double from, double until) {
+    for (double t = from; t < until; t += 0.1) {
+      PlanStep step;
+      step.t_s = t;
+      step.q = step.dq = step.ddq = JointVector::Zero(1);
+      step.engaged = true;
+      session.steps.push_back(step);
+    }
+  }
+  /// The joint goes from 0 to 1 rad between these times.
+  void move(double from, double until) {
+    for (double t = 0.0; t < 20.0; t += 0.1) {
+      JointState state{{from_seconds(t), from_seconds(t)}, JointVector::Zero(1), JointVector::Zero(1)};
+      state.q[0] = std::clamp((t - from) / (until - from), 0.0, 1.0);
+      session.states.push_back(state);
+    }
+  }
+  void change(double t, const char* to) { session.changes.push_back({from_seconds(t), "", to, ""}); }
+  std::vector<std::string> of(const std::string& kind) const {
+    std::vector<std::string> found;
+    for (const auto& event : tell_story(session).events) {
+      if (event.kind == kind) found.push_back(fmt::format("{:.1f} {}", event.t_s, event.what));
+    }
+    return found;
+  }
+  using Lines = std::vector<std::string>;
+  SessionFile session;
+};
+
+TEST_F(Told, AnArmThatNeedsNoPlanRestsFromWhenItStands) {
+  plan(1.0, 3.05);
+  plan(15.0, 16.0);
+  move(1.0, 3.5);  // to the end of its last plan, or in a stop
+  change(1.0, "engaged");
+  change(3.0, "stopping");
+  change(15.0, "engaged");
+  EXPECT_EQ(of("gap"), Lines());
+  EXPECT_EQ(of("rest"), Lines{"3.5 at rest for 11.5 s"});
+  EXPECT_NEAR(tell_story(session).led_s, 2.0 + 5.0, 1e-9);
+}
+
+TEST_F(Told, AHandThatLedWithoutAPlanIsAGap) {
+  plan(1.0, 3.05);
+  plan(8.0, 9.0);
+  move(1.0, 8.0);
+  change(1.0, "engaged");
+  EXPECT_EQ(of("gap"), Lines{"3.0 no plan for 5.0 s while the hand led"});
+  EXPECT_EQ(of("rest"), Lines());
+}
+
+TEST_F(Told, ARefillIsSaid) {
+  for (const auto& [t, spilled] : {std::pair(1.0, false), {2.0, true}, {3.0, true}, {4.0, false}}) {
+    LiquidState liquid;
+    liquid.spilled = spilled;
+    liquid.spilled_share = spilled ? 0.1 : 0.0;
+    session.liquid.emplace_back(from_seconds(t), liquid);
+  }
+  EXPECT_EQ(of("spill"), Lines{"2.0 spilled 10.0 % of the liquid"});
+  EXPECT_EQ(of("refill"), Lines{"4.0 a full glass"});
+}
+
+/// Each profile with what was felt while the hand led by it; a stop and the rest after it are nobody's.
+TEST_F(Told, WhatWasFeltAndLedBelongsToTheProfileOfThen) {
+  plan(1.0, 9.0);
+  change(1.0, "engaged");
+  change(9.0, "stopping");
+  SettingsChange settings;
+  settings.profile = "tracking";
+  session.settings.push_back(settings);
+  settings.profile = "carry";
+  settings.at = from_seconds(4.0);
+  session.settings.push_back(settings);
+  for (double t = 0.05; t < 12.0; t += 0.1) {
+    session.felt.push_back({from_seconds(t), t < 4.0 ? 6.0 : 2.0, t < 4.0 ? 4.0 : t < 9.0 ? 1.5 : 50.0, 2});
+  }
+  const std::vector<ProfileResult> results = split_by_settings(session);
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_NEAR(results[0].led_s, 3.0, 1e-9);
+  EXPECT_NEAR(results[1].led_s, 5.0, 1e-9);
+  Metrics metrics;
+  count_felt(results[0].felt, metrics);
+  EXPECT_DOUBLE_EQ(metrics.lateral_mean, 3.0);
+  EXPECT_DOUBLE_EQ(metrics.lateral_max, 4.0);
+  count_felt(results[1].felt, metrics);
+  EXPECT_DOUBLE_EQ(metrics.lateral_mean, 1.0);
+  EXPECT_DOUBLE_EQ(metrics.lateral_max, 1.5);
+}
+
+}  // namespace
+}  // namespace steadyhand
