@@ -88,12 +88,21 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
     }
     return liquid.spilled;
   }, 'a spill');
-  await until(() => page.isVisible('#spill'), 'the word for it');
+  await until(async () => /^Spilled \d+\.\d %$/.test(await page.textContent('#spill')), 'the words for it');
   await page.emulateMedia({ colorScheme: 'dark' });
   await page.evaluate(() => document.querySelector('#dark').click());
   await shot(page, 'spilled_dark');
   await page.evaluate(() => document.querySelector('#dark').click());
   await page.emulateMedia({ colorScheme: 'light' });
+  await page.keyboard.press('Space');
+  await inState(page, 'stopping');
+  await rest(page);
+  await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
+  const full = page.waitForSelector('#refilled:not([hidden])');
+  await page.click('#reset');
+  await full;
+  await until(() => page.isHidden('#spill'), 'a full glass by the reset');
+  assert.match(await page.textContent('#wave'), /Wave \d+ of \d+ mm to the rim\s+largest \d+ mm/);
   await ready(page);
   await say(page, { type: 'request', kind: 'profile', text: 'carry' });
   await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
@@ -240,6 +249,18 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await report.close();
   await page.click('#recordings button');
   await until(() => page.isVisible('#past'), 'the time line');
+  await page.waitForTimeout(300);
+  assert.deepEqual(await page.evaluate(() => { const { playing, at } = globalThis.steadyhand.recordings.player; return [playing, at]; }), [false, 0], 'it waits at its begin');
+  await page.click('#past-play');
+  await until(() => page.evaluate(() => globalThis.steadyhand.recordings.player.at > 0), 'it to play');
+  await page.click('#past-play');
+  assert.ok(await page.isDisabled('#lease') && await page.isDisabled('#mode'), 'what acts on now is grey');
+  const drawn = await page.$$eval('#track [role=img]', (boxes) => boxes.map((box) => box.getAttribute('aria-label')));
+  assert.equal(drawn.length, 3);
+  assert.match(drawn[0], /^State: .*engaged for \d/);
+  assert.match(drawn[1], /^Slosh: at most \d+\.\d\d m\/s², at 0:/);
+  assert.match(drawn[2], /^Off target: at most \d+ mm, at 0:/);
+  await until(async () => /engaged, Carry, scale 0\.5, slosh \d+\.\d\d m\/s², off target \d+ mm/.test(await page.getAttribute('#past-at', 'aria-valuetext')) || (await page.click('#past-on'), false), 'the words of that time');
   const seek = (at) => page.evaluate((t) => {
     const range = document.querySelector('#past-at');
     range.value = String(t * Number(range.max));
@@ -269,6 +290,9 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const before = (await listed()).length; // also what programs of tests before have left
   await page.check('#record');
   await until(async () => (await state(page)).recording, 'a new recording');
+  const row = () => page.textContent('#recordings li:first-child p span');
+  const written = await until(async () => /being recorded · 0:\d\d/.exec(await row())?.[0], 'its row');
+  await until(async () => (await row()).startsWith('being recorded') && !(await row()).startsWith(written), 'the row to go on');
   await page.waitForTimeout(1000);
   await page.uncheck('#record');
   await until(async () => (await listed()).length === before + 1, 'both in the list');
@@ -308,6 +332,34 @@ test('a picture makes nothing anew', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async
     bytes = ofTheScene(await allocations(page, sources, 3));
     return bytes < 1000; // numbers that are boxed between functions, some 600; a vector for each of the plan's 15 points makes it 1600
   }, 'pictures that make nothing anew').catch((error) => assert.fail(`${bytes} bytes a picture; ${error}`));
+});
+
+test('sliders tell who hears them units and words', async () => {
+  page = await open();
+  await until(() => page.getAttribute('#tilt', 'aria-valuetext'), 'the words');
+  const told = Object.fromEntries(await page.$$eval('input[type=range]:not(#past-at, #gripper)', (sliders) => sliders.map(({ id, ariaValueText, attributes }) => [id, attributes['aria-valuetext']?.value ?? ariaValueText])));
+  assert.match(told.scale, /^(1:1|\d+(\.\d+)? ×)$/);
+  assert.match(told.yaw, /°$/);
+  assert.match(told.fill, /mm below the rim$/);
+  assert.match(told.tilt, /upright|°|pour/);
+  assert.match(told['weight-lateral'], /ignores the liquid|% of the way to: calm/);
+});
+
+test('a gripper is drawn as far open as it is, and no glass', NEEDS_PROGRAM, async () => {
+  await startProgram('--robot', 'ur5e_gripper');
+  page = await open();
+  await until(async () => (await facts(page)).paired, 'the page to be paired');
+  await ready(page);
+  const seen = () => page.evaluate(() => { const { stage } = globalThis.steadyhand; return { glass: stage.glass.visible, gap: stage.arm.gripper.gap }; });
+  await until(async () => Math.abs((await seen()).gap - 0.086) < 0.002, 'an open gripper');
+  assert.equal((await seen()).glass, false);
+  await page.evaluate(() => document.activeElement?.blur());
+  await page.keyboard.press('g');
+  await until(async () => (await seen()).gap < 0.005, 'a closed gripper');
+  for (const shown of ['#wave', '#spill', '#fill', '[data-chart=lateral]']) assert.equal(await page.isVisible(shown), false, `${shown} is of a glass`);
+  assert.match(await page.textContent('#advice'), /the gripper/);
+  await shot(page, 'gripper');
+  assert.deepEqual(page.complaints, []);
 });
 
 test('says that it is not connected, comes back by itself, and moves nothing until it is engaged afresh', NEEDS_PROGRAM, async (t) => {
@@ -428,7 +480,7 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
 });
 
 test('nothing lies over Stop: not the first steps, not the keys, on no screen', IN_CHROMIUM, async () => {
-  for (const viewport of [{ width: 1280, height: 800 }, { width: 390, height: 844 }]) {
+  for (const viewport of [{ width: 1280, height: 800 }, { width: 1280, height: 600 }, { width: 390, height: 844 }]) {
     page = await open({ first: true, context: { viewport } });
     const reached = () => page.evaluate(() => {
       const stop = document.querySelector('#stop'), { left, top, width, height } = stop.getBoundingClientRect();
@@ -439,6 +491,7 @@ test('nothing lies over Stop: not the first steps, not the keys, on no screen', 
     await page.click('#first-close');
     await page.evaluate(() => document.querySelector('#help-open').click());
     assert.ok(await reached(), 'beside the keys');
+    assert.ok(await page.evaluate(() => { const help = document.querySelector('#help'); return help.scrollHeight <= help.clientHeight + 1; }), `the keys whole at ${viewport.width} x ${viewport.height}`);
     await page.evaluate(() => scrollTo(0, 500));
     assert.ok(await reached(), 'while the controls are scrolled');
     await page.context().close();

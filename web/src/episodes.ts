@@ -1,4 +1,5 @@
 import { element } from './element';
+import { percentText } from './figures';
 import { isTyped } from './input/shortcuts';
 import type { Panel } from './panel';
 import type { StateMessage, WelcomeMessage } from './protocol';
@@ -9,12 +10,14 @@ const button = (id: string): HTMLButtonElement => element(id, HTMLButtonElement)
 const decided = (success: boolean | null): string => (success === null ? '' : success ? ', a success' : ', a failure');
 
 /** How the task of a simulated scene goes, for people. */
-export function taskText(task: NonNullable<WelcomeMessage['task']>, now: NonNullable<StateMessage['task']>): string {
+/** @param glass the tool holds one, so that there is something to spill */
+export function taskText(task: NonNullable<WelcomeMessage['task']>, now: NonNullable<StateMessage['task']>, glass = true): string {
   const holds = task.conditions.filter((_, i) => (now.held >> i) & 1).length;
-  const end = now.success === null ? `${now.time.toFixed(1)} of ${task.time_limit.toFixed(0)} s` : `${now.success ? 'Done' : 'Time is over'} after ${now.time.toFixed(1)} s`;
+  const waits = now.success === null && now.time === 0;
+  const end = waits ? `${task.time_limit.toFixed(0)} s from Begin or the first grip on` : now.success === null ? `${now.time.toFixed(1)} of ${task.time_limit.toFixed(0)} s` : `${now.success ? 'Done' : 'Time is over'} after ${now.time.toFixed(1)} s`;
   const missing = task.conditions.filter((_, i) => !((now.held >> i) & 1));
   const open = now.success !== null || !missing.length ? '' : `; to do: ${missing.join(', ')}`;
-  return `${end}. ${holds} of ${task.conditions.length} hold${open}. Spilled ${(100 * now.spilled).toFixed(1)} %.`;
+  return `${end}. ${holds} of ${task.conditions.length} hold${open}.${glass ? ` Spilled ${percentText(now.spilled)} %.` : ''}`;
 }
 
 /** How the episodes stand, for people. */
@@ -58,7 +61,7 @@ export class EpisodePanel {
       element('task-words', HTMLElement).textContent = task.instruction;
       if (state?.task) {
         const progress = element('task-progress', HTMLElement);
-        progress.textContent = taskText(task, state.task);
+        progress.textContent = taskText(task, state.task, this.#session.hasGlass);
         progress.dataset.success = String(state.task.success);
       }
     }

@@ -167,6 +167,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     episodes.draw();
     if (session.state) joints?.draw(session.state);
     recordings.draw();
+    if (!alone) recordings.grow(session.state?.recording === true && !session.isStale(t));
   }
   if (t - lastPlot > 0.05) {
     lastPlot = t;

@@ -1,27 +1,23 @@
 import { isTyped } from './input/shortcuts';
 import type { Connection } from './connection';
 import { element } from './element';
+import { latencyText, offText, percentText, scaleText } from './figures';
 import { colorOf, inOrder, purposeOf } from './profiles';
 import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
-import { STEPS, plain, positionOf, unitText, weightAt, weightText } from './weights';
+import { STEPS, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
 
 function write(node: HTMLElement, text: string): void {
   if (node.textContent !== text) node.textContent = text;
 }
 
-/** A whole number with its unit, written when it changes. */
+/** A number with its unit. */
 class Reading {
-  #shown: number | null | undefined;
-
-  constructor(private readonly node: HTMLElement, private readonly factor: number, private readonly unit: string) {}
+  constructor(private readonly node: HTMLElement, private readonly factor: number, private readonly text: (value: Measure | undefined) => string, private readonly unit: string) {}
 
   show(value: Measure | undefined): void {
-    const rounded = value === null || value === undefined ? null : Math.round(value * this.factor);
-    if (rounded === this.#shown) return;
-    this.#shown = rounded;
-    this.node.textContent = rounded === null ? '–' : `${rounded} ${this.unit}`;
+    write(this.node, value === null || value === undefined ? '–' : `${this.text(value * this.factor)} ${this.unit}`);
   }
 }
 
@@ -42,10 +38,15 @@ interface Slider {
   output: HTMLElement;
   read(): number | undefined;
   label(value: number): string;
+  /** What the label says, for who hears it; else that. */
+  spoken?(value: number): string;
   /** The slider's own value for this one. */
   place(value: number): number;
   shown: number;
 }
+
+/** null: nothing was measured yet, which is told as 0. */
+export const known = (value: Measure | undefined): Measure => value || null;
 
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
@@ -77,9 +78,9 @@ type Asked = { text?: string; value?: number; to?: string; success?: boolean; no
 export class Panel {
   readonly #chosenAt = new Map<EventTarget, number>();
   readonly #sliders: Slider[] = [];
-  readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, 'ms');
-  readonly #error = new Reading(element('error-now', HTMLElement), 1e3, 'mm');
-  readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, 'mm');
+  readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, latencyText, 'ms');
+  readonly #error = new Reading(element('error-now', HTMLElement), 1e3, offText, 'mm');
+  readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, offText, 'mm');
   /** mm, height of the glass inside. */
   #rim = 0;
   #profiles: HTMLInputElement[] = [];
@@ -105,7 +106,7 @@ export class Panel {
     input('record').onchange = () => this.command('record', { value: input('record').checked ? 1 : 0 });
     element('rate', HTMLSelectElement).onchange = (event) => this.command('rate', { value: Number((event.target as HTMLSelectElement).value) });
     const controls = () => this.session.state?.controls;
-    this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${v.toFixed(2)} ×`), (value) => this.command('scale', { value }));
+    this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => `${v.toFixed(0)}°`,
       (value) => this.command('yaw', { value: (value * Math.PI) / 180 }));
     this.#slider('fill', () => { const c = controls(); return c && c.fill * 1000; }, (v) => `${(this.#rim - v).toFixed(0)} mm below the rim`,
@@ -190,12 +191,13 @@ export class Panel {
     output.htmlFor.add(id);
     label.append(`${words.label} `, output, node, ends(words.low, words.high));
     element('weights', HTMLDivElement).append(label);
-    return { node, output, read: () => this.session.state?.controls.weights[index], label: (value) => `${weightText(range, value)} ${unitText(term.unit)}`, place: (value) => positionOf(range, value), shown: NaN };
+    return { node, output, read: () => this.session.state?.controls.weights[index], label: (value) => `${weightText(value)} ${unitText(term.unit)}`, spoken: (value) => spokenWeight(range, value, words), place: (value) => positionOf(range, value), shown: NaN };
   }
 
   /** What the server offers. */
   offer(welcome: WelcomeMessage): void {
     this.#rim = welcome.glass.height * 1000;
+    document.body.dataset.glass = String(!welcome.robot?.gripper);
     input('fill').max = String(Math.ceil(this.#rim) - 1);
     const box = element('profiles', HTMLFieldSetElement);
     box.querySelectorAll('label').forEach((label) => label.remove());
@@ -229,14 +231,17 @@ export class Panel {
     show(list, rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
   }
 
-  /** How high the liquid stands against what its rim allows, while nothing shall be spilled. */
+  /** How high the liquid stands against what its rim allows, and how high it stood at most since the glass was filled. */
   #showWave(state: StateMessage | null | undefined): void {
-    const room = state ? this.#rim - state.controls.fill * 1000 : 0, left = (state?.liquid.freeboard ?? 0) * 1000;
-    const shown = state !== undefined && state !== null && state.controls.no_spill && room > 0;
+    const room = state ? this.#rim - state.controls.fill * 1000 : 0, left = state?.liquid.freeboard ?? null, least = state?.liquid.least_freeboard ?? null;
+    const shown = left !== null && least !== null && this.session.hasGlass && room > 0 && !state!.liquid.spilled;
     element('wave', HTMLElement).hidden = !shown;
     if (!shown) return;
-    element('wave-level', HTMLMeterElement).value = Math.min(Math.max(1 - left / room, 0), 1);
-    write(element('wave-words', HTMLElement), `Wave ${Math.max(room - left, 0).toFixed(0)} of ${room.toFixed(0)} mm to the rim`);
+    const wave = Math.min(Math.max(room - 1000 * left, 0), room), most = Math.min(Math.max(room - 1000 * least, 0), room);
+    element('wave-level', HTMLMeterElement).value = wave / room;
+    element('wave-most', HTMLElement).style.left = `${(100 * most) / room}%`;
+    write(element('wave-words', HTMLElement), `Wave ${offText(wave)} of ${offText(room)} mm`);
+    write(element('wave-held', HTMLElement), `largest ${offText(most)} mm`);
   }
 
   /** Whether the server's word may replace what this control shows. */
@@ -251,27 +256,34 @@ export class Panel {
     document.body.dataset.stale = String(!live);
     document.body.dataset.yours = String(session.yours);
     write(element('state', HTMLElement), session.title(now));
-    write(element('reason', HTMLElement), present ? (state?.reason ?? '') : '');
+    write(element('reason', HTMLElement), session.reason(now));
     write(element('advice', HTMLElement), session.advice(now, this.hand.heldFor));
     const constraint = present ? session.constraint() : '';
     element('held', HTMLElement).hidden = !constraint;
     write(element('held', HTMLElement), constraint);
-    element('spill', HTMLElement).hidden = session.past || !state?.liquid.spilled;
-    this.#showWave(session.past ? undefined : state);
+    const spilled = !session.past && session.hasGlass && state?.liquid.spilled === true;
+    element('spill', HTMLElement).hidden = !spilled;
+    write(element('spill', HTMLElement), spilled ? `Spilled ${percentText(state.liquid.spilled_share)} %` : '');
+    const refilled = !session.past && session.wasRefilled(now);
+    element('refilled', HTMLElement).hidden = !refilled;
+    write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
+    this.#showWave(present ? state : undefined);
     element('gripper-line', HTMLElement).hidden = typeof state?.gripper !== 'number';
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;
     write(element('refusal', HTMLElement), refusal);
-    this.#latency.show(state?.latency_us.p50);
-    this.#error.show(state?.tracking_error);
-    this.#clearance.show(state?.clearance);
+    // Nothing old stands there as if it were of now.
+    this.#latency.show(live ? known(state?.latency_us.p50) : null);
+    this.#error.show(live ? state?.tracking_error : null);
+    this.#clearance.show(live ? state?.clearance : null);
 
     button('reset').hidden = !session.mayReset;
     button('stop').disabled = session.status !== 'open';
     const lease = button('lease');
     write(lease, session.yours ? 'Release control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : `Ask client ${session.holder} for the arm`);
-    lease.disabled = !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks);
-    lease.dataset.call = String(!session.yours && session.mayTake);
+    button('mode').disabled = session.past;
+    lease.disabled = session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks);
+    lease.dataset.call = String(!session.yours && session.mayTake && !session.past);
     const asked = session.asked();
     element('asked', HTMLElement).hidden = !asked;
     write(element('asked-words', HTMLElement), asked);
@@ -290,7 +302,10 @@ export class Panel {
       const { node } = slider, value = slider.read();
       node.disabled = !mayChoose;
       if (value === undefined) continue;
-      if (value !== slider.shown) slider.output.textContent = slider.label(value);
+      if (value !== slider.shown) {
+        slider.output.textContent = slider.label(value);
+        node.setAttribute('aria-valuetext', (slider.spoken ?? slider.label)(value));
+      }
       slider.shown = value;
       if (this.#isAnswered(node, now)) node.value = String(slider.place(value));
     }

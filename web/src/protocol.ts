@@ -67,7 +67,8 @@ export interface StateMessage {
   path: Vec3[];
   /** Where the hand is expected, x, y and z, and standard deviations along and across its way, m; 0: not known. */
   prediction: [number, number, number, number, number][];
-  liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean; spilled_share: number };
+  /** `least_freeboard`: since the glass was filled. `lateral`: m/s^2, sideways force, the largest of the last 20 ms. */
+  liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean; spilled_share: number; least_freeboard: Measure; lateral: Measure };
   solve_us: Timing;
   latency_us: Timing;
   plans: number;
@@ -114,6 +115,8 @@ export interface Robot {
   mount?: number[][];
   joints: { name: string; type?: 'revolute' | 'prismatic'; origin: number[][]; axis: Vec3 }[];
   tool: { name: string; origin: number[][] };
+  /** The tool is one, and holds no glass. */
+  gripper?: { closes_in: number };
   home: number[];
   /** rad (m), rad/s (m/s) */
   position_min?: number[];

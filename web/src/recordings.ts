@@ -1,7 +1,7 @@
 import { element } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
-import { clock } from './replay/clock';
+import { clock, latencyText, scaleText, spanText } from './figures';
 import { Player, type Motion } from './replay/player';
 import { summaryOf } from './replay/summary';
 import { Track } from './replay/track';
@@ -23,22 +23,26 @@ export interface RecordedSession {
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 /** Events that are listed at most: the gravest kinds come first. */
 const LISTED = 300;
-const GRAVE = ['spill', 'missed', 'limit', 'gap', 'setting', 'state'];
+const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
+/** s, after which the list is asked for again while a session is written. */
+const ANEW = 10;
 
 /** With tenths. */
 const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
 
 /** Length and figures of a session in a line. */
-export function figures(session: RecordedSession): string {
-  const { summary } = session, words = [clock(session.duration_s)];
+/** @param now s that it has been written for by now, where it is being written */
+export function figures(session: RecordedSession, now: number | null = null): string {
+  const { summary } = session, words = [clock(now ?? session.duration_s)];
+  if (now !== null) words.unshift('being recorded');
   const label = session.run.label;
   if (label) words.push(label);
   const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
-  if (Number.isFinite(number('engaged_s'))) words.push(`engaged ${clock(number('engaged_s'))}`);
-  if (Number.isFinite(number('latency_p50_ms'))) words.push(`latency ${number('latency_p50_ms').toFixed(0)} ms`);
+  if (Number.isFinite(number('engaged_s'))) words.push(`led ${spanText(number('engaged_s'))}`);
+  if (Number.isFinite(number('latency_p50_ms'))) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
   if (summary.spilled === 'yes') words.push('spilled');
   words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)} MB`);
-  if (!session.complete) words.push('not closed');
+  if (!session.complete && now === null) words.push('not closed');
   return words.join(' · ');
 }
 
@@ -61,6 +65,11 @@ export class Recordings {
   /** Where no program has them. */
   readonly kept = new KeptRecordings(() => this.#showKept());
   #keptShown = '';
+  /** s, of the page's clock, when the list came. */
+  #listedAt = 0;
+  /** Whether the session of now is written to a file. */
+  #writes = false;
+  #line: HTMLElement | null = null;
 
   /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
@@ -96,15 +105,44 @@ export class Recordings {
     const answer = await fetch('./sessions').catch(() => null);
     if (!answer?.ok) return this.#say('No list of recordings to be had.');
     this.#sessions = ((await answer.json()) as { sessions: RecordedSession[] }).sessions;
+    this.#listedAt = performance.now() / 1000;
     if (this.#sessions.length === 0) return this.#say('Nothing recorded yet.');
     this.#showList();
   }
 
+  /** The one that is being written: the newest that is not closed. */
+  get #written(): RecordedSession | undefined { return this.#writes ? this.#sessions.find(({ complete }) => !complete) : undefined; }
+
+  /** A few times a second: what is being written grows, and now and then the list is asked for. @param writes whether the session of now is recorded */
+  grow(writes: boolean): void {
+    if (writes !== this.#writes) {
+      this.#writes = writes;
+      if (this.#sessions.length > 0) this.#showList();
+    }
+    const session = this.#written, age = performance.now() / 1000 - this.#listedAt;
+    if (!writes || document.hidden) return;
+    if (session && this.#line) {
+      const words = this.#tell(session, age);
+      if (this.#line.textContent !== words) this.#line.textContent = words;
+    }
+    if (age < ANEW || this.#edited || this.list.contains(document.activeElement)) return; // who works with the list keeps it
+    this.#listedAt = performance.now() / 1000;
+    void this.refresh();
+  }
+
+  #tell(session: RecordedSession, age: number): string {
+    const words = figures(session, session === this.#written ? session.duration_s + age : null);
+    return session.label ? `${session.name} · ${words}` : words;
+  }
+
   #showList(): void {
+    this.#line = null;
     element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
     this.list.replaceChildren(...this.#sessions.slice(0, 50).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
-      words.append(Object.assign(document.createElement('strong'), { textContent: session.label || name }), session.label ? `${name} · ${figures(session)}` : figures(session));
+      const told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt) });
+      words.append(Object.assign(document.createElement('strong'), { textContent: session.label || name }), told);
+      if (session === this.#written) this.#line = told;
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
       report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
       item.dataset.spilled = session.summary.spilled ?? '';
@@ -275,12 +313,13 @@ export class Recordings {
     if (!player) return;
     const { at, duration, playing, speed, loops } = player, label = this.profiles.find(({ name }) => name === player.profile)?.label ?? player.profile;
     element('past-at', HTMLInputElement).value = String(at);
-    element('past-at', HTMLInputElement).setAttribute('aria-valuetext', `${clock(at)} of ${clock(duration)}`);
+    const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), player.spilled && 'spilled'].filter(Boolean);
+    element('past-at', HTMLInputElement).setAttribute('aria-valuetext', [`${clock(at)} of ${clock(duration)}`, ...facts].join(', '));
     element('past-time', HTMLElement).textContent = `${fine(at)} / ${clock(duration)}`;
     element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
     element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
-    element('past-facts', HTMLElement).textContent = [player.state, label, player.scale && `scale ${player.scale.toFixed(2)}`, this.#track?.values(), player.spilled && 'spilled'].filter(Boolean).join(' · ');
+    element('past-facts', HTMLElement).textContent = facts.join(' · ');
     this.#track?.draw();
   }
 

@@ -1,4 +1,5 @@
 import type { ConnectionStatus } from './connection';
+import { spanText } from './figures';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
 
 /** s without a state after which the page greys out. */
@@ -10,6 +11,8 @@ const CARRIED = 128;
 const SAID_FOR = 10;
 /** rad/s (m/s) below which a joint counts as at rest. */
 const AT_REST = 0.005;
+/** s for which a refill is told. */
+const REFILL_TOLD = 4;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -47,6 +50,7 @@ export class Session {
   /** Why there is no session in this page, in words for people; empty: there is one, or it is elsewhere. */
   failure = '';
   statesReceived = 0;
+  #refilledAt = -Infinity;
   #stateAt = -Infinity;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
   #grantAt = NaN;
@@ -68,6 +72,7 @@ export class Session {
       case 'welcome': this.welcome = message; break;
       case 'cell': if (this.welcome) this.welcome = { ...this.welcome, cell: message.cell }; break;
       case 'state':
+        if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
         this.state = message;
         this.#stateAt = now;
         ++this.statesReceived;
@@ -87,6 +92,25 @@ export class Session {
       case 'error': this.lastError = { code: message.code, message: message.message, at: now }; break;
       case 'pong': break;
     }
+  }
+
+  /** A glass that had spilled is full again, or has another level. */
+  #isRefilled(before: StateMessage, after: StateMessage): boolean {
+    return (before.liquid.spilled && !after.liquid.spilled) || before.controls.fill !== after.controls.fill;
+  }
+
+  /** The tool holds a glass. */
+  get hasGlass(): boolean { return !this.welcome?.robot?.gripper; }
+  /** The glass was filled anew a moment ago, and somebody should hear of it. */
+  wasRefilled(now: number): boolean { return this.hasGlass && now - this.#refilledAt < REFILL_TOLD; }
+
+  /** Why it does what it does; of a connection that is gone, since when. */
+  reason(now: number): string {
+    if (this.past) return '';
+    if (this.status !== 'open' || this.isStale(now)) return this.state ? `last news ${spanText(now - this.#stateAt)} ago` : '';
+    const { reason = '', controls } = this.state ?? {};
+    // Nobody who watches a recorded hand has anything to release.
+    return (controls?.playback ?? -1) >= 0 ? reason.replace(/: release and grip again$/, '') : reason;
   }
 
   isStale(now: number): boolean { return now - this.#stateAt > STALE_AFTER; }
@@ -132,6 +156,11 @@ export class Session {
 
   /** What the operator may do now, in a sentence. @param heldFor s for which a way in has had the hand */
   advice(now: number, heldFor = 0): string {
+    const words = this.#advice(now, heldFor);
+    return this.hasGlass ? words : words.replace('the glass', 'the gripper');
+  }
+
+  #advice(now: number, heldFor: number): string {
     const { means } = this;
     if (this.status === 'refused') return this.lastError?.message ?? 'This page is of another version: reload it.';
     if (this.failure) return this.failure;

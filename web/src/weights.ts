@@ -19,10 +19,8 @@ export function positionOf({ min, max, logarithmic }: Range, weight: number): nu
   return Math.min(STEPS, Math.max(logarithmic && weight > 0 ? 1 : 0, Math.round(share)));
 }
 
-/** For people. */
-export function weightText({ logarithmic }: Range, weight: number): string {
-  return logarithmic ? String(Number(weight.toPrecision(2))) : weight.toFixed(1);
-}
+/** For people, with the figures of the report. */
+export const weightText = (weight: number): string => String(Number(weight.toPrecision(3)));
 
 /** What a slider of a weight is called, and what its ends do. */
 export interface Words { label: string; low: string; high: string }
@@ -34,6 +32,12 @@ const PLAIN: Readonly<Record<string, Words>> = {
 
 /** Terms that the page does not know keep their label. */
 export const plain = (term: Term): Words => PLAIN[term.name] ?? { label: term.label, low: '0: does not count', high: 'counts more' };
+
+/** What a weight is, for who hears it: without a unit that nobody says aloud. */
+export function spokenWeight(range: Range, weight: number, { low, high }: Words): string {
+  const share = positionOf(range, weight) / STEPS;
+  return `${weightText(weight)}, ${share === 0 ? low.replace(/^0: /, '') : `${Math.round(100 * share)} % of the way to: ${high}`}`;
+}
 
 /** "s^3/m^2" as people write it. */
 export const unitText = (unit: string): string => unit.replace(/\^(-?\d)/g, (_, digits: string) => [...digits].map((c) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]!).join(''));

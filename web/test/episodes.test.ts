@@ -9,6 +9,10 @@ it('tells what of a task is still to do, and how it ended', () => {
   expect(taskText(task, { time: 30.1, held: 0b01, spilled: 0.25, success: false })).toBe('Time is over after 30.1 s. 1 of 2 hold. Spilled 25.0 %.');
 });
 
+it('waits for the first grip, and knows no spill of a gripper', () => {
+  expect(taskText(task, { time: 0, held: 0b10, spilled: 0, success: null }, false)).toBe('30 s from Begin or the first grip on. 1 of 2 hold; to do: glass at mark.');
+});
+
 it('tells how the episodes stand', () => {
   expect(episodeText({ running: false, number: 0, time: 0, kept: 0, discarded: 0, success: null })).toBe('None yet.');
   expect(episodeText({ running: true, number: 3, time: 1.5, kept: 1, discarded: 1, success: null })).toBe('Episode 3 runs: 1.5 s. 1 kept, 1 discarded.');

@@ -1,9 +1,9 @@
 import { describe, expect, it } from 'vitest';
 import { figures } from '../src/recordings';
-import { clock } from '../src/replay/clock';
+import { clock } from '../src/figures';
 import { summaryOf } from '../src/replay/summary';
 import { indexAt, Player, type Motion } from '../src/replay/player';
-import { curveOf } from '../src/replay/track';
+import { curveOf, statesTold, told } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
 
@@ -20,6 +20,7 @@ describe('player', () => {
 
   it('stops at its end and begins anew', () => {
     const player = new Player(motion);
+    player.toggle();
     player.advance(0.2);
     expect(player.at).toBeCloseTo(0.2);
     player.advance(5);
@@ -28,9 +29,8 @@ describe('player', () => {
     expect([player.at, player.playing]).toEqual([0, true]);
   });
 
-  it('stands still when paused', () => {
+  it('stands at its begin until it is to play', () => {
     const player = new Player(motion);
-    player.toggle();
     player.advance(0.1);
     expect(player.at).toBe(0);
   });
@@ -60,14 +60,15 @@ describe('what happened', () => {
   });
 
   it('is drawn with a gap where nothing was planned', () => {
-    const [times, values] = curveOf(story, 'lateral', 5);
+    const [times, values] = curveOf(story, 'slosh', 5);
     expect(values).toEqual([1, 3, null, null, 2]);
     expect(times[2]).toBeCloseTo(0.65);
-    expect(curveOf(motion, 'lateral', 5)).toEqual([[], []]);
+    expect(curveOf(motion, 'slosh', 5)).toEqual([[], []]);
   });
 
   it('plays at any speed, again and again, and steps', () => {
     const player = new Player(motion);
+    player.toggle();
     player.speed = 2;
     player.advance(0.1);
     expect(player.at).toBeCloseTo(0.2);
@@ -90,8 +91,9 @@ describe('list', () => {
   it('says length and figures, and what is missing it leaves out', () => {
     expect(clock(605.4)).toBe('10:05');
     const session = { name: 'x', duration_s: 61, bytes: 2_340_000, complete: true, run: { label: 'Waiter' }, summary: { engaged_s: '59.2', latency_p50_ms: '9.6', spilled: 'no' } };
-    expect(figures(session)).toBe('1:01 · Waiter · engaged 0:59 · latency 10 ms · 2.3 MB');
+    expect(figures(session)).toBe('1:01 · Waiter · led 59.2 s · latency 9.6 ms · 2.3 MB');
     expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3 MB · not closed');
+    expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3 MB');
   });
 });
 
@@ -99,16 +101,40 @@ describe('figures of a session', () => {
   const some = (engaged: number[]): Motion => ({
     ...motion, t_s: [5, 15], q: [[0], [1]],
     target: { t_s: [5, 5.1, 5.2, 9, 9.1], p: [], q: [], engaged, lateral: [1, 3, 9, 4, null], error_mm: [10, 30, 90, 20, 20] },
-    events: [{ t_s: 6, kind: 'spill', what: 'spilled', why: '' }, { t_s: 7, kind: 'limit', what: 'reach', why: '' }],
+    events: [{ t_s: 5, kind: 'state', what: engaged[0] ? 'engaged' : 'ready', why: '' }, { t_s: 6, kind: 'spill', what: 'spilled', why: '' }, { t_s: 7, kind: 'limit', what: 'reach', why: '' }],
   });
   it('are means over the time that was led, gaps left out', () => {
     const figures = new Map(summaryOf(new Player(some([1, 1, 1, 1, 1]))));
     expect(figures.get('Length')).toBe('0:10');
     expect(Number(figures.get('Slosh mean, m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
-    expect(figures.get('Slosh peak, m/s²')).toBe('4.0');
-    expect(figures.get('Off target, mm')).toBe('20');
+    expect(figures.get('Slosh peak, m/s²')).toBe('4.00');
+    expect(figures.get('Off target, mm')).toBe('20.0');
+    expect(figures.get('Led')).toBe('10.0 s');
     expect(figures.get('Spilled')).toBe('at 0:01');
     expect(figures.get('Limits')).toBe('1');
+  });
+  it('are of what was measured, where that was recorded', () => {
+    const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [5, 5.1, 5.2, 5.3], mean: [0.5, 1, 1.5, 1], largest: [1, 2, 6, 3] } };
+    const figures = new Map(summaryOf(new Player(measured))), player = new Player(measured);
+    expect(figures.get('Slosh mean, m/s²')).toBe('1.00');
+    expect(figures.get('Slosh peak, m/s²')).toBe('6.00');
+    player.seek(0.25);
+    expect(player.felt).toBe(6);
+    expect(curveOf(measured, 'slosh', 5)[1]).toEqual([1, 2, 6, 3]);
+  });
+  it('are told in words to who cannot see the curves', () => {
+    const player = new Player(some([1, 1, 1, 1, 1]));
+    expect(statesTold(player)).toBe('engaged for 10.0 s');
+    expect(told(curveOf(player.motion, 'slosh', 5), (value) => value.toFixed(2), 'm/s²')).toBe('at most 9.00 m/s², at 0:00');
+    expect(told([[], []], String, 'mm')).toBe('not recorded');
+  });
+  it('hold the largest wave since the glass was filled', () => {
+    const events = [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, { t_s: 8, kind: 'refill', what: 'a full glass', why: '' }];
+    const player = new Player({ ...some([1]), events, liquid: { t_s: [5, 6, 7, 8, 9], tilt: Array(5).fill([0, 0]) as [number, number][], freeboard_mm: [10, 2, 9, 10, 8], spilled: [0, 1, 1, 0, 0] } });
+    player.seek(2.5);
+    expect(player.freeboard()).toEqual({ now: 9, least: 2 });
+    player.seek(4.5);
+    expect(player.freeboard()).toEqual({ now: 8, least: 8 });
   });
   it('are none where nobody led', () => {
     expect(new Map(summaryOf(new Player(some([0, 0, 0, 0, 0])))).get('Slosh mean, m/s²')).toBe('–');

@@ -43,6 +43,41 @@ class FakeSurroundings implements Surroundings {
   }
 }
 
+describe('words of a session', () => {
+  const open = (): Session => {
+    const session = new Session();
+    session.connectionBecame('open');
+    session.take(server.welcome!, 0);
+    return session;
+  };
+  const state = (more: object): ServerMessage => ({ ...server.state!, ...more }) as ServerMessage;
+  const liquid = (spilled: boolean) => ({ tilt: [0, 0], freeboard: 0.01, spilled, spilled_share: spilled ? 0.1 : 0, least_freeboard: 0, lateral: 0 });
+
+  it('say that a spilled glass is full again, for a while', () => {
+    const session = open();
+    session.take(state({ liquid: liquid(true) }), 1);
+    expect(session.wasRefilled(1)).toBe(false);
+    session.take(state({ liquid: liquid(false) }), 2);
+    expect([session.wasRefilled(2), session.wasRefilled(7)]).toEqual([true, false]);
+  });
+  it('ask nobody to release a recorded hand, and say how old the news are', () => {
+    const session = open(), reason = 'the hand fell silent: release and grip again', { controls } = server.state as { controls: object };
+    session.take(state({ reason, controls: { ...controls, playback: -1 } }), 1);
+    expect(session.reason(1)).toBe(reason);
+    session.take(state({ reason, controls: { ...controls, playback: 0 } }), 2);
+    expect(session.reason(2)).toBe('the hand fell silent');
+    session.connectionBecame('lost');
+    expect(session.reason(6.04)).toBe('last news 4.0 s ago');
+  });
+  it('are of a gripper where the tool is one', () => {
+    const session = open(), welcome = server.welcome as { robot: object };
+    session.take({ ...server.welcome!, robot: { ...welcome.robot, gripper: { closes_in: 0.6 } } } as ServerMessage, 1);
+    session.paired = session.yours = true;
+    session.take(state({ state: 'ready', controls: { ...(server.state as { controls: object }).controls, playback: -1 } }), 1);
+    expect([session.hasGlass, session.advice(1)]).toEqual([false, 'Drag the gripper, or hold a key, to lead the arm.']);
+  });
+});
+
 describe('connection', () => {
   let around: FakeSurroundings, statuses: ConnectionStatus[], connection: Connection;
   beforeEach(() => {

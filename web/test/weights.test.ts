@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { STEPS, positionOf, weightAt, weightText } from '../src/weights';
+import { STEPS, positionOf, spokenWeight, weightAt, weightText } from '../src/weights';
 
 const even = { min: 0, max: 20, logarithmic: false }, factors = { min: 0.01, max: 1000, logarithmic: true };
 
@@ -27,8 +27,11 @@ describe('weights', () => {
   it('beyond the ends stand at the ends, and are told as they are', () => {
     expect(positionOf(even, 500)).toBe(STEPS);
     expect(positionOf(factors, 1e-9)).toBe(1);
-    expect(weightText(even, 500)).toBe('500.0');
-    expect(weightText(factors, 0.012345)).toBe('0.012');
-    expect(weightText(factors, 0)).toBe('0');
+    expect(weightText(500)).toBe('500');
+    expect(weightText(0.012345)).toBe('0.0123');
+    expect(weightText(0)).toBe('0');
+    const words = { label: 'Slosh protection', low: '0: ignores the liquid', high: 'calm, comes late' };
+    expect(spokenWeight(factors, 0, words)).toBe('0, ignores the liquid');
+    expect(spokenWeight(even, 500, words)).toMatch(/^500, \d+ % of the way to: calm, comes late$/);
   });
 });

@@ -1,6 +1,7 @@
 import type { RequestKind } from '../protocol';
 import { inOrder } from '../profiles';
 import type { Session } from '../session';
+import { weightText } from '../weights';
 
 /** What can be pressed on the board; in the rows of the board from above. */
 export interface Item { row: string; label: string; on: boolean; act: () => void }
@@ -31,8 +32,8 @@ export function itemsOf(session: Session, asks: Asks): Item[] {
   const lateral = welcome.terms.findIndex(({ name, offered }) => name === 'lateral' && offered), weight = state.controls.weights[lateral];
   if (weight !== undefined) {
     const less = LEVELS.filter((level) => level < weight - 1e-9).at(-1), more = LEVELS.find((level) => level > weight + 1e-9);
-    if (less !== undefined) add(`Slosh protection ${Number(weight.toPrecision(2))}`, 'less', false, () => asks.command('weight', { text: 'lateral', value: less }));
-    if (more !== undefined) add(`Slosh protection ${Number(weight.toPrecision(2))}`, 'more', false, () => asks.command('weight', { text: 'lateral', value: more }));
+    if (less !== undefined) add(`Slosh protection ${weightText(weight)}`, 'less', false, () => asks.command('weight', { text: 'lateral', value: less }));
+    if (more !== undefined) add(`Slosh protection ${weightText(weight)}`, 'more', false, () => asks.command('weight', { text: 'lateral', value: more }));
   }
   add('Demo motion', 'none', state.controls.playback < 0, () => asks.command('playback', { text: '' }));
   welcome.recordings.slice(0, SHOWN).forEach((text, i) => {

@@ -1,5 +1,6 @@
 import * as THREE from 'three';
 import type { Hand } from '../hand';
+import { latencyText, scaleText } from '../figures';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
 import type { RequestKind } from '../protocol';
@@ -307,16 +308,16 @@ export class Headset {
     if (!state || now - this.#wroteAt < 0.2) return;
     this.#wroteAt = now;
     const live = facts.status === 'open' && !facts.isStale(now), present = live && !facts.past;
-    const ms = (us: number | null) => (us === null ? '–' : (us / 1000).toFixed(0));
+    const ms = (us: number | null) => latencyText(us === null ? null : us / 1000);
     const { p50, p99 } = state.latency_us, title = facts.title(now);
     const asks = present && facts.mayTake && !this.#isForwardKnown && !facts.mayReset;
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
-      !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || (state.liquid.spilled ? 'spilled' : ''),
+      !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || (facts.hasGlass && state.liquid.spilled ? 'spilled' : facts.wasRefilled(now) ? 'full glass again' : ''),
       [present ? state.reason : '',
         asks ? 'Look forward, and press A.' : facts.advice(now, this.hand.heldFor),
-        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${state.controls.scale.toFixed(2)}` : ''],
+        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : ''],
       live ? itemsOf(facts, this.#asks) : []);
     this.guide.notice.say(this.#lost(live));
     // It turns to whoever looks.

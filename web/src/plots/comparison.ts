@@ -1,10 +1,35 @@
 import type { Profile } from '../protocol';
 import { colorOf } from '../profiles';
-import { RATE } from './history';
+import { meanOffText, secondsText, sloshText } from '../figures';
+import type { History } from './history';
 
-interface Row { row: HTMLTableRowElement; cells: HTMLTableCellElement[] }
+interface Row { row: HTMLTableRowElement; cells: HTMLTableCellElement[]; index: number }
 
-/** Means of the last minute, by profile, in a table. */
+/** What a moment of the hand's leading came to: columns of the history that the table is made of. */
+export const PROFILE = 0, LED = 1, FELT = 2, MOST = 3, OFF = 4, COLUMNS = 5;
+
+/** Of one profile: s that it led, means of slosh (m/s^2) and distance (mm), and the largest slosh. */
+export interface Totals { led: number; felt: number; most: number; off: number }
+
+/** Over all moments in which the hand led by this profile; idle time does not count. */
+export function totalsOf({ series, times }: Pick<History, 'series' | 'times'>, profile: number): Totals {
+  const sum: Totals = { led: 0, felt: 0, most: 0, off: 0 };
+  for (let i = 0; i < times.length; ++i) {
+    const led = series[LED]![i] ?? 0;
+    if (series[PROFILE]![i] !== profile || led <= 0) continue;
+    sum.led += led;
+    sum.felt += led * (series[FELT]![i] ?? 0);
+    sum.off += led * (series[OFF]![i] ?? 0);
+    sum.most = Math.max(sum.most, series[MOST]![i] ?? 0);
+  }
+  if (sum.led > 0) {
+    sum.felt /= sum.led;
+    sum.off /= sum.led;
+  }
+  return sum;
+}
+
+/** What the profiles came to in the last minute, while the hand led, in a table. */
 export class Comparison {
   readonly #rows: Row[];
 
@@ -16,33 +41,60 @@ export class Comparison {
       name.append(color, profile.label);
       row.append(name);
       row.hidden = true;
-      return { row, cells: [0, 1, 2, 3].map(() => row.appendChild(document.createElement('td'))) };
+      return { row, cells: [0, 1, 2, 3].map(() => row.appendChild(document.createElement('td'))), index: profile.index };
     });
     table.replaceChildren(...this.#rows.map(({ row }) => row));
   }
 
-  /** @param felt m/s^2 and @param errors mm, a series for each profile, with null where another one led */
-  draw(felt: readonly (number | null)[][], errors: readonly (number | null)[][]): void {
-    for (let i = 0; i < this.#rows.length; ++i) {
-      const { row, cells } = this.#rows[i]!;
-      let sum = 0, peak = 0, n = 0, off = 0, gripped = 0;
-      for (let k = 0; k < felt[i]!.length; ++k) {
-        const value = felt[i]![k] ?? null;
-        if (value === null) continue;
-        sum += value;
-        peak = Math.max(peak, value);
-        ++n;
-        const error = errors[i]![k] ?? null;
-        if (error === null) continue;
-        off += error;
-        ++gripped;
-      }
-      row.hidden = n === 0;
-      if (n === 0) continue;
-      cells[0]!.textContent = (sum / n).toFixed(2);
-      cells[1]!.textContent = peak.toFixed(1);
-      cells[2]!.textContent = gripped > 0 ? (off / gripped).toFixed(0) : '–';
-      cells[3]!.textContent = (n / RATE).toFixed(0);
+  draw(history: History): void {
+    for (const { row, cells, index } of this.#rows) {
+      const { led, felt, most, off } = totalsOf(history, index);
+      row.hidden = led <= 0;
+      if (row.hidden) continue;
+      cells[0]!.textContent = sloshText(felt);
+      cells[1]!.textContent = sloshText(most);
+      cells[2]!.textContent = meanOffText(off);
+      cells[3]!.textContent = secondsText(led);
     }
+  }
+}
+
+/** Gathers what comes between two rows of the history. */
+export class Moment {
+  readonly values: (number | null)[] = Array<number | null>(COLUMNS).fill(null);
+  /** The largest of all states, led or not; null: not known. */
+  largest: number | null = null;
+  #led = 0;
+  #felt = 0;
+  #off = 0;
+  #most = 0;
+  #before = NaN;
+  /** That led last; -1: none so far. Before another one leads the moment ends. */
+  profile = -1;
+
+  /** @param now s @param led the hand leads @param felt m/s^2 @param off mm */
+  take(now: number, profile: number, led: boolean, felt: number | null, off: number | null): void {
+    if (felt !== null) this.largest = Math.max(this.largest ?? 0, felt);
+    const dt = now - this.#before;
+    this.#before = now;
+    this.profile = profile;
+    if (!led || !(dt > 0 && dt < 0.5)) return;
+    this.#led += dt;
+    this.#felt += dt * (felt ?? 0);
+    this.#off += dt * (off ?? 0);
+    this.#most = Math.max(this.#most, felt ?? 0);
+  }
+
+  /** Of the time since the last call, as a row; the same array each time. */
+  end(): readonly (number | null)[] {
+    const { values } = this, led = this.#led;
+    values[PROFILE] = this.profile;
+    values[LED] = led;
+    values[FELT] = led > 0 ? this.#felt / led : null;
+    values[OFF] = led > 0 ? this.#off / led : null;
+    values[MOST] = led > 0 ? this.#most : null;
+    this.#led = this.#felt = this.#off = this.#most = 0;
+    this.largest = null;
+    return values;
   }
 }

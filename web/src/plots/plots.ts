@@ -3,7 +3,8 @@ import 'uplot/dist/uPlot.min.css';
 import { onResize } from '../element';
 import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
-import { Comparison } from './comparison';
+import { latencyText, offText, planningText, sloshText } from '../figures';
+import { COLUMNS, Comparison, Moment } from './comparison';
 import { History, RATE, SPAN } from './history';
 import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
 
@@ -13,10 +14,10 @@ const HEIGHT = 40, TIMES = 17;
 const AXIS = 34;
 
 interface Line { label: string; color: string; dash?: number[] }
-interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number }
+interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number; write(value: Measure | undefined): string }
 
-const milli = (value: Measure): number | null => (value === null ? null : value / 1000);
-const short = (value: number | null | undefined): string => (value === null || value === undefined ? '–' : value.toFixed(value < 10 ? 2 : 0));
+/** Nothing was measured yet where it is 0. */
+const milli = (value: Measure): number | null => (value ? value / 1000 : null);
 
 /** The last minute on one time axis: states, what the liquid felt, and how well the hand was followed; profiles have a colour each. */
 export class Plots {
@@ -25,6 +26,8 @@ export class Plots {
   readonly #strip = new Strip();
   readonly #events = new History(4);
   readonly #comparison: Comparison;
+  readonly #moment = new Moment();
+  readonly #led = new History(COLUMNS);
   readonly #own: (number | null)[];
   readonly #event: (number | null)[] = [0, 0, 0, 0];
   #turn = 0;
@@ -42,10 +45,10 @@ export class Plots {
     this.#strip.canvas.style.marginLeft = `${AXIS}px`;
     const perProfile = profiles.map((profile) => ({ label: profile.label, color: colorOf(profile) }));
     const spread = [{ label: 'median', color: 'var(--ink)' }, { label: 'p99', color: 'var(--muted)', dash: [3, 3] }];
-    this.#make('lateral', 'Slosh', 'm/s²', 'Sideways force on the liquid (lateral specific force)', perProfile, 2);
-    this.#make('error', 'Off target', 'mm', 'From the target to the glass', perProfile, 50);
-    this.#make('latency', 'Latency', 'ms', 'From the hand to the command made of it: median, and p99 dashed', spread, 10);
-    this.#make('solve', 'Planning', 'ms', 'How long a plan takes: median, and p99 dashed', spread, 0.2, true);
+    this.#make('lateral', 'Slosh', 'm/s²', 'Sideways force on the liquid (lateral specific force)', perProfile, 2, sloshText);
+    this.#make('error', 'Off target', 'mm', 'From the target to the glass', perProfile, 50, offText);
+    this.#make('latency', 'Latency', 'ms', 'From the hand to the command made of it: median, and p99 dashed', spread, 10, latencyText);
+    this.#make('solve', 'Planning', 'ms', 'How long a plan takes: median, and p99 dashed', spread, 0.2, planningText, true);
     this.#inTurn = Object.values(this.#rows);
     onResize(root, () => this.resize());
   }
@@ -61,8 +64,8 @@ export class Plots {
     return box;
   }
 
-  /** @param least what the axis shows even when all values are smaller */
-  #make(name: string, title: string, unit: string, meaning: string, lines: Line[], least: number, last = false): void {
+  /** @param least what the axis shows even when all values are smaller @param write how a value is told */
+  #make(name: string, title: string, unit: string, meaning: string, lines: Line[], least: number, write: Row['write'], last = false): void {
     const box = this.#frame(name, title, unit, meaning), history = new History(lines.length), height = HEIGHT + (last ? TIMES : 0);
     const values = box.previousElementSibling!.appendChild(document.createElement('output'));
     const ink = (): string => resolved('var(--muted)');
@@ -79,15 +82,17 @@ export class Plots {
       hooks: { setCursor: [(u) => { this.#pointed = u.cursor.idx ?? null; }] },
       series: [{}, ...lines.map(({ label, color, dash }) => ({ label, stroke: () => resolved(color), width: 1.5, points: { show: false }, ...(dash && { dash }) }))],
     }, history.data as uPlot.AlignedData, box);
-    this.#rows[name] = { history, plot, box, values, lines, height };
+    this.#rows[name] = { history, plot, box, values, lines, height, write };
   }
 
   take(state: StateMessage): void {
+    const error = state.tracking_error === null ? null : state.tracking_error * 1e3;
+    if (this.#moment.profile >= 0 && this.#moment.profile !== state.controls.profile) this.#led.push(state.now_s, this.#moment.end());
+    this.#moment.take(state.now_s, state.controls.profile, state.state === 'engaged', state.liquid.lateral, error);
     if (state.now_s < this.#next && state.now_s > this.#next - 1) return;
     this.#next = state.now_s + 1 / RATE;
-    const [x, y] = state.local_acceleration;
-    const lateral = x === null || y === null ? null : Math.hypot(x, y);
-    const error = milli(state.tracking_error === null ? null : state.tracking_error * 1e6);
+    const lateral = this.#moment.largest;
+    this.#led.push(state.now_s, this.#moment.end());
     const t = state.now_s, rows = this.#rows;
     rows.lateral!.history.push(t, this.#ofProfile(lateral, state.controls.profile));
     rows.error!.history.push(t, this.#ofProfile(error, state.controls.profile));
@@ -116,15 +121,15 @@ export class Plots {
     }
     if (this.#turn === 0) {
       this.#strip.draw(this.#events);
-      this.#comparison.draw(this.#rows.lateral!.history.series, this.#rows.error!.history.series);
+      this.#comparison.draw(this.#led);
     }
     this.#turn = (this.#turn + 1) % this.#inTurn.length;
   }
 
   /** The values under the pointer, or else the newest ones. */
-  #tell({ history, values, lines }: Row): void {
+  #tell({ history, values, lines, write }: Row): void {
     const at = this.#pointed ?? history.times.length - 1;
-    const shown = lines.flatMap((_line, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [short(value)]; }).join(' · ');
+    const shown = lines.flatMap((_line, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [write(value)]; }).join(' · ');
     if (values.textContent !== shown) values.textContent = shown;
   }
 

@@ -4,7 +4,7 @@ import type { MutablePose } from '../frames';
 /** s, between two looks at the arm in what the server answers; a step goes on by one. */
 const STEP = 1 / 30;
 
-/** "state", "spill", "limit", "setting", "missed" or "gap"; of a state `what` is its name. */
+/** "state", "spill", "refill", "limit", "setting", "missed", "gap" or "rest"; of a state `what` is its name. */
 export interface StoryEvent { t_s: number; kind: string; what: string; why: string }
 
 /** What GET sessions/NAME/motion answers: when, and where the arm was measured; the target, the liquid and what happened, each at times of its own. */
@@ -12,7 +12,11 @@ export interface Motion {
   name: string;
   t_s: number[];
   q: number[][];
+  /** Measured, 0 open to 1 closed; null: the arm has none. */
+  gripper?: (number | null)[];
   target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
+  /** The sideways force on the liquid as it was measured, m/s^2: mean and largest from a time on until the next. */
+  felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[] };
   liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[] };
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];
@@ -35,7 +39,7 @@ const last = <T extends { t_s: number }>(entries: readonly T[] | undefined, want
 
 /** A recorded motion as it plays; knows no DOM. */
 export class Player {
-  playing = true;
+  playing = false;
   loops = false;
   speed = 1;
   /** s from its begin. */
@@ -91,6 +95,9 @@ export class Player {
     return this.#q;
   }
 
+  /** 0 open to 1 closed; null: the arm has none. */
+  get gripper(): number | null { return this.motion.gripper?.[Math.max(0, indexAt(this.motion.t_s, this.now))] ?? null; }
+
   /** Where the hand wanted the glass; null: not recorded. The same pose each time. */
   target(): Pose | null {
     const target = this.motion.target, i = target ? indexAt(target.t_s, this.now) : -1;
@@ -107,6 +114,34 @@ export class Player {
     this.#tilt[0] = i < 0 ? 0 : liquid!.tilt[i]![0];
     this.#tilt[1] = i < 0 ? 0 : liquid!.tilt[i]![1];
     return this.#tilt;
+  }
+
+  /** m/s^2, sideways, as it was measured; in sessions of before that was recorded as it was planned; null: not known. */
+  get felt(): number | null {
+    const { felt, target } = this.motion, [times, values] = felt?.t_s.length ? [felt.t_s, felt.largest] : [target?.t_s ?? [], target?.lateral ?? []];
+    return values[indexAt(times, this.now)] ?? null;
+  }
+
+  /** mm, from the target to the glass; null: nobody led. */
+  get off(): number | null {
+    const { target } = this.motion, i = target ? indexAt(target.t_s, this.now) : -1;
+    return i < 0 || this.state !== 'engaged' ? null : (target!.error_mm[i] ?? null);
+  }
+
+  /** mm to the rim, and the least since the glass was filled; null: not known. */
+  freeboard(): { now: number; least: number } | null {
+    const { liquid } = this.motion, at = liquid ? indexAt(liquid.t_s, this.now) : -1, now = liquid?.freeboard_mm[at] ?? null;
+    if (now === null) return null;
+    const filled = last(this.motion.events, this.now, ({ kind, what }) => kind === 'refill' || (kind === 'state' && what === 'engaged'))?.t_s ?? -Infinity;
+    let least = now;
+    for (let i = at; i >= 0 && liquid!.t_s[i]! >= filled; --i) least = Math.min(least, liquid!.freeboard_mm[i] ?? least);
+    return { now, least };
+  }
+
+  /** Stretches in which the hand led, s of the recording's own clock. */
+  get led(): { from: number; to: number }[] {
+    const states = (this.motion.events ?? []).filter(({ kind }) => kind === 'state'), end = this.begin + this.duration;
+    return states.flatMap(({ t_s, what }, i) => (what === 'engaged' ? [{ from: t_s, to: Math.min(end, states[i + 1]?.t_s ?? end) }] : []));
   }
 
   get spilled(): boolean {

@@ -2,7 +2,8 @@ import uPlot from 'uplot';
 import { onResize } from '../element';
 import type { Profile } from '../protocol';
 import { colorOf, resolved } from '../profiles';
-import { indexAt, type Motion, type Player } from './player';
+import { clock, offText, sloshText } from '../figures';
+import type { Motion, Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
 const HEIGHT = 60, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
@@ -14,28 +15,48 @@ const POINTS = 3000;
 /** Beneath the bands. */
 const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
-type Curve = 'lateral' | 'error_mm';
+type Curve = 'slosh' | 'off';
 
-/** A curve over s from the begin, thinned by the largest, and broken where nothing was planned for half a second. */
+/** When a curve was measured, and what; slosh of old sessions as it was planned. */
+function measured({ felt, target }: Motion, name: Curve): [readonly number[], readonly (number | null)[]] {
+  if (name === 'slosh' && felt?.t_s.length) return [felt.t_s, felt.largest];
+  return [target?.t_s ?? [], (name === 'slosh' ? target?.lateral : target?.error_mm) ?? []];
+}
+
+/** A curve over s from the begin, thinned by the largest, and broken where nothing was known for half a second. */
 export function curveOf(motion: Motion, name: Curve, begin: number): [number[], (number | null)[]] {
-  const target = motion.target, times: number[] = [], values: (number | null)[] = [];
-  if (!target) return [times, values];
-  const stride = Math.max(1, Math.ceil(target.t_s.length / POINTS));
-  for (let i = 0; i < target.t_s.length; i += stride) {
-    const t = target.t_s[i]! - begin, before = times[times.length - 1];
+  const [at, what] = measured(motion, name), times: number[] = [], values: (number | null)[] = [];
+  const stride = Math.max(1, Math.ceil(at.length / POINTS));
+  for (let i = 0; i < at.length; i += stride) {
+    const t = at[i]! - begin, before = times[times.length - 1];
     if (before !== undefined && t - before > Math.max(0.5, 3 * stride * 0.05)) {
       times.push((t + before) / 2);
       values.push(null);
     }
     let most: number | null = null;
-    for (let k = i; k < Math.min(target.t_s.length, i + stride); ++k) {
-      const value = target[name][k] ?? null;
+    for (let k = i; k < Math.min(at.length, i + stride); ++k) {
+      const value = what[k] ?? null;
       if (value !== null && (most === null || value > most)) most = value;
     }
     times.push(t);
     values.push(most);
   }
   return [times, values];
+}
+
+/** The largest of a curve and when, in words for who cannot see it. */
+export function told([times, values]: [readonly number[], readonly (number | null)[]], write: (value: number) => string, unit: string): string {
+  let most = -1;
+  for (let i = 0; i < values.length; ++i) if (values[i] !== null && (most < 0 || values[i]! > values[most]!)) most = i;
+  return most < 0 ? 'not recorded' : `at most ${write(values[most]!)} ${unit}, at ${clock(times[most]!)}`;
+}
+
+/** States and profiles of a recording, one after another, in words. */
+export function statesTold({ motion, begin, duration }: Player): string {
+  const spent = new Map<string, number>(), states = (motion.events ?? []).filter(({ kind }) => kind === 'state');
+  states.forEach(({ t_s, what }, i) => spent.set(what, (spent.get(what) ?? 0) + Math.max(0, (states[i + 1]?.t_s ?? begin + duration) - Math.max(begin, t_s))));
+  const profiles = new Set((motion.settings ?? []).map(({ profile }) => profile));
+  return [...[...spent].map(([state, s]) => `${state} for ${s.toFixed(1)} s`), ...(profiles.size ? [`profiles ${[...profiles].join(', ')}`] : [])].join('; ') || 'no states recorded';
 }
 
 /** The whole recording on one time axis: states, profiles, what the liquid felt and how well the hand was followed; pointing at it seeks. */
@@ -49,11 +70,11 @@ export class Track {
   /** @param other laid over it, so many s later */
   constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], other: Player | null, private readonly late: number) {
     root.replaceChildren();
-    const bands = this.#frame('State', 'and profile');
+    const bands = this.#frame('State', 'and profile', statesTold(player));
     this.#bands.style.marginLeft = `${AXIS}px`;
     bands.append(this.#bands);
-    this.#make('Slosh', 'm/s²', 'lateral', other, false);
-    this.#make('Off target', 'mm', 'error_mm', other, true);
+    this.#make('Slosh', 'm/s²', 'slosh', sloshText, other, false);
+    this.#make('Off target', 'mm', 'off', offText, other, true);
     this.#cursor.className = 'cursor';
     root.append(this.#cursor);
     root.onpointerdown = (event) => { this.#held = true; this.#seek(event); };
@@ -63,18 +84,21 @@ export class Track {
     this.resize();
   }
 
-  #frame(title: string, unit: string): HTMLElement {
+  /** @param words what is drawn, for who cannot see it */
+  #frame(title: string, unit: string, words: string): HTMLElement {
     const row = document.createElement('figure'), caption = document.createElement('figcaption');
     caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
     row.append(caption);
     const box = row.appendChild(document.createElement('div'));
+    box.setAttribute('role', 'img');
+    box.setAttribute('aria-label', `${title}: ${words}`);
     this.root.append(row);
     this.#boxes.push(box);
     return box;
   }
 
-  #make(title: string, unit: string, name: Curve, other: Player | null, last: boolean): void {
-    const { player } = this, box = this.#frame(title, unit), curves = [curveOf(player.motion, name, player.begin)];
+  #make(title: string, unit: string, name: Curve, write: (value: number) => string, other: Player | null, last: boolean): void {
+    const { player } = this, curves = [curveOf(player.motion, name, player.begin)], box = this.#frame(title, unit, told(curves[0]!, write, unit));
     if (other) {
       const [times, values] = curveOf(other.motion, name, other.begin);
       curves.push([times.map((t) => t - this.late), values]);
@@ -134,9 +158,7 @@ export class Track {
 
   /** What the curves are at the time that is shown. */
   values(): string {
-    const { motion, now } = this.player, i = motion.target ? indexAt(motion.target.t_s, now) : -1;
-    if (i < 0) return '';
-    const felt = motion.target!.lateral[i], off = motion.target!.error_mm[i];
-    return `slosh ${felt?.toFixed(1) ?? '–'} m/s², off target ${off?.toFixed(0) ?? '–'} mm`;
+    const { felt, off } = this.player;
+    return [felt !== null && `slosh ${sloshText(felt)} m/s²`, off !== null && `off target ${offText(off)} mm`].filter(Boolean).join(', ');
   }
 }

@@ -3,6 +3,7 @@ import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import type { GlassSize, Robot } from '../protocol';
 import { geometryOf, toMatrix } from './body';
 import { WALL } from './glass';
+import { Gripper } from './gripper';
 
 const CALM = new THREE.Color(0x8fa0b2);
 const LIT = new THREE.Color(0xe0a100);
@@ -66,6 +67,8 @@ function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
 export class Arm extends THREE.Group {
   /** Of the controlled frame; the glass hangs here. */
   readonly tool = new THREE.Group();
+  /** null: the tool holds a glass. */
+  readonly gripper: Gripper | null;
   readonly meshes: THREE.Object3D[] = [];
   readonly #links: THREE.Group[] = [];
   readonly #axes: THREE.Vector3[] = [];
@@ -91,7 +94,9 @@ export class Arm extends THREE.Group {
       parent = link;
     }
     toMatrix(robot.tool.origin).decompose(this.tool.position, this.tool.quaternion, this.tool.scale);
-    parent.add(this.tool, holder(this.tool, glass));
+    this.gripper = robot.gripper ? new Gripper() : null;
+    parent.add(this.tool);
+    if (this.gripper) this.tool.add(this.gripper); else parent.add(holder(this.tool, glass));
     for (const body of robot.bodies) {
       const mesh = new THREE.Mesh(geometryOf(body), new Bubble());
       toMatrix(body.origin).decompose(mesh.position, mesh.quaternion, mesh.scale);
@@ -134,7 +139,7 @@ export class Arm extends THREE.Group {
   lookThrough(color: number): void {
     const material = new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.3, roughness: 0.6, depthWrite: false });
     this.traverse((part) => {
-      if (!(part instanceof THREE.Mesh) || part.material instanceof Bubble || this.tool.getObjectById(part.id)) return;
+      if (!(part instanceof THREE.Mesh) || part.material instanceof Bubble || (!this.gripper && this.tool.getObjectById(part.id))) return;
       part.material = material;
       part.castShadow = part.receiveShadow = false;
     });

@@ -1,6 +1,7 @@
 import * as THREE from 'three';
 import type { GlassSize } from '../protocol';
 import { circle } from './circle';
+import { Gripper } from './gripper';
 
 /** m, thickness of the glass that is drawn around what the server tells of its inside. */
 export const WALL = 0.0025;
@@ -149,6 +150,7 @@ export class Ghost extends THREE.Group {
   readonly #body = new THREE.Mesh(new THREE.BufferGeometry(), this.#material);
   #size: GlassSize | null = null;
   #coarseness = 1;
+  #gripper: Gripper | null = null;
   readonly #rings = [-1, 1].map(() => new THREE.Mesh(new THREE.BufferGeometry(), this.#edge)); // bottom and top
 
   constructor() {
@@ -156,6 +158,20 @@ export class Ghost extends THREE.Group {
     this.add(this.#body, ...this.#rings);
     const axis = new THREE.Mesh(new THREE.CylinderGeometry(0.001, 0.001, 0.2), this.#material);
     this.add(axis.rotateX(Math.PI / 2));
+  }
+
+  /** A gripper is wanted there, not a glass; or a glass again. */
+  showGripper(shown: boolean): void {
+    if (shown && !this.#gripper) this.add(this.#gripper = new Gripper(this.#material));
+    if (this.#gripper) this.#gripper.visible = shown;
+    for (const part of [this.#body, ...this.#rings]) part.visible = !shown;
+  }
+
+  /** As of Gripper. @param wanted somewhere else than the tool is: before, it would only tint that */
+  open(closed: number, wanted: boolean): void {
+    if (!this.#gripper || this.#body.visible) return;
+    this.#gripper.open(closed);
+    this.#gripper.visible = wanted;
   }
 
   /** As of Glass. */

@@ -4,7 +4,7 @@ import type { Arm } from './arm';
 /** s between two looks; s for which the arm may stand before the glass; how much of it stays to be seen then; 1/s, of the change. */
 const LOOK = 0.3, PATIENCE = 0.5, FAINT = 0.3, RATE = 3;
 /** m before the middle of the glass: what holds it does not hide it. */
-const NEAR = 0.1;
+const NEAR = 0.1, NEAR_GRIPPER = 0.2;
 
 /** Makes the arm translucent where it hides the glass for long. */
 export class SeeThrough {
@@ -34,7 +34,7 @@ export class SeeThrough {
     const { ray } = this.#ray;
     ray.origin.setFromMatrixPosition(camera.matrixWorld);
     ray.direction.copy(glass.getWorldPosition(this.#glass)).sub(ray.origin);
-    this.#ray.far = Math.max(0, ray.direction.length() - NEAR);
+    this.#ray.far = Math.max(0, ray.direction.length() - (arm.gripper ? NEAR_GRIPPER : NEAR));
     ray.direction.normalize();
     this.#hits.length = 0;
     for (const body of arm.bodies) if (this.#hits.length === 0) this.#ray.intersectObject(body, false, this.#hits);

@@ -20,7 +20,7 @@ export const STATE_COLORS: Record<SessionState, number> = {
 };
 
 /** What a recording tells of the time that is shown. */
-export interface Past { q(): ArrayLike<number>; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly state: string; readonly fill: number }
+export interface Past { q(): ArrayLike<number>; readonly gripper: number | null; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly state: string; readonly fill: number }
 
 /** Of another recording beside the one that is shown. */
 const OTHER = 0x8a4fbf;
@@ -130,6 +130,8 @@ export class Stage {
     const arm = new Arm(robot, glass);
     this.arm = arm;
     arm.tool.add(this.glass);
+    this.glass.visible = arm.gripper === null;
+    this.ghost.showGripper(arm.gripper !== null);
     this.base.add(arm);
     arm.pose(robot.home);
     // Longest stretch from the second joint on, as the reference is clipped to (predict).
@@ -195,6 +197,7 @@ export class Stage {
   /** The arm as it was in a recording, with as much of then as is known. @param other another recording, laid over it @param t s, of the page's clock */
   showPast(q: ArrayLike<number>, past: Past | null = null, other: Past | null = null, t = 0): void {
     this.arm?.pose(q);
+    if (past) this.#open(past.gripper, past.state === 'engaged');
     this.arm?.nearestPair(NO_PAIR, Infinity, false);
     this.#now(false);
     const target = past?.target() ?? null, tilt = past?.tilt();
@@ -203,10 +206,17 @@ export class Stage {
     this.ghost.visible = target !== null;
     if (target) place(this.ghost, target);
     this.ghost.paint(STATE_COLORS[past?.state as SessionState] ?? STATE_COLORS.idle, 0.35);
-    this.#spill.update(past?.spilled ?? false, this.glass, t);
+    this.#spill.update(this.glass.visible && (past?.spilled ?? false), this.glass, t);
     if (other && !this.#double) void this.#makeDouble();
     if (this.#double) this.#double.visible = other !== null;
     if (other) this.#double?.pose(other.q());
+    if (other) this.#double?.gripper?.open(other.gripper ?? 0);
+  }
+
+  /** @param closed 0 open to 1 closed; null: not known, or there is none @param led the target may be elsewhere */
+  #open(closed: number | null, led: boolean): void {
+    this.arm?.gripper?.open(closed ?? 0);
+    this.ghost.open(closed ?? 0, led);
   }
 
   /** The arm once more, that another recording is seen in. */
@@ -218,7 +228,7 @@ export class Stage {
     const ghost = new Ghost();
     ghost.fit(glass);
     ghost.paint(OTHER, 0.6);
-    double.tool.add(ghost);
+    if (!double.gripper) double.tool.add(ghost);
     await double.loadMeshes(meshesOf(robot));
     double.lookThrough(OTHER);
   }
@@ -233,6 +243,7 @@ export class Stage {
     const color = stale ? STATE_COLORS.idle : STATE_COLORS[state.state];
     this.#now(true);
     this.arm?.pose(state.q);
+    this.#open(state.gripper, state.engaged);
     this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
     this.surroundings.goOn(state.now_s, state.tool);
     this.surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
@@ -240,7 +251,7 @@ export class Stage {
     this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
     this.glass.fill(state.controls.fill);
     this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);
-    this.#spill.update(state.liquid.spilled, this.glass, t);
+    this.#spill.update(this.glass.visible && state.liquid.spilled, this.glass, t);
     this.#path.begin();
     for (let k = 0; k < state.path.length; ++k) this.#path.append(state.path[k]!);
     this.#path.end();

@@ -1,0 +1,35 @@
+/**
+ * How each quantity is written, wherever it stands: in the status, the tables, a replay, the list, the headset. The session's report
+ * rounds alike (report/page.cpp).
+ */
+type Known = number | null | undefined;
+
+const digits = (value: Known, count: number): string => (value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(count));
+
+/** m/s^2, sideways force on the liquid, also as a mean or a peak. */
+export const sloshText = (value: Known): string => digits(value, 2);
+/** mm, from target to glass, at a time. */
+export const offText = (value: Known): string => digits(value, 0);
+/** mm, the same as a mean. */
+export const meanOffText = (value: Known): string => digits(value, 1);
+/** ms, from the hand to the command. */
+export const latencyText = (value: Known): string => digits(value, 1);
+/** ms, of a plan. */
+export const planningText = (value: Known): string => digits(value, 2);
+/** s, as a number in a column of seconds. */
+export const secondsText = (value: Known): string => digits(value, 1);
+/** Of the hand's motion: three figures, as the report has them. */
+export const scaleText = (value: number): string => String(Number(value.toPrecision(3)));
+/** %, of a share. */
+export const percentText = (share: number): string => digits(100 * share, 1);
+
+/** Seconds with tenths, and from a minute on as a clock. */
+export function spanText(seconds: number): string {
+  return seconds < 59.95 ? `${digits(seconds, 1)} s` : clock(Math.round(seconds));
+}
+
+/** m:ss */
+export function clock(seconds: number): string {
+  const whole = Math.floor(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;
+}
