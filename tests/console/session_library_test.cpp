@@ -68,7 +68,9 @@ TEST(SessionLibrary, WaitsForNoPipe) {
 TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   TemporaryFolder folder;
   {
-    Result<Recorder> recorder = Recorder::create(folder.path() / "gap.mcap", {});
+    RecorderSettings settings;
+    settings.live = true;
+    Result<Recorder> recorder = Recorder::create(folder.path() / "gap.mcap", settings);
     ASSERT_TRUE(recorder);
     const std::string robot =
         R"({"joints": [{"name": "a", "type": "revolute"}], "velocity_max": [1], "acceleration_max": [1]})";

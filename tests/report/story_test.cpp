@@ -93,6 +93,8 @@ TEST_F(Told, WhatWasFeltAndLedBelongsToTheProfileOfThen) {
   ASSERT_EQ(results.size(), 2u);
   EXPECT_NEAR(results[0].led_s, 3.0, 1e-9);
   EXPECT_NEAR(results[1].led_s, 5.0, 1e-9);
+  EXPECT_EQ(results[0].felt.size(), 30u);
+  EXPECT_EQ(results[1].felt.size(), 50u);
   Metrics metrics;
   count_felt(results[0].felt, metrics);
   EXPECT_DOUBLE_EQ(metrics.lateral_mean, 3.0);

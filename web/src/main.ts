@@ -69,6 +69,7 @@ function take(message: ServerMessage): void {
   if (told === shown) return;
   shown = told;
   recordings.profiles = profiles;
+  recordings.rim = robot?.gripper ? 0 : 1000 * glass.height;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
   if (!robot) return;
   joints = new Joints(element('joints', HTMLDivElement), robot);

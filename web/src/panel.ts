@@ -3,7 +3,7 @@ import type { Connection } from './connection';
 import { element } from './element';
 import { latencyText, offText, percentText, scaleText } from './figures';
 import { colorOf, inOrder, purposeOf } from './profiles';
-import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
+import type { Measure, RequestKind, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { STEPS, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
@@ -232,16 +232,14 @@ export class Panel {
   }
 
   /** How high the liquid stands against what its rim allows, and how high it stood at most since the glass was filled. */
-  #showWave(state: StateMessage | null | undefined): void {
-    const room = state ? this.#rim - state.controls.fill * 1000 : 0, left = state?.liquid.freeboard ?? null, least = state?.liquid.least_freeboard ?? null;
-    const shown = left !== null && least !== null && this.session.hasGlass && room > 0 && !state!.liquid.spilled;
-    element('wave', HTMLElement).hidden = !shown;
-    if (!shown) return;
-    const wave = Math.min(Math.max(room - 1000 * left, 0), room), most = Math.min(Math.max(room - 1000 * least, 0), room);
-    element('wave-level', HTMLMeterElement).value = wave / room;
-    element('wave-most', HTMLElement).style.left = `${(100 * most) / room}%`;
-    write(element('wave-words', HTMLElement), `Wave ${offText(wave)} of ${offText(room)} mm`);
-    write(element('wave-held', HTMLElement), `largest ${offText(most)} mm`);
+  #showWave(present: boolean): void {
+    const wave = present ? this.session.wave() : null;
+    element('wave', HTMLElement).hidden = !wave;
+    if (!wave) return;
+    element('wave-level', HTMLMeterElement).value = wave.now / wave.room;
+    element('wave-most', HTMLElement).style.left = `${(100 * wave.most) / wave.room}%`;
+    write(element('wave-words', HTMLElement), `Wave ${offText(wave.now)} of ${offText(wave.room)} mm`);
+    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm`);
   }
 
   /** Whether the server's word may replace what this control shows. */
@@ -267,7 +265,7 @@ export class Panel {
     const refilled = !session.past && session.wasRefilled(now);
     element('refilled', HTMLElement).hidden = !refilled;
     write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
-    this.#showWave(present ? state : undefined);
+    this.#showWave(present);
     element('gripper-line', HTMLElement).hidden = typeof state?.gripper !== 'number';
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;

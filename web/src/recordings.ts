@@ -1,6 +1,7 @@
 import { element } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
+import { waveOf, waveText } from './session';
 import { clock, latencyText, scaleText, spanText } from './figures';
 import { Player, type Motion } from './replay/player';
 import { summaryOf } from './replay/summary';
@@ -23,9 +24,23 @@ export interface RecordedSession {
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 /** Events that are listed at most: the gravest kinds come first. */
 const LISTED = 300;
+/** Sessions that are listed at most; the others can be looked for. */
+const SHOWN = 50;
 const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
 /** s, after which the list is asked for again while a session is written. */
 const ANEW = 10;
+
+/** When a session began, as people say it, of the name that it got then; other names stay. */
+export function titleOf(name: string, now: Date): string {
+  const [, day, hour, minute, second] = /^(\d{4}-\d\d-\d\d)_(\d\d)-(\d\d)-(\d\d)/.exec(name) ?? [];
+  if (!day) return name;
+  const began = new Date(`${day}T00:00:00`), midnight = new Date(now).setHours(0, 0, 0, 0), ago = Math.round((midnight - began.getTime()) / 86_400_000);
+  const when = ago === 0 ? 'Today' : ago === 1 ? 'Yesterday' : began.toLocaleDateString('en-GB', { day: 'numeric', month: 'long', ...(began.getFullYear() === now.getFullYear() ? {} : { year: 'numeric' }) });
+  return `${when} ${hour}:${minute}:${second}`;
+}
+
+/** Whether all words of what is looked for are in what is told of a session. */
+export const isFound = (told: string, wanted: string): boolean => wanted.toLowerCase().split(/\s+/).every((word) => told.toLowerCase().includes(word));
 
 /** With tenths. */
 const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
@@ -58,6 +73,8 @@ export class Recordings {
   /** Laid over the player's, from the first grip on. */
   other: Player | null = null;
   profiles: readonly Profile[] = [];
+  /** mm, height of the glass inside; 0: there is none. */
+  rim = 0;
   #track: Track | null = null;
   /** Name of the session whose name and label are being changed. */
   #edited = '';
@@ -88,6 +105,7 @@ export class Recordings {
       this.player.playing = false;
       this.player.seek(Number(range.value));
     };
+    element('recordings-find', HTMLInputElement).oninput = () => this.#showList();
     addEventListener('hashchange', () => void this.follow());
   }
 
@@ -132,16 +150,21 @@ export class Recordings {
 
   #tell(session: RecordedSession, age: number): string {
     const words = figures(session, session === this.#written ? session.duration_s + age : null);
-    return session.label ? `${session.name} · ${words}` : words;
+    const named = session.label || titleOf(session.name, new Date()) !== session.name;
+    return named ? `${words} · ${session.name}` : words;
   }
 
   #showList(): void {
     this.#line = null;
     element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
-    this.list.replaceChildren(...this.#sessions.slice(0, 50).map((session) => {
+    const find = element('recordings-find', HTMLInputElement), wanted = find.value.trim();
+    element('recordings-finder', HTMLLabelElement).hidden = this.#sessions.length < 4 && wanted === '';
+    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, titleOf(session.name, new Date()), session.name, figures(session)].join(' '), wanted));
+    if (found.length === 0) return this.#say('None is so called.');
+    this.list.replaceChildren(...found.slice(0, SHOWN).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt) });
-      words.append(Object.assign(document.createElement('strong'), { textContent: session.label || name }), told);
+      words.append(Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), told);
       if (session === this.#written) this.#line = told;
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
       report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
@@ -313,7 +336,7 @@ export class Recordings {
     if (!player) return;
     const { at, duration, playing, speed, loops } = player, label = this.profiles.find(({ name }) => name === player.profile)?.label ?? player.profile;
     element('past-at', HTMLInputElement).value = String(at);
-    const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), player.spilled && 'spilled'].filter(Boolean);
+    const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), player.spilled ? 'spilled' : this.#wave(player)].filter(Boolean);
     element('past-at', HTMLInputElement).setAttribute('aria-valuetext', [`${clock(at)} of ${clock(duration)}`, ...facts].join(', '));
     element('past-time', HTMLElement).textContent = `${fine(at)} / ${clock(duration)}`;
     element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
@@ -321,6 +344,11 @@ export class Recordings {
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
     element('past-facts', HTMLElement).textContent = facts.join(' · ');
     this.#track?.draw();
+  }
+
+  #wave(player: Player): string {
+    const left = this.rim > 0 && player.fill > 0 ? player.freeboard() : null, wave = left && waveOf(this.rim - 1000 * player.fill, left.now, left.least);
+    return wave ? waveText(wave) : '';
   }
 
   #say(words: string): void {

@@ -1,5 +1,5 @@
 import type { ConnectionStatus } from './connection';
-import { spanText } from './figures';
+import { offText, spanText } from './figures';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
 
 /** s without a state after which the page greys out. */
@@ -15,6 +15,18 @@ const AT_REST = 0.005;
 const REFILL_TOLD = 4;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
+
+/** mm */
+export interface Wave { now: number; most: number; room: number }
+
+/** @param room from the level at rest to the rim @param freeboard to the rim now, and the least, mm */
+export function waveOf(room: number, freeboard: number, least: number): Wave | null {
+  const high = (left: number): number => Math.min(Math.max(room - left, 0), room);
+  return room > 0 ? { now: high(freeboard), most: high(least), room } : null;
+}
+
+/** In a line. */
+export const waveText = ({ now, most, room }: Wave): string => `wave ${offText(now)} of ${offText(room)} mm, largest ${offText(most)}`;
 
 /** How the operator does what the page advises. */
 export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
@@ -111,6 +123,13 @@ export class Session {
     const { reason = '', controls } = this.state ?? {};
     // Nobody who watches a recorded hand has anything to release.
     return (controls?.playback ?? -1) >= 0 ? reason.replace(/: release and grip again$/, '') : reason;
+  }
+
+  /** mm: how high the liquid stands above its level at rest, how high at most since the glass was filled, and what the rim allows. null: nobody can say. */
+  wave(): Wave | null {
+    const { state, welcome } = this, { freeboard, least_freeboard, spilled } = state?.liquid ?? {};
+    if (!this.hasGlass || !state || !welcome || spilled || typeof freeboard !== 'number' || typeof least_freeboard !== 'number') return null;
+    return waveOf(1000 * (welcome.glass.height - state.controls.fill), 1000 * freeboard, 1000 * least_freeboard);
   }
 
   isStale(now: number): boolean { return now - this.#stateAt > STALE_AFTER; }

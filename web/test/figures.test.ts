@@ -48,3 +48,14 @@ describe('the last minute', () => {
     expect(moment.largest).toBeNull();
   });
 });
+
+describe('the plots of a young session', () => {
+  it('grow with it to a minute', () => {
+    const history = new History(1), spans: number[] = [];
+    for (let t = 100; t <= 200; ++t) {
+      history.push(t, [0]);
+      if (t % 10 === 5) spans.push(history.span);
+    }
+    expect(spans).toEqual([10, 20, 30, 40, 50, 60, 60, 60, 60, 60]);
+  });
+});

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { figures } from '../src/recordings';
+import { figures, isFound, titleOf } from '../src/recordings';
 import { clock } from '../src/figures';
 import { summaryOf } from '../src/replay/summary';
 import { indexAt, Player, type Motion } from '../src/replay/player';
@@ -94,6 +94,21 @@ describe('list', () => {
     expect(figures(session)).toBe('1:01 · Waiter · led 59.2 s · latency 9.6 ms · 2.3 MB');
     expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3 MB · not closed');
     expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3 MB');
+  });
+});
+
+describe('names', () => {
+  it('say when a session began, as people say it', () => {
+    const now = new Date(2026, 10, 25, 0, 20);
+    expect(titleOf('2026-11-25_00-10-07', now)).toBe('Today 00:10:07');
+    expect(titleOf('2026-11-24_23-59-01_2', now)).toBe('Yesterday 23:59:01');
+    expect(titleOf('2026-11-03_08-00-00', now)).toBe('3 November 08:00:00');
+    expect(titleOf('2025-12-31_08-00-00', now)).toBe('31 December 2025 08:00:00');
+    expect(titleOf('short', now)).toBe('short');
+  });
+  it('are found by all words of what is looked for', () => {
+    const told = 'Yesterday 13:02:11 2026-11-24_13-02-11 0:31 · Carry · led 16.9 s · spilled';
+    expect([isFound(told, 'yesterday spilled'), isFound(told, 'today'), isFound(told, 'CARRY'), isFound(told, 'yesterday tracking')]).toEqual([true, false, true, false]);
   });
 });
 

@@ -3,7 +3,7 @@ import fixtures from '../protocol/fixtures/server.json';
 import { Connection, type ConnectionStatus, type Surroundings } from '../src/connection';
 import { Hand } from '../src/hand';
 import type { ClientMessage, ServerMessage } from '../src/protocol';
-import { IN_HEADSET, Session, STALE_AFTER } from '../src/session';
+import { IN_HEADSET, Session, STALE_AFTER, waveOf, waveText } from '../src/session';
 
 const server = fixtures as unknown as Record<string, ServerMessage>;
 
@@ -59,6 +59,15 @@ describe('words of a session', () => {
     expect(session.wasRefilled(1)).toBe(false);
     session.take(state({ liquid: liquid(false) }), 2);
     expect([session.wasRefilled(2), session.wasRefilled(7)]).toEqual([true, false]);
+  });
+  it('hold the largest wave of what the rim allows, and know none in a glass that spilled', () => {
+    const session = open(), welcome = server.welcome as { glass: { height: number } }, { controls } = server.state as { controls: { fill: number } };
+    const fill = welcome.glass.height - 0.01;
+    session.take(state({ controls: { ...controls, fill }, liquid: { ...liquid(false), freeboard: 0.008, least_freeboard: 0.003 } }), 1);
+    expect(waveText(session.wave()!)).toBe('wave 2 of 10 mm, largest 7');
+    session.take(state({ controls: { ...controls, fill }, liquid: liquid(true) }), 2);
+    expect(session.wave()).toBeNull();
+    expect(waveOf(0, 1, 1)).toBeNull();
   });
   it('ask nobody to release a recorded hand, and say how old the news are', () => {
     const session = open(), reason = 'the hand fell silent: release and grip again', { controls } = server.state as { controls: object };

@@ -160,8 +160,9 @@ std::string meanings() {
   return html;
 }
 
-std::string thinning_note(const Thinning& thinning, int commands_merged) {
+std::string thinning_note(const Thinning& thinning, int commands_merged, bool live) {
   std::string note;
+  if (live) note += "Curves are those of the plans; what was led, and the lateral force in figures, are as measured. ";
   if (thinning.steps_per_point > 1) {
     note += fmt::format(
         "A point of a curve stands for {} planning steps: the worst of them where worse has a meaning, the first "
@@ -195,7 +196,7 @@ Result<std::string> report_page(const ReportInput& input) {
                              (input.story ? fmt::format(", {:.1f} s of it led", input.story->led_s) : ""),
                     command = escape(input.command), card_html = cards(input, metrics),
                     table_html = tables(input, metrics), meaning_html = meanings(),
-                    note = thinning_note(thinning, input.profiles.front().commands_merged),
+                    note = thinning_note(thinning, input.profiles.front().commands_merged, input.story.has_value()),
                     data = page_data(input, thinning);
   return fill(embedded::page_html, {{"recording", recording},
                                     {"rate", rate},

@@ -273,7 +273,7 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
   for (PlanStep& step : session.steps) result_at(from_seconds(step.t_s), true)->steps.push_back(std::move(step));
   for (const SessionFile::Felt& felt : session.felt) {
     const double t = to_seconds(felt.at);
-    if (led_between(session, t, t + kInstant) < kInstant) continue;
+    if (led_between(session, t, t + kInstant) <= 0.0) continue;
     if (ProfileResult* result = result_at(felt.at, false)) result->felt.push_back({felt.sum, felt.largest, felt.count});
   }
   for (std::size_t i = 0; i < session.changes.size(); ++i) {

@@ -4,7 +4,7 @@ import { latencyText, scaleText } from '../figures';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
 import type { RequestKind } from '../protocol';
-import { IN_HEADSET, type Means, ON_PAGE, type Session } from '../session';
+import { IN_HEADSET, type Means, ON_PAGE, type Session, waveText } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { Board } from './board';
 import { A, B, Buttons, GRIP, isController, STICK, TRIGGER } from './controllers';
@@ -310,14 +310,16 @@ export class Headset {
     const live = facts.status === 'open' && !facts.isStale(now), present = live && !facts.past;
     const ms = (us: number | null) => latencyText(us === null ? null : us / 1000);
     const { p50, p99 } = state.latency_us, title = facts.title(now);
+    const wave = present ? facts.wave() : null;
     const asks = present && facts.mayTake && !this.#isForwardKnown && !facts.mayReset;
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
       !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || (facts.hasGlass && state.liquid.spilled ? 'spilled' : facts.wasRefilled(now) ? 'full glass again' : ''),
-      [present ? state.reason : '',
+      [facts.reason(now),
         asks ? 'Look forward, and press A.' : facts.advice(now, this.hand.heldFor),
-        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : ''],
+        present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : '',
+        wave ? waveText(wave) : ''],
       live ? itemsOf(facts, this.#asks) : []);
     this.guide.notice.say(this.#lost(live));
     // It turns to whoever looks.

@@ -1,6 +1,8 @@
 export const SPAN = 60; // s shown
 export const RATE = 15; // points a second
 const POINTS = SPAN * RATE;
+/** s, by which what is shown of a young session grows. */
+const STEP = 10;
 
 /** Newest POINTS rows of several series, the first one times. */
 export class History {
@@ -12,6 +14,12 @@ export class History {
   constructor(series: number) {
     this.series = Array.from({ length: series }, () => []);
     this.#data = [this.#ages, ...this.series];
+  }
+
+  /** s, of a young session as much as it has, in steps, so that the plots are not mostly empty. */
+  get span(): number {
+    const age = this.newest - (this.times[0] ?? 0);
+    return Math.min(SPAN, Math.max(STEP, STEP * Math.ceil(age / STEP)));
   }
 
   get newest(): number { return this.times[this.times.length - 1] ?? 0; }

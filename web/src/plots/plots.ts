@@ -5,7 +5,7 @@ import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { latencyText, offText, planningText, sloshText } from '../figures';
 import { COLUMNS, Comparison, Moment } from './comparison';
-import { History, RATE, SPAN } from './history';
+import { History, RATE } from './history';
 import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
 
 /** px, of a row's plot, and of the time axis beneath the last one. */
@@ -72,7 +72,7 @@ export class Plots {
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     const plot = new uPlot({
       width: Math.max(120, box.clientWidth), height, padding: [4, 14, last ? 0 : 4, 0],
-      scales: { x: { time: false, range: [-SPAN, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
+      scales: { x: { time: false, range: () => [-history.span, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
       axes: [
         { ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (!last ? '' : t === 0 ? 'now' : `${t.toFixed(0)} s`)) },
         { ...axis, size: AXIS, gap: 3, space: 16 },

@@ -1,6 +1,6 @@
 import type { SessionState } from '../protocol';
 import { resolved } from '../profiles';
-import { SPAN, type History } from './history';
+import type { History } from './history';
 
 export const STATES: readonly SessionState[] = ['idle', 'ready', 'engaged', 'holding', 'stopping', 'fault'];
 /** Of the history that a strip draws: the state's number, and 1 where the liquid spilled, a limit held the arm back, a deadline was missed. */
@@ -29,10 +29,10 @@ export class Strip {
     this.canvas.height = Math.round((BAND + 3 * MARK + 2) * devicePixelRatio);
   }
 
-  draw({ times, series, newest }: History): void {
+  draw({ times, series, newest, span }: History): void {
     const { width, height } = this.canvas, c = this.#context, unit = devicePixelRatio;
     c.clearRect(0, 0, width, height);
-    const x = (t: number): number => width * (1 + (t - newest) / SPAN);
+    const x = (t: number): number => width * (1 + (t - newest) / span);
     for (let i = 0; i < times.length; ++i) {
       const from = x(times[i]!), wide = Math.max(unit, (i + 1 < times.length ? x(times[i + 1]!) : width) - from + 0.5);
       const state = series[STATE]![i];

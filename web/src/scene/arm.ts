@@ -75,6 +75,8 @@ export class Arm extends THREE.Group {
   readonly #bodies: THREE.Mesh<THREE.BufferGeometry, Bubble>[] = [];
   readonly #materials = new Set<THREE.Material>();
   #bodiesShown = false;
+  /** The bodies stand for meshes that are not there yet. */
+  #waits = false;
   readonly #nearest: [number, number] = [-1, -1];
   readonly #mount = new THREE.Matrix4();
 
@@ -114,6 +116,8 @@ export class Arm extends THREE.Group {
 
   /** The mesh of the robot's name, if the server has one; without it the bodies stand for the arm. */
   async loadMeshes(url: string): Promise<boolean> {
+    this.#waits = true;
+    this.#paintBodies();
     try {
       const gltf = await new GLTFLoader().loadAsync(url);
       this.#links.forEach((link, k) => {
@@ -132,6 +136,9 @@ export class Arm extends THREE.Group {
     } catch {
       this.showBodies(true);
       return false;
+    } finally {
+      this.#waits = false;
+      this.#paintBodies();
     }
   }
 
@@ -182,7 +189,7 @@ export class Arm extends THREE.Group {
   #paintBodies(): void {
     this.#bodies.forEach((mesh, i) => {
       const lit = i === this.#nearest[0] || i === this.#nearest[1];
-      mesh.visible = this.#bodiesShown || lit;
+      mesh.visible = this.#bodiesShown || this.#waits || lit;
       mesh.material.paint(lit ? LIT : CALM, lit ? 1 : 0.55);
     });
   }
