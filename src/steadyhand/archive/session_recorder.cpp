@@ -103,9 +103,11 @@ void SessionRecorder::end_file() {
 void SessionRecorder::sum_up(const SessionSnapshot& now) {
   if (!file_) return;
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  Time engaged = tally_.engaged;
+  if (engaged_since_) engaged += std::max(Time(0), tally_.last - std::max(*engaged_since_, tally_.begin));
   const Status added = file_->add_metadata(
       "summary", {{"duration_s", number(to_seconds(tally_.last - tally_.begin))},
-                  {"engaged_s", number(to_seconds(tally_.engaged))},
+                  {"engaged_s", number(to_seconds(engaged))},
                   {"latency_p50_ms", number(1e-3 * now.latency_us.p50)},
                   {"latency_p99_ms", number(1e-3 * now.latency_us.p99)},
                   {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
@@ -144,6 +146,8 @@ LiveTaps SessionRecorder::taps() {
   taps.state = [=, this](const JointState& state) { keep(from_begin(state), &Flight::states); };
   taps.change = [=, this](SupervisionChange change) {
     change.at -= begin_;
+    if (engaged_since_) tally_.engaged += change.at - std::max(*engaged_since_, tally_.begin);
+    engaged_since_ = change.to == SupervisionState::kEngaged ? std::optional(change.at) : std::nullopt;
     keep(change, &Flight::changes);
     if (change.is_failure) fault_ = change;
   };
@@ -284,7 +288,6 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     end_file();
   }
   if (at < Time(0)) return;
-  if (now.state == SupervisionState::kEngaged) tally_.engaged += at - tally_.last;
   tally_.spilled = tally_.spilled || now.liquid.spilled;
   tally_.last = at;
   if (begins) {

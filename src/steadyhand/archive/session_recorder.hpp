@@ -128,6 +128,7 @@ class SessionRecorder {
     std::uint64_t missed_before = 0;
   };
   Tally tally_;
+  std::optional<Time> engaged_since_;  ///< the hand leads
 
   struct Flight {
     explicit Flight(double seconds);
