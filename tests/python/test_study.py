@@ -136,6 +136,21 @@ def test_a_study_that_cannot_be_done_is_refused_with_key_value_and_what_would_be
     assert all(word in said for word in [str(path), *words]), said
 
 
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (("latency: 0.1", "latency: 1.5"), ["condition 'late'", "1.5 s", "1 s at most"]),
+        (("profile: follow", "profile: one-instant-ik"), ["condition 'late'", "--simulated"]),
+    ],
+)
+def test_what_only_simulated_operators_can_do_is_refused_with_people(tmp_path, capsys, change, words):
+    path = write(tmp_path, SMALL.replace(*change))
+    assert main([str(path), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in [str(path), *words]), said
+    assert not (tmp_path / "out").exists()
+
+
 def test_files_that_are_none_are_refused(tmp_path, capsys):
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(b"\xff\xfe\x00")

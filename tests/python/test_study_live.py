@@ -3,6 +3,7 @@
 import csv
 import os
 import re
+import select
 import subprocess
 import sys
 import threading
@@ -67,10 +68,8 @@ class Participant(threading.Thread):
             self.client.send(type="sample", sequence=sequence, t_s=now, p=[*map(float, hand)], q=[0, 0, 0, 1], clutch=bool(grips), tracked=True, emulated=False)
 
 
-def test_a_participant_is_led_through_a_study(tmp_path):
-    study = tmp_path / "live.yaml"
-    study.write_text(STUDY)
-    out = tmp_path / "out"
+def begin(study, out):
+    """A leader under way: its process, what it said, and its port."""
     environment = {**os.environ, "PYTHONPATH": str(Path(steadyhand.__file__).parents[1]), "PYTHONUNBUFFERED": "1",
                    "STEADYHAND_PROGRAM": os.environ.get("STEADYHAND_PROGRAM", "build/release/steadyhand")}
     environment.pop("DISPLAY", None)
@@ -83,7 +82,40 @@ def test_a_participant_is_led_through_a_study(tmp_path):
             break
     else:
         raise AssertionError("".join(said))
-    participant = Participant(int(found.group(1)))
+    return leader, environment, said, int(found.group(1))
+
+
+def test_a_second_page_that_takes_the_arm_is_told(tmp_path):
+    """A browser tab more, which the first one lets have it."""
+    study = tmp_path / "live.yaml"
+    study.write_text(STUDY)
+    leader, _, said, port = begin(study, tmp_path / "out")
+    try:
+        first, second = PageClient(port), PageClient(port)
+        heard, asked, end = "", False, time.monotonic() + 60
+        first.send(type="take")
+        while "another page" not in heard and time.monotonic() < end:
+            for message in first.messages(0.02):
+                if message["type"] == "lease" and message["yours"] and not asked:
+                    asked = True
+                    second.send(type="ask")
+                elif message["type"] == "lease" and message["asker"]:
+                    first.send(type="answer", grant=True)
+            for _ in second.messages(0.02):
+                pass
+            if select.select([leader.stdout], [], [], 0.0)[0]:
+                heard += os.read(leader.stdout.fileno(), 65536).decode()
+    finally:
+        leader.kill()
+    assert "another page (client" in heard and "close the page that is not the participant's" in heard, heard
+
+
+def test_a_participant_is_led_through_a_study(tmp_path):
+    study = tmp_path / "live.yaml"
+    study.write_text(STUDY)
+    out = tmp_path / "out"
+    leader, environment, said, port = begin(study, out)
+    participant = Participant(port)
     participant.start()
     leader.stdin.write("\n")
     leader.stdin.flush()

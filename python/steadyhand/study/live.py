@@ -25,6 +25,7 @@ from .tasks import Course, Task
 from .trial import ONE_INSTANT_IK, Condition, Track, Trial, liquid_share
 
 START_RADIUS, START_HOLD = 0.03, 0.5  # m and s: where the glass is to be before a trial begins
+MOST_LATENCY = 1.0  # s, that the program adds on the command path
 SILENT = 1.0  # s without a state after which a trial is done again
 
 
@@ -279,6 +280,12 @@ def lead(study: Study, out: Path, port: int) -> int:
         raise StudyError(
             f"{study.path}: condition {only_simulated[0]!r} is inverse kinematics of one instant, which knows no collisions and is there for simulated "
             "operators alone: leave it out, or use --simulated"
+        )
+    late = [c for c in study.conditions if c.command_latency > MOST_LATENCY]
+    if late:
+        raise StudyError(
+            f"{study.path}: condition {late[0].name!r} has a latency of {late[0].latency:g} s on the command path; with people it must be "
+            f"{MOST_LATENCY:g} s at most"
         )
     folder = Folder(out)
     folder.hold()
