@@ -452,12 +452,12 @@ def test_another_study_another_run_and_a_full_disk_are_told(simulated, tmp_path,
     assert "MB left" in capsys.readouterr().err
 
     def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device", "a trial")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.undo()
     monkeypatch.setattr(record.os, "fsync", full)
     assert main([str(path), "--simulated", "2", "--out", str(tmp_path / "full")]) == 1
-    assert "No space left" in (said := capsys.readouterr().err) and "go on" in said
+    assert "schedule.csv: No space left" in (said := capsys.readouterr().err) and "go on" in said
     assert not list((tmp_path / "full").rglob("*.tmp"))
 
 
