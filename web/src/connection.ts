@@ -39,8 +39,14 @@ export function browserSurroundings(): Surroundings {
  */
 export function workerSurroundings(onFailure: (why: string) => void, onKept: (kept: Kept) => void): Surroundings {
   const begin = { site: new URL('.', location.href).href, robot: new URLSearchParams(location.search).get('robot') ?? '', simd: hasSimd() };
+  const open = () => new PortSocket(begin, onFailure, onKept);
+  let first: PortSocket | null = open(); // what it says comes once this script has ended, and whoever wants it listens by then
   // Nobody else is there: no token of an earlier session counts. Between page and Worker nothing is lost; a silent one has no processor.
-  return { ...browserSurroundings(), open: () => new PortSocket(begin, onFailure, onKept), readToken: () => '', keepToken: () => {}, patience: 30 };
+  return { ...browserSurroundings(), open: () => {
+    const socket = first ?? open();
+    first = null;
+    return socket;
+  }, readToken: () => '', keepToken: () => {}, patience: 30 };
 }
 
 const PING_EVERY = 0.5; // s

@@ -23,6 +23,13 @@ const canvas = element('scene', HTMLCanvasElement);
 const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)').matches;
 const session = new Session();
 if (matchMedia('(pointer: coarse)').matches) session.means = ON_TOUCH;
+/** A page of `./steadyhand site` says so: there is no program behind it. */
+const alone = document.querySelector('meta[name="steadyhand-session"][content="worker"]') !== null;
+if (alone) document.body.dataset.alone = 'true';
+/** Offline after the first visit; where browsers allow none (plain HTTP of another machine) the page works as it is. */
+let toBeKept = alone && 'serviceWorker' in navigator;
+/** A session in a Worker begins to load at once: the stage below takes a while. */
+const surroundings = alone ? workerSurroundings((why) => { session.failure = why; }, (kept) => recordings.kept.take(kept)) : browserSurroundings();
 const stage = new Stage(canvas, reducedMotion);
 const now = () => performance.now() / 1000;
 
@@ -30,13 +37,6 @@ const code = new URLSearchParams(location.hash.slice(1)).get('code') ?? '';
 // Nobody should copy it from the address bar.
 if (code) history.replaceState(null, '', location.pathname + location.search);
 
-/** A page of `./steadyhand site` says so: there is no program behind it. */
-const alone = document.querySelector('meta[name="steadyhand-session"][content="worker"]') !== null;
-if (alone) {
-  document.body.dataset.alone = 'true';
-  // Offline after the first visit; where browsers allow none (plain HTTP of another machine) the page works as it is.
-  if ('serviceWorker' in navigator) navigator.serviceWorker.register('./offline.js').catch(() => {});
-}
 element('unstarted', HTMLElement).remove();
 
 let plots: Plots | null = null, joints: Joints | null = null;
@@ -45,7 +45,7 @@ let shown = '';
 const delay = new DisplayDelay((message) => take(message));
 const study = new StudyPanel(stage.base, delay, (key, value) => connection.send({ type: 'reply', content: { key, value } }));
 
-const connection = new Connection(alone ? workerSurroundings((why) => { session.failure = why; }, (kept) => recordings.kept.take(kept)) : browserSurroundings(), code, (message) => delay.take(message, now()), (status) => {
+const connection = new Connection(surroundings, code, (message) => delay.take(message, now()), (status) => {
   session.connectionBecame(status);
   if (status === 'open') return;
   hand.letGo();
@@ -57,6 +57,10 @@ function take(message: ServerMessage): void {
   if (message.type === 'study') study.take(message.content);
   if (message.type === 'state') {
     plots?.take(message);
+    if (toBeKept) { // not earlier: it fetches all files once more
+      toBeKept = false;
+      navigator.serviceWorker.register('./offline.js').catch(() => {});
+    }
     if (message.recording !== recorded && !alone) void recordings.refresh();
     recorded = message.recording;
   }

@@ -53,15 +53,18 @@ function take(data: unknown): void {
 }
 
 async function begin({ site, robot, simd }: Begin): Promise<void> {
+  const get = async (name: string, what: string, type: string) => (await file(new URL(name, site), what, type)).arrayBuffer();
+  const name = simd ? 'steadyhand.wasm' : 'steadyhand-plain.wasm';
+  // It takes longest, and does not wait for the list, which says how long it must be.
+  const planner = get(name, 'The planner', 'application/wasm');
+  planner.catch(() => {}); // heard below
   const told = (await (await file(new URL('site.json', site), "The site's list")).json().catch(() => {
     throw new Error("The site's list (site.json) is no JSON: publish the site's folder anew, all of it.");
   })) as Site;
   const wanted = robot || told.robots[0]!;
   if (!told.robots.includes(wanted)) throw new Error(`This site has no robot “${wanted}”; it has ${told.robots.join(', ')}.`);
-  const get = async (name: string, what: string, type: string) =>
-    whole(await (await file(new URL(name, site), what, type)).arrayBuffer(), told.bytes[name], `${what} (${name})`);
-  const name = simd ? 'steadyhand.wasm' : 'steadyhand-plain.wasm';
-  const [code, setup] = await Promise.all([get(name, 'The planner', 'application/wasm'), get(`robots/${wanted}.json`, 'The robot', 'application/json')]);
+  const all = async (bytes: Promise<ArrayBuffer>, of: string, what: string) => whole(await bytes, told.bytes[of], `${what} (${of})`);
+  const [code, setup] = await Promise.all([all(planner, name, 'The planner'), all(get(`robots/${wanted}.json`, 'The robot', 'application/json'), `robots/${wanted}.json`, 'The robot')]);
   const loaded = await Module.load(code, {
     send: (_client, text, isState) => (isState ? sendState(text) : port.postMessage(text)),
     keep: (recording, bytes) => port.postMessage({ recording, bytes }, [bytes.buffer]),
