@@ -17,7 +17,7 @@ LIBRARIES = {
         "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 3), "ur": (0, 4), "mujoco": (1, 6), "ros2": (0.2, 9), "record": (2, 6), "live": (0.8, 8),
         "replay": (2, 8), "archive": (1.4, 9)}),
     "the program": ((848, 258, 138, 772), "below", 66, 60, {
-        "camera": (0.5, 5), "report": (0, 7), "fit": (1, 7), "render": (0.5, 8), "desk": (0.5, 9), "serve": (0, 10), "browser": (1, 10), "console": (0.5, 11), "app": (0.5, 12)}),
+        "camera": (0.5, 5), "report": (0, 7), "fit": (1, 7), "render": (0.5, 8), "desk": (0.5, 9), "serve": (0, 10), "browser": (1, 10), "console": (0, 11), "simulate": (1, 11), "app": (0.5, 12)}),
     "the Python package": ((446, 866, 170, 90), "above", 97, 84, {"python": (0.4, 11)}),
 }
 FIRST_ROW, ROW = 232, 62

@@ -1,4 +1,4 @@
-"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, study, and dataset."""
+"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, study, dataset and policy."""
 
 import signal
 import sys
@@ -15,6 +15,10 @@ def main() -> int:
         from .dataset.__main__ import main as dataset
 
         return dataset(sys.argv[2:])
+    if sys.argv[1:2] == ["policy"]:
+        from .policies.__main__ import main as policy
+
+        return policy(sys.argv[2:])
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python would look for Ctrl-C only after the command
     code, message = _native.run_program(["steadyhand", *sys.argv[1:]])
     if message:

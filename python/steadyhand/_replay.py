@@ -35,6 +35,10 @@ class Hand:
     """(m,), bool: whether the device had a pose."""
     gripper: Array | None = None
     """(m,), 0 open to 1 closed, NaN where the operator said nothing; None: a hand without one."""
+    leader: np.ndarray | None = None
+    """(m,), text: whose hand it is, "person", "recording" (that played) or "policy", whose poses are those of the tool in the base."""
+    intervention: np.ndarray | None = None
+    """(m,), bool: a person leads in the turn of a policy, which waits."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +211,7 @@ class Session:
 
 
 def _hand(columns: dict[str, Any]) -> Hand:
-    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0, columns["gripper"])
+    return Hand(columns["t"], columns["T_operator_hand"], columns["clutch"] != 0, columns["tracked"] != 0, columns["gripper"], np.array(columns["leader"], dtype="U9"), columns["intervention"] != 0)
 
 
 def _steps(columns: dict[str, Any]) -> Steps:

@@ -28,6 +28,7 @@ OperatorView fixture_view() {
   s.measured.dq.setZero(6);
   s.measured.dq[5] = -1.0;
   s.measured.gripper = 0.25;
+  s.command.gripper = 0.5;
   s.command.q = s.measured.q;
   s.command.q[5] = 0.5;
   s.X_base_tool.p = {0.4, 0.0, 0.5};
@@ -55,7 +56,10 @@ OperatorView fixture_view() {
   s.recording = true;
   s.task = {12.5, 0b01, 0.125, false};
   s.episode = {true, 3, 4.5, 1, 1, std::nullopt};
-  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, 0.5, 0.0625, true, 0.25, -1};
+  s.scene.things = 1;
+  s.scene.thing[0].X_base_thing.p = {0.5, 0.0, 0.25};
+  s.target.leader = Leader::kPolicy;
+  s.controls = {1, {500.0, 3.0}, 2, 0.5, -1.5, 0.5, 0.0625, true, 0.25, -1, "cloned", true};
   return s;
 }
 
@@ -123,7 +127,7 @@ TEST(Messages, WritesTheServersFixtures) {
                  {"calm", "Lateral specific force", "s^3/m^2", 1, 0.0, 20.0, false, true}};
   facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
   facts.recordings = {"reach"};
-  facts.task = {"carry", "Carry the glass to the mark.", 30.0, {"glass at mark"}};
+  facts.task = {"carry", "Carry the glass to the mark.", 30.0, {"glass at mark"}, {"mark", "glass"}};
   EXPECT_EQ(Json::parse(welcome_message(facts, facts.cell, 3)), expected["welcome"]);
   EXPECT_EQ(Json::parse(study_message(R"({"text":"Reach each target."})")), expected["study"]);
   EXPECT_EQ(Json::parse(reply_message(R"({"key":"tlx_mental","value":12})", 3)), expected["reply"]);

@@ -13,7 +13,7 @@ def test_rows_and_tests_are_the_same():
     tests = re.findall(r"TEST_F\(Faults, (\w+)\)", (ROOT / "tests/live/faults_test.cpp").read_text())
     tests += re.findall(r"def (test_\w+)", (ROOT / "tests/python/test_live_faults.py").read_text())
     also = []
-    for name in ("sessions", "tasks", "cameras"):
+    for name in ("sessions", "tasks", "cameras", "policies"):
         also += re.findall(r"def (test_\w+)", (ROOT / f"tests/python/test_{name}.py").read_text())
     for path in ROOT.glob("tests/*/*_test.cpp"):
         also += re.findall(r"^TEST(?:_F|_P)?\(\w+, (\w+)\)", path.read_text(), re.MULTILINE)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import steadyhand
-from steadyhand.study.page_client import Lost, PageClient
+from steadyhand._page_client import Lost, PageClient
 
 STUDY = """
 name: live

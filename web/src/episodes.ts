@@ -11,7 +11,7 @@ const decided = (success: boolean | null): string => (success === null ? '' : su
 
 /** How the task of a simulated scene goes, for people. */
 /** @param glass the tool holds one, so that there is something to spill */
-export function taskText(task: NonNullable<WelcomeMessage['task']>, now: NonNullable<StateMessage['task']>, glass = true): string {
+export function taskText(task: Omit<NonNullable<WelcomeMessage['task']>, 'things'>, now: Omit<NonNullable<StateMessage['task']>, 'things'>, glass = true): string {
   const holds = task.conditions.filter((_, i) => (now.held >> i) & 1).length;
   const waits = now.success === null && now.time === 0;
   const end = waits ? `${task.time_limit.toFixed(0)} s from Begin or the first grip on` : now.success === null ? `${now.time.toFixed(1)} of ${task.time_limit.toFixed(0)} s` : `${now.success ? 'Done' : 'Time is over'} after ${now.time.toFixed(1)} s`;

@@ -71,6 +71,9 @@ export class Hand {
   /** As it was wanted last; null: nothing was said. */
   get gripper(): number | null { return this.#gripper; }
 
+  /** Somebody else says how the gripper is to be: it stays so until this hand says it anew. */
+  leaveGripper(): void { this.#gripper = null; }
+
   /** 90 times a second. */
   repeat(): void {
     if (this.#source === null && this.now() - this.#released < REPEATED && this.allowed()) this.#sample(false, true, false);

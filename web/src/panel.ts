@@ -2,8 +2,9 @@ import { isTyped } from './input/shortcuts';
 import type { Connection } from './connection';
 import { element } from './element';
 import { latencyText, offText, percentText, scaleText } from './figures';
+import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
-import type { Measure, RequestKind, Term, WelcomeMessage } from './protocol';
+import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { STEPS, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
@@ -96,6 +97,7 @@ export class Panel {
       this.connection.pair(input('code').value.trim().toLowerCase());
       input('code').value = '';
     });
+    button('policy').onclick = () => this.command('policy', { value: this.session.state?.controls.policy_turn ? 0 : 1 });
     element('playback', HTMLSelectElement).onchange = (event) => {
       this.takeLease();
       this.ask('playback', { text: (event.target as HTMLSelectElement).value });
@@ -242,6 +244,18 @@ export class Panel {
     write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm`);
   }
 
+  /** The policy that is connected, and who leads in its turn. */
+  #showPolicy(state: StateMessage | null | undefined, mayChoose: boolean): void {
+    const { policy = '', policy_turn: turn = false } = state?.controls ?? {};
+    element('policy-line', HTMLElement).hidden = policy === '';
+    if (state?.leader === 'policy') this.hand.leaveGripper();
+    const choice = button('policy');
+    choice.disabled = !mayChoose || (!turn && state?.state !== 'ready');
+    choice.setAttribute('aria-pressed', String(turn));
+    write(choice, turn ? 'End the policy’s turn' : 'The policy’s turn');
+    write(element('policy-words', HTMLElement), policyText(policy, turn, state?.leader ?? null));
+  }
+
   /** Whether the server's word may replace what this control shows. */
   #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
 
@@ -267,6 +281,7 @@ export class Panel {
     write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
     this.#showWave(present);
     element('gripper-line', HTMLElement).hidden = typeof state?.gripper !== 'number';
+    this.#showPolicy(session.past ? undefined : state, present && session.mayTake);
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;
     write(element('refusal', HTMLElement), refusal);

@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete' | 'episode' | 'set_up';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete' | 'episode' | 'set_up' | 'policy';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }
@@ -20,6 +20,8 @@ export type ClientMessage =
   | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string; success?: boolean; notes?: string }
   | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
   | { type: 'reply'; content: { key: string; value: number } }
+  | { type: 'policy'; name: string; period_s: number }
+  | { type: 'target'; of_s: number; p: Vec3 | null; q: Quat | null; gripper?: number }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 
 export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
@@ -33,6 +35,10 @@ export interface Timing { p50: Measure; p99: Measure; p999: Measure; max: Measur
 export interface Controls {
   profile: number;
   playback: number;
+  /** Name of the policy that is connected; empty: none. */
+  policy: string;
+  /** It leads wherever no person does. */
+  policy_turn: boolean;
   /** Of each of `welcome.terms`; where a term has several, the first. */
   weights: number[];
   scale: number;
@@ -57,9 +63,13 @@ export interface StateMessage {
   command: number[];
   /** Measured, 0 open to 1 closed; null: the arm has none. */
   gripper: Measure;
+  /** What it is told. */
+  gripper_command: Measure;
   tool: Pose;
   target: Pose;
   engaged: boolean;
+  /** Whose hand the arm follows; null: nobody's. */
+  leader: 'person' | 'recording' | 'policy' | null;
   local_acceleration: [Measure, Measure, Measure];
   tracking_error: Measure;
   clearance: Measure;
@@ -78,8 +88,8 @@ export interface StateMessage {
   samples: number;
   planner_rate_hz: number;
   recording: boolean;
-  /** How the task of a simulated scene goes; null: there is none. `held`: a bit for each of `welcome.task.conditions`. `time`: s. */
-  task: { time: number; held: number; spilled: number; success: boolean | null } | null;
+  /** How the task of a simulated scene goes; null: there is none. `held`: a bit for each of `welcome.task.conditions`. `time`: s; `things`: poses of those of `welcome.task`, in the base: x, y, z and quaternion. */
+  task: { time: number; held: number; spilled: number; success: boolean | null; things: number[][] } | null;
   /** The one that runs, or ran last; number 0: there was none. */
   episode: { running: boolean; number: number; time: number; kept: number; discarded: number; success: boolean | null };
   controls: Controls;
@@ -148,7 +158,7 @@ export interface WelcomeMessage {
   profiles: Profile[];
   recordings: string[];
   /** What is to be done in a simulated scene. */
-  task: { name: string; instruction: string; time_limit: number; conditions: string[] } | null;
+  task: { name: string; instruction: string; time_limit: number; conditions: string[]; things: string[] } | null;
   glass: GlassSize;
   cell: Cell | null;
   robot: Robot | null;

@@ -46,6 +46,7 @@ class Episode:
     """What was to be done, in words."""
     features: dict[str, Frames]
     """By LeRobot's names: observation.state, observation.tool, operator.target (where the hand wanted the tool; no policy has it), action;
+    policy and intervention (whether a policy led, and whether a person did in its turn);
     of a simulated scene observation.environment_state (its things), and of marked episodes next.success."""
     success: bool | None = None
     """Whether it did what it was to do; None: nobody knows."""
@@ -166,6 +167,20 @@ def _scene_features(session: Session, t: Array) -> dict[str, Frames]:
     return {"observation.environment_state": Frames(values, tuple(f"{thing}.{name}" for thing in scenes.things for name in _POSE))}
 
 
+def _leaders(session: Session, t: Array) -> dict[str, Frames]:
+    """Who led at the frames' times: the newest sample before each that had its hand closed, while the arm followed."""
+    hand, steps = session.hand, session.steps
+    if hand.leader is None or hand.intervention is None:
+        return {}
+    rows = np.clip(np.searchsorted(steps.t, t, side="right") - 1, 0, None)
+    closed = np.flatnonzero(hand.clutch)
+    at = np.searchsorted(hand.t[closed], t, side="right") - 1
+    follows = steps.engaged[rows] & (at >= 0) if len(closed) else np.zeros(len(t), dtype=bool)
+    newest = closed[np.clip(at, 0, None)] if len(closed) else np.zeros(len(t), dtype=int)
+    flags = {"policy": hand.leader == "policy", "intervention": hand.intervention}
+    return {name: Frames((follows & (flag[newest] if len(closed) else False))[:, None], (name,), "bool") for name, flag in flags.items()}
+
+
 def cut(
     session: Session,
     robot: Robot,
@@ -219,7 +234,7 @@ def cut(
             "observation.tool": Frames(_pose(robot.fk(q)), tuple(f"tool.{name}" for name in _POSE)),
             "operator.target": Frames(_pose(session.steps.T_base_target[rows]), tuple(f"target.{name}" for name in _POSE)),
             "action": _beside(ACTIONS[action](session, robot, commands, t, 1 / fps), _gripper(t + 1 / fps, session.commands.t, session.commands.gripper, "pos")),
-        } | _scene_features(session, t)
+        } | _scene_features(session, t) | _leaders(session, t)
         marked = stretch.marked
         if marked:
             succeeds = (np.arange(frames) == frames - 1) & bool(marked.success)

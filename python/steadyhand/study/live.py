@@ -16,7 +16,7 @@ import numpy as np
 
 from .measures import measure
 from .operator import STEP, Goal
-from .page_client import Lost, PageClient
+from .._page_client import Lost, PageClient
 from .questionnaires import Item, items_of, pair_items
 from .record import Folder, Planned, to_mcap
 from .run import schedule_of

@@ -11,18 +11,11 @@
 #include <numeric>
 
 #include "steadyhand/app/commands.hpp"
-#include "steadyhand/app/robot_choice.hpp"
-#include "steadyhand/app/session_choice.hpp"
 #include "steadyhand/app/settings_options.hpp"
 #include "steadyhand/app/task_choice.hpp"
-#include "steadyhand/browser/one_thread_session.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/places.hpp"
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/console/scene_things.hpp"
-#include "steadyhand/desk/session_setup.hpp"
-#include "steadyhand/mujoco/mujoco_arm.hpp"
-#include "steadyhand/ocp/objectives.hpp"
+#include "steadyhand/simulate/task_run.hpp"
 #include "steadyhand/task/scripted_operator.hpp"
 
 namespace steadyhand {
@@ -50,14 +43,6 @@ struct Outcome {
   std::string missed;                       ///< what did not hold at the end
 };
 
-/// What all episodes of a task have in common.
-struct Stage {
-  RobotModel model;
-  ChainDynamics dynamics;
-  SessionSettings settings;
-  std::vector<std::pair<int, CellObject>> solids;
-};
-
 std::string unmet(const Task& task, std::uint32_t held) {
   std::string all;
   for (std::size_t i = 0; i < task.success.size(); ++i) {
@@ -66,52 +51,33 @@ std::string unmet(const Task& task, std::uint32_t held) {
   return all;
 }
 
-/// One episode in virtual time: session, arm and operator take turns on this thread.
-Result<Outcome> run_episode(const Stage& stage, const Profile& profile, std::uint32_t seed) {
-  SessionSettings settings = stage.settings;
-  settings.mujoco.seed = seed;
-  if (Status s = take_task(stage.model, settings); !s) return s.error();
-  take_profiles({profile}, 0, settings.live);
-  SteppedClock clock(nullptr);
-  auto arm = MujocoArm::make(stage.model, stage.dynamics, settings.live.cell, settings.task, settings.mujoco, clock);
-  if (!arm) return arm.error();
-  auto made = OneThreadSession::make(stage.model, settings.live, **arm, clock);
+/// One episode in virtual time.
+Result<Outcome> run_episode(const TaskStage& stage, std::uint32_t seed) {
+  auto made = TaskRun::make(stage, seed);
   if (!made) return made.error();
-  OneThreadSession& session = **made;
-  OperatorInterface desk(session, {profile}, 0, settings.live.planning.retarget, settings.live.glass, {});
-
-  TaskJudge judge(settings.task);
-  SceneThings things(stage.solids);
-  ScriptedOperator hand(settings.task);
-  SceneState scene;
-  Status fault = Done{};
-  LiveTaps taps;
-  taps.look = [&](const SessionSnapshot& look) {
-    if (look.state == SupervisionState::kIdle || !(*arm)->read_scene(scene)) return;
-    judge.update(scene, look.liquid.spilled_share);
-    if (Status s = things.follow(scene, session); !s && fault) fault = s;
+  TaskRun& run = **made;
+  ScriptedOperator hand(stage.task);
+  run.on_look = [&](const SessionSnapshot& look) {
     const double gripper = look.measured.gripper.value_or(std::numeric_limits<double>::quiet_NaN());
-    session.feed(hand.update(look.now, scene, look.X_base_tool, gripper));
+    run.desk().hand(hand.update(look.now, run.scene(), look.X_base_tool, gripper));
   };
-  session.start(std::move(taps));
-  while (!judge.progress().success && !session.is_halted() && fault) session.step();
+  while (!run.is_over()) run.step();
 
-  const SessionSnapshot last = session.snapshot();
-  const LiveSummary summary = session.summary();
+  const LiveSummary summary = run.session().summary();
   Outcome outcome;
-  outcome.success = judge.progress().success.value_or(false);
-  outcome.time = judge.progress().time;
-  outcome.spilled = judge.progress().spilled;
+  outcome.success = run.progress().success.value_or(false);
+  outcome.time = run.progress().time;
+  outcome.spilled = run.progress().spilled;
   outcome.beyond = summary.monitor.beyond_limits + summary.monitor.too_fast;
-  outcome.forbidden = scene.forbidden;
+  outcome.forbidden = run.scene().forbidden;
   outcome.plans = summary.plans;
   outcome.refused = summary.failed_plans + summary.late_plans;
-  if (!fault) {
-    outcome.missed = fault.error().message;
-  } else if (session.is_halted()) {
-    outcome.missed = last.reason;
+  if (!run.fault()) {
+    outcome.missed = run.fault().error().message;
+  } else if (run.session().is_halted()) {
+    outcome.missed = run.session().snapshot().reason;
   } else if (!outcome.success) {
-    outcome.missed = unmet(settings.task, judge.progress().held);
+    outcome.missed = unmet(stage.task, run.progress().held);
   }
   return outcome;
 }
@@ -153,46 +119,37 @@ void print_row(const std::string& task, const std::string& profile, std::vector<
 }
 
 Status run_task(const TasksOptions& options, const std::string& name, const Places& places) {
-  Stage stage;
-  SettingsTable table = describe(stage.settings);
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
   if (Status s = options.settings.apply(table); !s) return s;
-  if (Status s = stage.settings.resolve(table); !s) return s;
-  SessionSettings& settings = stage.settings;
+  if (Status s = settings.resolve(table); !s) return s;
   settings.task_name = name;
-  settings.live.planning.retarget.scale = 1.0;
-  settings.live.planning.retarget.yaw = 0.0;
   if (table.origin("planner.rate") == "default") settings.live.planner_rate_hz = kRate;
-  settings.live.time_budget = false;
   ArmChoice choice;
   choice.arm = kMujoco.name;
   if (Status s = choose_task(choice, places, table, settings); !s) return s;
   if (settings.task.moves.empty()) {
     return Error{fmt::format("task '{}' has no 'moves' that a scripted operator could do", name)};
   }
-  Result<RobotModel> model = choose_robot(settings.robot, "", places, false);
-  if (!model) return model.error();
-  stage.model = *std::move(model);
-  Result<ChainDynamics> dynamics = open_dynamics(settings.robot, places);
-  if (!dynamics) return dynamics.error();
-  stage.dynamics = *std::move(dynamics);
-  Result<Cell> cell = open_cell(settings.cell, places);
-  if (!cell) return cell.error();
-  settings.live.cell = in_base(*std::move(cell), stage.model);
-  auto solids = solids_of(settings.task, stage.model);
-  if (!solids) return solids.error();
-  stage.solids = *std::move(solids);
-
   for (const std::string& wanted : options.profiles) {
-    int index = 0;
-    Result<std::vector<Profile>> profiles = all_profiles(wanted, places, index);
-    if (!profiles) return profiles.error();
-    Profile profile = (*profiles)[static_cast<std::size_t>(index)];
-    add_posture_where_redundant(profile.ocp, stage.model);
+    auto opened = TaskStage::open(name, settings.robot, wanted, settings.live.planner_rate_hz, places);
+    if (!opened) return opened.error();
+    TaskStage& stage = *opened;
+    const Result<Cell> cell = open_cell(settings.cell, places);
+    if (!cell) return cell.error();
+    const RetargetSettings retarget = stage.live.planning.retarget;
+    stage.live = settings.live;
+    stage.live.planning.retarget.scale = retarget.scale;
+    stage.live.planning.retarget.yaw = retarget.yaw;
+    stage.live.time_budget = false;
+    stage.live.cell = in_base(*cell, stage.model);
+    stage.mujoco = settings.mujoco;
+    const Profile& profile = stage.profile;
     std::vector<Outcome> all;
     const auto begin = std::chrono::steady_clock::now();
     for (int i = 0; i < options.episodes; ++i) {
-      const std::uint32_t seed = stage.settings.mujoco.seed + static_cast<std::uint32_t>(i);
-      const Result<Outcome> outcome = run_episode(stage, profile, seed);
+      const std::uint32_t seed = stage.mujoco.seed + static_cast<std::uint32_t>(i);
+      const Result<Outcome> outcome = run_episode(stage, seed);
       if (!outcome) return outcome.error();
       all.push_back(*outcome);
       if (options.each || !outcome->success) {
@@ -202,7 +159,7 @@ Status run_task(const TasksOptions& options, const std::string& name, const Plac
       }
     }
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-    print_row(settings.task.name, profile.name, std::move(all), wall.count());
+    print_row(stage.task.name, profile.name, std::move(all), wall.count());
   }
   return Done{};
 }

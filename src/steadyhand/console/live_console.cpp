@@ -118,6 +118,11 @@ Status LiveConsole::open_page() {
     if (!done) say("refused: " + done.error().message + "\n");
     return done;
   };
+  callbacks.on_policy = [this](std::optional<PolicyInfo> policy) {
+    say(policy ? "policy '" + policy->name + "' is connected\n" : "the policy has gone\n");
+    return operator_interface_->connect(std::move(policy));
+  };
+  callbacks.on_target = [this](const PolicyTarget& target) { operator_interface_->target(target, clock_->now()); };
   callbacks.on_lease = [this](std::uint64_t client) {
     if (callbacks_.on_lease) callbacks_.on_lease(client);
     operator_interface_->change_hands();
@@ -131,7 +136,7 @@ Status LiveConsole::open_page() {
   };
   ServerFacts facts = describe_session(*model_, session_->ocp(), settings_.live, settings_.profiles, recordings_);
   if (const Task* task = settings_.task) {
-    facts.task = {task->name, task->instruction, task->time_limit, {}};
+    facts.task = {task->name, task->instruction, task->time_limit, {}, task->things};
     for (const Condition& condition : task->success) facts.task->conditions.push_back(condition.text);
   }
   auto server = Server::start(settings_.server, std::move(facts), std::move(callbacks));
@@ -209,6 +214,7 @@ Status LiveConsole::mark_episode(EpisodeMark mark) {
 void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
   SceneState scene;
   if (!settings_.scene->read_scene(scene)) return;
+  seen_ = scene;
   const bool leads = snapshot.state == SupervisionState::kEngaged;
   if (episode_begins_.exchange(false) || (leads && !judge_->has_begun())) judge_->begin();
   const TaskProgress& progress = judge_->update(scene, snapshot.liquid.spilled_share);
@@ -240,7 +246,7 @@ Time LiveConsole::poll(Time now) {
     if (judge_) look_at_scene(snapshot);
     const std::optional<TaskProgress> progress = judge_ ? std::optional(judge_->progress()) : std::nullopt;
     if (server_) {
-      server_->publish({snapshot, operator_interface_->controls(), recorder_->recording(), progress,
+      server_->publish({snapshot, operator_interface_->controls(), recorder_->recording(), progress, seen_,
                         episodes_.view(now), operator_interface_->cell()});
     }
   }

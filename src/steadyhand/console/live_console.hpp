@@ -10,10 +10,10 @@
 #include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/console/scene_things.hpp"
 #include "steadyhand/console/session_library.hpp"
 #include "steadyhand/core/video.hpp"
 #include "steadyhand/desk/operator_interface.hpp"
+#include "steadyhand/desk/scene_things.hpp"
 #include "steadyhand/live/live_session.hpp"
 #include "steadyhand/serve/server.hpp"
 #include "steadyhand/task/scene.hpp"
@@ -112,6 +112,7 @@ class LiveConsole {
   std::optional<TaskJudge> judge_;
   std::atomic<bool> episode_begins_{false};  ///< the judge has not heard of it
   std::optional<SceneThings> things_;        ///< ConsoleSettings::things
+  SceneState seen_;                          ///< newest look at the scene
   Mutex scene_;                              ///< of what follows
   std::optional<bool> decided_;              ///< how the scene's task ended
   std::uint64_t seed_ = 0;                   ///< of the scene's places

@@ -5,6 +5,18 @@
 
 namespace steadyhand {
 
+std::string_view to_string(Leader leader) {
+  switch (leader) {
+    case Leader::kPerson:
+      return "person";
+    case Leader::kRecording:
+      return "recording";
+    case Leader::kPolicy:
+      return "policy";
+  }
+  return "unknown";
+}
+
 Plan& Plan::operator=(const Plan& other) {
   if (this == &other) return *this;
   stamp = other.stamp;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/core/time.hpp"
@@ -11,15 +13,27 @@
 /// OperatorSample -> Target -> Reference -> Plan -> JointCommand -> (arm) -> JointState.
 namespace steadyhand {
 
+/// Whose hand it is that leads the arm.
+enum class Leader : std::uint8_t {
+  kPerson,
+  kRecording,  ///< a recorded hand that plays
+  kPolicy,     ///< a program that says where the tool is to be
+};
+/// As recordings and the protocol call it, e.g. "person".
+std::string_view to_string(Leader leader);
+
 /// The operator's hand as the headset or recording reports it.
 struct OperatorSample {
   Stamp stamp;
-  Pose X_operator_hand;   ///< robot axes: z up; the operator's room frame
+  /// Robot axes: z up; the operator's room frame. Of a policy: where it wants the tool, in the base.
+  Pose X_operator_hand;
   bool clutch = false;    ///< true while the operator holds the arm engaged
   bool tracked = true;    ///< false: the device has no valid pose now
   bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
   Time look_ahead{0};     ///< the device predicted the pose: it is where the hand will be at stamp.hand + look_ahead
   std::optional<double> gripper{};  ///< 0 open to 1 closed, as the operator wants it; absent: as it is
+  Leader leader = Leader::kPerson;
+  bool intervention = false;  ///< a person leads in the turn of a policy, which waits
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
@@ -28,6 +42,7 @@ struct Target {
   Pose X_base_tool;
   bool engaged = false;  ///< false: pose is where the arm was left; do not follow
   Time look_ahead{0};    ///< as the operator sample's
+  Leader leader = Leader::kPerson;
 };
 
 /// How far off a predicted position may be: standard deviations along the way that the hand goes, and in each direction

@@ -7,6 +7,7 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/desk/operator.hpp"
+#include "steadyhand/desk/policy_hand.hpp"
 
 /// What stands between a session and its clients: what they are told of it, and what it hears of them.
 namespace steadyhand {
@@ -40,6 +41,7 @@ struct ServerFacts {
     std::string name, instruction;
     double time_limit = 0.0;              ///< s
     std::vector<std::string> conditions;  ///< in words, as TaskProgress::held has them
+    std::vector<std::string> things{};    ///< names of what it looks at, as OperatorView::scene has them
   };
   std::optional<Task> task;
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
@@ -66,6 +68,10 @@ struct ServerCallbacks {
   /// The lease holder's hand. `stamp.hand`: when it was there, `stamp.made`: when the message arrived, both of the
   /// session's clock. Finite, in order, at most 250 ms old; one that lets go later counts as of its arrival.
   std::function<void(const OperatorSample&)> on_sample;
+  /// A policy is there, or (none) it has gone. May be empty, as the next: then there are no policies here.
+  std::function<Status(std::optional<PolicyInfo>)> on_policy;
+  /// Where it wants the tool; of a state that is not older than 0.5 s.
+  std::function<void(const PolicyTarget&)> on_target;
   /// kStop comes from any client, everything else from the lease holder. Who asked is told what could not be done.
   std::function<Status(const OperatorRequest&)> on_request;
   /// Another client commands from now on; 0: nobody does. The arm must disengage.

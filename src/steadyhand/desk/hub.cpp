@@ -34,7 +34,8 @@ bool Hub::make_room(const Address& newcomer) {
   std::vector<Guest> guests;
   for (auto it = clients_.rbegin(); it != clients_.rend(); ++it) {  // the newest first
     const auto& [id, client] = *it;
-    const bool stays = id == holder_ || id == asker_ || (!client.token.empty() && ++paired[client.token] <= kEach);
+    const bool stays =
+        id == holder_ || id == asker_ || id == policy_ || (!client.token.empty() && ++paired[client.token] <= kEach);
     if (!stays) guests.push_back({id, client.address, client.useful});
   }
   const auto guest = who_leaves(guests, newcomer);
@@ -51,6 +52,10 @@ void Hub::leave(std::uint64_t id, Time now) {
   if (asker_ == id) end_asking(now);
   if (holder_ == id) give_lease(0, now);
   if (study_leader_ == id) tell_study("null");
+  if (policy_ == id) {
+    policy_ = 0;
+    (void)callbacks_.on_policy(std::nullopt);
+  }
 }
 
 void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
@@ -137,7 +142,7 @@ void Hub::broadcast_state(const OperatorView& view) {
 
 void Hub::shut_down() {
   clients_.clear();
-  holder_ = asker_ = study_leader_ = 0;
+  holder_ = asker_ = study_leader_ = policy_ = 0;
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now) {
@@ -267,6 +272,32 @@ void Hub::handle(std::uint64_t id, Client& client, const ReplyMessage& message, 
   const auto leader = clients_.find(study_leader_);
   if (leader == clients_.end()) return refuse(client, Refusal::kUnknown, "no study is led now");
   send(leader->second, reply_message(message.content, id));
+}
+
+/// Whoever is paired may lead the arm, and so may its program; a person gives it its turn.
+void Hub::handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time) {
+  if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
+  if (!callbacks_.on_policy) return refuse(client, Refusal::kUnknown, "this session takes no policies");
+  if (policy_ != 0 && policy_ != id) {
+    return refuse(client, Refusal::kTaken, fmt::format("client {} is the policy already", policy_));
+  }
+  if (const Status done = callbacks_.on_policy(message.policy); !done) {
+    return refuse(client, Refusal::kUnknown, done.error().message);
+  }
+  policy_ = id;
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now) {
+  if (policy_ != id) {
+    return complain(client, Refusal::kNoLease, "only the client that said policy may say where the tool is to be", now);
+  }
+  if (now - from_seconds(message.of) > kOldestObservation) {
+    return complain(client, Refusal::kLate,
+                    fmt::format("a target was made of a state {:.1f} s ago and was dropped; of_s is now_s of a state",
+                                to_seconds(now) - message.of),
+                    now);
+  }
+  callbacks_.on_target(message.target);
 }
 
 void Hub::tell_study(std::string content) {

@@ -40,6 +40,8 @@ class Hub {
   static constexpr Time kAskTimeout = std::chrono::seconds(10);
   /// A sample that is older than this when it arrives is dropped, unless it lets go.
   static constexpr Time kOldest = std::chrono::milliseconds(250);
+  /// A policy's target that was made of an older state is dropped.
+  static constexpr Time kOldestObservation = std::chrono::milliseconds(500);
   static constexpr int kMaxStrikes = 20;  ///< malformed messages that a client may send before it is closed
   static constexpr int kFreeCodes = 10;   ///< wrong codes of a connection before each has to wait for kCodeDelay
   static constexpr Time kCodeDelay = std::chrono::seconds(1);
@@ -102,6 +104,8 @@ class Hub {
   void handle(std::uint64_t id, Client& client, const PingMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const StudyMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now);
   void tell_study(std::string content);
   bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
   bool make_room(const Address& newcomer);
@@ -131,6 +135,7 @@ class Hub {
   std::uint64_t last_id_ = 0;
   std::uint64_t holder_ = 0;
   std::uint64_t asker_ = 0;         ///< 0: nobody asks for the lease
+  std::uint64_t policy_ = 0;        ///< the client that is a policy; 0: none
   std::uint64_t study_leader_ = 0;  ///< 0: there is no study
   std::string study_;               ///< what its pages show; empty: nothing
   std::optional<Time> idle_since_;  ///< while somebody asks: since when nothing has led the arm; none: something does

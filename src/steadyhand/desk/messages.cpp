@@ -99,6 +99,8 @@ class Reader {
     if (!error_) error_ = Error{std::move(message)};
   }
 
+  /// The member that was read last is to be read once more.
+  void again() { used_ -= used_ > 0; }
   bool has(const char* key) const { return object_.contains(key); }
   bool failed() const { return error_.has_value(); }
 
@@ -138,6 +140,31 @@ SampleMessage read_sample(Reader& reader) {
   message.sample.emulated = reader.flag("emulated");
   if (reader.has("gripper")) message.sample.gripper = reader.number("gripper", 0.0, 1.0);
   message.sample.look_ahead = from_seconds(reader.number_or("lead_s", 0.0, kLongestLookAhead, 0.0));
+  return message;
+}
+
+/// Numbers, or null where the policy has none.
+TargetMessage read_target(Reader& reader) {
+  TargetMessage message;
+  message.of = reader.number("of_s", -kLongest, kLongest);
+  const Json* p = reader.member("p");
+  if (p && p->is_null()) {
+    const Json* q = reader.member("q");
+    if (q && !q->is_null()) reader.fail("'q' must be null where 'p' is");
+    message.target.X_base_tool.p.setConstant(std::numeric_limits<double>::quiet_NaN());
+  } else {
+    reader.again();
+    message.target.X_base_tool = read_pose(reader);
+  }
+  if (reader.has("gripper")) message.target.gripper = reader.number("gripper", 0.0, 1.0);
+  return message;
+}
+
+PolicyMessage read_policy(Reader& reader) {
+  PolicyMessage message;
+  message.policy.name = reader.text("name", 64);
+  if (!is_name(message.policy.name)) reader.fail("'name' must be text without control characters");
+  message.policy.period = reader.number("period_s", PolicyHand::kFastest, PolicyHand::kSlowest);
   return message;
 }
 
@@ -192,6 +219,7 @@ constexpr RequestName kRequests[] = {
     {"label", RequestKind::kLabel, true, false},     {"rename", RequestKind::kRename, true, false},
     {"delete", RequestKind::kDelete, true, false},   {"latency", RequestKind::kLatency, false, true},
     {"episode", RequestKind::kEpisode, true, false}, {"set_up", RequestKind::kSetUp, false, false},
+    {"policy", RequestKind::kPolicy, false, true},
 };
 
 /// What is said of an episode, beside its kind.
@@ -254,7 +282,7 @@ RequestMessage read_request(Reader& reader) {
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
       "tilt, fill, rate, playback, record, object, attach, detach, label, rename, delete, "
-      "latency, episode, set_up");
+      "latency, episode, set_up, policy");
   return message;
 }
 
@@ -362,9 +390,11 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
   }
   if (name == "study") return finished(reader, StudyMessage{read_content(reader, true)});
   if (name == "reply") return finished(reader, ReplyMessage{read_content(reader, false)});
+  if (name == "policy") return finished(reader, read_policy(reader));
+  if (name == "target") return finished(reader, read_target(reader));
   return Error{
       "'type' must be one of hello, pair, take, release, ask, answer, "
-      "sample, request, ping, study, reply"};
+      "sample, request, ping, study, reply, policy, target"};
 }
 
 std::string welcome_message(const ServerFacts& facts, std::string_view cell, std::uint64_t client) {
@@ -415,6 +445,7 @@ std::string welcome_message(const ServerFacts& facts, std::string_view cell, std
     json->member("instruction", facts.task->instruction);
     json->member("time_limit", facts.task->time_limit);
     json->member("conditions", facts.task->conditions);
+    json->member("things", facts.task->things);
     json->end_object();
   } else {
     json->raw("null");
@@ -499,9 +530,13 @@ std::string state_message(const OperatorView& s) {
   json->member("dq", s.measured.dq);
   json->member("command", s.command.q);
   json->member("gripper", s.measured.gripper.value_or(std::numeric_limits<double>::quiet_NaN()));
+  json->member("gripper_command", s.command.gripper.value_or(std::numeric_limits<double>::quiet_NaN()));
   json.pose("tool", s.X_base_tool);
   json.pose("target", s.target.X_base_tool);
   json->member("engaged", s.target.engaged);
+  json->key("leader");
+  const bool led = s.state == SupervisionState::kEngaged || s.state == SupervisionState::kHolding;
+  json->raw(led ? fmt::format("\"{}\"", to_string(s.target.leader)) : "null");
   json->member("local_acceleration", s.local_acceleration);
   json->member("tracking_error", s.tracking_error);
   json->member("clearance", s.clearance);
@@ -549,6 +584,13 @@ std::string state_message(const OperatorView& s) {
     json->member("held", s.task->held);
     json->member("spilled", s.task->spilled);
     decided(s.task->success);
+    json->key("things");
+    json->begin_array();
+    for (int i = 0; i < s.scene.things; ++i) {
+      const Pose& at = s.scene.thing[static_cast<std::size_t>(i)].X_base_thing;
+      json->value(std::array{at.p.x(), at.p.y(), at.p.z(), at.q.x(), at.q.y(), at.q.z(), at.q.w()});
+    }
+    json->end_array();
     json->end_object();
   } else {
     json->raw("null");
@@ -566,6 +608,8 @@ std::string state_message(const OperatorView& s) {
   json->begin_object();
   json->member("profile", s.controls.profile);
   json->member("playback", s.controls.playback);
+  json->member("policy", s.controls.policy);
+  json->member("policy_turn", s.controls.policy_turn);
   json->member("weights", std::span(s.controls.weights).first(static_cast<std::size_t>(s.controls.objectives)));
   json->member("scale", s.controls.scale);
   json->member("yaw", s.controls.yaw);

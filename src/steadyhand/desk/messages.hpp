@@ -8,6 +8,7 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/desk/facts.hpp"
+#include "steadyhand/desk/policy_hand.hpp"
 
 /// The words of docs/protocol.md: JSON text to structs and back. web/protocol/schema.json says the same to machines.
 namespace steadyhand {
@@ -55,8 +56,17 @@ struct StudyMessage {
 struct ReplyMessage {
   std::string content;
 };
-using ClientMessage = std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage,
-                                   RequestMessage, PingMessage, StudyMessage, ReplyMessage>;
+/// The client is a policy: it says where the tool is to be, whenever it has its turn.
+struct PolicyMessage {
+  PolicyInfo policy;
+};
+struct TargetMessage {
+  double of = 0.0;  ///< s, `now_s` of the state that it was made of
+  PolicyTarget target;
+};
+using ClientMessage =
+    std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage, RequestMessage, PingMessage,
+                 StudyMessage, ReplyMessage, PolicyMessage, TargetMessage>;
 
 /// Errors: not JSON, an unknown type, a member that is missing, unknown, of the wrong kind, not finite or out of range.
 /// The message names it. Never throws, whatever the bytes.

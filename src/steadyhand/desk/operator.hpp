@@ -27,6 +27,7 @@ struct OperatorRequest {
     kRate,      ///< `value`: planning steps a second, Hz
     kLatency,   ///< `value`: s, added on purpose between the hand's gate and the planner
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
+    kPolicy,    ///< `value` 0 or 1: whether the policy that is connected has its turn
     kRecord,    ///< `value` 0 or 1: whether the session is recorded
     kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
     kAttach,    ///< `text`: name of an object that the tool takes where it is
@@ -57,6 +58,8 @@ struct SessionControls {
   bool no_spill = false;                         ///< plans spill nothing
   double latency = 0.0;                          ///< s, added on purpose between the hand's gate and the planner
   int playback = -1;                             ///< index of the built-in recording that plays the hand; -1: none
+  std::string policy = {};                       ///< name of the one that is connected; empty: none
+  bool policy_turn = false;                      ///< it leads the arm wherever no person does
 };
 
 /// A session as its operator sees it; the server sends it to every client.
@@ -64,6 +67,7 @@ struct OperatorView : SessionSnapshot {
   SessionControls controls;
   bool recording = false;
   std::optional<TaskProgress> task;  ///< of the simulated scene; none: there is no task
+  SceneState scene;                  ///< of that task; no things: not known
   EpisodeView episode;
   std::shared_ptr<const std::string> cell;  ///< what stands around the arm, as ServerFacts::cell; null: as that
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "steadyhand/config/nearest.hpp"
 #include "steadyhand/live/hand_delay.hpp"
@@ -53,6 +54,7 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
     case Kind::kStop:
       session_->ask_stop();
       if (playback_) end_playback();
+      if (controls_.policy_turn) end_turn();
       return Done{};
     case Kind::kReset:
       session_->ask_reset();
@@ -96,6 +98,9 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       return Done{};
     case Kind::kPlayback:
       return play(request.text, now);
+    case Kind::kPolicy:
+      if (request.value != 0.0 && request.value != 1.0) return bad_value("policy", "0 or 1");
+      return give_turn(request.value == 1.0, now);
     case Kind::kRecord:
       if (!on_record_) return Error{"this session cannot be recorded"};
       if (request.value != 0.0 && request.value != 1.0) return bad_value("record", "0 or 1");
@@ -180,6 +185,7 @@ Status OperatorInterface::play(const std::string& name, Time now) {
   if (!index) return index.error();
   halts_ = session_->halts();
   if (session_->is_halted()) return Error{"no recording leads an arm that was stopped; reset it first"};
+  if (controls_.policy_turn) end_turn();
   session_->release_hand();
   playback_.emplace(recordings_[*index].recording, now);
   controls_.playback = *index;
@@ -208,9 +214,78 @@ void OperatorInterface::send() {
 
 void OperatorInterface::hand(const OperatorSample& sample) {
   const Lock lock(mutex_);
+  gripped_ = sample.clutch ? std::optional(sample.stamp.made) : std::nullopt;
+  if (controls_.policy_turn) return hand_in_turn(sample);
   if (playback_ && !sample.clutch) return;
   if (playback_) end_playback();
   session_->feed(sample);
+}
+
+/// A grip takes over, and its release hands back. What led until then lets go, and who leads from then on is seen to
+/// grip: that begins from where the arm is.
+void OperatorInterface::hand_in_turn(const OperatorSample& sample) {
+  if (!sample.clutch) {
+    may_take_over_ = true;
+    if (!std::exchange(takes_over_, false)) return;
+    session_->release_hand();
+    policy_->begin(sample.stamp.made);
+    return;
+  }
+  if (!may_take_over_) return;
+  if (!std::exchange(takes_over_, true)) {
+    session_->release_hand();
+    OperatorSample open = sample;
+    open.clutch = false;
+    open.stamp.hand -= Time(1);
+    session_->feed(open);
+  }
+  OperatorSample closed = sample;
+  closed.intervention = true;
+  session_->feed(closed);
+}
+
+Status OperatorInterface::give_turn(bool turn, Time now) {
+  if (!turn) {
+    if (controls_.policy_turn) end_turn();
+    return Done{};
+  }
+  if (!policy_) return Error{"no policy is connected; start one first (docs/policies.md)"};
+  halts_ = session_->halts();
+  if (session_->is_halted()) return Error{"no policy leads an arm that was stopped; reset it first"};
+  if (gripped_ && to_seconds(now - *gripped_) < kSampleTimeout) return Error{"let go of the arm first"};
+  playback_.reset();
+  controls_.playback = -1;
+  session_->release_hand();
+  policy_->begin(now);
+  controls_.policy_turn = true;
+  may_take_over_ = takes_over_ = false;
+  return Done{};
+}
+
+/// A person who leads now lets go, too: whoever ended it wanted the arm to rest.
+void OperatorInterface::end_turn() {
+  controls_.policy_turn = takes_over_ = false;
+  session_->release_hand();
+}
+
+Status OperatorInterface::connect(std::optional<PolicyInfo> policy) {
+  const Lock lock(mutex_);
+  if (policy && !(policy->period >= PolicyHand::kFastest && policy->period <= PolicyHand::kSlowest)) {
+    return Error{fmt::format("the policy's period is {} s; it must be from {} to {} s", policy->period,
+                             PolicyHand::kFastest, PolicyHand::kSlowest)};
+  }
+  if (controls_.policy_turn) end_turn();
+  policy_.reset();
+  controls_.policy.clear();
+  if (!policy) return Done{};
+  controls_.policy = policy->name;
+  policy_.emplace(*std::move(policy));
+  return Done{};
+}
+
+void OperatorInterface::target(const PolicyTarget& target, Time now) {
+  const Lock lock(mutex_);
+  if (policy_) policy_->take(target, now);
 }
 
 void OperatorInterface::end_playback() {
@@ -221,7 +296,9 @@ void OperatorInterface::end_playback() {
 
 void OperatorInterface::change_hands() {
   const Lock lock(mutex_);
+  gripped_.reset();
   if (playback_) return end_playback();
+  if (controls_.policy_turn) return end_turn();
   session_->release_hand();
 }
 
@@ -234,9 +311,12 @@ Time OperatorInterface::poll(Time now) {
   const Lock lock(mutex_);
   const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
+  if (controls_.policy_turn && (alone || session_->halts() != halts_)) end_turn();
   OperatorSample sample;
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);
-  return playback_ ? playback_->due() : Time::max();
+  const bool leads = controls_.policy_turn && !takes_over_;
+  while (leads && policy_->next(now, sample)) session_->feed(sample);
+  return playback_ ? playback_->due() : leads ? policy_->due() : Time::max();
 }
 
 std::shared_ptr<const std::string> OperatorInterface::cell() {

@@ -8,6 +8,7 @@
 #include "steadyhand/config/profile.hpp"
 #include "steadyhand/desk/operator.hpp"
 #include "steadyhand/desk/playback.hpp"
+#include "steadyhand/desk/policy_hand.hpp"
 #include "steadyhand/live/session.hpp"
 
 namespace steadyhand {
@@ -18,12 +19,16 @@ struct NamedRecording {
   Recording recording;
 };
 
-/// Carries out what operators ask of a live session beside moving it, and lets recorded hands play. Its calls come from
-/// any thread; none waits for more than another call.
+/// Carries out what operators ask of a live session beside moving it, and lets recorded hands play and a policy lead.
+/// Its calls come from any thread; none waits for more than another call.
 ///
 /// A recorded hand has no fingers that let go, so somebody must stand for it: it ends when the hands change (the lease
 /// of who began it ends, or, begun at the terminal, somebody takes the first lease), when the arm is halted, and when
 /// the server falls silent, through which a stop would come. Only a request begins it again.
+///
+/// A policy has its turn from a person's request on, under the same conditions. Within it a person who grips leads the
+/// arm from where it is, and once that hand lets go the policy goes on; both begin by a grip of their own, so that
+/// nothing steps. A hand that was closed before the turn began has to open first.
 class OperatorInterface {
  public:
   /// The session must outlive it. @param profile index of the profile that the session began with
@@ -34,10 +39,15 @@ class OperatorInterface {
   void on_record(std::function<void(bool)> call);
   /// Done, or why the request cannot be obeyed; then nothing changes.
   Status apply(const OperatorRequest& request, Time now);
-  /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm.
+  /// The operator's own hand. Gripping ends a recording that plays; the next grip moves the arm. In a policy's turn a
+  /// grip leads at once.
   void hand(const OperatorSample& sample);
-  /// Another hand from here on: the arm disengages, and a recording that plays ends.
+  /// Another hand from here on: the arm disengages, a recording that plays ends, and so does a policy's turn.
   void change_hands();
+  /// A policy is there from now on, or (none) it has gone, with its turn. Fails on a period out of range.
+  Status connect(std::optional<PolicyInfo> policy);
+  /// Where that wants the tool.
+  void target(const PolicyTarget& target, Time now);
   /// The server's thread lives. Several times a second, from the first call on.
   void note_server_alive(Time now);
   /// Feeds what the recording that plays has for this time. Call every few milliseconds, and when the next sample is
@@ -56,6 +66,9 @@ class OperatorInterface {
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
   void end_playback();
+  Status give_turn(bool turn, Time now);
+  void end_turn();
+  void hand_in_turn(const OperatorSample& sample);
   void send();
 
   mutable Mutex mutex_;
@@ -68,7 +81,11 @@ class OperatorInterface {
   std::shared_ptr<const std::string> cell_json_;
   std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version that it is of
   std::optional<Playback> playback_;
-  std::uint64_t halts_ = 0;  ///< Session::halts when it began
+  std::uint64_t halts_ = 0;  ///< Session::halts when it or the policy's turn began
+  std::optional<PolicyHand> policy_;
+  std::optional<Time> gripped_;  ///< when the operator's hand was closed last
+  bool may_take_over_ = false;   ///< in the policy's turn the operator's hand was open
+  bool takes_over_ = false;      ///< and leads now
   std::optional<Time> server_alive_;
   std::function<void(bool)> on_record_;
 };

@@ -17,6 +17,7 @@ bool Playback::next(Time now, OperatorSample& sample) {
   emitted_ = due;
   sample = recorded ? samples[next_sample_++] : samples.front();
   sample.stamp = {due, due};
+  sample.leader = Leader::kRecording;
   if (!recorded && due > returns) {
     const double x = std::min(1.0, to_seconds(due - returns) / to_seconds(kReturn));
     const double share = x * x * x * (10.0 + x * (6.0 * x - 15.0));  // least jerk

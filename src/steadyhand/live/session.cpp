@@ -167,7 +167,7 @@ void Session::count(const SupervisionChange& change) {
   if (change.to == SupervisionState::kEngaged) {
     engaged_since_ = change.at;
     ++summary_.engagements;
-    if (change.from != SupervisionState::kHolding) {  // a fresh grip takes a full glass
+    if (change.from == SupervisionState::kReady) {  // a fresh grip takes a full glass
       summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
       monitor_.reset_liquid();
     }

@@ -128,6 +128,7 @@ NB_MODULE(_native, module) {
   python::bind_objective(module);
   python::bind_stages(module);
   python::bind_replay(module);
+  python::bind_simulate(module);
   python::bind_solve(module);
   python::bind_program(module);
 }

@@ -28,6 +28,7 @@ void bind_planner(nb::module_& module);
 void bind_stages(nb::module_& module);
 void bind_objective(nb::module_& module);
 void bind_replay(nb::module_& module);
+void bind_simulate(nb::module_& module);
 void bind_solve(nb::module_& module);
 void bind_program(nb::module_& module);
 

@@ -67,6 +67,10 @@ nb::dict columns_of(const std::vector<OperatorSample>& samples) {
   columns["clutch"] = numbers(samples, [](const auto& s) { return s.clutch; });
   columns["tracked"] = numbers(samples, [](const auto& s) { return s.tracked; });
   columns["gripper"] = numbers(samples, [](const auto& s) { return s.gripper.value_or(kNone); });
+  nb::list leaders;
+  for (const OperatorSample& sample : samples) leaders.append(to_text(to_string(sample.leader)));
+  columns["leader"] = leaders;
+  columns["intervention"] = numbers(samples, [](const auto& s) { return s.intervention; });
   return columns;
 }
 

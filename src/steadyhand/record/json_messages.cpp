@@ -64,19 +64,22 @@ class Message {
 }  // namespace
 
 void append_json(JsonBuffer& out, const OperatorSample& sample) {
-  Message json(out, sample.stamp.hand, "operator");
+  Message json(out, sample.stamp.hand, sample.leader == Leader::kPolicy ? "base" : "operator");
   write_pose(*json, "pose", sample.X_operator_hand);
   json->member("clutch", sample.clutch);
   json->member("tracked", sample.tracked);
   json->member("emulated", sample.emulated);
   json->member("lead_s", to_seconds(sample.look_ahead));
   if (sample.gripper) json->member("gripper", *sample.gripper);
+  json->member("leader", to_string(sample.leader));
+  json->member("intervention", sample.intervention);
 }
 
 void append_json(JsonBuffer& out, const Target& target) {
   Message json(out, target.stamp.hand, "base");
   write_pose(*json, "pose", target.X_base_tool);
   json->member("engaged", target.engaged);
+  json->member("leader", to_string(target.leader));
 }
 
 void append_json(JsonBuffer& out, const Reference& reference) {

@@ -63,7 +63,10 @@ Schema pose_in_frame() {
   properties["emulated"] = flag("/operator_sample: the device guesses its position");
   properties["lead_s"] = number("/operator_sample: s, by which the device predicted the pose");
   properties["gripper"] = number("/operator_sample: 0 open to 1 closed, where the operator says it");
+  properties["intervention"] = flag("/operator_sample: a person leads in the turn of a policy, which waits");
   properties["engaged"] = flag("/target: the arm is to follow");
+  properties["leader"] =
+      text("whose hand it is: person, recording (that plays) or policy, whose poses are in the base");
   return finish("foxglove.PoseInFrame", "A timestamped pose for an object or reference frame in 3D space", properties);
 }
 

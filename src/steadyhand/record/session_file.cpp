@@ -65,6 +65,12 @@ OperatorSample operator_sample(const Json& json, const McapMessage& message) {
   sample.emulated = json.at("emulated").get<bool>();
   if (const auto lead = json.find("lead_s"); lead != json.end()) sample.look_ahead = from_seconds(read_number(*lead));
   sample.gripper = read_gripper(json);
+  if (const auto leader = json.find("leader"); leader != json.end()) {
+    for (const Leader each : {Leader::kPerson, Leader::kRecording, Leader::kPolicy}) {
+      if (leader->get_ref<const std::string&>() == to_string(each)) sample.leader = each;
+    }
+  }
+  if (const auto flag = json.find("intervention"); flag != json.end()) sample.intervention = flag->get<bool>();
   return sample;
 }
 

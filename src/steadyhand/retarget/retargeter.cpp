@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace steadyhand {
 
@@ -28,18 +29,30 @@ Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_
   Target target;
   target.stamp = sample.stamp;
   target.look_ahead = sample.look_ahead;
+  target.leader = sample.leader;
   target.engaged = follows(sample);
+  if (std::exchange(leader_, sample.leader) != sample.leader) engaged_ = false;
   if (target.engaged != engaged_ || !latched_) {
     X_operator_hand0_ = sample.X_operator_hand;
     X_base_tool0_ = X_base_tool_now;
     latched_ = true;
   }
-  if (target.engaged && !engaged_) engaged_at_ = sample.stamp.hand;
+  const bool policy = sample.leader == Leader::kPolicy;
+  if (target.engaged && !engaged_) {
+    engaged_at_ = sample.stamp.hand;
+    const Pose& to = sample.X_operator_hand;
+    if (policy) {
+      blend_ = std::max({settings_.ramp, 1.5 * (to.p - X_base_tool_now.p).norm() / kBlendSpeed,
+                         1.5 * to.q.angularDistance(X_base_tool_now.q) / kBlendTurnRate});
+    }
+  }
   target.X_base_tool = X_base_tool0_;
   if (target.engaged && engaged_) {
     const double elapsed = to_seconds(sample.stamp.hand - engaged_at_);
-    const double share = elapsed < settings_.ramp ? std::max(0.0, elapsed / settings_.ramp) : 1.0;
-    target.X_base_tool = moved_tool(sample.X_operator_hand, share);
+    const double ramped = elapsed < settings_.ramp ? std::max(0.0, elapsed / settings_.ramp) : 1.0;
+    const double share = policy ? 1.0 : ramped;
+    target.X_base_tool =
+        policy ? blended(sample.X_operator_hand, sample.stamp.hand) : moved_tool(sample.X_operator_hand, share);
     const Quaternion as_the_hand = target.X_base_tool.q;
     target.X_base_tool.q = righted(as_the_hand, sample.stamp.hand);
     if (share < 1.0) {
@@ -57,6 +70,7 @@ Target Retargeter::update(const OperatorSample& sample, const Pose& X_base_tool_
 }
 
 void Retargeter::latch_newest() {
+  if (engaged_ && leader_ == Leader::kPolicy) return;  // scale and axes are none of its
   X_operator_hand0_ = X_operator_hand_;
   X_base_tool0_ = X_base_target_;
 }
@@ -87,6 +101,15 @@ Quaternion Retargeter::righted(const Quaternion& q, Time now) {
   const Vector3 level = axis.cross(Vector3::UnitZ());
   if (level.norm() < 1e-6) return q;  // on its head: there is no way that is shorter than others
   return (Quaternion(Eigen::AngleAxisd(angle - tilt_max_, level.normalized())) * q).normalized();
+}
+
+/// Between where the tool was at engagement and where the policy wants it, more and more there.
+Pose Retargeter::blended(const Pose& X_base_policy, Time now) const {
+  const double elapsed = std::max(0.0, to_seconds(now - engaged_at_));
+  if (elapsed >= blend_) return X_base_policy;
+  const double x = elapsed / blend_, part = x * x * (3.0 - 2.0 * x);
+  return {X_base_tool0_.p + part * (X_base_policy.p - X_base_tool0_.p),
+          X_base_tool0_.q.slerp(part, X_base_policy.q).normalized()};
 }
 
 Pose Retargeter::moved_tool(const Pose& hand, double share) const {

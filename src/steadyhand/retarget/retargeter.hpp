@@ -37,6 +37,12 @@ struct RetargetSettings {
 ///   translation  kBase  p = p_e0 + s C (p_h - p_h0)             kTool  p = p_e0 + s R_e0 R_h0' (p_h - p_h0)
 ///   rotation     kBase  R = C (R_h R_h0') C' R_e0               kTool  R = R_e0 R_h0' R_h
 ///
+/// A policy's poses are those of the tool in the base, and scale, axes and frames mean nothing for them. With B the
+/// policy's pose and b, from 0 to 1 by a smooth step (3 x^2 - 2 x^3) within the time that the way from e_0 takes at
+/// kBlendSpeed and kBlendTurnRate, and the ramp's at least:
+///
+///   p = p_e0 + b (p_B - p_e0)                               R = R_e0 slerp(b, R_e0' R_B)
+///
 /// so engaging never steps the target, wherever hand and tool are. During the ramp it moves by growing shares of the
 /// hand's steps from sample to sample. Allocates nothing; one thread.
 class Retargeter {
@@ -59,7 +65,10 @@ class Retargeter {
   /// rad. From one to the other the target goes at no more than a radian per second.
   void set_tilt_max(double tilt) { settings_.tilt_max = tilt; }
 
+  static constexpr double kBlendSpeed = 0.25, kBlendTurnRate = 1.0;  ///< m/s, rad/s
+
  private:
+  Pose blended(const Pose& X_base_policy, Time now) const;
   void latch_newest();
   bool follows(const OperatorSample& sample) const;
   /// Where the tool goes with the hand, from the latched poses; `share` of the motion.
@@ -69,6 +78,8 @@ class Retargeter {
   RetargetSettings settings_;
   Quaternion q_base_operator_;
   bool engaged_ = false, latched_ = false;
+  Leader leader_ = Leader::kPerson;
+  double blend_ = 0.0;  ///< s after engagement, until a policy's poses are followed as they are
   Time engaged_at_{0};
   double tilt_max_ = M_PI;                ///< rad, that holds now
   Time tilted_at_{0};                     ///< when it was looked at last

@@ -5,7 +5,38 @@
 
 namespace steadyhand {
 
-std::string_view to_string(HandVerdict verdict) {
+namespace {
+
+std::string_view of_policy(HandVerdict verdict) {
+  switch (verdict) {
+    case HandVerdict::kGood:
+      return "the policy's targets come";
+    case HandVerdict::kUntracked:
+      return "no target of the policy came for a while";
+    case HandVerdict::kEmulated:
+      return "the policy guesses";
+    case HandVerdict::kNotFinite:
+      return "the policy's target is not a number";
+    case HandVerdict::kJump:
+      return "the policy's target jumped";
+    case HandVerdict::kFarAway:
+      return "the policy's target came back elsewhere: give it its turn again";
+    case HandVerdict::kUnsettled:
+      return "the policy's targets have come back just now";
+    case HandVerdict::kOutOfOrder:
+      return "the policy's targets come out of order";
+    case HandVerdict::kStale:
+      return "the policy's targets come too late";
+    case HandVerdict::kClockStepped:
+      return "the policy's clock was set";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+std::string_view to_string(HandVerdict verdict, Leader leader) {
+  if (leader == Leader::kPolicy) return of_policy(verdict);
   switch (verdict) {
     case HandVerdict::kGood:
       return "the hand is tracked";
@@ -46,6 +77,8 @@ void HandGate::forget() {
 
 HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   report_.received = now;
+  if (any_ && sample.leader != last_.leader) forget();
+  report_.leader = sample.leader;
   if (!sample.clutch) gripped_ = report_.clutch = false;  // letting go counts, however late and in whatever order
   if (any_) {
     const double newer = to_seconds(sample.stamp.hand - last_.stamp.hand);
@@ -113,8 +146,13 @@ HandVerdict HandGate::judge_pose(const OperatorSample& sample) {
     const bool near = moved <= settings_.resume_distance && turned <= settings_.resume_angle;
     return near ? HandVerdict::kGood : HandVerdict::kFarAway;
   }
-  const bool jumped = moved > settings_.jump_allowance + settings_.speed_max * gap ||
-                      turned > settings_.turn_allowance + settings_.turn_rate_max * gap;
+  const HandGateSettings& s = settings_;
+  const bool policy = sample.leader == Leader::kPolicy;
+  const double farthest =
+      policy ? s.policy_jump_allowance + s.policy_speed_max * gap : s.jump_allowance + s.speed_max * gap;
+  const double most_turned =
+      policy ? s.policy_turn_allowance + s.policy_turn_rate_max * gap : s.turn_allowance + s.turn_rate_max * gap;
+  const bool jumped = moved > farthest || turned > most_turned;
   return jumped ? HandVerdict::kJump : HandVerdict::kGood;
 }
 

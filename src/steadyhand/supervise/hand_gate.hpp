@@ -21,7 +21,7 @@ enum class HandVerdict {
   kClockStepped  ///< the stamps went back or ahead so far that the clock must have been set; dropped
 };
 /// For people.
-std::string_view to_string(HandVerdict verdict);
+std::string_view to_string(HandVerdict verdict, Leader leader = Leader::kPerson);
 
 /// s of live sessions, without a sample, after which a closed clutch means nothing.
 inline constexpr double kSampleTimeout = 0.25;
@@ -32,12 +32,15 @@ struct HandGateSettings {
   /// for noise at high rates.
   double speed_max = 6.0, jump_allowance = 0.02;       ///< m/s, m
   double turn_rate_max = 30.0, turn_allowance = 0.15;  ///< rad/s, rad
-  double gap_max = 0.1;                                ///< s without a good pose: the hand is lost
-  double resume_distance = 0.1, resume_angle = 0.5;    ///< m, rad: from where it was lost
-  int resume_samples = 3;                              ///< good ones in a row after a loss
-  double age_max = 0.2;                                ///< s from the hand to here
-  double ahead_max = 0.05;                             ///< s: no stamp is later than its arrival by more
-  double clock_step = 1.0;                             ///< s: stamps that go back by more are a clock that was set
+  /// Of a policy, whose targets are smoothed to its pace (PolicyHand): the same, for a tool and not for a hand.
+  double policy_speed_max = 2.0, policy_jump_allowance = 0.005;     ///< m/s, m
+  double policy_turn_rate_max = 6.0, policy_turn_allowance = 0.05;  ///< rad/s, rad
+  double gap_max = 0.1;                                             ///< s without a good pose: the hand is lost
+  double resume_distance = 0.1, resume_angle = 0.5;                 ///< m, rad: from where it was lost
+  int resume_samples = 3;                                           ///< good ones in a row after a loss
+  double age_max = 0.2;                                             ///< s from the hand to here
+  double ahead_max = 0.05;                                          ///< s: no stamp is later than its arrival by more
+  double clock_step = 1.0;  ///< s: stamps that go back by more are a clock that was set
 };
 
 /// What the gate knows of the hand after a sample.
@@ -49,6 +52,7 @@ struct HandReport {
   HandVerdict verdict = HandVerdict::kGood;  ///< why not
   std::uint64_t grips = 0;                   ///< how often the clutch was seen to close, each after it was seen open
   std::optional<double> gripper{};           ///< 0 open to 1 closed, of the last good one that said it
+  Leader leader = Leader::kPerson;           ///< of the last sample
 };
 
 /// Stands between the operator's device and everything else: only poses that a hand can have pass. A pose that is

@@ -52,6 +52,26 @@ constexpr Transition kTransitions[] = {
 
 }  // namespace
 
+namespace {
+
+/// The row's reason where a policy leads; empty: the same.
+std::string_view of_policy(Event event) {
+  switch (event) {
+    case Event::kGripped:
+      return "the arm follows the policy";
+    case Event::kSilence:
+      return "the policy went silent: give it its turn again";
+    case Event::kReleased:
+      return "the policy's turn is over";
+    case Event::kHandBack:
+      return "the policy's targets are back";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
 std::span<const Transition> transitions() { return kTransitions; }
 
 bool Supervisor::happened(Event event, const SupervisionInput& input) const {
@@ -107,7 +127,11 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
     if (row.event == Event::kArmStopped) reason_ = input.arm_reason;
     if (row.event == Event::kFailed) reason_ = input.failure;
     if (row.event == Event::kHandLost) {
-      reason_ = input.hand.trusted ? "no pose of the hand came for a while" : to_string(input.hand.verdict);
+      reason_ = input.hand.trusted ? "no pose of the hand came for a while"
+                                   : to_string(input.hand.verdict, input.hand.leader);
+    }
+    if (input.hand.leader == Leader::kPolicy) {
+      if (const std::string_view reason = of_policy(row.event); !reason.empty()) reason_ = reason;
     }
     if (row.to == State::kEngaged) ++engagements_;
     // A grip that did not lead to following, or no longer does, is used up.

@@ -27,6 +27,18 @@ Quaternion about_z(double angle) { return Quaternion(Eigen::AngleAxisd(angle, Ve
 
 }  // namespace
 
+ScriptedOperator ScriptedOperator::taking_over(const Task& task, const SceneState& scene) {
+  ScriptedOperator hand(task);
+  const auto closes = [](const Move& move) { return move.gripper.value_or(0.0) > 0.5; };
+  const auto closing = std::find_if(task.moves.begin(), task.moves.end(), closes);
+  if (closing == task.moves.end()) return hand;
+  bool grasped = false;
+  for (int i = 0; i < scene.things; ++i) grasped |= scene.thing[static_cast<std::size_t>(i)].grasped;
+  hand.gripper_ = grasped ? 1.0 : 0.0;
+  if (grasped) hand.first_ = closing - task.moves.begin() + 1;
+  return hand;
+}
+
 OperatorSample ScriptedOperator::update(Time now, const SceneState& scene, const Pose& X_base_tool, double gripper) {
   if (!std::exchange(begun_, true)) start_ = now;
   gripped_ = to_seconds(now - start_) >= kBeforeGrip;
@@ -52,7 +64,7 @@ OperatorSample ScriptedOperator::update(Time now, const SceneState& scene, const
 }
 
 void ScriptedOperator::begin_move(Time now, const SceneState& scene, const Pose& X_base_tool) {
-  move_ = std::max<std::ptrdiff_t>(move_, 0);
+  move_ = std::max(move_, first_);
   move_start_ = rest_since_ = now;
   last_tool_ = X_base_tool;
   from_ = to_ = hand_;

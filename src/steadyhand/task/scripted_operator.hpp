@@ -16,6 +16,9 @@ class ScriptedOperator {
  public:
   /// The task must outlive it.
   explicit ScriptedOperator(const Task& task) : task_(&task) {}
+  /// One that takes over in the middle of a task: where something is grasped it goes on behind the first move that
+  /// closes the gripper, elsewhere it opens that and begins anew.
+  static ScriptedOperator taking_over(const Task& task, const SceneState& scene);
 
   /// Where the hand is now, at times that grow; the first ones are before the grip.
   /// @param X_base_tool where the tool is, and `gripper`, 0 open to 1 closed; NaN: there is none
@@ -37,6 +40,7 @@ class ScriptedOperator {
   Pose last_tool_;
   double last_gripper_ = 0.0;
   std::optional<double> gripper_;
+  std::ptrdiff_t first_ = 0;  ///< of the moves
 };
 
 }  // namespace steadyhand

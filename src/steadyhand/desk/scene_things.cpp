@@ -1,4 +1,4 @@
-#include "steadyhand/console/scene_things.hpp"
+#include "steadyhand/desk/scene_things.hpp"
 
 #include <algorithm>
 

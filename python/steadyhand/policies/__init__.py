@@ -1,0 +1,8 @@
+"""Policies that lead the arm in turns with a person: in this process in virtual time, or beside the running program (docs/policies.md)."""
+
+from ._link import Link
+from ._live import lead
+from ._policy import Action, Observation, Policy
+from ._simulation import Outcome, Simulation
+
+__all__ = ["Action", "Link", "Observation", "Outcome", "Policy", "Simulation", "lead"]

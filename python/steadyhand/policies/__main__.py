@@ -1,0 +1,78 @@
+"""The command `steadyhand policy` (docs/policies.md)."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ._live import lead
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise ValueError(message)
+
+
+def _parser() -> _Parser:
+    parser = _Parser(
+        prog="steadyhand policy",
+        description="A policy of a Python file leads the arm of the program that runs on this machine, in turns with a person (docs/policies.md).",
+        epilog="Exit codes: 0 it ended, or was interrupted; 1 the program has gone; 2 bad input, with the reason on stderr.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("policy", metavar="FILE.py:CLASS", help="makes the policy: a class, or a function, of this file")
+    parser.add_argument("arguments", nargs="*", metavar="ARG", help="what that is called with, as text")
+    parser.add_argument("--port", type=int, default=8642, metavar="N", help="of the program's page (8642)")
+    parser.add_argument("--turn", action="store_true", help="take the arm, if nobody has it, and give the policy its turn; else a person does so at the page")
+    parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    return parser
+
+
+def _make(word: str, arguments: list[str]) -> Any:
+    path, _, name = word.rpartition(":")
+    if not path or not name:
+        raise ValueError(f"'{word}' must be FILE.py:CLASS")
+    file = Path(path)
+    if not file.is_file():
+        raise ValueError(f"{file}: there is no such file")
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"{file}: is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[file.stem] = module
+    sys.path.insert(0, str(file.parent))
+    spec.loader.exec_module(module)
+    if not hasattr(module, name):
+        raise ValueError(f"{file}: has no '{name}'")
+    policy = getattr(module, name)(*arguments)
+    for member in ("period", "act"):
+        if not hasattr(policy, member):
+            raise ValueError(f"{file}: what '{name}' makes has no '{member}'; a policy has period and act(observation)")
+    if not 0.004 <= float(policy.period) <= 0.5:
+        raise ValueError(f"{file}: the policy's period is {policy.period} s; it must be from 0.004 to 0.5")
+    return policy
+
+
+def main(words: list[str]) -> int:
+    """With the arguments of the command."""
+    try:
+        options = _parser().parse_args(words)
+        policy = _make(options.policy, options.arguments)
+    except (ValueError, OSError, SyntaxError, ImportError, TypeError) as error:
+        sys.stderr.write(f"steadyhand: {error}\n")
+        return 2
+    try:
+        lead(policy, options.port, name=options.policy.rpartition(":")[2], turn=options.turn, seconds=options.seconds)
+    except ConnectionError as error:
+        sys.stderr.write(f"steadyhand: {error}\n")
+        return 1
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

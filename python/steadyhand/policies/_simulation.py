@@ -1,0 +1,139 @@
+"""A task in virtual time, in this process: the program's session, planner, checks and supervision, an arm and a scene with contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _native
+from .._arrays import array, number, text
+from ._policy import Action, Observation, Policy
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run of a task went so far."""
+
+    success: bool | None
+    """None: it is not decided."""
+    time: float
+    """s, since the scene was set up or until it was decided."""
+    spilled: float
+    """Share of the liquid."""
+    forbidden: int
+    """Contacts that the task forbids."""
+    beyond_limits: int
+    """Commands and measured speeds beyond a limit."""
+    over: bool
+    """Done, out of time, or the arm was stopped."""
+    reason: str
+    """Of the session's state, or what failed."""
+
+
+class Simulation:
+    """A task of steadyhand (docs/tasks.md) in virtual time, as fast as the machine can. One thread.
+
+    task, robot, profile: by name or file; without a robot that of the task. rate: Hz, plans.
+    Raises SteadyhandError for what is refused, with the reason, and where this build has no MuJoCo.
+    """
+
+    def __init__(self, task: str, *, profile: str = "tracking", robot: str = "", rate: float = 50.0) -> None:
+        if _native.Simulation is None:
+            raise _native.SteadyhandError("this build of steadyhand simulates no tasks: it was built without MuJoCo, as wheels are; a checkout's has it (docs/policies.md)")
+        self._native = _native.Simulation(text("task", task), text("robot", robot), text("profile", profile), number("rate", rate, "Hz"))
+        self._began = False
+
+    def begin(self, seed: int) -> Observation:
+        """Sets the scene up as this seed (0 or more) has it; the arm is ready, and nobody leads."""
+        self._native.begin(int(seed))
+        self._began = True
+        return self.observe()
+
+    def _running(self) -> Any:
+        if not self._began:
+            raise ValueError("nothing runs yet; begin(seed) first")
+        return self._native
+
+    def observe(self) -> Observation:
+        """What there is to see now."""
+        return Observation(**self._running().observe())
+
+    def advance(self, seconds: float) -> Observation:
+        """Time goes on by so much, or until all is over."""
+        self._running().advance(number("seconds", seconds, "s"))
+        return self.observe()
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it went so far."""
+        return Outcome(**self._running().outcome())
+
+    @property
+    def instruction(self) -> str:
+        """What is to be done, in words."""
+        return str(self._native.instruction)
+
+    # ---- a policy
+    def connect(self, name: str, period: float) -> None:
+        """A policy is there, with s from one target to the next."""
+        self._running().connect(text("name", name), number("period", period, "s"))
+
+    def disconnect(self) -> None:
+        """It has gone."""
+        self._running().disconnect()
+
+    def turn(self, on: bool = True) -> None:
+        """A person gives the policy its turn, or ends it. Refused while the arm is stopped or a person leads."""
+        self._running().turn(bool(on))
+
+    @property
+    def policy_turn(self) -> bool:
+        """The policy leads wherever no person does."""
+        return bool(self._running().policy_turn)
+
+    def target(self, action: Action) -> None:
+        """What the policy wants now."""
+        T = np.ascontiguousarray(action.T_base_tool, dtype=np.float64)
+        if T.shape != (4, 4):
+            raise ValueError(f"T_base_tool has shape {T.shape}; it must be (4, 4)")
+        self._running().target(T, None if action.gripper is None else float(action.gripper))
+
+    def run(self, policy: Policy, seconds: float | None = None) -> Outcome:
+        """The policy, in its turn, until all is over or for so long."""
+        if not self.policy_turn:
+            self.connect(type(policy).__name__, policy.period)
+            self.turn()
+        end = np.inf if seconds is None else self.observe().t + seconds
+        while not (outcome := self.outcome).over and (seen := self.observe()).t < end:
+            self.target(policy.act(seen))
+            self.advance(policy.period)
+        return outcome
+
+    # ---- a person
+    def hold(self, T_base_hand: ArrayLike, gripper: float | None = None) -> None:
+        """A person's hand is closed here from now on; its motion from then is the tool's."""
+        self._running().hold(array("T_base_hand", T_base_hand, (4, 4)), gripper)
+
+    def operate(self, in_the_middle: bool = False) -> None:
+        """The scripted operator of the task is the person from now on. in_the_middle: it goes on where the task stands."""
+        self._running().operate(bool(in_the_middle))
+
+    @property
+    def operating(self) -> bool:
+        """The scripted operator has moves left."""
+        return bool(self._running().operating)
+
+    def let_go(self) -> None:
+        """The person's hand opens."""
+        self._running().let_go()
+
+    def stop(self) -> None:
+        """Somebody stops the arm."""
+        self._running().stop()
+
+    def reset(self) -> None:
+        """And somebody undoes that; refused until the arm is at rest."""
+        self._running().reset()

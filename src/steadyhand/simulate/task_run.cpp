@@ -1,0 +1,102 @@
+#include "steadyhand/simulate/task_run.hpp"
+
+#include "steadyhand/config/cell_file.hpp"
+#include "steadyhand/config/profile_file.hpp"
+#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/config/task_file.hpp"
+#include "steadyhand/desk/session_setup.hpp"
+#include "steadyhand/mujoco/scene_model.hpp"
+#include "steadyhand/ocp/objectives.hpp"
+
+namespace steadyhand {
+
+Result<TaskStage> TaskStage::open(const std::string& task, const std::string& robot, const std::string& profile,
+                                  double rate_hz, const Places& places) {
+  TaskStage stage;
+  Result<Task> opened = open_task(task, places);
+  if (!opened) return opened.error();
+  stage.task = *std::move(opened);
+  const std::string name = !robot.empty() ? robot : stage.task.robot.empty() ? "ur5e" : stage.task.robot;
+  Result<RobotModel> model = open_robot(name, places);
+  if (!model) return model.error();
+  stage.model = *std::move(model);
+  Result<ChainDynamics> dynamics = open_dynamics(name, places);
+  if (!dynamics) return dynamics.error();
+  stage.dynamics = *std::move(dynamics);
+  Result<Profile> loaded = load_profile(profile, places);
+  if (!loaded) return loaded.error();
+  stage.profile = *std::move(loaded);
+  add_posture_where_redundant(stage.profile.ocp, stage.model);
+  Result<Cell> cell = open_cell("pedestal", places);
+  if (!cell) return cell.error();
+  stage.live = operator_defaults();
+  stage.live.cell = in_base(*std::move(cell), stage.model);
+  stage.live.planner_rate_hz = rate_hz;
+  stage.live.time_budget = false;
+  stage.live.planning.retarget.scale = 1.0;
+  stage.live.planning.retarget.yaw = 0.0;
+  auto solids = placed_solids(stage.task, stage.model);
+  if (!solids) return solids.error();
+  stage.solids = *std::move(solids);
+  return stage;
+}
+
+Status TaskStage::furnish(std::uint64_t seed, Cell& cell) const {
+  Result<std::vector<CellObject>> objects = kept_off(task);
+  if (!objects) return objects.error();
+  cell.objects.insert(cell.objects.end(), objects->begin(), objects->end());
+  const Result<std::vector<Pose>> places = draw_places(task, seed);
+  if (!places) return places.error();
+  for (const auto& [thing, solid] : solids) {
+    for (std::size_t i = 0; i < places->size(); ++i) {
+      if (task.placings[i].thing != thing) continue;
+      const Pose& at = (*places)[i];
+      cell.objects.push_back(solid);
+      cell.objects.back().origin = Eigen::Translation3d(at.p) * at.q * solid.origin;
+    }
+  }
+  return Done{};
+}
+
+TaskRun::TaskRun(const TaskStage& stage) : stage_(&stage), judge_(stage.task), things_(stage.solids) {}
+TaskRun::~TaskRun() = default;
+
+Result<std::unique_ptr<TaskRun>> TaskRun::make(const TaskStage& stage, std::uint64_t seed) {
+  std::unique_ptr<TaskRun> run(new TaskRun(stage));
+  LiveSettings live = stage.live;
+  if (Status s = stage.furnish(seed, live.cell); !s) return s.error();
+  take_profiles({stage.profile}, 0, live);
+  MujocoSettings mujoco = stage.mujoco;
+  mujoco.seed = static_cast<unsigned>(seed);
+  auto arm = MujocoArm::make(stage.model, stage.dynamics, live.cell, stage.task, mujoco, run->clock_);
+  if (!arm) return arm.error();
+  run->arm_ = *std::move(arm);
+  auto session = OneThreadSession::make(stage.model, live, *run->arm_, run->clock_);
+  if (!session) return session.error();
+  run->session_ = *std::move(session);
+  run->desk_ = std::make_unique<OperatorInterface>(*run->session_, std::vector<Profile>{stage.profile}, 0,
+                                                   live.planning.retarget, live.glass, std::vector<NamedRecording>{});
+  return run;
+}
+
+void TaskRun::step() {
+  if (!started_) {
+    started_ = true;
+    LiveTaps taps;
+    taps.look = [this](const SessionSnapshot& look) { see(look); };
+    session_->start(std::move(taps));
+  }
+  session_->step();
+  (void)desk_->poll(clock_.now());
+}
+
+void TaskRun::see(const SessionSnapshot& look) {
+  look_ = look;
+  if (look.state == SupervisionState::kIdle || (!arm_->read_scene(scene_) && !ready_)) return;
+  ready_ = true;
+  judge_.update(scene_, look.liquid.spilled_share);
+  if (Status s = things_.follow(scene_, *session_); !s && fault_) fault_ = s;
+  if (on_look) on_look(look);
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/browser/one_thread_session.hpp"
+#include "steadyhand/config/places.hpp"
+#include "steadyhand/config/profile.hpp"
+#include "steadyhand/desk/operator_interface.hpp"
+#include "steadyhand/desk/scene_things.hpp"
+#include "steadyhand/mujoco/mujoco_arm.hpp"
+#include "steadyhand/task/task.hpp"
+
+namespace steadyhand {
+
+/// What all runs of a task have in common.
+struct TaskStage {
+  RobotModel model;
+  ChainDynamics dynamics;
+  Task task;
+  Profile profile;
+  MujocoSettings mujoco;
+  LiveSettings live;  ///< but for what the profile says; its cell is what stands around the arm without the task
+  std::vector<std::pair<int, CellObject>> solids;  ///< of what the task places
+
+  /// Planning at this rate (Hz), a hand's motion is the tool's. Fails as open_task, open_robot, open_dynamics,
+  /// load_profile and open_cell.
+  /// @param robot empty: the task's
+  static Result<TaskStage> open(const std::string& task, const std::string& robot, const std::string& profile,
+                                double rate_hz, const Places& places = Places::standard());
+  /// Of its own scene, on top of what stands there: what the task has the planner keep off, and the things, where this
+  /// seed puts them. Fails as kept_off and draw_places.
+  Status furnish(std::uint64_t seed, Cell& cell) const;
+};
+
+/// A task in virtual time, as fast as the machine can: a live session with its desk, an arm in a scene, and the judge
+/// take turns on one thread. Whoever leads does so as on any session: by hands, and by a policy.
+class TaskRun {
+ public:
+  /// Stage must outlive it. Fails as MujocoArm::make and OneThreadSession::make.
+  static Result<std::unique_ptr<TaskRun>> make(const TaskStage& stage, std::uint64_t seed);
+  ~TaskRun();
+
+  /// Called 100 times a second with what there is to see; feeds hands and targets to desk(). Before the first step.
+  std::function<void(const SessionSnapshot&)> on_look;
+  /// One cycle of the arm, and what is due by then.
+  void step();
+
+  Time now() const { return clock_.now(); }
+  OperatorInterface& desk() { return *desk_; }
+  OneThreadSession& session() { return *session_; }
+  const SceneState& scene() const { return scene_; }
+  const TaskProgress& progress() const { return judge_.progress(); }
+  const SessionSnapshot& look() const { return look_; }
+  bool ready() const { return ready_; }           ///< the arm and the scene have been seen
+  const Status& fault() const { return fault_; }  ///< of the scene's things in the cell
+  /// Done, out of time, halted or at fault.
+  bool is_over() const { return judge_.progress().success || session_->is_halted() || !fault_; }
+
+ private:
+  explicit TaskRun(const TaskStage& stage);
+  void see(const SessionSnapshot& look);
+
+  const TaskStage* stage_;
+  SteppedClock clock_{nullptr};
+  std::unique_ptr<MujocoArm> arm_;
+  std::unique_ptr<OneThreadSession> session_;
+  std::unique_ptr<OperatorInterface> desk_;
+  TaskJudge judge_;
+  SceneThings things_;
+  SceneState scene_;
+  SessionSnapshot look_;
+  Status fault_ = Done{};
+  bool ready_ = false, started_ = false;
+};
+
+}  // namespace steadyhand
