@@ -16,7 +16,9 @@ struct SolveOptions {
 Status run_solve(const SolveOptions& options) {
   const Result<ProblemFile> file = read_problems(options.problem);
   if (!file) return file.error();
-  const Result<std::string> answer = solve_problems(*file, options.problem, options.solver);
+  const Result<std::string> answer = solve_problems(*file, options.problem, [&](const Ocp& ocp, double tolerance) {
+    return make_solver(options.solver, ocp, tolerance);
+  });
   if (!answer) return answer.error();
   std::cout << *answer << "\n";
   return Done{};

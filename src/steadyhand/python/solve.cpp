@@ -9,7 +9,8 @@ namespace {
 /// JSON in, JSON out.
 std::string solve(const std::string& problems, const std::string& name, const std::string& solver) {
   const Unlocked unlocked;
-  return value_of(solve_problems(value_of(parse_problems(problems, name)), name, solver));
+  const SolverMaker make = [&](const Ocp& ocp, double tolerance) { return make_solver(solver, ocp, tolerance); };
+  return value_of(solve_problems(value_of(parse_problems(problems, name)), name, make));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ struct PreparedSolver {
   Solution solution;
 };
 
-Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std::string& solver) {
+Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const SolverMaker& make) {
   if (!prepared.ocp || prepared.robot != problem.robot) {
     Result<RobotModel> model = open_robot(problem.robot);
     if (!model) return model.error();
@@ -54,7 +54,7 @@ Status prepare(PreparedSolver& prepared, const ProblemRecord& problem, const std
     if (Status s = Ocp::check(settings); !s) return s;
     prepared.solver.reset();
     prepared.ocp = std::make_unique<Ocp>(prepared.model, settings);
-    Result<std::unique_ptr<Solver>> made = make_solver(solver, *prepared.ocp, problem.tolerance);
+    Result<std::unique_ptr<Solver>> made = make(*prepared.ocp, problem.tolerance);
     if (!made) return made.error();
     prepared.solver = *std::move(made);
     prepared.tolerance = problem.tolerance;
@@ -94,13 +94,13 @@ Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
 
 }  // namespace
 
-Result<std::string> solve_problems(const ProblemFile& file, const std::string& name, const std::string& solver) {
+Result<std::string> solve_problems(const ProblemFile& file, const std::string& name, const SolverMaker& make) {
   PreparedSolver prepared;
   std::string answer;
   for (std::size_t i = 0; i < file.problems.size(); ++i) {
     const std::string where =
         (name.empty() ? "" : name + ": ") + (file.is_array ? fmt::format("problem[{}]: ", i) : "problem: ");
-    if (Status s = prepare(prepared, file.problems[i], solver); !s) return Error{where + s.error().message};
+    if (Status s = prepare(prepared, file.problems[i], make); !s) return Error{where + s.error().message};
     if (Status s = solve(prepared, file.problems[i]); !s) return Error{where + s.error().message};
     answer += (i == 0 ? "" : ",\n") + to_json(prepared.solution);
   }
