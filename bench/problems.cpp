@@ -20,7 +20,7 @@ struct Options {
   std::vector<std::string> files;
   int repetitions = 3;
   SolveBudget budget;
-  bool json = false;
+  bool cold = false, json = false;
 };
 
 /// A solver and what it writes into, for one profile and horizon.
@@ -33,6 +33,16 @@ struct Bench {
   std::unique_ptr<Solver> solver;
   Solution solution;
 };
+
+/// As if nothing had been solved before.
+void forget(const Ocp& ocp, PosedProblem& problem) {
+  problem.multipliers.clear();
+  problem.guess.x[0] = problem.instance.x0;
+  for (int k = 0; k < ocp.horizon(); ++k) {
+    problem.guess.u[k].setZero();
+    problem.guess.x[k + 1] = ocp.next(problem.guess.x[k], problem.guess.u[k]);
+  }
+}
 
 int main_with(const Options& options) {
   const auto fail = [](const Error& error) {
@@ -61,6 +71,7 @@ int main_with(const Options& options) {
       if (!weights) return fail(weights.error());
       problem.instance.weights = *weights;
       problem.instance.near.resize(bench->ocp.obstacle_rows());
+      if (options.cold) forget(bench->ocp, problem);
       const Multipliers multipliers = kept_multipliers(problem, bench->ocp);
       double least = std::numeric_limits<double>::infinity();
       for (int i = 0; i < options.repetitions; ++i) {
@@ -111,6 +122,7 @@ int main(int argc, char** argv) {
   app.add_option("--solver", options.solver, "Solver")->capture_default_str();
   app.add_option("--repetitions", options.repetitions, "Solves of each problem")->capture_default_str();
   app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();
+  app.add_flag("--cold", options.cold, "From a constant velocity instead of the kept guess and multipliers");
   app.add_flag("--json", options.json, "One JSON object a problem instead of a table");
   const steadyhand::Result<bool> parsed = app.parse(argc, argv);
   if (!parsed) std::cerr << parsed.error().message << "\n";
