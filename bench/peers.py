@@ -40,16 +40,15 @@ class Steadyhand:
     """Ours: `steadyhand solve --solver NAME` for a whole block; the program's own time_us."""
 
     def __init__(self, program, solver):
-        self.program, self.solver, self.name = str(program), solver, f"steadyhand-{solver}"
+        self.name = f"steadyhand-{solver}"
+        self.command = [str(program), "solve", "--solver", solver]
 
     def solve(self, problems, folder):
         path = Path(folder) / "block.json"
         path.write_text(json.dumps(problems))
-        run = subprocess.run(
-            [self.program, "solve", str(path), "--solver", self.solver], capture_output=True, text=True
-        )
+        run = subprocess.run([*self.command, str(path)], capture_output=True, text=True)
         if run.returncode != 0:
-            raise PeerError(f"`steadyhand solve` ended with {run.returncode}: {run.stderr.strip()}")
+            raise PeerError(f"`{' '.join(self.command)}` ended with {run.returncode}: {run.stderr.strip()}")
         return [
             Answer(
                 np.array(a["x"], dtype=float),
@@ -61,6 +60,14 @@ class Steadyhand:
             )
             for a in json.loads(run.stdout)
         ]
+
+
+class SqpHpipm(Steadyhand):
+    """SQP with HPIPM on our terms and derivatives: what the method alone makes of the difference (sqp_hpipm.hpp)."""
+
+    def __init__(self, program):
+        self.name = "sqp-hpipm"
+        self.command = [str(Path(program).with_name("bench_sqp_hpipm"))]
 
 
 class Casadi:

@@ -10,6 +10,11 @@ add_executable(bench_problems EXCLUDE_FROM_ALL bench/problems.cpp)
 steadyhand_cold(bench_problems)
 target_link_libraries(bench_problems PRIVATE steadyhand_config steadyhand_command_line nlohmann_json::nlohmann_json)
 target_include_directories(bench_problems PRIVATE tests)
+if(TARGET hpipm)
+  add_executable(bench_sqp_hpipm EXCLUDE_FROM_ALL bench/sqp_hpipm.cpp bench/sqp_hpipm_main.cpp)
+  target_compile_options(bench_sqp_hpipm PRIVATE $<$<CONFIG:Release>:-O3>)
+  target_link_libraries(bench_sqp_hpipm PRIVATE steadyhand_replay hpipm)
+endif()
 
 # A Universal Robots controller for tests, and as a program to try `--arm ur` with.
 file(GLOB fake_ur_sources CONFIGURE_DEPENDS tests/support/ur/*.cpp)
