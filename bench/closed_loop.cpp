@@ -79,10 +79,12 @@ void ClosedLoop::advance() {
   if (solution_.status == SolveStatus::kSolved || solution_.status == SolveStatus::kFeasible) {
     followed_ = solution_.trajectory;
     warm_start_.keep(solution_, now);
+    lost_ = 0;
     return;
   }
   const int n = ocp_.dof();
   followed_.x[0] = instance_.x0;
+  if (static_cast<double>(++lost_) > sequence_.rate_hz) followed_.x[0] << ocp_.model().home, JointVector::Zero(n);
   for (int k = 0; k < ocp_.horizon(); ++k) {
     const JointVector limit = ocp_.model().acceleration_max;
     followed_.u[k] = (-followed_.x[k].tail(n) / ocp_.dt()).cwiseMax(-limit).cwiseMin(limit);

@@ -12,7 +12,8 @@
 namespace steadyhand::bench {
 
 /// A planner without its checks: solves along a sequence, each time from where the last solution leads, and lets a
-/// caller look at each solve. An arm whose solver finds nothing feasible brakes.
+/// caller look at each solve. An arm whose solver finds nothing feasible brakes, whatever its bodies meet; if that has
+/// gone on for a second, it begins again at home.
 class ClosedLoop {
  public:
   /// @param obstacles of which the problem sees as many pairs as it has rows for
@@ -43,7 +44,7 @@ class ClosedLoop {
   Solution solution_;
   Trajectory followed_;
   Time followed_start_{0};
-  std::int64_t step_ = 0, sample_ = 0;
+  std::int64_t step_ = 0, sample_ = 0, lost_ = 0;  ///< lost_: solves in a row that found nothing feasible
 };
 
 }  // namespace steadyhand::bench
