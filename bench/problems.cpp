@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   app.add_option("--robot", options.robot, "Name, robot file or URDF")->capture_default_str();
   app.add_option("--solver", options.solver, "Solver")->capture_default_str();
   app.add_option("--repetitions", options.repetitions, "Solves of each problem")->capture_default_str();
-  app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();
+  app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget (default: by the horizon)");
   app.add_flag("--cold", options.cold, "From a constant velocity instead of the kept guess and multipliers");
   app.add_flag("--json", options.json, "One JSON object a problem instead of a table");
   const steadyhand::Result<bool> parsed = app.parse(argc, argv);

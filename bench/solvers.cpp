@@ -281,7 +281,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--seed", options.seed, "Of sequences and noise")->capture_default_str();
   app.add_option("--budget-us", options.budget.time_us, "Time budget of a solve, 0: none")->capture_default_str();
-  app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget")->capture_default_str();
+  app.add_option("--budget-iterations", options.budget.iterations, "Iteration budget (default: by the horizon)");
   app.add_flag("--json", options.json, "One JSON object a line instead of a table");
   const steadyhand::Result<bool> parsed = app.parse(argc, argv);
   if (!parsed) std::cerr << parsed.error().message << "\n";

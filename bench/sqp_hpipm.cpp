@@ -103,11 +103,12 @@ class SqpHpipm final : public Solver {
     solution.multipliers.prepare(ocp_);
     for (NodeRows& rows : rows_) rows.general.clear();
     add_rows(false);
+    const int most = budget.iterations.value_or(usual_iterations(ocp_.horizon()));
     double penalty = 0.0;
     int iteration = 0;
     for (;; ++iteration) {
       if (converged(solution) && !add_rows(true)) break;
-      if (iteration == budget.iterations) break;
+      if (iteration == most) break;
       const auto step = [&](bool exact) {
         return solve_qp(solution.multipliers, exact) && take_step(instance, solution, penalty);
       };

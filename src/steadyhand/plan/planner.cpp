@@ -34,8 +34,8 @@ Status check_settings(const PlannerSettings& settings) {
     if ((open ? value > least : value >= least) && value <= most) continue;
     return Error{fmt::format("{} is {}; it must be {} {}, to {}", key, value, open ? "above" : "from", least, most)};
   }
-  if (settings.budget.iterations < 1)
-    return Error{fmt::format("budget.iterations is {}; it must be at least 1", settings.budget.iterations)};
+  if (settings.budget.iterations && *settings.budget.iterations < 1)
+    return Error{fmt::format("budget.iterations is {}; it must be at least 1", *settings.budget.iterations)};
   return Done{};
 }
 

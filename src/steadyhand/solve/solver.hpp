@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,9 +15,13 @@ namespace steadyhand {
 
 struct SolveBudget {
   double time_us = 0.0;  ///< 0: none
-  /// At most. A solve at N = 8 takes 1 to 8 in the mean, and of four million none took more than 122.
-  int iterations = 250;
+  /// At most; none: usual_iterations().
+  std::optional<int> iterations;
 };
+
+/// Where a solve ends that nobody limits. One at N = 8 takes 1 to 8 in the mean, and of ten million none took more than
+/// 231; at N = 64 they take 4 to 17, but some need several hundred.
+inline int usual_iterations(int horizon) { return std::max(250, 16 * horizon); }
 
 enum class SolveStatus {
   kSolved,    ///< KKT conditions met to the tolerance, all constraints checked

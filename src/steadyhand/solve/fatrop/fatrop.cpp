@@ -365,8 +365,9 @@ class FatropSolver final : public Solver {
       point_.u = guess.u;
       // A solution of the few rows that keeps the others too is one of the whole problem; else the others are posed as
       // well.
-      if (!run(nearest_, instance, deadline, budget.iterations, solution)) {
-        run(all_, instance, deadline, budget.iterations, solution);
+      const int most = budget.iterations.value_or(usual_iterations(ocp_.horizon()));
+      if (!run(nearest_, instance, deadline, most, solution)) {
+        run(all_, instance, deadline, most, solution);
       }
     }
     solution.time_us = std::chrono::duration<double, std::micro>(SteadyClock::now() - start).count();

@@ -44,7 +44,7 @@ class Realtime final : public Solver {
     const auto start = SteadyClock::now();
     Budget budget{limits.time_us > 0.0 ? start + std::chrono::nanoseconds(std::llround(1e3 * limits.time_us))
                                        : SteadyClock::time_point::max(),
-                  limits.iterations};
+                  limits.iterations.value_or(usual_iterations(ocp_.horizon()))};
     solution.status = SolveStatus::kInvalid;
     if (ocp_.check(instance) && valid(guess, multipliers, solution)) {
       roll_out(instance, [&](int k, const StateVector&) -> const JointVector& { return guess.u[k]; });
