@@ -1,0 +1,14 @@
+"""What `--teleop.NAME` sets."""
+
+from dataclasses import dataclass
+
+from lerobot.teleoperators.config import TeleoperatorConfig
+
+
+@TeleoperatorConfig.register_subclass("steadyhand")
+@dataclass(kw_only=True)
+class SteadyhandTeleoperatorConfig(TeleoperatorConfig):
+    """port: of the page of `steadyhand demo`. gripper: its arm has one."""
+
+    port: int = 8642
+    gripper: bool = False
