@@ -37,9 +37,9 @@ class CommandLine {
     CLI::Option* option_;
   };
   /// What an option may fill in.
-  using Target =
-      std::variant<bool*, int*, std::uint16_t*, std::uint32_t*, std::uint64_t*, double*, std::optional<double>*,
-                   std::string*, std::filesystem::path*, std::vector<int>*, std::vector<std::string>*>;
+  using Target = std::variant<bool*, int*, std::uint16_t*, std::uint32_t*, std::uint64_t*, double*, std::optional<int>*,
+                              std::optional<double>*, std::string*, std::filesystem::path*, std::vector<int>*,
+                              std::vector<std::string>*>;
 
   CommandLine(const std::string& name, const std::string& description);
   ~CommandLine();
