@@ -39,6 +39,10 @@ function shareOf(file, name, inherited) {
 export const ofTheScene = ({ frames, shares }) => shares.find(([share]) => share === OWN)[1].functions
   .reduce((sum, [name, size]) => (/ src\/scene\/|node_modules\/three/.test(name) ? sum + size / frames : sum), 0);
 
+/** Bytes a picture that the function of the scene leaves which leaves most. */
+export const mostOfTheScene = ({ frames, shares }) => Math.max(0, ...shares.find(([share]) => share === OWN)[1].functions
+  .map(([name, size]) => (/ src\/scene\/|node_modules\/three/.test(name) ? size / frames : 0)));
+
 /** @returns frames, and [share, {bytes, functions: [name, bytes], largest first}] of everything allocated in so many seconds */
 export async function allocations(page, sources, seconds) {
   const tools = await page.context().newCDPSession(page);

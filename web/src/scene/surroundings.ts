@@ -51,8 +51,8 @@ class Solid extends THREE.Group {
 
   /** As it is so many s after it stood where it says. */
   goOn(t: number): void {
-    const { velocity: [x, y, z], origin } = this.object;
-    if (x || y || z) this.position.set(origin[0]![3]! + t * x, origin[1]![3]! + t * y, origin[2]![3]! + t * z);
+    const { velocity, origin } = this.object; // taken apart by its entries it would be walked through by an iterator, an object each time
+    if (velocity[0] || velocity[1] || velocity[2]) this.position.set(origin[0]![3]! + t * velocity[0], origin[1]![3]! + t * velocity[1], origin[2]![3]! + t * velocity[2]);
   }
 
   touched(now: boolean): void { this.#margin.visible = now; }
