@@ -178,6 +178,7 @@ TEST_F(Policy, ThatFallsSilentHoldsTheArmAndGoesOnWhenItIsBack) {
   run(1.5);
   EXPECT_EQ(look.state, State::kHolding);
   EXPECT_EQ(look.reason, "no target of the policy came for a while");
+  EXPECT_EQ(look.target.leader, Leader::kPolicy) << "who is waited for";
   EXPECT_TRUE(at_rest());
   policy_speaks = true;
   run(0.5);

@@ -226,7 +226,8 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
   } else if (!follow && following_) {
     // The glass as the hand held it last, where it is when it stops.
     scaled_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
-    send_target({{now, now}, {scaled_.arm.p(), predictor_.newest().X_base_tool.q}, false});
+    const Target& newest = predictor_.newest();
+    send_target({{now, now}, {scaled_.arm.p(), newest.X_base_tool.q}, false, Time(0), newest.leader});
     resting_since_ = now;
   }
   following_ = follow;
