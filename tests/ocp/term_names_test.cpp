@@ -23,22 +23,23 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/plan/active_constraint.cpp", {"position", "velocity", "acceleration", "self_collision"}},
     {"src/steadyhand/plan/active_constraint.hpp", {"self_collision"}},
     {"src/steadyhand/report/session_story.cpp", {"position", "velocity", "acceleration", "self_collision"}},
-    {"web/src/protocol.ts", {"position", "velocity", "acceleration", "self_collision"}},
+    {"web/src/protocol.ts", {"position", "velocity", "acceleration", "self_collision", "lateral"}},
     {"web/src/session.ts", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/scene/stage.ts", {"self_collision"}},
-    {"web/protocol/schema.json", {"position", "velocity", "acceleration", "self_collision"}},
-    // the rows that the planner fills, keys of problems and their obstacles
+    {"web/protocol/schema.json", {"position", "velocity", "acceleration", "self_collision", "lateral"}},
+    // the term whose pull the planner bounds, the rows that it fills, keys of problems and their obstacles
+    {"src/steadyhand/plan/planner.cpp", {"position"}},
     {"src/steadyhand/plan/obstacle_rows.cpp", {"obstacles"}},
     {"src/steadyhand/record/problem_json.cpp", {"obstacles", "velocity"}},
     {"src/steadyhand/record/cell_json.cpp", {"velocity"}},
     {"src/steadyhand/record/cell_json.hpp", {"velocity"}},
-    {"src/steadyhand/desk/messages.cpp", {"velocity"}},
+    {"src/steadyhand/desk/messages.cpp", {"velocity", "lateral"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/python/stages.cpp", {"velocity"}},
-    // members of a pose, Foxglove's and A-Frame's, and the speed of a scene's things
-    {"src/steadyhand/record/json_messages.cpp", {"position", "orientation", "velocity"}},
-    {"src/steadyhand/record/schemas.cpp", {"position", "orientation", "velocity"}},
-    {"src/steadyhand/record/session_file.cpp", {"position", "orientation", "velocity"}},
+    // members of a pose, Foxglove's and A-Frame's, the speed of a scene's things, and the force on the liquid
+    {"src/steadyhand/record/json_messages.cpp", {"position", "orientation", "velocity", "lateral"}},
+    {"src/steadyhand/record/schemas.cpp", {"position", "orientation", "velocity", "lateral"}},
+    {"src/steadyhand/record/session_file.cpp", {"position", "orientation", "velocity", "lateral"}},
     {"src/steadyhand/input/recording.hpp", {"position"}},
     {"src/steadyhand/input/aframe.cpp", {"position"}},
     // a key of cuRobo's spheres
@@ -49,7 +50,7 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/report/page_data.cpp", {"lateral", "vertical"}},
     {"src/steadyhand/console/session_library.cpp", {"lateral"}},
     {"web/src/plots/plots.ts", {"lateral"}},
-    {"web/src/replay/track.ts", {"lateral"}},
+    {"web/src/style.css", {"lateral"}},
     // the one weight that the menu of a headset has
     {"web/src/input/menu.ts", {"lateral"}},
     // an attribute of a mesh
