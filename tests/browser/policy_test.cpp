@@ -29,7 +29,7 @@ struct Policy : testing::Test {
     desk = std::make_unique<OperatorInterface>(*session, profiles, 0, settings.planning.retarget, settings.glass,
                                                std::vector<NamedRecording>{});
     LiveTaps taps;
-    taps.look = [this](const SessionSnapshot& look) { see(look); };
+    taps.look = [this](const SessionSnapshot& seen) { see(seen); };
     taps.change = [this](const SupervisionChange& change) { changes.emplace_back(change.reason); };
     taps.command = [this](const JointCommand& command) { commanded = command; };
     session->start(std::move(taps));
