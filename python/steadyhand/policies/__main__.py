@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import signal
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
@@ -64,6 +65,7 @@ def main(words: list[str]) -> int:
     except (ValueError, OSError, SyntaxError, ImportError, TypeError) as error:
         sys.stderr.write(f"steadyhand: {error}\n")
         return 2
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # who starts it in the background may have it ignored
     try:
         lead(policy, options.port, name=options.policy.rpartition(":")[2], turn=options.turn, seconds=options.seconds)
     except ConnectionError as error:

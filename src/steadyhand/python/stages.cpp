@@ -95,7 +95,7 @@ void bind_liquid(nb::module_& module) {
                   [](nb::tuple glass) {
                     return nb::make_tuple(slosh_frequency(to_glass(glass)), slosh_damping(to_glass(glass)));
                   })
-      .def("reset", &Liquid::reset)
+      .def("reset", [](Liquid& liquid) { liquid.reset(); })
       .def("update", &slosh);
 }
 
