@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import concurrent.futures
 import contextlib
 import sys
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
+from .._command_line import Parser
 from .._replay import read_session
 from .._robot import Robot
 from ._episodes import ACTIONS, EPISODES, Episode, cut
@@ -18,13 +18,8 @@ from ._video import read_videos
 _MOST_WORKERS = 64
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        raise ValueError(message)
-
-
-def _parser() -> _Parser:
-    parser = _Parser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="steadyhand dataset",
         description="Makes a data set in LeRobot's format v3.0 of recorded sessions, or appends them to one (docs/datasets.md).",
         epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",

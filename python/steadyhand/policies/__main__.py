@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import signal
 import sys
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
+from .._command_line import Parser
 from ._live import lead
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        raise ValueError(message)
-
-
-def _parser() -> _Parser:
-    parser = _Parser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="steadyhand policy",
         description="A policy of a Python file leads the arm of the program that runs on this machine, in turns with a person (docs/policies.md).",
         epilog="Exit codes: 0 it ended, or was interrupted; 1 the program has gone; 2 bad input, with the reason on stderr.",
