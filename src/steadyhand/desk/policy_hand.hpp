@@ -37,9 +37,6 @@ class PolicyHand {
   /// The next sample if its time has come by `now`: call until false.
   bool next(Time now, OperatorSample& sample);
   Time due() const { return due_; }  ///< of the next sample
-  const PolicyInfo& info() const { return info_; }
-  /// Of the newest target; Time::min() before the first
-  Time heard() const { return heard_; }
 
  private:
   Pose at(Time t) const;
@@ -49,8 +46,9 @@ class PolicyHand {
 
   PolicyInfo info_;
   PolicyTarget target_;
-  Pose from_;  ///< where samples were when the newest target came
-  Time heard_ = Time::min(), due_{0};
+  Pose from_;                 ///< where samples were when the newest target came
+  Time heard_ = Time::min();  ///< when the newest target came; this before the first
+  Time due_{0};
   bool open_ = true;
 };
 
