@@ -63,8 +63,7 @@ if(STEADYHAND_WITH_FATROP)
   set(casadi_headers "${PROJECT_BINARY_DIR}/casadi_headers")
   file(MAKE_DIRECTORY "${casadi_headers}")
   file(GLOB wheel_headers "${site_packages}/casadi/include/blasfeo*.h" "${site_packages}/casadi/include/hpipm*.h"
-       "${site_packages}/casadi/include/fatrop"
-       "${site_packages}/casadi/include/coin-or")
+       "${site_packages}/casadi/include/fatrop" "${site_packages}/casadi/include/coin-or")
   foreach(header ${wheel_headers})
     get_filename_component(name "${header}" NAME)
     file(CREATE_LINK "${header}" "${casadi_headers}/${name}" SYMBOLIC)
