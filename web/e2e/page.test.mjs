@@ -16,7 +16,8 @@ let page;
 const key = (code) => ({ grip: () => page.keyboard.down(code), release: () => page.keyboard.up(code) });
 /**
  * Bytes a picture that drawing the scene may leave, and one function of it: numbers that are boxed between functions, some 260, at most 110 by one.
- * The smallest object for each of the plan's points, {p}, makes that function's 170 to 270, a list of three numbers 400 to 870.
+ * The smallest object for each of the plan's points, {p}, makes that function's 170 to 270, a list of three numbers 400 to 870,
+ * but only while a plan leads, which these samples do not wait for: one object for each point may go by unseen.
  */
 const BOXED = 400, BOXED_BY_ONE = 140;
 /** For tests that need a silent wire, a colour scheme or a finger that is not there, or V8's profiler. */
