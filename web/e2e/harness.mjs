@@ -150,6 +150,9 @@ export const weight = (of, name) => of.evaluate((wanted) => {
 }, name);
 export const facts = (of) => of.evaluate(() => { const { session } = globalThis.steadyhand; return { yours: session.yours, paired: session.paired, holder: session.holder }; });
 export const say = (from, message) => from.evaluate((words) => globalThis.steadyhand.connection.send(words), message);
+/** Ticks the box until the session records, or does not: what a busy page shows meanwhile may be the state from before. */
+export const record = (of, wanted) => until(async () => (await state(of)).recording === wanted ||
+  ((await of.isChecked('#record')) !== wanted && (await of.click('#record')), false), wanted ? 'a recording to begin' : 'the recording to end');
 export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 export const inState = (of, name) => until(async () => (await state(of)).state === name, `the state ${name}`);
 

@@ -9,7 +9,7 @@ import { allocations, buildReadable, mostOfTheScene, ofTheScene } from './alloca
 import { findsNothing } from './axe.mjs';
 import {
   address, browser, cable, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, open, PATIENCE, picture, plainAddress,
-  pressTarget, ready, rest, say, shot, SITE, start, startProgram, state, targetOnScreen, until, watch, weight, withoutPixels,
+  pressTarget, ready, record, rest, say, shot, SITE, start, startProgram, state, targetOnScreen, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
 let page;
@@ -242,8 +242,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const first = await state(page);
   await until(async () => distance((await state(page)).q, first.q) > 0.2, 'a motion to record');
   await ready(page);
-  await page.uncheck('#record');
-  await until(async () => !(await state(page)).recording, 'the recording to end');
+  await record(page, false);
   const link = await until(() => page.$('#recordings a'), 'the list');
   const report = await page.context().newPage();
   report.setDefaultTimeout(PATIENCE);
@@ -297,13 +296,12 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await ready(page);
   const listed = () => page.$$eval('#recordings li', (entries) => entries.map((entry) => entry.textContent));
   const before = (await listed()).length; // also what programs of tests before have left
-  await page.check('#record');
-  await until(async () => (await state(page)).recording, 'a new recording');
+  await record(page, true);
   const row = () => page.textContent('#recordings li:first-child p span');
   const written = await until(async () => /being recorded · 0:\d\d/.exec(await row())?.[0], 'its row');
   await until(async () => (await row()).startsWith('being recorded') && !(await row()).startsWith(written), 'the row to go on');
   await page.waitForTimeout(1000);
-  await page.uncheck('#record');
+  await record(page, false);
   await until(async () => (await listed()).length === before + 1, 'both in the list');
 
   // One beside the other; and what people may do with them.
@@ -325,7 +323,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   assert.equal(file, [...'MCAP'].map((c) => c.charCodeAt(0)).join(), 'the file itself');
   await edit(async () => { await page.click('.edit button:has-text("Delete")'); await page.click('.edit button:has-text("Really delete")'); });
   await until(async () => (await listed()).length === before, 'it to be gone');
-  await page.check('#record');
+  await record(page, true);
   assert.deepEqual(page.complaints, []);
 });
 

@@ -7,7 +7,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import {
-  address, browser, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, PROGRAM, ready, rest, say, start,
+  address, browser, closePages, complaintsOf, distance, facts, finish, FIREFOX, inState, isEngaged, lead, open, PATIENCE, picture, PROGRAM, ready, record, rest, say, start,
   startProgram, state, until, withoutPixels,
 } from './harness.mjs';
 
@@ -79,13 +79,12 @@ test('after the first visit it needs no network', IN_CHROMIUM, async () => {
 test('what it records is downloaded as MCAP, which the program opens', IN_CHROMIUM, async () => {
   const page = await open({ prepare: withoutPixels });
   await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
-  await page.check('#record');
-  await until(async () => (await state(page)).recording, 'the recording to begin');
+  await record(page, true);
   await ready(page);
   await lead(page, { grip: () => page.keyboard.down('KeyE'), release: () => page.keyboard.up('KeyE') }, () => isEngaged(page), 'a key to lead the arm');
   await page.waitForTimeout(1500);
   await page.keyboard.up('KeyE');
-  await page.uncheck('#record');
+  await record(page, false);
   await until(async () => /gone with this page/.test(await page.textContent('#recordings')), 'the recording to be complete');
   const [download] = await Promise.all([page.waitForEvent('download'), page.click('#recordings button:has-text("Download")')]);
   assert.match(download.suggestedFilename(), /^\d{4}-\d\d-\d\d_[-\d]+\.mcap$/);

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import {
-  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, newestAddress, open as openDrawn, pressTarget, ready, rest, say, start,
+  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, newestAddress, open as openDrawn, pressTarget, ready, record, rest, say, start,
   startProgram, state, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
@@ -148,8 +148,7 @@ test('while the past is on the screen nothing but Stop acts on the arm, and noth
   const page = await open(), watcher = await watch();
   await ready(page);
   await lead(watcher, key(page, 'KeyE'), () => isEngaged(watcher), 'something to record');
-  await page.uncheck('#record');
-  await until(async () => !(await state(watcher)).recording, 'the recording to end');
+  await record(page, false);
   await page.click('#recordings button'); // the key is still held
   await page.waitForSelector('#past:not([hidden])');
   assert.equal(await page.evaluate(() => globalThis.steadyhand.hand.source), null, 'let go at once, not by falling silent');
