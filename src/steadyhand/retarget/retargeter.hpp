@@ -65,7 +65,8 @@ class Retargeter {
   /// rad. From one to the other the target goes at no more than a radian per second.
   void set_tilt_max(double tilt) { settings_.tilt_max = tilt; }
 
-  static constexpr double kBlendSpeed = 0.25, kBlendTurnRate = 1.0;  ///< m/s, rad/s
+  static constexpr double kBlendSpeed = 0.25;    ///< m/s
+  static constexpr double kBlendTurnRate = 1.0;  ///< rad/s
 
  private:
   Pose blended(const Pose& X_base_policy, Time now) const;
