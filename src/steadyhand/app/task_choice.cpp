@@ -30,34 +30,19 @@ Status choose_task(const ArmChoice& choice, const Places& places, const Settings
   return Done{};
 }
 
-Status take_task(const RobotModel& model, SessionSettings& settings) {
 #ifdef STEADYHAND_MUJOCO
-  const Task& task = settings.task;
-  std::vector<CellObject>& cell = settings.live.cell.objects;
-  Result<std::vector<CellObject>> objects = kept_off(task);
-  if (!objects) return objects.error();
-  cell.insert(cell.end(), objects->begin(), objects->end());
-  const auto solids = placed_solids(task, model);
+Status take_task(const RobotModel& model, SessionSettings& settings) {
+  const auto solids = placed_solids(settings.task, model);
   if (!solids) return solids.error();
-  const Result<std::vector<Pose>> places = draw_places(task, settings.mujoco.seed);
-  if (!places) return places.error();
-  for (const auto& [thing, solid] : *solids) {
-    for (std::size_t i = 0; i < places->size(); ++i) {
-      if (task.placings[i].thing != thing) continue;
-      const Pose& at = (*places)[i];
-      cell.push_back(solid);
-      cell.back().origin = Eigen::Translation3d(at.p) * at.q * solid.origin;
-    }
-  }
-#endif
-  return Done{};
+  return furnish(settings.task, *solids, settings.mujoco.seed, settings.live.cell);
 }
 
-#ifdef STEADYHAND_MUJOCO
 Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task& task, const RobotModel& model) {
   return placed_solids(task, model);
 }
 #else
+Status take_task(const RobotModel&, SessionSettings&) { return Done{}; }
+
 Result<std::vector<std::pair<int, CellObject>>> solids_of(const Task&, const RobotModel&) {
   return std::vector<std::pair<int, CellObject>>();
 }

@@ -13,8 +13,7 @@ namespace steadyhand {
 Status choose_task(const ArmChoice& choice, const Places& places, const SettingsTable& table,
                    SessionSettings& settings);
 
-/// What the task has the planner keep off joins the cell, and the things that it places, where they are at first.
-/// Fails as kept_off, placed_solids and draw_places.
+/// The task's scene joins the cell, see furnish and placed_solids.
 Status take_task(const RobotModel& model, SessionSettings& settings);
 
 /// What the page draws of the things that the task places, see placed_solids.

@@ -414,4 +414,22 @@ Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, 
   return solids;
 }
 
+Status furnish(const Task& task, const std::vector<std::pair<int, CellObject>>& solids, std::uint64_t seed,
+               Cell& cell) {
+  const Result<std::vector<CellObject>> objects = kept_off(task);
+  if (!objects) return objects.error();
+  const Result<std::vector<Pose>> places = draw_places(task, seed);
+  if (!places) return places.error();
+  cell.objects.insert(cell.objects.end(), objects->begin(), objects->end());
+  for (const auto& [thing, solid] : solids) {
+    for (std::size_t i = 0; i < places->size(); ++i) {
+      if (task.placings[i].thing != thing) continue;
+      const Pose& at = (*places)[i];
+      cell.objects.push_back(solid);
+      cell.objects.back().origin = Eigen::Translation3d(at.p) * at.q * solid.origin;
+    }
+  }
+  return Done{};
+}
+
 }  // namespace steadyhand

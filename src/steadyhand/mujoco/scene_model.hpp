@@ -66,4 +66,8 @@ Result<std::vector<CellObject>> kept_off(const Task& task);
 /// the arm and the other things may touch. Fails as kept_off.
 Result<std::vector<std::pair<int, CellObject>>> placed_solids(const Task& task, const RobotModel& arm);
 
+/// What the task has the planner keep off joins the cell, and the solids of the things that it places, where this seed
+/// puts them. Fails as kept_off and draw_places.
+Status furnish(const Task& task, const std::vector<std::pair<int, CellObject>>& solids, std::uint64_t seed, Cell& cell);
+
 }  // namespace steadyhand

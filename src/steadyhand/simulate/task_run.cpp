@@ -41,30 +41,13 @@ Result<TaskStage> TaskStage::open(const std::string& task, const std::string& ro
   return stage;
 }
 
-Status TaskStage::furnish(std::uint64_t seed, Cell& cell) const {
-  Result<std::vector<CellObject>> objects = kept_off(task);
-  if (!objects) return objects.error();
-  cell.objects.insert(cell.objects.end(), objects->begin(), objects->end());
-  const Result<std::vector<Pose>> places = draw_places(task, seed);
-  if (!places) return places.error();
-  for (const auto& [thing, solid] : solids) {
-    for (std::size_t i = 0; i < places->size(); ++i) {
-      if (task.placings[i].thing != thing) continue;
-      const Pose& at = (*places)[i];
-      cell.objects.push_back(solid);
-      cell.objects.back().origin = Eigen::Translation3d(at.p) * at.q * solid.origin;
-    }
-  }
-  return Done{};
-}
-
 TaskRun::TaskRun(const TaskStage& stage) : stage_(&stage), judge_(stage.task), things_(stage.solids) {}
 TaskRun::~TaskRun() = default;
 
 Result<std::unique_ptr<TaskRun>> TaskRun::make(const TaskStage& stage, std::uint64_t seed) {
   std::unique_ptr<TaskRun> run(new TaskRun(stage));
   LiveSettings live = stage.live;
-  if (Status s = stage.furnish(seed, live.cell); !s) return s.error();
+  if (Status s = furnish(stage.task, stage.solids, seed, live.cell); !s) return s.error();
   take_profiles({stage.profile}, 0, live);
   MujocoSettings mujoco = stage.mujoco;
   mujoco.seed = static_cast<unsigned>(seed);

@@ -31,9 +31,6 @@ struct TaskStage {
   /// @param robot empty: the task's
   static Result<TaskStage> open(const std::string& task, const std::string& robot, const std::string& profile,
                                 double rate_hz, const Places& places = Places::standard());
-  /// Of its own scene, on top of what stands there: what the task has the planner keep off, and the things, where this
-  /// seed puts them. Fails as kept_off and draw_places.
-  Status furnish(std::uint64_t seed, Cell& cell) const;
 };
 
 /// A task in virtual time, as fast as the machine can: a live session with its desk, an arm in a scene, and the judge
