@@ -354,7 +354,7 @@ def test_statistics_say_nothing_of_what_does_not_differ_or_is_not_there():
     assert all(pair.p_holm == 1.0 for pair in statistics.pairs(same, ["a", "b", "c"]))
     holes = np.random.default_rng(1).normal(size=(8, 3))
     holes[0, 1] = holes[3] = np.nan
-    assert len(statistics.mixed_model(holes, ["a", "b", "c"], "a")) == 2 and len(statistics.pairs(holes, ["a", "b", "c"])) == 3
+    assert len(statistics.mixed_model(holes, ["a", "b", "c"], "a")) == 2 and [pair.n for pair in statistics.pairs(holes, ["a", "b", "c"])] == [6, 7, 6]
 
 
 def test_statistics_hold_on_some_data_whose_truth_is_known():
@@ -481,6 +481,26 @@ def test_answers_are_analysed(simulated, tmp_path):
     [tlx] = [each for each in analysis.analyse(out).analysed if each.measure.name == "tlx_raw"]
     assert [mean.value for mean in tlx.means] == [25.0, 55.0]
     assert "NASA-TLX, raw" in render(analysis.analyse(out))
+
+
+def test_the_interval_of_a_share_stays_between_nothing_and_all():
+    share = measures.BY_NAME["spilled_share"]
+    values = np.array([[0.0, 1.0], [0.0, 0.9], [0.1, 1.0]])
+    few, most = analysis.analyse_table("gates", share, values, ["a", "b"], "a", None).means
+    whole = statistics.mean(values[:, 0])
+    assert whole.low < 0.0 == few.low < few.value < few.high == whole.high and most.low > 0.5 and most.high == 1.0
+
+
+def test_a_study_that_is_not_finished_says_from_how_many_each_mean_is(simulated, tmp_path):
+    out = copied(simulated, tmp_path)
+    assert "Not finished" not in render(analysis.analyse(out)) and "(n = " not in render(analysis.analyse(out))
+    gone = sorted(out.glob("participants/P02/trials/*late*.csv"))
+    for trial in gone:
+        trial.unlink()
+    results = analysis.analyse(out)
+    assert all(each.counts == [2, 1] for each in results.analysed if each.measure.name == "completion_time")
+    text = render(results)
+    assert f"Not finished: {len(gone)} trials" in text and "(n = 1)" in text and "(n = 2)" in text
 
 
 def test_damaged_trials_are_named(simulated, tmp_path, capsys):

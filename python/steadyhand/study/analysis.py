@@ -53,6 +53,11 @@ class Analysed:
     friedman: st.Omnibus | None
     pairs: list[st.Pair]
 
+    @property
+    def counts(self) -> list[int]:
+        """Of each condition: from how many participants it is."""
+        return [int(n) for n in np.isfinite(self.values).sum(axis=0)]
+
     def shown(self, estimate: st.Estimate) -> st.Estimate:
         """A difference as a ratio where the measure is logarithmic."""
         return st.Estimate(*np.exp(estimate)) if self.measure.logarithmic else estimate
@@ -119,7 +124,7 @@ def analyse_table(task: str, measure: Measure, values: Array, conditions: list[s
     means = []
     for column in values.T:
         estimate = st.mean(column[np.isfinite(column)]) if np.isfinite(column).any() else st.Estimate(*[float("nan")] * 3)
-        means.append(st.Estimate(*np.exp(estimate)) if measure.logarithmic else estimate)
+        means.append(st.Estimate(*np.exp(estimate)) if measure.logarithmic else st.Estimate(*np.clip(estimate, measure.least, measure.most).tolist()))
     return Analysed(task, measure, values, means, st.mixed_model(values, conditions, reference, periods), st.friedman(values), st.pairs(values, conditions))
 
 
@@ -143,7 +148,7 @@ def _questionnaires(study: Study, folder: Folder, people: list[str], conditions:
             answers.setdefault((who, row["condition"]), {})[row["key"]] = int(row["value"])
     found = []
 
-    def add(name: str, label: str, better: int, score) -> None:  # type: ignore[no-untyped-def]
+    def add(name: str, label: str, better: int, least: float, most: float, score) -> None:  # type: ignore[no-untyped-def]
         table = np.full((len(people), len(conditions)), np.nan)
         for i, who in enumerate(people):
             for j, condition in enumerate(conditions):
@@ -152,15 +157,15 @@ def _questionnaires(study: Study, folder: Folder, people: list[str], conditions:
                 except (KeyError, ValueError):
                     pass
         if np.isfinite(table).any():
-            found.append((Measure(name, label, "", better, False), table))
+            found.append((Measure(name, label, "", better, False, least, most), table))
 
-    add("tlx_raw", "NASA-TLX, raw", -1, lambda here, whole: tlx_score(here))
-    add("tlx_weighted", "NASA-TLX, weighted", -1, lambda here, whole: tlx_score(here, tlx_weights(whole)))
+    add("tlx_raw", "NASA-TLX, raw", -1, 0.0, 100.0, lambda here, whole: tlx_score(here))
+    add("tlx_weighted", "NASA-TLX, weighted", -1, 0.0, 100.0, lambda here, whole: tlx_score(here, tlx_weights(whole)))
     for key in TLX_SCALES:
-        add(f"tlx_{key}", f"NASA-TLX, {key}", -1, lambda here, whole, key=key: 5.0 * here[f"tlx_{key}"])
-    add("sus", "System Usability Scale", 1, lambda here, whole: sus_score(here))
+        add(f"tlx_{key}", f"NASA-TLX, {key}", -1, 0.0, 100.0, lambda here, whole, key=key: 5.0 * here[f"tlx_{key}"])
+    add("sus", "System Usability Scale", 1, 0.0, 100.0, lambda here, whole: sus_score(here))
     for each in study.likert:
-        add(f"likert_{each.name}", each.statement, 1, lambda here, whole, name=each.name: here[f"likert_{name}"])
+        add(f"likert_{each.name}", each.statement, 1, 1.0, each.points, lambda here, whole, name=each.name: here[f"likert_{name}"])
     return found
 
 
@@ -196,14 +201,14 @@ def write_tables(results: Results, out: Path) -> None:
     """summary.csv, and contrasts.csv: what the report shows, for other programs."""
     rows, contrasts = [], []
     for each in results.analysed:
-        for condition, mean in zip(results.study.conditions, each.means):
-            rows.append((each.task, each.measure.name, each.measure.unit, condition.name, *map(float, mean)))
+        for condition, mean, n in zip(results.study.conditions, each.means, each.counts):
+            rows.append((each.task, each.measure.name, each.measure.unit, condition.name, *map(float, mean), n))
         for contrast in each.model:
-            contrasts.append((each.task, each.measure.name, "mixed model", contrast.name, contrast.reference, *map(float, contrast.difference), contrast.p, ""))
+            contrasts.append((each.task, each.measure.name, "mixed model", contrast.name, contrast.reference, *map(float, contrast.difference), contrast.p, "", ""))
         for pair in each.pairs:
-            contrasts.append((each.task, each.measure.name, "pair", pair.a, pair.b, *map(float, pair.difference), pair.p, pair.p_holm))
-    write_whole(Path(out) / "summary.csv", _csv(("task", "measure", "unit", "condition", "mean", "low", "high"), rows))
-    write_whole(Path(out) / "contrasts.csv", _csv(("task", "measure", "by", "condition", "reference", "difference", "low", "high", "p", "p_holm"), contrasts))
+            contrasts.append((each.task, each.measure.name, "pair", pair.a, pair.b, *map(float, pair.difference), pair.p, pair.p_holm, pair.n))
+    write_whole(Path(out) / "summary.csv", _csv(("task", "measure", "unit", "condition", "mean", "low", "high", "n"), rows))
+    write_whole(Path(out) / "contrasts.csv", _csv(("task", "measure", "by", "condition", "reference", "difference", "low", "high", "p", "p_holm", "n"), contrasts))
 
 
 __all__ = ["Analysed", "FittsLine", "Results", "Task", "analyse", "fitts_line", "open_study", "read_trials", "write_tables"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -20,19 +21,22 @@ class Measure(NamedTuple):
     """1: more is better, -1: less is."""
     logarithmic: bool
     """Differences are ratios: analysed as logarithms."""
+    least: float = -math.inf
+    most: float = math.inf
+    """No mean can lie outside: its interval ends there (which leaves the interval's coverage as it is)."""
 
 
 MEASURES = (
     Measure("completion_time", "Completion time", "s", -1, True),
-    Measure("throughput", "Throughput (ISO 9241-411)", "bit/s", 1, False),
+    Measure("throughput", "Throughput (ISO 9241-411)", "bit/s", 1, False, 0.0),
     Measure("path_length", "Path length", "m", -1, True),
     Measure("smoothness", "Smoothness (SPARC)", "", 1, False),
-    Measure("spilled_share", "Spilled share of the liquid", "", -1, False),
+    Measure("spilled_share", "Spilled share of the liquid", "", -1, False, 0.0, 1.0),
     Measure("tracking_error", "Tracking error, RMS", "m", -1, True),
-    Measure("held_back", "Share of time held back by limits", "", -1, False),
-    Measure("collisions_prevented", "Collisions prevented", "", -1, False),
-    Measure("missed", "Goals missed", "", -1, False),
-    Measure("submovements", "Submovements", "", -1, False),
+    Measure("held_back", "Share of time held back by limits", "", -1, False, 0.0, 1.0),
+    Measure("collisions_prevented", "Collisions prevented", "", -1, False, 0.0),
+    Measure("missed", "Goals missed", "", -1, False, 0.0),
+    Measure("submovements", "Submovements", "", -1, False, 0.0),
 )
 BY_NAME = {each.name: each for each in MEASURES}
 

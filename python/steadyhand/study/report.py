@@ -155,12 +155,13 @@ def best_by_level(results: Results, along: str) -> str:
 def _means(results: Results, task: str) -> str:
     found = [each for each in results.analysed if each.task == task]
     rows = []
+    whole = all(n == len(results.participants) for each in found for n in each.counts)
     for j, condition in enumerate(results.study.conditions):
         row = [html.escape(condition.name)]
         for each in found:
             values = [m.value for m in each.means if np.isfinite(m.value)]
             best = max(values, key=lambda v: each.measure.better * v)
-            text = interval(each.means[j])
+            text = interval(each.means[j]) + ("" if whole else f" (n = {each.counts[j]})")
             row.append(f'<span class="best">{text}</span>' if each.means[j].value == best and len(set(values)) > 1 else text)
         rows.append(row)
     text = ""
@@ -170,7 +171,7 @@ def _means(results: Results, task: str) -> str:
     return text
 
 
-def _tests(each: Analysed, n: int) -> str:
+def _tests(each: Analysed) -> str:
     kind = "ratio" if each.measure.logarithmic else "difference"
     text = ""
     if each.model:
@@ -184,7 +185,7 @@ def _tests(each: Analysed, n: int) -> str:
     for pair in each.pairs:
         needed = st.participants_for(pair.dz.value)
         rows.append([html.escape(f"{pair.a} – {pair.b}"), interval(each.shown(pair.difference)), interval(pair.dz), p_value(pair.p_holm),
-                     f"{100 * st.power(pair.dz.value, n):.0f} %" if np.isfinite(pair.dz.value) else "–", str(needed) if needed else "–"])  # fmt: skip
+                     f"{100 * st.power(pair.dz.value, pair.n):.0f} %" if np.isfinite(pair.dz.value) else "–", str(needed) if needed else "–"])  # fmt: skip
     if rows:
         text += table(["pair", kind, "d<sub>z</sub>", "p (Wilcoxon, Holm)", "power at this d<sub>z</sub>", "participants for 80 %"], rows)
     return text
@@ -249,6 +250,8 @@ def render(results: Results) -> str:
     body += f"<p>{n} {'simulated ' if simulated else ''}participants, {len(names)} conditions, {len(study.tasks)} task{'s' * (len(study.tasks) > 1)}; seed {study.seed}. "
     body += "Brackets and bars: 95 % intervals. Bold: the best mean. "
     body += f"With so many participants, an effect of d<sub>z</sub> = {number(st.detectable(n))} is found with 80 % power.</p>\n"
+    if results.missing > 0:
+        body += f'<p class="note">Not finished: {results.missing} trials of the schedule are not there. n: from how many participants a mean is.</p>\n'
     if simulated:
         body += '<p class="note">Nobody was in the room: these are simulated operators. What is said of them is to be shown with people.</p>\n'
     if along:
@@ -262,7 +265,7 @@ def render(results: Results) -> str:
         body += f'<div class="plots">{"".join(plots)}</div>\n'
         for each in found:
             if len(names) > 1:
-                body += f"<details><summary>{html.escape(each.measure.label)}: tests</summary>\n{_tests(each, n)}</details>\n"
+                body += f"<details><summary>{html.escape(each.measure.label)}: tests</summary>\n{_tests(each)}</details>\n"
     if results.fitts:
         body += "<h2>Fitts's law</h2>\n"
         rows = [[html.escape(name), f"{len(line.ids)}", f"{1e3 * line.intercept:.0f} ms + {1e3 * line.slope:.0f} ms/bit × ID", f"{line.r2:.3f}"]

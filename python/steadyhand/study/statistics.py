@@ -47,6 +47,8 @@ class Pair(NamedTuple):
     dz: Estimate
     """The mean difference over the standard deviation of the differences (Cohen's d_z)."""
     p: float
+    n: int
+    """Participants that have both."""
     p_holm: float
 
 
@@ -159,8 +161,8 @@ def pairs(values: Array, conditions: Sequence[str], chosen: Sequence[tuple[int, 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # ties
             p = float(stats.wilcoxon(d).pvalue) if np.any(d != 0.0) else 1.0
-        found.append((conditions[i], conditions[j], mean(d), effect_size(d), p))
-    return [Pair(*each, adjusted) for each, adjusted in zip(found, holm([each[-1] for each in found]))]
+        found.append((conditions[i], conditions[j], mean(d), effect_size(d), p, len(d)))
+    return [Pair(*each, adjusted) for each, adjusted in zip(found, holm([each[-2] for each in found]))]
 
 
 def power(effect: float, participants: int, df: float | None = None, alpha: float = 0.05) -> float:
