@@ -149,8 +149,14 @@ void bind_simulate(nb::module_& module) {
              s.operator_ = in_the_middle ? ScriptedOperator::taking_over(s.stage.task, s.run->scene())
                                          : ScriptedOperator(s.stage.task);
            })
-      .def("stop", [](Simulation& s) { check(s.desk().apply({.kind = OperatorRequest::Kind::kStop}, s.run->now())); })
-      .def("reset", [](Simulation& s) { check(s.desk().apply({.kind = OperatorRequest::Kind::kReset}, s.run->now())); })
+      .def("stop",
+           [](Simulation& s) {
+             check(s.desk().apply({.kind = OperatorRequest::Kind::kStop, .text = {}}, s.run->now()));
+           })
+      .def("reset",
+           [](Simulation& s) {
+             check(s.desk().apply({.kind = OperatorRequest::Kind::kReset, .text = {}}, s.run->now()));
+           })
       .def_prop_ro("policy_turn", [](Simulation& s) { return s.desk().controls().policy_turn; })
       .def_prop_ro("operating", [](const Simulation& s) { return s.operator_ && !s.operator_->is_done(); })
       .def_prop_ro("instruction", [](const Simulation& s) { return s.stage.task.instruction; })
