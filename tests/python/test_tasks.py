@@ -43,7 +43,10 @@ class Operator:
         """Until the tool stands there; m, base frame."""
         deadline = time.monotonic() + PATIENCE
         while True:
-            assert time.monotonic() < deadline, (self.client.state["tool"], goal)
+            assert time.monotonic() < deadline, (self.client.state["state"], self.client.state["reason"], self.client.state["tool"], goal)
+            if self.client.state["state"] != "engaged":  # a busy machine may keep this client silent for too long
+                self.client.grip(take=False)
+                self.at = np.zeros(3)
             way = np.array(goal) - np.array(self.client.state["target"]["p"])
             step = min(0.1, 0.02 * speed / max(np.linalg.norm(way), 1e-9))
             if np.linalg.norm(way) < 0.001 and np.linalg.norm(np.array(goal) - self.client.state["tool"]["p"]) < 0.005:
