@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "steadyhand/ur/rtde_client.hpp"
-#include "steadyhand/ur/socket.hpp"
+#include "steadyhand/ur/text_lines.hpp"
 
 namespace steadyhand {
 
@@ -33,16 +33,13 @@ class UrDashboard final : public UrPanel {
  public:
   static Result<UrDashboard> connect(const std::string& host, std::uint16_t port, Time timeout);
   /// Sends a command of the dashboard's manual and returns the answer without its end of line.
-  Result<std::string> ask(const std::string& command);
+  Result<std::string> ask(const std::string& command) { return lines_.ask(command); }
   std::vector<Line> state() override;
   Result<std::string> unlock_protective_stop() override { return ask("unlock protective stop"); }
 
  private:
-  UrDashboard(Socket socket, Time timeout) : socket_(std::move(socket)), timeout_(timeout) {}
-  Result<std::string> line();
-  Socket socket_;
-  Time timeout_;
-  std::string received_;
+  explicit UrDashboard(TextLines lines) : lines_(std::move(lines)) {}
+  TextLines lines_;
 };
 
 /// A request of HTTP and a JSON object back, each over a connection of its own.
