@@ -124,6 +124,9 @@ void add_host_options(CommandLine& command, ArmChoice& choice) {
   command.add_option("--dashboard-port", choice.dashboard_port, "Dashboard; with PolyScope X its Robot API")
       ->capture_default_str()
       ->group("Ports of the controller");
+  command.add_option("--gripper-port", choice.gripper_port, "Robotiq's URCap, of robots with a gripper; 0: none")
+      ->capture_default_str()
+      ->group("Ports of the controller");
 }
 
 void add_arm_options(CommandLine& command, ArmChoice& choice) {
@@ -199,6 +202,7 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
   settings.host = choice.host;
   settings.rtde_port = choice.rtde_port;
   settings.script_port = choice.script_port;
+  settings.gripper_port = choice.gripper_port;
   auto arm = UniversalRobotsArm::connect(model, settings, clock);
   if (!arm) return arm.error();
   if ((*arm)->runtime() == UrRuntime::kPaused) {

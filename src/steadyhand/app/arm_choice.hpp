@@ -17,7 +17,7 @@ namespace steadyhand {
 /// Which arm follows, as the command line chose it, or else the settings.
 struct ArmChoice {
   std::string arm, host;  ///< empty: not said
-  std::uint16_t rtde_port = 30004, script_port = 30001, dashboard_port = 0;
+  std::uint16_t rtde_port = 30004, script_port = 30001, dashboard_port = 0, gripper_port = 63352;
   std::optional<double> speed;  ///< share of the model's speeds and accelerations; none: all simulated, a quarter real
   double first_moves = 0.0;     ///< s, of the settings
   bool yes = false;             ///< was asked elsewhere whether hardware may move

@@ -24,10 +24,19 @@ struct UrProgramSettings {
   JointVector acceleration_max;  ///< rad/s^2, of the plans. Six.
 };
 
+/// Of a Robotiq gripper on the arm's wrist.
+struct RobotiqSettings {
+  double speed = 1.0;    ///< of the fingers, share of their most
+  double force = 0.2;    ///< of the grip, share of its most
+  double timeout = 0.5;  ///< s for each answer
+};
+
 /// How to reach a Universal Robots arm, and what to ask of it. docs/universal-robots.md has the whole story.
 struct UrSettings {
   std::string host;
   std::uint16_t rtde_port = 30004, script_port = 30001;
+  std::uint16_t gripper_port = 63352;  ///< of the gripper's URCap, where the robot has a gripper; 0: leave it alone
+  RobotiqSettings gripper;
   UrProgramSettings program;    ///< its session, limits and state_period are set by the arm
   double state_timeout = 0.04;  ///< s without a word from the controller after which the arm counts as stopped
   double start_within = 5.0;    ///< s in which the controller has to start the program

@@ -152,6 +152,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ur.replace_program", "end another program that runs on the controller to start ours", ur.replace_program);
   t.add("ur.lost_cycles_max", "", "share of its cycles that our program may lose there: beyond, it stops",
         ur.lost_cycles_max, up_to(1.0));
+  t.add("ur.gripper_speed", "", "of the gripper's fingers, share of their most", ur.gripper.speed, at_most(1.0));
+  t.add("ur.gripper_force", "", "of the grip, share of its most", ur.gripper.force, at_most(1.0));
 
   GlassSettings& glass = live.glass;
   t.add("glass.radius", "m", "inside, of the liquid's surface", glass.radius, up_to(1.0));

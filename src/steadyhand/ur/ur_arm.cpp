@@ -84,6 +84,13 @@ Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const Ro
     return Error{script.error().message +
                  "; enable the primary interface at the pendant: Settings, Security, Services"};
   }
+  if (model.gripper_time && s.gripper_port != 0) {
+    auto gripper = RobotiqGripper::connect(to(s.gripper_port), s.gripper);
+    if (!gripper) {
+      return Error{gripper.error().message + "; its URCap must be installed, or leave it alone with --gripper-port 0"};
+    }
+    (*arm)->take_gripper(*std::move(gripper));
+  }
   (*arm)->keeper_ = std::thread([a = arm->get()] {
     for (int seen = 0; a->running_;) {
       a->work_.wait(seen);
@@ -160,6 +167,12 @@ UniversalRobotsArm::~UniversalRobotsArm() {
 }
 
 // ---------------------------------------------------------------------------------------------- connections
+
+void UniversalRobotsArm::take_gripper(std::unique_ptr<RobotiqGripper> gripper) {
+  gripper_ = std::move(gripper);
+  info_.gripper = true;
+  state_.joints.gripper = gripper_->position();
+}
 
 void UniversalRobotsArm::wake_keeper() {
   ++work_;
@@ -299,6 +312,7 @@ ArmState UniversalRobotsArm::receive() {
     keep_time_alone();
   }
   read_script();
+  if (gripper_) state_.joints.gripper = gripper_->position();
   if (rtde_ && received) proceed();
   state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
@@ -371,6 +385,9 @@ void UniversalRobotsArm::proceed() {
   if (const std::string_view why = why_not(report_.safety); !why.empty()) return stop(why);
   if (const std::string_view why = why_not(report_.mode); !why.empty()) return stop(why);
   if (!state_.joints.q.allFinite() || !state_.joints.dq.allFinite()) return stop("the robot reports no numbers");
+  if (gripper_) {
+    if (const std::string_view why = gripper_->why_not(); !why.empty()) return stop(why);
+  }
   switch (phase_) {
     case Phase::kWaiting:
       return begin_program();
@@ -504,6 +521,7 @@ void UniversalRobotsArm::send(const JointCommand& command) {
   if (phase_ != Phase::kFollowing) return;
   if (const std::string_view why = check_.refusal(command, state_.joints.q); !why.empty()) return stop(why);
   last_command_ = command;
+  if (gripper_ && command.gripper) gripper_->move_to(*command.gripper);
   send_input(&command);
 }
 

@@ -16,6 +16,7 @@
 #include "steadyhand/arm/offset_filter.hpp"
 #include "steadyhand/arm/ur_settings.hpp"
 #include "steadyhand/core/clock.hpp"
+#include "steadyhand/ur/robotiq_gripper.hpp"
 #include "steadyhand/ur/rtde_client.hpp"
 #include "steadyhand/ur/ur_modes.hpp"
 #include "steadyhand/ur/ur_primary.hpp"
@@ -46,6 +47,10 @@ class UniversalRobotsArm final : public Arm {
   ArmState receive() override;
   void send(const JointCommand& command) override;
   void restart() override;
+
+  /// What commands say of a gripper is for this one, and the arm stops while it is not well. Before the first
+  /// receive().
+  void take_gripper(std::unique_ptr<RobotiqGripper> gripper);
 
   const ControllerVersion& controller() const { return version_; }
   int protocol() const { return protocol_; }
@@ -116,6 +121,8 @@ class UniversalRobotsArm final : public Arm {
   std::string program_text_;
   std::array<std::size_t, 2> session_at_{};  ///< where the session's number stands in the text
   std::size_t uploaded_ = 0;
+
+  std::unique_ptr<RobotiqGripper> gripper_;  ///< null: none
 
   std::unique_ptr<RtdeClient> rtde_;  ///< of the control thread; null: lost
   std::unique_ptr<Script> primary_;   ///< the same; null: none since the last program was sent

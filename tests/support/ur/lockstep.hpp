@@ -49,6 +49,7 @@ class UrLockstep final : public Arm {
     around_arm(false);
   }
   void restart() override { arm_->restart(); }
+  void take_gripper(std::unique_ptr<RobotiqGripper> gripper) { arm_->take_gripper(std::move(gripper)); }
   /// As if the program had been killed.
   void kill_arm() { arm_.reset(); }
   /// As another process of this program, on the same controller.
