@@ -42,7 +42,7 @@ for (const taken of [0, 40, 400]) { // ms
     performance.now = () => (now += ++looks % 20 === 0 ? taken : 0.01);
     const { plans, rejected_plans: refused, planner_rate_hz: rate } = await played(30, 50);
     assert.equal(rate, 50);
-    assert.ok(plans > 1000, `${plans} plans`);
+    assert.ok(plans > (taken ? 500 : 1400), `${plans} plans`); // a step beyond its period delays the next by up to 100 ms
     assert.equal(refused, 0, `${refused} of ${plans}`);
   });
 }
