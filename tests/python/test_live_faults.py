@@ -6,6 +6,7 @@ import math
 import os
 import pty
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -335,7 +336,10 @@ def test_a_terminal_that_halts_who_writes_from_the_background_does_not_halt_it(t
                                stdin=slave, stdout=slave, stderr=slave, start_new_session=True)
     try:
         assert process.wait(30.0) == 0
-        assert b"hand to command" in os.read(master, 65536)
+        text = b""
+        while b"hand to command" not in text:  # a read returns what is there, which may be a line
+            assert select.select([master], [], [], 5.0)[0], text
+            text += os.read(master, 65536)
     finally:
         process.kill()
         os.close(master)  # which ends what is left there
