@@ -28,9 +28,8 @@ PROFILES = ("tracking", "follow", "carry", "waiter", "anti-slosh")
 RATE, EPISODE = 500.0, 20.0  # Hz, s
 DEEPEST = 1e-4  # m, of a contact that is rounding
 NEAR = 0.004  # m: nearer hulls are looked at by their meshes
-
-
-GLASS = coal.Cylinder(0.035, 0.11)  # m, about the tool's z
+GLASS = (0.035, 0.11)  # m, radius and height, about the tool's z
+SMALL_GLASS = (0.0175, 0.055)  # so101's
 
 
 def transform(T) -> coal.Transform3s:
@@ -42,6 +41,7 @@ class Meshes(ArmMeshes):
 
     def __init__(self, name: str):
         super().__init__(name)
+        self.glass = coal.Cylinder(*(SMALL_GLASS if name == "so101" else GLASS))
         tool = np.array(self.robot.description["tool"]["origin"])
         self.reach = np.linalg.norm(tool[:3, 3]) + 0.4 + sum(
             np.linalg.norm(np.array(joint["origin"])[:3, 3]) for joint in self.robot.description["joints"])  # fmt: skip
@@ -64,7 +64,7 @@ class Meshes(ArmMeshes):
         objects = [(name, (shape, shape), there) for name, shape, there in objects]
         # What the tool holds, and how many joints are before the links that must not touch it.
         held = [(name, (shape, shape), transform(T @ origin), self.robot.dof) for name, shape, origin in carried]
-        held.append(("the glass", (GLASS, GLASS), transform(T), self.robot.dof - 1))
+        held.append(("the glass", (self.glass, self.glass), transform(T), self.robot.dof - 1))
         for name, shape, there in objects:
             for (link, _, _, part), where in zip(self.parts, at):
                 if link > 0:
