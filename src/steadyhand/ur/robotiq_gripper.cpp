@@ -104,14 +104,24 @@ Status RobotiqGripper::look() {
   return Done{};
 }
 
+/// Looks, and tells it where to go if that is new.
+Status RobotiqGripper::turn() {
+  Status s = lines_ ? look() : open();
+  if (const int wanted = wanted_; s && health_ == Health::kFine && wanted != told_ && wanted >= 0) {
+    s = set("POS", wanted);
+    if (s) told_ = wanted;
+  }
+  return s;
+}
+
 void RobotiqGripper::keep() {
   while (running_) {
-    Status s = lines_ ? look() : open();
-    if (const int wanted = wanted_; s && health_ == Health::kFine && wanted != told_ && wanted >= 0) {
-      s = set("POS", wanted);
-      if (s) told_ = wanted;
+    bool answered = false;
+    try {
+      answered = static_cast<bool>(turn());
+    } catch (const std::exception&) {  // no memory: it is tried again
     }
-    if (!s) {
+    if (!answered) {
       if (health_ == Health::kFine) health_ = Health::kSilent;
       lines_.reset();
     }

@@ -41,6 +41,7 @@ class RobotiqGripper {
   Status set(const char* variable, int value);
   Result<int> get(const char* variable);
   Status look();
+  Status turn();
   void keep();
 
   Dial dial_;
