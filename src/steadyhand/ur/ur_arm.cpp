@@ -166,13 +166,13 @@ UniversalRobotsArm::~UniversalRobotsArm() {
   delete outgoing_script_.exchange(nullptr);
 }
 
-// ---------------------------------------------------------------------------------------------- connections
-
 void UniversalRobotsArm::take_gripper(std::unique_ptr<RobotiqGripper> gripper) {
   gripper_ = std::move(gripper);
   info_.gripper = true;
   state_.joints.gripper = gripper_->position();
 }
+
+// ---------------------------------------------------------------------------------------------- connections
 
 void UniversalRobotsArm::wake_keeper() {
   ++work_;
