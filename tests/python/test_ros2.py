@@ -102,18 +102,18 @@ def demo(domain, folder, *settings, input=None):
 
 
 class Peer:
-    """ros2_peer.py, and what it told."""
+    """ros2_peer.py, or another program of rclpy, and what it told."""
 
-    def __init__(self, domain, *arguments):
+    def __init__(self, domain, *arguments, script="ros2_peer.py"):
         environment = {
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
             "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
             "ROS_LOG_DIR": os.environ["XDG_DATA_HOME"],
         }
-        script = str(Path(__file__).with_name("ros2_peer.py"))
+        path = str(Path(__file__).with_name(script))
         self.process = subprocess.Popen(
-            [PEER_PYTHON, script, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+            [PEER_PYTHON, path, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
         )
         self.beside = None  # a program without which nothing good will come
         self.lines = queue.Queue()

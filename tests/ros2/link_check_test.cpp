@@ -67,6 +67,12 @@ TEST(Ros2Link, SaysWhatToChange) {
   r.commanders = 3;
   EXPECT_TRUE(says(r, "somebody else sent 3"));
   r = measure([](int) { return 3e-4; });
+  r.grippers = 1;
+  EXPECT_TRUE(judge(r, {}).fit);
+  r.grippers = 0;
+  EXPECT_TRUE(says(r, "0 action servers answer for the gripper at /gripper_controller/gripper_cmd"));
+  EXPECT_FALSE(judge(r, {}).fit);
+  r = measure([](int) { return 3e-4; });
   r.stamped = false;
   EXPECT_TRUE(says(r, "no stamps"));
   r = measure([](int) { return 3e-4; });

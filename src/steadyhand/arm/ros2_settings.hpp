@@ -4,6 +4,15 @@
 
 namespace steadyhand {
 
+/// A gripper behind an action control_msgs/action/GripperCommand of ROS 2.
+struct Ros2GripperSettings {
+  std::string action = "/gripper_controller/gripper_cmd";  ///< empty: it is left alone
+  std::string joint;                ///< of the joint states, that tells where it is; empty: the action alone does
+  double open = 0.0, closed = 0.8;  ///< positions of the action and that joint, in their unit, at 0 and at 1
+  double max_effort = 20.0;         ///< of a goal, N or Nm, as the controller takes it
+  double timeout = 2.0;             ///< s for an answer, beyond which the controller counts as silent
+};
+
 /// How to reach an arm through ROS 2. docs/ros2.md has the whole story.
 struct Ros2Settings {
   int domain = -1;                                          ///< -1: ROS_DOMAIN_ID, else 0
@@ -15,6 +24,7 @@ struct Ros2Settings {
   bool scene = false;            ///< take objects from MoveIt's topics (docs/ros2.md), also with other arms
   bool show = false;             ///< publish for RViz, and listen to `hand`, also with other arms
   std::string prefix;            ///< of the joints' and frames' names on the ROS side
+  Ros2GripperSettings gripper;   ///< where the robot has one
   std::string joints;            ///< names of the joints from the base, with commas between; empty: those of the robot
   double rate_hz = 100.0;        ///< of trajectories
   double look_ahead = 0.05;      ///< s between a command and its execution; all that is sent comes this much ahead

@@ -46,6 +46,7 @@ SettingsTable describe(SessionSettings& s) {
   const Interval positive = Interval::positive(), some = Interval::not_negative();
   const auto up_to = [](double high) { return Interval{0.0, high, true}; };
   const auto at_most = [](double high) { return Interval{0.0, high, false}; };
+  const Interval any_place{-10.0, 10.0};
   std::vector<std::string> solvers = solver_names();
   solvers.insert(solvers.begin(), "profile");
 
@@ -143,6 +144,15 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ros2.servo_delay", "s", "by which the arm lags behind its controller", ros2.servo_delay, at_most(0.5));
   t.add("ros2.control_rate", "Hz", "control cycles, by this computer's clock", ros2.control_rate_hz, {20.0, 500.0});
   t.add("ros2.start_within", "s", "until controller and joint states are there", ros2.start_within, up_to(60.0));
+  Ros2GripperSettings& gripper = ros2.gripper;
+  t.add("ros2.gripper", "action GripperCommand of the gripper, of robots that have one; empty: it is left alone",
+        gripper.action);
+  t.add("ros2.gripper_joint", "of the joint states, that tells where it is; empty: the action alone does",
+        gripper.joint);
+  t.add("ros2.gripper_open", "m", "(rad) position of the action, and of that joint, at open", gripper.open, any_place);
+  t.add("ros2.gripper_closed", "m", "(rad) the same at closed", gripper.closed, any_place);
+  t.add("ros2.gripper_effort", "N", "(Nm) most that a goal allows", gripper.max_effort, at_most(1e4));
+  t.add("ros2.gripper_timeout", "s", "without an answer to a goal: the arm stops", gripper.timeout, up_to(60.0));
 
   UrSettings& ur = s.ur;
   t.add("ur.delay", "s", "from a command to its effect; `check --stage slow` measures it", ur.delay, at_most(0.3));

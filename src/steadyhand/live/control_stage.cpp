@@ -160,7 +160,7 @@ void ControlStage::take_plan(Time now) {
 /// Where the hand may lead the arm it may open and close the gripper. A stop leaves it as it is, whatever it holds, and
 /// what was wanted meanwhile is not done later.
 void ControlStage::take_gripper(const JointState& measured) {
-  if (!gripper_) gripper_ = measured.gripper.value_or(0.0);
+  if (!gripper_) gripper_ = measured.gripper;
   if (hand_.gripper == last_wish_) return;
   last_wish_ = hand_.gripper;
   const SupervisionState state = supervisor_.state();

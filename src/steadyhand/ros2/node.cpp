@@ -34,14 +34,25 @@ Error failure(const std::string& what, dds_return_t code) {
                            dds_strretcode(code))};
 }
 
-/// On DDS the topics of ROS begin with rt.
-std::string dds_name(const std::string& topic) { return (topic.starts_with('/') ? "rt" : "rt/") + topic; }
+/// On DDS the topics of ROS begin with rt, and those of services with rq and rr.
+std::string dds_name(const Ros2Topic& topic) {
+  const std::string name = (topic.name.starts_with('/') ? "" : "/") + topic.name;
+  switch (topic.kind) {
+    case Ros2Topic::Kind::kRequest:
+      return "rq" + name + "Request";
+    case Ros2Topic::Kind::kReply:
+      return "rr" + name + "Reply";
+    case Ros2Topic::Kind::kTopic:
+      break;
+  }
+  return "rt" + name;
+}
 
-Qos make_qos(bool reliable, const Ros2Type& type) {
+Qos make_qos(bool reliable, int depth, const Ros2Type& type) {
   Qos qos(dds_create_qos(), dds_delete_qos);
   dds_qset_reliability(qos.get(), reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_MSECS(100));
   dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, reliable ? 1 : kAtOnce);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth);
   if (!type.hash.empty()) {
     const std::string told = fmt::format("typehash=RIHS01_{};", type.hash);
     dds_qset_userdata(qos.get(), told.data(), told.size());
@@ -207,34 +218,60 @@ Ros2Node::~Ros2Node() {
   Domains::instance().leave(domain_);
 }
 
-Result<dds_entity_t> Ros2Node::make_topic(const Ros2Type& type, const std::string& topic) {
-  const dds_entity_t entity =
-      dds_create_topic(participant_, type.descriptor, dds_name(topic).c_str(), nullptr, nullptr);
-  if (entity < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be made", topic), entity);
+std::vector<int> Ros2Subscription::publishers() const {
+  std::array<dds_instance_handle_t, kNeighbours> handles{};
+  const dds_return_t count = dds_get_matched_publications(reader_, handles.data(), handles.size());
+  std::vector<int> vendors;
+  for (int i = 0; i < std::min<int>(count, kNeighbours); ++i) {
+    dds_builtintopic_endpoint_t* const endpoint = dds_get_matched_publication_data(reader_, handles[i]);
+    if (endpoint == nullptr) continue;  // gone meanwhile
+    vendors.push_back(endpoint->key.v[0] << 8 | endpoint->key.v[1]);
+    dds_builtintopic_free_endpoint(endpoint);
+  }
+  return vendors;
+}
+
+/// A topic's descriptor is read, not kept, while it is made.
+Result<dds_entity_t> Ros2Node::make_topic(const Ros2Type& type, const Ros2Topic& topic) {
+  const dds_topic_descriptor_t& own = *type.descriptor;
+  const dds_topic_descriptor_t named{own.m_size,
+                                     own.m_align,
+                                     own.m_flagset,
+                                     own.m_nkeys,
+                                     type.name == nullptr ? own.m_typename : type.name,
+                                     own.m_keys,
+                                     own.m_nops,
+                                     own.m_ops,
+                                     own.m_meta,
+                                     own.type_information,
+                                     own.type_mapping,
+                                     own.restrict_data_representation};
+  const dds_entity_t entity = dds_create_topic(participant_, &named, dds_name(topic).c_str(), nullptr, nullptr);
+  if (entity < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be made", topic.name), entity);
   return entity;
 }
 
-Result<dds_entity_t> Ros2Node::make_writer(const Ros2Type& type, const std::string& topic, Time lifespan) {
+Result<dds_entity_t> Ros2Node::make_writer(const Ros2Type& type, const Ros2Topic& topic, Time lifespan) {
   const Result<dds_entity_t> entity = make_topic(type, topic);
   if (!entity) return entity.error();
-  const Qos qos = make_qos(true, type);
+  const Qos qos = make_qos(true, topic.every ? kAtOnce : 1, type);
   if (lifespan > Time(0)) dds_qset_lifespan(qos.get(), lifespan.count());
   const dds_entity_t writer = dds_create_writer(participant_, *entity, qos.get(), nullptr);
-  if (writer < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be published", topic), writer);
+  if (writer < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be published", topic.name), writer);
   return writer;
 }
 
-Status Ros2Node::make_reader(const Ros2Type& type, const std::string& topic, OnMessage on_message) {
+Result<dds_entity_t> Ros2Node::make_reader(const Ros2Type& type, const Ros2Topic& topic, OnMessage on_message) {
   const Result<dds_entity_t> entity = make_topic(type, topic);
   if (!entity) return entity.error();
-  const Qos qos = make_qos(false, type);
+  const Qos qos = make_qos(topic.every, kAtOnce, type);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
   listeners_.push_back(std::make_unique<Listener>(Listener{std::move(on_message), failed_}));
   const DdsListener listener(dds_create_listener(listeners_.back().get()), dds_delete_listener);
   dds_lset_data_available(listener.get(), take);
   const dds_entity_t reader = dds_create_reader(participant_, *entity, qos.get(), listener.get());
-  if (reader < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be subscribed", topic), reader);
-  return Done{};
+  if (reader < 0) return failure(fmt::format("ROS 2 topic '{}' cannot be subscribed", topic.name), reader);
+  return reader;
 }
 
 }  // namespace steadyhand

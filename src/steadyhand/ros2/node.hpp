@@ -29,6 +29,18 @@ Result<std::string> ros2_discovery();
 /// are as slow as the machine is busy.
 void prefer_this_thread();
 
+/// A topic of ROS, or a service's requests or replies, which are topics on DDS too.
+struct Ros2Topic {
+  enum class Kind { kTopic, kRequest, kReply };
+  std::string name;  ///< as ROS writes it, e.g. "/joint_states"
+  Kind kind = Kind::kTopic;
+  bool every = false;  ///< each message counts: services and actions
+
+  Ros2Topic(std::string topic) : name(std::move(topic)) {}
+  Ros2Topic(const char* topic) : name(topic) {}
+  Ros2Topic(std::string topic, Kind which, bool all) : name(std::move(topic)), kind(which), every(all) {}
+};
+
 /// A topic that this program publishes on. One thread at a time.
 template <typename Message>
 class Ros2Publisher {
@@ -49,6 +61,18 @@ class Ros2Publisher {
   dds_entity_t writer_ = 0;
 };
 
+/// A topic that this program listens to.
+class Ros2Subscription {
+ public:
+  Ros2Subscription() = default;
+  explicit Ros2Subscription(dds_entity_t reader) : reader_(reader) {}
+  /// Publishers with which it has matched, each by the number of who made its DDS (of RTPS's list of vendors).
+  std::vector<int> publishers() const;
+
+ private:
+  dds_entity_t reader_ = 0;
+};
+
 /// Takes part in a ROS 2 domain over DDS, without ROS: topics are those that ROS nodes see under the same name.
 class Ros2Node {
  public:
@@ -64,23 +88,32 @@ class Ros2Node {
   int domain() const { return domain_; }
 
   /// Reliable, volatile, the newest message only: what ROS nodes' default subscriptions match with.
-  /// @param topic as ROS writes it, e.g. "/joint_states"
   /// @param lifespan after which a message that has not arrived is not sent again; 0: never
   template <typename Message>
-  Result<Ros2Publisher<Message>> publish(const std::string& topic, Time lifespan = Time(0)) {
+  Result<Ros2Publisher<Message>> publish(const Ros2Topic& topic, Time lifespan = Time(0)) {
     const Result<dds_entity_t> writer = make_writer(type_of(static_cast<Message*>(nullptr)), topic, lifespan);
     if (!writer) return writer.error();
     return Ros2Publisher<Message>(*writer);
   }
 
   /// Calls `on_message` for each message of others, on a thread of DDS, one after the other; it must be quick. Matches
-  /// with every publisher of the type, reliable or not.
+  /// with every publisher of the type, reliable or not, but where each message counts.
   template <typename Message>
-  Status listen(const std::string& topic, std::function<void(const Message&, Ros2PublisherId)> on_message) {
-    return make_reader(type_of(static_cast<Message*>(nullptr)), topic,
-                       [on_message = std::move(on_message)](const void* message, Ros2PublisherId publisher) {
-                         on_message(*static_cast<const Message*>(message), publisher);
-                       });
+  Result<Ros2Subscription> subscribe(const Ros2Topic& topic,
+                                     std::function<void(const Message&, Ros2PublisherId)> on_message) {
+    const Result<dds_entity_t> reader =
+        make_reader(type_of(static_cast<Message*>(nullptr)), topic,
+                    [on_message = std::move(on_message)](const void* message, Ros2PublisherId publisher) {
+                      on_message(*static_cast<const Message*>(message), publisher);
+                    });
+    if (!reader) return reader.error();
+    return Ros2Subscription(*reader);
+  }
+  template <typename Message>
+  Status listen(const Ros2Topic& topic, std::function<void(const Message&, Ros2PublisherId)> on_message) {
+    const Result<Ros2Subscription> made = subscribe<Message>(topic, std::move(on_message));
+    if (!made) return made.error();
+    return Done{};
   }
 
  private:
@@ -92,9 +125,9 @@ class Ros2Node {
   Ros2Node(int domain, dds_entity_t participant, OnFailure failed)
       : domain_(domain), participant_(participant), failed_(std::move(failed)) {}
   static void take(dds_entity_t reader, void* listener);
-  Result<dds_entity_t> make_topic(const Ros2Type& type, const std::string& topic);
-  Result<dds_entity_t> make_writer(const Ros2Type& type, const std::string& topic, Time lifespan);
-  Status make_reader(const Ros2Type& type, const std::string& topic, OnMessage on_message);
+  Result<dds_entity_t> make_topic(const Ros2Type& type, const Ros2Topic& topic);
+  Result<dds_entity_t> make_writer(const Ros2Type& type, const Ros2Topic& topic, Time lifespan);
+  Result<dds_entity_t> make_reader(const Ros2Type& type, const Ros2Topic& topic, OnMessage on_message);
 
   int domain_;
   dds_entity_t participant_;

@@ -30,6 +30,7 @@ constexpr double kSetPointTime = 0.0015;  // s
 constexpr double kFullSpeed = 99.9;       // %
 constexpr double kStep = 0.004;           ///< rad, from one state to the next, beyond what ...
 constexpr double kStepTime = 0.004;       ///< ... the joints may do in the time between and so long
+constexpr Time kGripperTurn = std::chrono::milliseconds(10);
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
 constexpr std::string_view kOffPath =
@@ -88,6 +89,7 @@ Result<std::unique_ptr<Ros2Arm>> Ros2Arm::connect(const RobotModel& model, const
   if (!arm) return arm.error();
   (*arm)->running_ = true;
   (*arm)->speaker_ = std::thread([a = arm->get()] { a->speak(); });
+  if ((*arm)->gripper_) (*arm)->gripper_keeper_ = std::thread([a = arm->get()] { a->keep_gripper(); });
   return arm;
 }
 
@@ -120,8 +122,10 @@ Status Ros2Arm::join(int domain) {
   if (!trajectories) return trajectories.error();
   trajectories_ = *trajectories;
   Status listens = (*node)->listen<JointStateMessage>(
-      settings_.joint_states,
-      [this](const JointStateMessage& message, Ros2PublisherId publisher) { receive(message, publisher); });
+      settings_.joint_states, [this](const JointStateMessage& message, Ros2PublisherId publisher) {
+        hear_gripper(message);
+        receive(message, publisher);
+      });
   if (!listens) return listens.error();
   listens = (*node)->listen<JointTrajectoryMessage>(
       topic, [this](const JointTrajectoryMessage&, Ros2PublisherId) { trouble_ = Trouble::kTwoCommanders; });
@@ -136,6 +140,12 @@ Status Ros2Arm::join(int domain) {
         [this](const Float64Message& message, Ros2PublisherId) { slowed_down_ = !(message.data >= kFullSpeed); });
     if (!listens) return listens.error();
   }
+  if (model_->gripper_time && !settings_.gripper.action.empty()) {
+    auto gripper = Ros2Gripper::join(**node, settings_.gripper, *clock_);
+    if (!gripper) return gripper.error();
+    gripper_ = *std::move(gripper);
+    info_.gripper = true;
+  }
   node_ = std::move(*node);
   return Done{};
 }
@@ -145,6 +155,7 @@ Ros2Arm::~Ros2Arm() {
   ++posted_;
   posted_.notify_one();
   if (speaker_.joinable()) speaker_.join();
+  if (gripper_keeper_.joinable()) gripper_keeper_.join();
 }
 
 Result<JointVector> Ros2Arm::wait_for_states() {
@@ -153,12 +164,29 @@ Result<JointVector> Ros2Arm::wait_for_states() {
     if (clock_->now() > until) return Error{no_states_ + " (domain, topic and names are settings: ros2.*)"};
     clock_->sleep_until(clock_->now() + period_);
   }
+  while (gripper_ && !gripper_->why_not().empty()) {
+    if (clock_->now() > until) {
+      return Error{
+          fmt::format("{}: start its controller, name its action with ros2.gripper, or leave it alone with an "
+                      "empty one",
+                      gripper_->why_not())};
+    }
+    clock_->sleep_until(clock_->now() + period_);
+  }
   known_ = true;
   return received_.q;
 }
 
 // ---------------------------------------------------------------------------------------------- the thread that
 // listens
+
+/// Whoever publishes it: a gripper's driver may do that for itself.
+void Ros2Arm::hear_gripper(const JointStateMessage& message) {
+  if (!gripper_ || settings_.gripper.joint.empty() || message.position._length != message.name._length) return;
+  for (std::uint32_t i = 0; i < message.name._length; ++i) {
+    if (settings_.gripper.joint == message.name._buffer[i]) gripper_->measured(message.position._buffer[i]);
+  }
+}
 
 /// Ignores what does not name all joints, once each value, is not finite, or carries no time: it is not for us.
 void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publisher) {
@@ -226,10 +254,22 @@ void Ros2Arm::speak() {
   }
 }
 
+void Ros2Arm::keep_gripper() {
+  while (running_) {
+    try {
+      gripper_->talk();
+    } catch (const std::exception&) {
+      trouble_ = Trouble::kThrew;
+    }
+    std::this_thread::sleep_for(kGripperTurn);
+  }
+}
+
 /// What it throws is a reason to stop, not the program's end.
 void Ros2Arm::talk() {
   try {
     write_letter();
+    if (gripper_ && !gripper_keeper_.joinable()) gripper_->talk();
   } catch (const std::exception&) {
     trouble_ = Trouble::kThrew;
   }
@@ -270,6 +310,7 @@ ArmState Ros2Arm::receive() {
     if (!states_are_recent()) state_.joints.dq.setZero();
     if (!(state_.joints.dq.cwiseAbs().maxCoeff() < kStanding)) moved_ = state_.joints.stamp.made;
   }
+  if (gripper_) state_.joints.gripper = gripper_->position();
   if (phase_ != Phase::kStopped) proceed();
   if (phase_ == Phase::kStopped && lets_go_ && why_not().empty() && standing()) {
     lets_go_ = false;
@@ -327,7 +368,8 @@ std::string_view Ros2Arm::why_not() const {
 }
 
 void Ros2Arm::proceed() {
-  const std::string_view why = why_not();
+  std::string_view why = why_not();
+  if (why.empty() && gripper_) why = gripper_->why_not();
   switch (phase_) {
     case Phase::kWaiting:
       if (why.empty() && standing()) return begin_settling();
@@ -476,6 +518,7 @@ void Ros2Arm::send(const JointCommand& command) {
   const JointCommand on_plan = sample(plan_, now);
   if (!same(on_plan, command)) return stop("a command is not on the plan that was checked");
   last_command_ = state_.joints.stamp.made;
+  if (gripper_ && command.gripper) gripper_->move_to(*command.gripper);
   remember(command);
   order({command.stamp, command.q, command.dq, on_plan.ddq}, now);
   if (++cycles_since_order_ < cycles_per_order_) return;
@@ -506,6 +549,7 @@ void Ros2Arm::restart() {
   state_.reason = {};
   lets_go_ = false;
   trouble_ = Trouble::kNone;
+  if (gripper_) gripper_->restart();
 }
 
 }  // namespace steadyhand

@@ -15,6 +15,7 @@
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/ros2/joint_order.hpp"
 #include "steadyhand/ros2/node.hpp"
+#include "steadyhand/ros2/ros2_gripper.hpp"
 
 namespace steadyhand {
 
@@ -41,8 +42,8 @@ class Ros2Arm final : public Arm {
 
   /// Sends what is due. Only without a thread.
   void talk();
-  /// Waits for the first joint states; where the joints are then. Fails if none came in time, with what to do. Before
-  /// the first receive().
+  /// Waits for the first joint states, and for the gripper's action server where the robot has a gripper; where the
+  /// joints are then. Fails if they did not come in time, with what to do. Before the first receive().
   Result<JointVector> wait_for_states();
 
  private:
@@ -87,7 +88,9 @@ class Ros2Arm final : public Arm {
   Status join(int domain);
   void receive(const JointStateMessage& message, Ros2PublisherId publisher);
   void receive(const ControllerStateMessage& message);
+  void hear_gripper(const JointStateMessage& message);
   void speak();
+  void keep_gripper();
   void write_letter();
   void keep_time();
   void proceed();
@@ -152,8 +155,9 @@ class Ros2Arm final : public Arm {
   Order letter_order_;
   Letter letter_;
   std::atomic<bool> running_{false};
-  std::thread speaker_;
-  std::unique_ptr<Ros2Node> node_;  ///< last: goes first, and with it all callbacks
+  std::thread speaker_, gripper_keeper_;
+  std::unique_ptr<Ros2Gripper> gripper_;  ///< null: none
+  std::unique_ptr<Ros2Node> node_;        ///< last: goes first, and with it all callbacks
 };
 
 }  // namespace steadyhand

@@ -68,6 +68,12 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
                     "program",
                     s.speed_scaling, r.speed_scaling));
   }
+  if (r.grippers && *r.grippers != 1) {
+    say(
+        fmt::format("{} action servers answer for the gripper at {}; one should: start its controller, name its action "
+                    "with ros2.gripper, or leave it alone with an empty one",
+                    *r.grippers, s.gripper.action));
+  }
   if (r.commanders > 0) {
     say(fmt::format("somebody else sent {} trajectories to {}: end that program", r.commanders, s.controller));
   }
@@ -138,6 +144,14 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
     });
     if (!listens) return listens.error();
   }
+  std::optional<Ros2Subscription> grippers;
+  if (model.gripper_time && !s.gripper.action.empty()) {
+    const auto heard = (*node)->subscribe<GoalStatusArrayMessage>(
+        {s.gripper.action + "/_action/status", Ros2Topic::Kind::kTopic, true},
+        [](const GoalStatusArrayMessage&, Ros2PublisherId) {});
+    if (!heard) return heard.error();
+    grippers = *heard;
+  }
   int controllers = 0;
   std::thread([&] {
     prefer_this_thread();
@@ -150,8 +164,12 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
     }
     controllers = trajectories->subscribers();
   }).join();
+  std::optional<int> servers;
+  if (grippers) servers = static_cast<int>(grippers->publishers().size());
   node->reset();  // its threads use what is made here
-  return meter.report(controllers);
+  Ros2LinkReport report = meter.report(controllers);
+  report.grippers = servers;
+  return report;
 }
 
 }  // namespace steadyhand

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ struct Ros2LinkReport {
   bool stamped = true;           ///< states say when
   bool active = false;           ///< a controller tells of itself, as it does while it is active
   double speed_scaling = 100.0;  ///< %, smallest that the hardware told
+  std::optional<int> grippers;   ///< action servers of the gripper; none: the robot has no gripper
 };
 
 struct Ros2LinkJudgement {

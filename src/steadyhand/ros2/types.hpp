@@ -19,12 +19,27 @@ using MarkerArrayMessage = visualization_msgs_msg_dds__MarkerArray_;
 using CollisionObjectMessage = moveit_msgs_msg_dds__CollisionObject_;
 using AttachedObjectMessage = moveit_msgs_msg_dds__AttachedCollisionObject_;
 using PlanningSceneMessage = moveit_msgs_msg_dds__PlanningScene_;
+using GoalStatusArrayMessage = action_msgs_msg_dds__GoalStatusArray_;
+using GripperFeedbackMessage = control_msgs_action_dds__GripperCommand_FeedbackMessage_;
+/// Of an action's services: as most middlewares of ROS send them ...
+using SendGoalRequest = control_msgs_action_dds__GripperCommand_SendGoal_Request_;
+using SendGoalResponse = control_msgs_action_dds__GripperCommand_SendGoal_Response_;
+using GetResultRequest = control_msgs_action_dds__GripperCommand_GetResult_Request_;
+using GetResultResponse = control_msgs_action_dds__GripperCommand_GetResult_Response_;
+using CancelGoalRequest = action_msgs_srv_dds__CancelGoal_Request_;
+/// ... and as Cyclone DDS's does, with who asked first.
+using NumberedSendGoalRequest = numbered_dds__SendGoal_Request_;
+using NumberedSendGoalResponse = numbered_dds__SendGoal_Response_;
+using NumberedGetResultRequest = numbered_dds__GetResult_Request_;
+using NumberedGetResultResponse = numbered_dds__GetResult_Response_;
+using NumberedCancelGoalRequest = numbered_dds__CancelGoal_Request_;
 
 /// What DDS has to know of a type of message, and the hash of its definition by which nodes of ROS (from Iron on) know
 /// it: REP 2016. None where distributions differ.
 struct Ros2Type {
   const dds_topic_descriptor_t* descriptor;
   std::string_view hash = {};
+  const char* name = nullptr;  ///< on DDS, where it is not the descriptor's own
 };
 
 inline Ros2Type type_of(const JointTrajectoryMessage*) {
@@ -55,6 +70,54 @@ inline Ros2Type type_of(const MarkerArrayMessage*) {
 inline Ros2Type type_of(const CollisionObjectMessage*) { return {&moveit_msgs_msg_dds__CollisionObject__desc}; }
 inline Ros2Type type_of(const AttachedObjectMessage*) { return {&moveit_msgs_msg_dds__AttachedCollisionObject__desc}; }
 inline Ros2Type type_of(const PlanningSceneMessage*) { return {&moveit_msgs_msg_dds__PlanningScene__desc}; }
+
+inline Ros2Type type_of(const GoalStatusArrayMessage*) {
+  return {&action_msgs_msg_dds__GoalStatusArray__desc,
+          "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e"};
+}
+inline Ros2Type type_of(const GripperFeedbackMessage*) {
+  return {&control_msgs_action_dds__GripperCommand_FeedbackMessage__desc,
+          "392ff03fcd872f9dc2405cbeb2897fcf011ad9998458b6aa85c603b8a49e431d"};
+}
+inline Ros2Type type_of(const SendGoalRequest*) {
+  return {&control_msgs_action_dds__GripperCommand_SendGoal_Request__desc,
+          "1b869b7b4042272dc0f8ed65468c4e57c9e532ea5e53ce74fda0767eefbfa983"};
+}
+inline Ros2Type type_of(const SendGoalResponse*) {
+  return {&control_msgs_action_dds__GripperCommand_SendGoal_Response__desc,
+          "0c8dda5e9d39ab5e3162b66e79b292a4258659ddfcf8722d39463f718b6c59bc"};
+}
+inline Ros2Type type_of(const GetResultRequest*) {
+  return {&control_msgs_action_dds__GripperCommand_GetResult_Request__desc,
+          "1a3308da3acbc62cd8a3c823de80ba9e5f9b6bb6f6056d1ad6b29f5f285f97ae"};
+}
+inline Ros2Type type_of(const GetResultResponse*) {
+  return {&control_msgs_action_dds__GripperCommand_GetResult_Response__desc,
+          "32ed5e1b5906767a3e9914dca4c4aed22529918f6c2360e6fb382363d4df4b45"};
+}
+inline Ros2Type type_of(const CancelGoalRequest*) {
+  return {&action_msgs_srv_dds__CancelGoal_Request__desc,
+          "3d3c84653c1f96918086887e1dcb236faec88b81a5b14fd4cf4840065bcdf8af"};
+}
+/// The numbered one under the other's name.
+inline Ros2Type numbered(const dds_topic_descriptor_t& numbered, const Ros2Type& plain) {
+  return {&numbered, plain.hash, plain.descriptor->m_typename};
+}
+inline Ros2Type type_of(const NumberedSendGoalRequest*) {
+  return numbered(numbered_dds__SendGoal_Request__desc, type_of(static_cast<SendGoalRequest*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedSendGoalResponse*) {
+  return numbered(numbered_dds__SendGoal_Response__desc, type_of(static_cast<SendGoalResponse*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedGetResultRequest*) {
+  return numbered(numbered_dds__GetResult_Request__desc, type_of(static_cast<GetResultRequest*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedGetResultResponse*) {
+  return numbered(numbered_dds__GetResult_Response__desc, type_of(static_cast<GetResultResponse*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedCancelGoalRequest*) {
+  return numbered(numbered_dds__CancelGoal_Request__desc, type_of(static_cast<CancelGoalRequest*>(nullptr)));
+}
 
 /// A DDS sequence over the elements of something contiguous that outlives it.
 template <typename Sequence, typename Container>

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "steadyhand/ros2/goal_id.hpp"
+#include "steadyhand/ros2/node.hpp"
+
+namespace steadyhand {
+
+/// The three services of an action GripperCommand. Middlewares of ROS disagree on how an answer says to which request
+/// it belongs: Cyclone DDS's puts that into the message, the others beside it, where DDS's interface does not show it.
+/// So answers there may be another client's, which who listens has to bear.
+class GripperServices {
+ public:
+  using OnAnswer = std::function<void(bool accepted)>;
+  using OnResult = std::function<void(const control_msgs_action_dds__GripperCommand_Result_&)>;
+
+  /// Callbacks run on a thread of DDS.
+  GripperServices(Ros2Node& node, std::string action, OnAnswer on_answer, OnResult on_result);
+  ~GripperServices();
+
+  /// Makes what this server's middleware needs, once. @param vendor of its DDS
+  Status speak_to(int vendor);
+  /// Whether requests would arrive, and answers come back.
+  bool are_there() const;
+
+  void send_goal(const GoalId& id, double position, double max_effort);
+  void ask_result(const GoalId& id);
+  void cancel(const GoalId& id);
+
+ private:
+  struct Way;
+  struct PlainWay;
+  struct NumberedWay;
+  Ros2Node* node_;
+  std::string action_;
+  OnAnswer on_answer_;
+  OnResult on_result_;
+  std::unique_ptr<Way> plain_, numbered_;
+  Way* way_ = nullptr;  ///< of the newest server; null: none was seen
+};
+
+}  // namespace steadyhand
