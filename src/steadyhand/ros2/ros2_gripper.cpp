@@ -195,7 +195,7 @@ void Ros2Gripper::look_after_goal(Time now) {
   {
     const std::lock_guard lock(mutex_);
     if (!goal_ || health_ != Health::kFine) return;
-    Goal& goal = *goal_;
+    GripperGoal& goal = *goal_;
     const Time patience = from_seconds(settings_.timeout);
     if (others_ || goal.status == kCanceled) {
       health_ = Health::kTakenOver;

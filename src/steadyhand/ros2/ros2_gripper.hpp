@@ -16,6 +16,18 @@
 
 namespace steadyhand {
 
+/// What a client knows of the newest goal that it sent.
+struct GripperGoal {
+  GoalId id{};
+  Time sent{0};
+  bool answered = false;               ///< by anybody: the server is awake
+  std::optional<Time> refused{};       ///< when an answer was heard that may have been ours
+  std::optional<Time> accepted_at{};   ///< of the server's clock; by its status
+  int status = 0;                      ///< of action_msgs/GoalStatus
+  std::optional<Time> asked_result{};  ///< when
+  bool over = false;
+};
+
 /// A gripper behind an action server of ROS 2, control_msgs/action/GripperCommand: each place that is wanted is a goal,
 /// which takes the place of the one before; at most ten a second, the newest. An action's answers are its status,
 /// which names goals, so that other clients' answers are not taken for ours. A goal that nobody answers is cancelled,
@@ -42,17 +54,6 @@ class Ros2Gripper {
 
  private:
   enum class Health { kFine, kNobody, kSeveral, kSilent, kRejected, kGaveUp, kTakenOver };
-  /// Of the newest goal.
-  struct Goal {
-    GoalId id{};
-    Time sent{0};
-    bool answered = false;               ///< by anybody: the server is awake
-    std::optional<Time> refused{};       ///< when an answer was heard that may have been ours
-    std::optional<Time> accepted_at{};   ///< of the server's clock; by its status
-    int status = 0;                      ///< of action_msgs/GoalStatus
-    std::optional<Time> asked_result{};  ///< when
-    bool over = false;
-  };
 
   Ros2Gripper(Ros2Node& node, const Ros2GripperSettings& settings, const Clock& clock);
   void hear(const GoalStatusArrayMessage& message);
@@ -79,7 +80,7 @@ class Ros2Gripper {
   GoalIds ids_;
 
   std::mutex mutex_;  ///< of what that thread and those of DDS share; not held while something is sent
-  std::optional<Goal> goal_;
+  std::optional<GripperGoal> goal_;
   bool others_ = false;  ///< another client's goal was accepted after ours
 };
 
