@@ -99,7 +99,7 @@ element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
 offerFirstSteps(() => panel.playFirst());
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);
-const gamepads = new Gamepads(hand, session, wantLease, stop, now);
+const gamepads = new Gamepads(hand, session, wantLease, stop, (closed) => panel.squeeze(closed), now);
 const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset(), command: (kind, more) => panel.command(kind, more) }, () => void offerHeadset());
 
 async function offerHeadset(): Promise<void> {

@@ -115,14 +115,19 @@ export class Panel {
       (value) => this.command('fill', { value: value / 1000 }));
     this.#slider('tilt', () => { const c = controls(); return c && (c.tilt * 180) / Math.PI; }, tiltText,
       (value) => this.command('tilt', { value: (value * Math.PI) / 180 }));
-    this.#slider('gripper', () => { const g = this.session.state?.gripper; return g === null || g === undefined ? undefined : g * 100; },
+    this.#slider('gripper', () => { const g = this.session.state?.gripper ?? this.session.state?.gripper_command; return typeof g === 'number' ? g * 100 : undefined; },
       (v) => (v < 2 ? 'open' : v > 98 ? 'closed' : `${v.toFixed(0)} % closed`), (value) => this.#grip(value / 100));
     addEventListener('keydown', (event) => {
       if (event.code !== 'KeyG' || event.repeat || event.ctrlKey || event.metaKey || event.altKey || isTyped(event.target)) return;
       const { state, mayTake, past } = this.session;
-      if (typeof state?.gripper !== 'number' || !mayTake || past) return;
-      this.#grip((this.hand.gripper ?? state.gripper) > 0.5 ? 0 : 1);
+      if (!this.session.hasGripper || !mayTake || past) return;
+      this.#grip((this.hand.gripper ?? state?.gripper ?? 0) > 0.5 ? 0 : 1);
     });
+  }
+
+  /** A trigger moved: 0 open to 1 closed. Takes the arm from nobody, as it may be touched by accident. */
+  squeeze(closed: number): void {
+    if (this.session.hasGripper && this.session.yours && !this.session.past) this.hand.gripper = closed;
   }
 
   /** 0 open to 1 closed. */
@@ -280,7 +285,7 @@ export class Panel {
     element('refilled', HTMLElement).hidden = !refilled;
     write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
     this.#showWave(present);
-    element('gripper-line', HTMLElement).hidden = typeof state?.gripper !== 'number';
+    element('gripper-line', HTMLElement).hidden = !session.hasGripper;
     this.#showPolicy(session.past ? undefined : state, present && session.mayTake);
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;

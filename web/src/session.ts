@@ -113,6 +113,8 @@ export class Session {
 
   /** The tool holds a glass. */
   get hasGlass(): boolean { return !this.welcome?.robot?.gripper; }
+  /** The arm tells where its gripper is, or has one by its file: behind some controllers it is not told before it moved. */
+  get hasGripper(): boolean { return typeof this.state?.gripper === 'number' || (this.state !== null && !this.hasGlass); }
   /** The glass was filled anew a moment ago, and somebody should hear of it. */
   wasRefilled(now: number): boolean { return this.hasGlass && now - this.#refilledAt < REFILL_TOLD; }
 

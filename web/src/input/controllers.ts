@@ -9,6 +9,27 @@ export function isController(source: XRInputSource): boolean {
     && !source.profiles.some((profile) => profile.includes('hand'));
 }
 
+const SMALLEST_MOVE = 0.02; // of a trigger's way: less is noise
+
+/**
+ * A gamepad's trigger as a gripper: how far it is pulled, each time that it moves. One that lies still says nothing, so
+ * that a gripper keeps what it holds when a gamepad is plugged in, and when another way in opened or closed it.
+ */
+export class Trigger {
+  #at: number | null = null;
+
+  /** @returns 0 to 1, where it moved; null where it did not, or is seen for the first time */
+  moved(value: number): number | null {
+    const before = this.#at, end = value === 0 || value === 1;
+    if (before !== null && (end ? value === before : Math.abs(value - before) < SMALLEST_MOVE)) return null;
+    this.#at = value;
+    return before === null ? null : value;
+  }
+
+  /** It is out of sight: where it is then, it was moved unseen. */
+  forget(): void { this.#at = null; }
+}
+
 /** What each controller's buttons did from one frame to the next. */
 export class Buttons {
   #held = new WeakMap<XRInputSource, boolean[]>();

@@ -1,6 +1,7 @@
 import type { Hand } from '../hand';
 import { multiply, normalize, rotation, type MutableQuat, type MutableVec3 } from '../frames';
 import type { Session } from '../session';
+import { Trigger } from './controllers';
 import { isTyped } from './shortcuts';
 
 const SPEED = 0.25; // m/s
@@ -82,20 +83,25 @@ export class Keys extends RateInput {
 
 /** s without a new timestamp after which a gamepad counts as silent: browsers go on showing what they heard last of one that is gone. */
 const SILENT = 0.5;
-const STOP = 1, GRIP = 5;
+const STOP = 1, GRIP = 5, LEFT_TRIGGER = 6, RIGHT_TRIGGER = 7;
 
-/** Right bumper held engages; left stick moves, right stick lifts and turns, button B of any gamepad stops. */
+/**
+ * Right bumper held engages; left stick moves, right stick lifts and turns, either trigger closes the gripper, button B of
+ * any gamepad stops.
+ */
 export class Gamepads extends RateInput {
   readonly #stopHeld: boolean[] = [];
   /** The gamepad that leads, by its place in the browser's list. */
   #leads = -1;
   /** Its bumper was seen open since it was silent last. */
   #opened = false;
+  readonly #trigger = new Trigger();
   #timestamp = 0;
   #heard = -Infinity;
   #plugged = false;
 
-  constructor(hand: Hand, session: Session, wantLease: () => void, private readonly onStop: () => void, private readonly now: () => number) {
+  constructor(hand: Hand, session: Session, wantLease: () => void, private readonly onStop: () => void,
+              private readonly onGripper: (closed: number) => void, private readonly now: () => number) {
     super('gamepad', hand, session, wantLease);
     // Asked 90 times a second, the browser makes its list anew each time.
     const look = (): void => { this.#plugged = (navigator.getGamepads?.() ?? []).some((pad) => pad?.mapping === 'standard'); };
@@ -123,12 +129,15 @@ export class Gamepads extends RateInput {
     if (pad?.mapping !== 'standard') {
       this.#leads = -1;
       this.#opened = false;
+      this.#trigger.forget();
       return this.advance(dt, false);
     }
     if (pad.timestamp !== this.#timestamp) {
       this.#timestamp = pad.timestamp;
       this.#heard = this.now();
     }
+    const closed = this.#trigger.moved(Math.max(pad.buttons[LEFT_TRIGGER]?.value ?? 0, pad.buttons[RIGHT_TRIGGER]?.value ?? 0));
+    if (closed !== null) this.onGripper(closed);
     const gripped = pad.buttons[GRIP]?.pressed ?? false;
     if (!gripped) this.#opened = true;
     else if (this.now() - this.#heard > SILENT) this.#opened = false;

@@ -174,7 +174,7 @@ export class Headset {
       this.#scale(source.gamepad!.axes[3] ?? 0, now);
       if (source.handedness === this.#handedness) leading = source;
     }
-    const grips = typeof this.facts.state?.gripper === 'number'; // then the trigger closes it, and pours nothing
+    const grips = this.facts.hasGripper; // then the trigger closes it, and pours nothing
     if (grips && leading && this.hand.source === 'headset') this.hand.gripper = leading.gamepad!.buttons[TRIGGER]?.value ?? 0;
     const pulled = !grips && leading !== undefined && (this.#tiltAfter === null ? this.#buttons.began(leading, TRIGGER) : this.#buttons.isPressed(leading, TRIGGER));
     this.#pour(pulled && this.hand.source === 'headset');
