@@ -135,7 +135,7 @@ TEST(Gripper, FollowsTheHandButNotThroughAStop) {
   HandReport hand;
   const auto wants = [&](double gripper) {
     hand.gripper = gripper;
-    hand.received = hand.good = loop.now();
+    hand.received = hand.good = hand.gripper_said = loop.now();
     loop.links.hand.write(hand);
     return loop.cycle().gripper;
   };
@@ -150,6 +150,39 @@ TEST(Gripper, FollowsTheHandButNotThroughAStop) {
   ASSERT_EQ(loop.control->state(), SupervisionState::kReady);
   EXPECT_EQ(loop.cycle().gripper, 0.7) << "what was wanted meanwhile is not done later";
   EXPECT_EQ(wants(0.2), 0.2);
+}
+
+TEST(Gripper, WhatIsWantedWhileTheArmGetsReadyIsDoneThenButNotThroughAStopNorLate) {
+  const auto gets_ready = [](double seconds, bool stopped) {
+    ControlSettings settings;
+    settings.gripper = true;
+    Loop loop(*open_robot("ur5e"), settings);
+    loop.state.joints.gripper = 0.25;
+    loop.state.status = ArmStatus::kStopped;  // switched off and on again
+    loop.cycle();
+    loop.links.asked.reset();
+    loop.state.status = ArmStatus::kStarting;
+    for (int i = 0; i < 200 && loop.control->state() != SupervisionState::kIdle; ++i) loop.cycle();
+    EXPECT_EQ(loop.control->state(), SupervisionState::kIdle);
+    HandReport hand;
+    hand.gripper = 1.0;
+    hand.received = hand.good = hand.gripper_said = loop.now();
+    loop.links.hand.write(hand);
+    for (double t = 0.0; t < seconds; t += 0.002) EXPECT_EQ(loop.cycle().gripper, 0.25);
+    if (stopped) {
+      loop.links.asked.stop();
+      loop.cycle();
+      EXPECT_EQ(loop.control->state(), SupervisionState::kStopping);
+      loop.links.asked.reset();
+    }
+    loop.state.status = ArmStatus::kFollowing;
+    for (int i = 0; i < 200 && loop.control->state() != SupervisionState::kReady; ++i) loop.cycle();
+    EXPECT_EQ(loop.control->state(), SupervisionState::kReady);
+    return loop.cycle().gripper.value_or(-1.0);
+  };
+  EXPECT_EQ(gets_ready(1.0, false), 1.0);
+  EXPECT_EQ(gets_ready(1.0, true), 0.25) << "after a stop";
+  EXPECT_EQ(gets_ready(5.1, false), 0.25) << "long after";
 }
 
 TEST(Gripper, OfAnArmWithoutOneIsNotCommanded) {

@@ -46,11 +46,6 @@ def test_the_operator_closes_and_opens_it(tmp_path):
         demo = Demo(tmp_path, *words(address, server.server_address[1]))
         client = demo.client()
         client.send(type="take")
-        deadline = time.monotonic() + PATIENCE
-        while (client.state or {}).get("state") != "ready":  # what is wanted before is not done later
-            assert time.monotonic() < deadline, client.state
-            client.messages(0.05)
-
         def reaches(wish, position):
             deadline = time.monotonic() + PATIENCE
             while abs(((client.state or {}).get("gripper") or 0.0) - wish) > 0.01 or server.values["POS"] != position:

@@ -372,6 +372,16 @@ test('a gripper is drawn as far open as it is, and no glass', NEEDS_PROGRAM, asy
   for (const shown of ['#wave', '#spill', '#fill', '[data-chart=lateral]']) assert.equal(await page.isVisible(shown), false, `${shown} is of a glass`);
   assert.match(await page.textContent('#advice'), /the gripper/);
   await shot(page, 'gripper');
+  const pull = (trigger) => page.evaluate((value) => {
+    const buttons = Array.from({ length: 17 }, (_, i) => ({ pressed: false, value: i === 7 ? value : 0 }));
+    navigator.getGamepads = () => [{ mapping: 'standard', timestamp: performance.now(), axes: [0, 0, 0, 0], buttons }];
+    dispatchEvent(new Event('gamepadconnected'));
+  }, trigger);
+  await pull(0); // as it lies there
+  await page.waitForTimeout(300);
+  assert.ok((await seen()).gap < 0.005, 'a gamepad that is plugged in opens nothing');
+  await pull(0.5);
+  await until(async () => Math.abs((await seen()).gap - 0.043) < 0.004, 'a gripper half open');
   assert.deepEqual(page.complaints, []);
 });
 

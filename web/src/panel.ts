@@ -253,7 +253,8 @@ export class Panel {
   #showPolicy(state: StateMessage | null | undefined, mayChoose: boolean): void {
     const { policy = '', policy_turn: turn = false } = state?.controls ?? {};
     element('policy-line', HTMLElement).hidden = policy === '';
-    if (state?.leader === 'policy') this.hand.leaveGripper();
+    const halted = state?.state === 'stopping' || state?.state === 'fault'; // what is wanted then is not done later
+    if (state?.leader === 'policy' || halted) this.hand.leaveGripper();
     const choice = button('policy');
     choice.disabled = !mayChoose || (!turn && state?.state !== 'ready');
     choice.setAttribute('aria-pressed', String(turn));

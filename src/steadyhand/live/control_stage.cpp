@@ -17,6 +17,7 @@ constexpr double kAtRest = 0.02;  // rad/s (m/s)
 constexpr double kEasy = 0.2;  // s
 /// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
 constexpr double kEachCycle = 2.0;
+constexpr Time kWishWaits = std::chrono::seconds(5);  ///< of the gripper, for an arm that gets ready
 constexpr std::size_t kAtLeast = 16;
 
 bool same(const JointCommand& a, const JointCommand& b, double tolerance) {
@@ -158,15 +159,17 @@ void ControlStage::take_plan(Time now) {
 }
 
 /// Where the hand may lead the arm it may open and close the gripper. A stop leaves it as it is, whatever it holds, and
-/// what was wanted meanwhile is not done later.
+/// what was wanted meanwhile is not done later. While the arm gets ready a wish waits for it, but not for long: nobody
+/// expects it any more then.
 void ControlStage::take_gripper(const JointState& measured) {
   if (!gripper_) gripper_ = measured.gripper;
-  if (hand_.gripper == last_wish_) return;
-  last_wish_ = hand_.gripper;
+  if (hand_.gripper != last_wish_) last_wish_ = waiting_wish_ = hand_.gripper;
   const SupervisionState state = supervisor_.state();
-  const bool leads =
-      state == SupervisionState::kReady || state == SupervisionState::kEngaged || state == SupervisionState::kHolding;
-  if (leads) gripper_ = last_wish_;
+  const bool halted = state == SupervisionState::kStopping || state == SupervisionState::kFault;
+  if (halted || measured.stamp.made - hand_.gripper_said > kWishWaits) waiting_wish_.reset();
+  if (state == SupervisionState::kIdle || !waiting_wish_) return;
+  gripper_ = waiting_wish_;
+  waiting_wish_.reset();
 }
 
 /// Made for what there is, or as good for it: while objects change faster than plans are made, there are no others.

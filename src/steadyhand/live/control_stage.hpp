@@ -69,6 +69,7 @@ class ControlStage {
   std::uint64_t last_cycle_ = 0;
   JointCommand last_;                          ///< command of the last cycle
   std::optional<double> gripper_, last_wish_;  ///< what it is told; what the hand wanted at last
+  std::optional<double> waiting_wish_;         ///< wanted, and not done yet
   Output output_;
   ControlView view_;
 

@@ -124,7 +124,10 @@ HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
   if (verdict == HandVerdict::kGood) {
     trusted_ = sample;
     report_.good = now;
-    if (sample.gripper && *sample.gripper >= 0.0 && *sample.gripper <= 1.0) report_.gripper = sample.gripper;
+    if (sample.gripper && *sample.gripper >= 0.0 && *sample.gripper <= 1.0) {
+      report_.gripper = sample.gripper;
+      report_.gripper_said = now;
+    }
   }
   last_ = sample;
   any_ = true;

@@ -52,6 +52,7 @@ struct HandReport {
   HandVerdict verdict = HandVerdict::kGood;  ///< why not
   std::uint64_t grips = 0;                   ///< how often the clutch was seen to close, each after it was seen open
   std::optional<double> gripper{};           ///< 0 open to 1 closed, of the last good one that said it
+  Time gripper_said{0};                      ///< when that arrived
   Leader leader = Leader::kPerson;           ///< of the last sample
 };
 
