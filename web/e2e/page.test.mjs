@@ -371,6 +371,12 @@ test('a gripper is drawn as far open as it is, and no glass', NEEDS_PROGRAM, asy
   await until(async () => (await seen()).gap < 0.005, 'a closed gripper');
   for (const shown of ['#wave', '#spill', '#fill', '[data-chart=lateral]']) assert.equal(await page.isVisible(shown), false, `${shown} is of a glass`);
   assert.match(await page.textContent('#advice'), /the gripper/);
+  assert.match(await page.innerText('.hint'), /grips/);
+  const plots = await page.evaluate(() => {
+    const right = (chart) => Math.round(document.querySelector(`[data-chart=${chart}] canvas`).getBoundingClientRect().right);
+    return { strip: right('states'), below: right('error') };
+  });
+  assert.ok(Math.abs(plots.strip - plots.below) < 30, `states lie over their plots: ${JSON.stringify(plots)}`);
   await shot(page, 'gripper');
   const pull = (trigger) => page.evaluate((value) => {
     const buttons = Array.from({ length: 17 }, (_, i) => ({ pressed: false, value: i === 7 ? value : 0 }));

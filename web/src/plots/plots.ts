@@ -143,7 +143,7 @@ export class Plots {
     for (const { plot, box, height } of this.#inTurn) {
       if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height });
     }
-    const width = this.#inTurn[0]!.box.clientWidth - AXIS - 14;
+    const width = Math.max(...this.#inTurn.map(({ box }) => box.clientWidth)) - AXIS - 14; // one whose arm holds no glass is hidden
     if (width > 0) {
       this.#strip.canvas.style.width = `${width}px`;
       this.#strip.resize(width);
