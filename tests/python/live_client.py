@@ -28,10 +28,10 @@ def run_soon(soon):
 class Demo:
     """The program, with a page on a free port."""
 
-    def __init__(self, folder, *arguments, browser=False):
+    def __init__(self, folder, *arguments, browser=False, command=(PROGRAM, "demo"), environment=None):
         self.process = subprocess.Popen(
-            [PROGRAM, "demo", *([] if browser else ["--no-browser"]), "--port", "0", "--sessions", str(folder), *map(str, arguments)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            [*command, *([] if browser else ["--no-browser"]), "--port", "0", "--sessions", str(folder), *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
         self.lines, self.codes = [], []
         self.new_code = threading.Condition()
         self.reader = threading.Thread(target=self._read, daemon=True)

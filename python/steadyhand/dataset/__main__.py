@@ -69,7 +69,7 @@ def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tupl
         return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
 
 
-def _read(files: list[Path], robot: str | None, options: dict[str, Any], workers: int) -> tuple[list[Episode], list[str]]:
+def read_sessions(files: list[Path], robot: str | None, options: dict[str, Any], workers: int) -> tuple[list[Episode], list[str]]:
     """All sessions, in the order given. A worker that dies takes no other session with it."""
     if workers == 1:
         answers = {path: _episodes_of(path, robot, options) for path in files}
@@ -112,7 +112,7 @@ def run(words: list[str]) -> int:
     except ImportError as error:
         raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
     options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video}
-    episodes, left_out = _read(_files(arguments.sessions), arguments.robot, options, arguments.workers)
+    episodes, left_out = read_sessions(_files(arguments.sessions), arguments.robot, options, arguments.workers)
     for line in left_out:
         print(f"steadyhand: left out: {line}", file=sys.stderr)
     info = write(arguments.out, episodes)

@@ -43,11 +43,11 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
     folder = Path(folder)
     if not episodes:
         raise ValueError("there is no episode to write")
-    info = _new_info(episodes[0])
+    info = new_info(episodes[0])
     for episode in episodes:
-        _must_match(_new_info(episode), info, f"{episode.session} at {episode.start:.1f} s", "the first episode")
+        _must_match(new_info(episode), info, f"{episode.session} at {episode.start:.1f} s", "the first episode")
     if folder.exists() and any(folder.iterdir()):
-        before = _read_info(folder)
+        before = read_info(folder)
         _must_match(info, before, "what is to be appended", str(folder))
         info = before
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -63,7 +63,7 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
     return info
 
 
-def _new_info(episode: Episode) -> dict[str, Any]:
+def new_info(episode: Episode) -> dict[str, Any]:
     features: dict[str, Any] = {name: {"dtype": frames.dtype, "shape": [len(frames.names)], "names": list(frames.names)} for name, frames in episode.features.items()}
     features |= {name: feature(film, episode.fps) for name, film in sorted(episode.films.items())}
     return {
@@ -83,7 +83,7 @@ def _new_info(episode: Episode) -> dict[str, Any]:
     }
 
 
-def _read_info(folder: Path) -> dict[str, Any]:
+def read_info(folder: Path) -> dict[str, Any]:
     path = folder / "meta/info.json"
     try:
         info = json.loads(path.read_text(encoding="utf-8"))

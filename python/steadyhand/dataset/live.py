@@ -1,0 +1,103 @@
+"""`./steadyhand demo --dataset DIR`: what was kept in a session goes into a data set as soon as the session ends (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from .__main__ import read_sessions
+from ._episodes import ACTIONS
+from ._lerobot import new_info, read_info, write
+
+_FPS = 30
+
+
+def _take_folder(words: list[str]) -> tuple[Path, list[str]]:
+    """The value of --dataset, and the words without it."""
+    folders, rest = [], []
+    left = iter(words)
+    for word in left:
+        if word == "--dataset":
+            folders.append(next(left, ""))
+        elif word.startswith("--dataset="):
+            folders.append(word.partition("=")[2])
+        else:
+            rest.append(word)
+    if len(folders) != 1 or not folders[0]:
+        raise ValueError("--dataset needs one folder")
+    if "--no-recording" in rest:
+        raise ValueError("--dataset: a data set is made of the session's recording; leave out --no-recording")
+    return Path(folders[0]), rest
+
+
+def _lead(words: list[str]) -> tuple[int, list[Path]]:
+    """Runs the program, whose words and questions pass through; its exit code, and what it recorded."""
+    program = os.environ.get("STEADYHAND_PROGRAM", "steadyhand")
+    alone = not sys.stdin.isatty()  # at a terminal Ctrl-C reaches the program by itself, and must not come twice
+    process = subprocess.Popen([program, "demo", *words], stdout=subprocess.PIPE, start_new_session=alone)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        forward = alone or number == signal.SIGTERM
+        signal.signal(number, lambda which, _: process.send_signal(which) if forward else None)
+    assert process.stdout is not None
+    said = b""
+    while more := os.read(process.stdout.fileno(), 65536):
+        said = (said + more)[-65536:]
+        sys.stdout.buffer.write(more)
+        sys.stdout.buffer.flush()
+    code = process.wait()
+    recorded = re.findall(rb"^recorded: (.+)$", said, re.MULTILINE)
+    return code, [Path(os.fsdecode(path)) for path in recorded]
+
+
+def _options(folder: Path, files: list[Path]) -> dict[str, Any]:
+    """As the data set was made that is there, so that it can be appended to."""
+    options: dict[str, Any] = {"fps": _FPS, "action": "joints", "task": "", "episodes": "marked", "shortest": 1.0, "no_video": False}
+    if not (folder.exists() and any(folder.iterdir())):
+        return options
+    info = read_info(folder)
+    options |= {"fps": int(info["fps"]), "no_video": not any(name.startswith("observation.images.") for name in info["features"])}
+    for action in ACTIONS:
+        episodes, _ = read_sessions(files, None, options | {"action": action}, 1)
+        if episodes and new_info(episodes[0])["features"]["action"] == info["features"].get("action"):
+            return options | {"action": action}
+    return options
+
+
+def run(words: list[str]) -> int:
+    """The command; its exit code. Raises ValueError for bad input."""
+    folder, rest = _take_folder(words)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        read_info(folder)  # what is no data set is told before anybody leads
+    code, files = _lead(rest)
+    if not files:
+        return code
+    told = " ".join(map(str, files))
+    try:
+        episodes, left_out = read_sessions(files, None, _options(folder, files), 1)
+        for line in left_out:
+            print(f"steadyhand: left out: {line}", file=sys.stderr)
+        if not episodes:
+            print(f"{folder}: no episode was kept, it stays as it was")
+            return code
+        info = write(folder, episodes)
+    except (ValueError, OSError) as error:
+        raise ValueError(f"{folder} stays as it was: {error}; the session is kept, './steadyhand dataset {told} --out DIR' makes another") from None
+    print(f"{folder}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
+    return code
+
+
+def main(words: list[str]) -> int:
+    try:
+        return run(words)
+    except (ValueError, OSError) as error:
+        print(f"steadyhand: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
