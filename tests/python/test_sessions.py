@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import math
 import os
 import re
 import resource
@@ -12,6 +13,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader, make_reader
@@ -283,3 +285,66 @@ def test_bad_input_ends_with_2_and_says_what_is_wrong(session, arguments, words)
     assert result.returncode == 2, result.stdout + result.stderr
     for word in words:
         assert word in result.stderr, result.stderr
+
+
+def hand(t):
+    """m, to the front and back, slowly."""
+    return (0.03 * (1.0 - math.cos(0.8 * t)), 0.0, 0.0)
+
+
+def episode(folder, lead):
+    """The one kept episode of a session in which `lead` leads a first and a second client, cut for a data set, and its commands."""
+    steadyhand = pytest.importorskip("steadyhand")
+    dataset = pytest.importorskip("steadyhand.dataset", reason="setup/requirements-dataset.txt is not installed")
+    program = Demo(folder)
+    first, second = program.client(), program.client()
+    first.grip()
+    first.send(type="request", kind="episode", text="begin", task="to the front")
+    first.move(hand, 1.5)
+    last = lead(first, second)
+    last.send(type="request", kind="episode", text="keep")
+    last.wait_for("state", seconds=30.0)
+    program.end()
+    session = steadyhand.read_session(next(folder.glob("*.mcap")))
+    assert [each.kept for each in session.episodes] == [True]
+    robot = steadyhand.Robot(session.metadata["run"]["robot"])
+    (cut,), left_out = dataset.cut(session, robot, fps=30)
+    assert not left_out and cut.task == "to the front"
+    t, q = session.commands.t, session.commands.q
+    within = (t >= session.episodes[0].begin) & (t <= session.episodes[0].end)
+    speeds = np.abs(np.diff(q[within], axis=0)) / np.diff(t[within])[:, None]
+    assert (np.diff(t[within]) > 0.0).all() and np.diff(t[within]).max() < 0.05
+    assert (speeds <= 1.001 * session.velocity_max).all()
+    return session, cut
+
+
+def test_two_clients_that_switch_in_an_episode_leave_it_whole(tmp_path):
+    def lead(first, second):
+        second.send(type="ask")
+        first.wait_for("lease", yours=True)
+        first.sample(hand(0.0), clutch=False)
+        first.send(type="answer", grant=True)
+        second.wait_for("lease", yours=True)
+        second.grip(take=False)
+        second.move(hand, 1.5)
+        return second
+
+    session, cut = episode(tmp_path, lead)
+    grips = [change for change in session.changes if change.state == "engaged" and session.episodes[0].begin < change.t < session.episodes[0].end]
+    assert grips, session.changes  # the second's own
+    assert len(cut) / 30 > 3.0
+
+
+def test_a_clock_that_is_set_in_an_episode_leaves_its_frames_on_the_sessions_own(tmp_path):
+    def lead(first, _):
+        begin = time.monotonic()
+        while time.monotonic() < begin + 1.0:
+            first.sample(hand(0.0), clutch=True, t_s=time.monotonic() - 100.0)
+            first.messages(0.02)
+        assert first.state["state"] != "engaged", "a hand of another time leads nothing"
+        first.grip(take=False)
+        first.move(hand, 1.5)
+        return first
+
+    _, cut = episode(tmp_path, lead)
+    assert len(cut) / 30 > 3.5
