@@ -177,3 +177,29 @@ def test_episodes_in_python(recorded):
     assert [len(episode) for episode in episodes] and not left_out and all(episode.fps == 10 for episode in episodes)
     with pytest.raises(ValueError, match="fps is 0"):
         dataset.cut(session, steadyhand.Robot("ur5e"), fps=0)
+
+
+def test_robomimics_file_has_the_same_numbers(recorded, tmp_path, capsys):
+    h5py = pytest.importorskip("h5py", reason="setup/requirements-dataset.txt is not installed")
+    make(recorded, "--out", tmp_path / "set", "--task", "wave")
+    make(recorded, "--out", tmp_path / "set.hdf5", "--task", "wave", "--format", "robomimic")
+    table = frames(tmp_path / "set")
+    with h5py.File(tmp_path / "set.hdf5") as file:
+        demos = sorted(file["data"], key=lambda name: int(name[5:]))
+        assert demos == [f"demo_{k}" for k in range(table["episode_index"].nunique())]
+        assert file["data"].attrs["total"] == sum(file["data"][name].attrs["num_samples"] for name in demos) == len(table) - len(demos)
+        assert json.loads(file["data"].attrs["env_args"])["env_kwargs"] == {"robot": "ur5e", "fps": 30}
+        for k, name in enumerate(demos):
+            demo, of = file["data"][name], table[table["episode_index"] == k]
+            assert len(demo["actions"]) == demo.attrs["num_samples"] == len(of) - 1 and demo.attrs["task"] == "wave"
+            np.testing.assert_array_equal(demo["actions"], column(of, "action")[:-1])
+            for key, feature in (("state", "observation.state"), ("tool", "observation.tool"), ("operator_target", "operator.target")):
+                np.testing.assert_array_equal(demo["obs"][key], column(of, feature)[:-1])
+                np.testing.assert_array_equal(demo["next_obs"][key], column(of, feature)[1:])
+            assert demo["obs/policy"].shape == demo["obs/intervention"].shape == (len(of) - 1, 1)
+            assert list(demo["obs/tool"].attrs["names"])[0] == "tool.x"
+            assert demo["dones"][-1] == 1 and not demo["dones"][:-1].any() and not np.any(demo["rewards"])
+    for out, more, words in (("set.hdf5", [], "set.hdf5 is there already"), ("none.hdf5", ["--shortest", "1000"], "there is no episode")):
+        assert make(recorded, "--out", tmp_path / out, "--format", "robomimic", *more) == 2
+        assert words in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["set", "set.hdf5"]

@@ -21,12 +21,13 @@ _MOST_WORKERS = 64
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand dataset",
-        description="Makes a data set in LeRobot's format v3.0 of recorded sessions, or appends them to one (docs/datasets.md).",
+        description="Makes a data set in LeRobot's format v3.0, or robomimic's, of recorded sessions, or appends them to one (docs/datasets.md).",
         epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )
     parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, or a folder of them")
-    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there")
+    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there. The file, with --format robomimic")
+    parser.add_argument("--format", choices=("lerobot", "robomimic"), default="lerobot", help="LeRobot's v3.0, or one HDF5 file as robomimic reads it, without pictures (lerobot)")
     parser.add_argument("--fps", type=int, default=30, metavar="N", help="frames a second, 1 to 500 (30)")
     parser.add_argument("--action", choices=ACTIONS, default="joints", help="what an action is: joint positions, their change, the tool's pose, or positions and velocities (joints)")
     parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words, where a session does not say it")
@@ -103,18 +104,27 @@ def run(words: list[str]) -> int:
         raise ValueError(f"--shortest is {arguments.shortest}; it must be at least 0 s")
     if arguments.robot:
         Robot(arguments.robot)
+    robomimic = arguments.format == "robomimic"
     try:
-        if not arguments.no_video:
+        if robomimic:
+            from ._robomimic import write_robomimic
+        elif not arguments.no_video:
             import av  # noqa: F401
             import mcap  # noqa: F401
 
         from ._lerobot import write
     except ImportError as error:
         raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
-    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video}
+    if robomimic and Path(arguments.out).exists():
+        raise ValueError(f"{arguments.out} is there already; --format robomimic makes a new file: name another")
+    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video or robomimic}
     episodes, left_out = read_sessions(_files(arguments.sessions), arguments.robot, options, arguments.workers)
     for line in left_out:
         print(f"steadyhand: left out: {line}", file=sys.stderr)
+    if robomimic:
+        frames = write_robomimic(arguments.out, episodes)
+        print(f"{arguments.out}: {len(episodes)} episodes, {frames} frames")
+        return 0
     info = write(arguments.out, episodes)
     print(f"{arguments.out}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
     return 0
