@@ -93,6 +93,13 @@ def _read_in_processes(files: list[Path], robot: str | None, options: dict[str, 
     return answers
 
 
+def tell_lacking(folder: str | Path) -> None:
+    from ._lerobot import lacking
+
+    if names := lacking(folder):
+        print(f"steadyhand: {folder} is of before frames said who led: what is appended says nothing of {' and '.join(names)} either", file=sys.stderr)
+
+
 def run(words: list[str]) -> int:
     """The command; its exit code. Raises ValueError for bad input."""
     arguments = _parser().parse_args(words)
@@ -125,6 +132,7 @@ def run(words: list[str]) -> int:
         frames = write_robomimic(arguments.out, episodes)
         print(f"{arguments.out}: {len(episodes)} episodes, {frames} frames")
         return 0
+    tell_lacking(arguments.out)
     info = write(arguments.out, episodes)
     print(f"{arguments.out}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
     return 0

@@ -15,6 +15,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ from ._episodes import Episode
 from ._video import QUANTILES, feature, together, write_video
 
 FORMAT = "v3.0"
+ADDED = ("policy", "intervention")
+"""Features that the first data sets did not have: what is appended to one that lacks them goes in without."""
 FILES_PER_CHUNK = 1000
 _INDICES = {"timestamp": "float32", "frame_index": "int64", "episode_index": "int64", "index": "int64", "task_index": "int64"}
 _ONE = {"shape": [1], "names": None}
@@ -48,6 +51,8 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
         _must_match(new_info(episode), info, f"{episode.session} at {episode.start:.1f} s", "the first episode")
     if folder.exists() and any(folder.iterdir()):
         before = read_info(folder)
+        episodes = [_without(episode, lacking(folder)) for episode in episodes]
+        info = new_info(episodes[0])
         _must_match(info, before, "what is to be appended", str(folder))
         info = before
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -61,6 +66,18 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return info
+
+
+def lacking(folder: str | os.PathLike[str]) -> list[str]:
+    """Which of ADDED the data set lacks; none, where there is none yet."""
+    folder = Path(folder)
+    if not folder.exists() or not any(folder.iterdir()):
+        return []
+    return [name for name in ADDED if name not in read_info(folder).get("features", {})]
+
+
+def _without(episode: Episode, names: list[str]) -> Episode:
+    return replace(episode, features={name: frames for name, frames in episode.features.items() if name not in names})
 
 
 def new_info(episode: Episode) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .__main__ import read_sessions
+from .__main__ import read_sessions, tell_lacking
 from ._episodes import ACTIONS
 from ._lerobot import new_info, read_info, write
 
@@ -84,6 +84,7 @@ def run(words: list[str]) -> int:
         if not episodes:
             print(f"{folder}: no episode was kept, it stays as it was")
             return code
+        tell_lacking(folder)
         info = write(folder, episodes)
     except (ValueError, OSError) as error:
         raise ValueError(f"{folder} stays as it was: {error}; the session is kept, './steadyhand dataset {told} --out DIR' makes another") from None
