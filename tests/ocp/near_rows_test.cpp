@@ -17,7 +17,12 @@ double beyond_margin(const Constraint& constraint, const NodeBatch& nodes, int r
 
 struct Configurations {
   explicit Configurations(unsigned seed)
-      : random(seed), model(varied(seed, random)), ocp(model, {}), arm(model), one(model) {}
+      : random(seed),
+        model(varied(seed, random)),
+        ocp(model, {}),
+        arm(model),
+        one(model),
+        clearance(seed % 3 == 0 ? kMostClearance : 0.0) {}
 
   static RobotModel varied(unsigned seed, std::mt19937& random) {
     RobotModel model = random_arm(1 + static_cast<int>(seed % 8), random);
@@ -35,7 +40,7 @@ struct Configurations {
     }
     arm.set_position(all);
     dq = u = JointVectorOf<Lanes>::Zero(n);
-    return {{arm, dq, u, p, R, time, near, nullptr, nullptr}, one};
+    return {{arm, dq, u, p, R, time, near, nullptr, nullptr, nullptr, clearance}, one};
   }
 
   std::mt19937 random;
@@ -43,6 +48,7 @@ struct Configurations {
   Ocp ocp;
   KinematicsOf<Lanes> arm;
   Kinematics one;
+  double clearance;
   JointVectorOf<Lanes> dq, u;
   Vector3Of<Lanes> p = Vector3Of<Lanes>::Zero();
   Matrix3Of<Lanes> R = Matrix3Of<Lanes>::Identity();

@@ -18,7 +18,7 @@ struct Fixture {
 
   Fixture(
       int dof, unsigned seed, Change change = [](RobotModel&, std::mt19937&) {})
-      : random_(seed), model_(changed_arm(dof, random_, change)), ocp_(model_, two_intervals()), evaluation_(ocp_) {
+      : random_(seed), model_(changed_arm(dof, random_, change)), ocp_(model_, two_intervals(dof)), evaluation_(ocp_) {
     instance_.x0 = StateVector::Zero(2 * dof);
     instance_.reference.nodes = 2;
     for (int k = 0; k < 2; ++k) {
@@ -49,6 +49,7 @@ struct Fixture {
     }
     instance_.liquid.model = SloshModel(ocp_.liquid()->glass, ocp_.dt(), ocp_.liquid()->frequencies);
     instance_.liquid.room = 5e-3;
+    instance_.clearance = 4e-3;
     evaluation_.set_instance(instance_);
   }
 
@@ -118,9 +119,10 @@ struct Fixture {
     change(model, random);
     return model;
   }
-  static OcpSettings two_intervals() {
+  static OcpSettings two_intervals(int dof) {
     OcpSettings settings;
     settings.horizon = 2;
+    settings.position_margin = JointVector::Constant(dof, 1e-3);
     settings.obstacle_rows = kRows;
     settings.liquid.emplace();
     for (const auto& optional : optional_objectives()) settings.weights[optional->name()] = {1.0};
@@ -195,6 +197,27 @@ TEST_P(EveryTerm, ConstraintDerivatives) {
                          [&](NodeGradient& g) { f.evaluation_.add_constraint_gradient(f.kNode, row, 1.0, g); },
                          [&](NodeHessian& H) { f.evaluation_.add_constraint_hessian(f.kNode, row, 1.0, H); });
   }
+}
+
+/// A clearance takes as much from every gap, and from nothing else.
+TEST(Terms, ClearanceIsTakenFromGaps) {
+  Fixture f(6, 6);
+  f.move(f.random_z());
+  int gaps = 0;
+  for (const ConstraintRow row : f.evaluation_.rows(f.kNode)) {
+    const std::string& name = f.ocp_.constraints()[row.constraint]->name();
+    const bool gap = name == "self_collision" || (name == "obstacles" && f.instance_.near[row.row].body >= 0);
+    f.instance_.clearance = 0.0;
+    const double value = f.evaluation_.constraint(f.kNode, row);
+    f.instance_.clearance = kMostClearance;
+    EXPECT_NEAR(f.evaluation_.constraint(f.kNode, row), value - (gap ? kMostClearance : 0.0), 1e-12) << name;
+    gaps += gap;
+  }
+  EXPECT_GT(gaps, 20);
+  f.instance_.clearance = 2.0 * kMostClearance;
+  const Status refused = f.ocp_.check(f.instance_);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("clearance is 0.04"), std::string::npos) << refused.error().message;
 }
 
 INSTANTIATE_TEST_SUITE_P(Joints, EveryTerm, testing::Values(1, 3, 6, 8));
@@ -360,13 +383,13 @@ TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
   };
   std::mt19937 random(8);
   const RobotModel model = random_arm(6, random);
-  OcpSettings settings = Fixture::two_intervals();
+  OcpSettings settings = Fixture::two_intervals(6);
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return std::make_shared<Upright>(); });
   settings.constraints.push_back([](const RobotModel&, const OcpSettings&) { return nullptr; });  // not for this robot
   const Ocp ocp(model, settings);
-  ASSERT_EQ(ocp.constraints().size(), 9u);
+  ASSERT_EQ(ocp.constraints().size(), 10u);
   const Evaluation evaluation(ocp);
-  EXPECT_EQ(evaluation.rows(1).back().constraint, 8);
+  EXPECT_EQ(evaluation.rows(1).back().constraint, 9);
   EXPECT_EQ(evaluation.bounds(1, evaluation.rows(1).back()).lower, 0.9);
 }
 

@@ -74,6 +74,7 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
   OcpInstance instance;
   instance.x0 = StateVector::Random(12);
   instance.u_followed = JointVector::Random(6);
+  instance.clearance = 3e-3;
   instance.weights = *ocp.weights(settings.weights);
   instance.reference.nodes = 8;
   for (int k = 0; k < 8; ++k) {
@@ -91,6 +92,7 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
   ASSERT_TRUE(file) << file.error().message;
   const ProblemRecord& read = file->problems[0];
   EXPECT_EQ(read.u_followed, instance.u_followed);
+  EXPECT_EQ(read.clearance, instance.clearance);
   ASSERT_TRUE(read.liquid);
   LiquidSettings expected = *settings.liquid;
   expected.glass = glass;

@@ -44,6 +44,7 @@ TEST_P(EverySolver, TurnsBackWithinTheFirstInterval) {
     settings.position_margin = JointVector::Zero(n);
     const Ocp ocp(problem.model, settings);
     auto solver = *make_solver(GetParam(), ocp, kSolveTolerance);
+    problem.solution.prepare(ocp);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     for (int trial = 0; trial < 10; ++trial, ++problems) {
       problem.draw(0.3);

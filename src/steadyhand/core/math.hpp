@@ -21,6 +21,7 @@ inline constexpr int kMaxObjectives = 16;
 inline constexpr int kMaxBodies = 128;
 /// Most pairs of a body and an obstacle that one problem sees.
 inline constexpr int kMaxObstacleRows = 64;
+inline constexpr double kMostClearance = 0.02;  ///< m, see OcpInstance::clearance
 inline constexpr int kUsualObstacleRows = 24;
 
 /// What the terms are computed with comes as `double` or as `Lanes`, see core/lanes.hpp.

@@ -29,7 +29,7 @@ class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
     if (near.body < 0) return S(kFar);
     const auto [other, at] = seen_from(node, near);
     const auto [shape, there] = moved(node, near);
-    return near.depth + proximity_value(other, at, shape, there);
+    return near.depth - node.clearance + proximity_value(other, at, shape, there);
   }
 
   template <typename S>

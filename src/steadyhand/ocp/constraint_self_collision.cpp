@@ -22,12 +22,12 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
       const double radii = first.shape.radius + second.shape.radius;
       rows_.push_back({i, j, {first.link, second.link}, spheres, radii, 0.5 / radii});
       const auto extent = [](const Shape& shape) { return shape.core.norm() + shape.radius; };  // a cylinder's box, too
-      const double apart = extent(first.shape) + extent(second.shape) + kNear;
+      const double apart = extent(first.shape) + extent(second.shape) + kNear + kMostClearance;
       const int r = static_cast<int>(balls_.size());
       if (groups_.empty() || groups_.back().first != i || r - groups_.back().begin == kAtOnce)
         groups_.push_back({i, r, r});
       groups_.back().end = r + 1;
-      balls_.push_back({apart * apart, j, spheres});
+      balls_.push_back({apart * apart, j});
     }
   }
 
@@ -40,8 +40,10 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   template <typename S>
   S value_at(const NodeOf<S>& node, int row) const {
     const auto& [i, j, between, spheres, radii, scale] = rows_[row];
-    if (spheres) return ((node.arm.body(j).p - node.arm.body(i).p).squaredNorm() - radii * radii) * scale;
-    return proximity_value(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j));
+    if (spheres)
+      return ((node.arm.body(j).p - node.arm.body(i).p).squaredNorm() - radii * radii) * scale - node.clearance;
+    return proximity_value(model_->bodies[i].shape, node.arm.body(i), model_->bodies[j].shape, node.arm.body(j)) -
+           node.clearance;
   }
 
   template <typename S>
@@ -79,8 +81,8 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
     }
   }
 
-  /// A pair is near if the balls around it are, and then, unless it is these balls, if it is itself. Most pairs are
-  /// not: several of one body are asked at once.
+  /// A pair is near if the balls around it are, whatever the clearance, and then if it is itself. Most pairs are not:
+  /// several of one body are asked at once.
   void find_near(const NodeBatch& nodes, Lanes acts, char* near) const override {
     for (const Group& group : groups_) {
       const Vector3Of<Lanes> p = nodes.arm.body(group.first).p;
@@ -92,8 +94,7 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
       if (!any(select(acts > 0.0, least, 0.0) < 0.0)) continue;
       for (int r = group.begin; r < group.end; ++r) {
         if (!any(select(acts > 0.0, beyond(balls_[r]), 0.0) < 0.0)) continue;
-        const bool exact = balls_[r].exact;
-        if (exact || any(select(acts > 0.0, value_at<Lanes>(nodes, r) - activation_margin(r), 0.0) < 0.0)) near[r] = 1;
+        if (any(select(acts > 0.0, value_at<Lanes>(nodes, r) - activation_margin(r), 0.0) < 0.0)) near[r] = 1;
       }
     }
   }
@@ -155,7 +156,6 @@ class SelfCollision final : public ConstraintFor<SelfCollision> {
   struct Balls {
     double apart_squared;  ///< m^2, of centres from which on the pair is not near
     int second;
-    bool exact;  ///< the bodies are these spheres
   };
   /// Rows begin .. end - 1, whose first body is the same.
   struct Group {

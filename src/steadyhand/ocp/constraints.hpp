@@ -12,6 +12,9 @@ namespace steadyhand {
 std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings);
 std::shared_ptr<const Constraint> make_acceleration_limits(const RobotModel& model, const OcpSettings& settings);
+/// Where each joint comes to rest if it brakes at once, inside its position limits, rad (m). Null without a
+/// position_margin: the paper's problem does not have it.
+std::shared_ptr<const Constraint> make_stopping(const RobotModel& model, const OcpSettings& settings);
 /// One row per pair of the model: gap >= 0, m.
 std::shared_ptr<const Constraint> make_self_collision(const RobotModel& model, const OcpSettings& settings);
 

@@ -68,7 +68,8 @@ Node Evaluation::node(int k) const {
           instance_->near,
           ocp_->liquid() ? &slosh_[k] : nullptr,
           &instance_->liquid,
-          &instance_->u_followed};
+          &instance_->u_followed,
+          instance_->clearance};
 }
 
 const SloshStep& Evaluation::slosh_step(int k) const {

@@ -36,7 +36,7 @@ void add_posture_where_redundant(OcpSettings& settings, const RobotModel& model)
 }
 
 std::vector<ConstraintMaker> default_constraints() {
-  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_self_collision,
+  return {make_position_limits, make_velocity_limits, make_acceleration_limits, make_stopping, make_self_collision,
           make_obstacles,       make_no_spill,        make_held_down,           make_lean};
 }
 
@@ -218,6 +218,8 @@ Status Ocp::check(const OcpInstance& instance) const {
       return Error{"an obstacle has a number that is not finite"};
     }
   }
+  if (!(instance.clearance >= 0.0 && instance.clearance <= kMostClearance))
+    return Error{fmt::format("clearance is {}; it must be from 0 to {} m", instance.clearance, kMostClearance)};
   if (liquid_ && !(instance.liquid.state.allFinite() && std::isfinite(instance.liquid.room))) {
     return Error{"the liquid's state or room has a number that is not finite"};
   }

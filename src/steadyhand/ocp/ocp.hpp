@@ -29,6 +29,7 @@ struct OcpInstance {
   NearObstacles near;                ///< one for each row of the constraint of obstacles
   LiquidInstance liquid;             ///< in a problem with a liquid
   JointVector u_followed;            ///< rad/s^2, the acceleration that the arm has until node 0; empty: none
+  double clearance = 0.0;            ///< m, 0 to kMostClearance, by which bodies stay further apart than asked
 };
 
 /// The optimal control problem of docs/formulation.md as data: minimise dt * sum of objectives subject to the exact

@@ -50,6 +50,7 @@ struct NodeOf {
   const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
   const LiquidInstance* liquid = nullptr;       ///< of the instance; null likewise
   const JointVector* u_followed = nullptr;      ///< of the instance
+  double clearance = 0.0;                       ///< m, of the instance
 };
 using Node = NodeOf<double>;
 

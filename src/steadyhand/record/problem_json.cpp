@@ -116,12 +116,12 @@ ProblemRecord problem(const OrderedJson& json, const std::string& key) {
   if (!json.is_object()) json::fail(key, "must be an object");
   static const std::set<std::string> known{"robot",      "dt",        "horizon", "x0",        "weights",
                                            "reference",  "obstacles", "guess",   "tolerance", "position_margin",
-                                           "u_followed", "liquid"};
+                                           "u_followed", "clearance", "liquid"};
   for (const auto& [name, value] : json.items()) {
     if (!known.contains(name)) {
       json::fail(key + "." + name,
                  "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, "
-                 "u_followed, liquid, guess, tolerance");
+                 "u_followed, clearance, liquid, guess, tolerance");
     }
   }
   ProblemRecord result;
@@ -168,6 +168,7 @@ ProblemRecord problem(const OrderedJson& json, const std::string& key) {
   if (json.contains("obstacles")) result.near = obstacles(json["obstacles"], key + ".obstacles");
   if (json.contains("u_followed"))
     result.u_followed = json::vector<JointVector>(json["u_followed"], key + ".u_followed", x0.size() / 2);
+  if (json.contains("clearance")) result.clearance = json::number(json["clearance"], key + ".clearance");
   if (json.contains("liquid")) result.liquid = liquid(json["liquid"], key + ".liquid");
   if (json.contains("guess") && !json["guess"].is_null()) {
     if (!json["guess"].is_object()) json::fail(key + ".guess", "must be an object");
@@ -207,6 +208,7 @@ OrderedJson to_json(const ProblemRecord& problem) {
     json["obstacles"].push_back(std::move(entry));
   }
   if (problem.u_followed.size() > 0) json["u_followed"] = numbers_json(problem.u_followed);
+  if (problem.clearance > 0.0) json["clearance"] = problem.clearance;
   if (problem.liquid) {
     OrderedJson& liquid = json["liquid"];
     for_each_number(*problem.liquid, [&](const char* name, double value) { liquid[name] = value; });
@@ -265,6 +267,7 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
                [](const NearObstacle& near) { return near.body >= 0; });
   for (const auto& objective : ocp.objectives())
     if (objective->name() == "acceleration_step") record.u_followed = instance.u_followed;
+  record.clearance = instance.clearance;
   if (ocp.liquid()) {
     const LiquidInstance& liquid = instance.liquid;
     record.liquid = {*ocp.liquid(), liquid.counts, liquid.room, liquid.state};

@@ -32,6 +32,7 @@ struct ProblemRecord {
   JointVector position_margin;  ///< rad (m), as OcpSettings has it
   NearObstacles near;           ///< those that a row is for
   JointVector u_followed;       ///< rad/s^2, as OcpInstance has it
+  double clearance = 0.0;       ///< m, the same
   std::optional<LiquidRecord> liquid;
   std::optional<Trajectory> guess;
   double tolerance = 1e-6;

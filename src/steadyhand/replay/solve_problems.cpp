@@ -72,6 +72,7 @@ Status solve(PreparedSolver& prepared, const ProblemRecord& problem) {
   instance.near = problem.near;
   instance.near.resize(ocp.obstacle_rows());
   instance.u_followed = problem.u_followed;
+  instance.clearance = problem.clearance;
   if (problem.liquid) {
     const LiquidSettings& liquid = problem.liquid->settings;
     instance.liquid = {SloshModel(liquid.glass, ocp.dt(), liquid.frequencies), liquid.glass, problem.liquid->counts,

@@ -61,6 +61,7 @@ void BatchEvaluation::set_instance(const OcpInstance& instance) {
   }
   near_ = instance.near;
   u_followed_ = instance.u_followed;
+  clearance_ = instance.clearance;
   if (ocp_.liquid()) liquid_ = instance.liquid;
   const Reference& reference = instance.reference;
   for (int b = 0; b < batches(); ++b) {

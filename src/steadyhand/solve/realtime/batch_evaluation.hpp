@@ -82,7 +82,7 @@ class BatchEvaluation {
   NodeBatch node(int b) const {
     const Batch& batch = batches_[b];
     return {{batch.arm, batch.dq, batch.u, batch.p_ref, batch.R_ref, batch.time, near_,
-             ocp_.liquid() ? &batch.slosh : nullptr, &liquid_, &u_followed_},
+             ocp_.liquid() ? &batch.slosh : nullptr, &liquid_, &u_followed_, clearance_},
             scratch_};
   }
   /// Whether node 0 stands alone in batch b and is known as Start.
@@ -99,6 +99,7 @@ class BatchEvaluation {
   NearObstacles near_;                         ///< of the instance
   LiquidInstance liquid_;                      ///< the same
   JointVector u_followed_;                     ///< the same
+  double clearance_ = 0.0;                     ///< m, the same
   std::vector<SloshIntervalOf<Lanes>> slosh_;  ///< intervals kLanes b to kLanes b + kLanes - 1
   std::vector<SloshStep> slosh_steps_;         ///< by interval
   std::vector<int> weighted_;                  ///< objectives whose weight is not 0
