@@ -34,6 +34,7 @@ double smallest_gap(const Kinematics& arm, const Obstacles& obstacles, Time now)
 
 struct Swing {
   int plans = 0, solved = 0, near = 0;
+  int waited = 0;      ///< plans that were refused one after another, at most
   double least = 1e9;  ///< m
 };
 
@@ -44,10 +45,13 @@ Swing swing(Loop& loop, const Obstacles& obstacles, const Obstacles& known) {
   loop.planner->reset(loop.model.home, Time(0));
   EXPECT_TRUE(loop.planner->set_obstacles(known));
   Tracker tracker(loop.model.home);
+  int refused = 0;
   for (int i = 0; i < 2000; ++i) {
     const Time now(std::chrono::milliseconds(2 * i));
     if (i % 25 == 0) {
       tracker.follow(loop.planner->update(loop.reference(now)));
+      refused = loop.planner->fault() == PlanFault::kNone ? 0 : refused + 1;
+      result.waited = std::max(result.waited, refused);
       result.solved += loop.planner->plan().origin == PlanOrigin::kSolved;
       ++result.plans;
     }
@@ -84,6 +88,7 @@ TEST(Obstacles, AreNotTouched) {
     const Swing result = swing(loop, obstacles, obstacles);
     EXPECT_GE(result.least, -2e-3);
     EXPECT_GE(result.solved, result.plans * 8 / 10);
+    EXPECT_LE(result.waited, 3);  // a corner that solutions cut is given a wider berth
     near += result.near > 50;
   }
   EXPECT_GT(near, 4);

@@ -153,6 +153,8 @@ void Planner::reset(const JointVector& q, Time now) {
     liquid_at_start_ = stands ? liquid_->at(plan_, liquid_at_start_, now) : liquid_->at_rest(q);
   }
   stand(q, now, plan_);
+  fault_ = PlanFault::kNone;
+  instance_.clearance = 0.0;
   warm_start_.reset(now);
   followed_ = plan_;
   liquid_when_followed_ = liquid_at_start_;
@@ -210,6 +212,7 @@ const Plan& Planner::update(const Reference& reference) {
     instance_.liquid.state = liquid_->at(plan_, liquid_at_start_, reference.start);
     if (instance_.liquid.counts) draw_near(now.q, kinematics_, ocp_, instance_);
   }
+  set_clearance(reference.start);
   warm_start_.shift(instance_.x0, reference.start);
   obstacle_rows_.choose(settings_.obstacles, reference.start, settings_.check.overlap_between_nodes, kinematics_,
                         warm_start_, instance_);
@@ -239,16 +242,33 @@ const Plan& Planner::update(const Reference& reference) {
   return plan_;
 }
 
+/// A solution may cut a corner between its nodes, or come so fast that no stop behind it is free, and so would the next
+/// ones: the arm would stand before a way that is free. Bodies stay further apart until one passes the check.
+void Planner::set_clearance(Time now) {
+  constexpr double kFirst = 1e-3, kLeast = 1e-5;  // m
+  constexpr double kForgotten = 0.2;              // s, after which it is less by the factor e
+  double& clearance = instance_.clearance;
+  if (fault_ == PlanFault::kSelfCollision || fault_ == PlanFault::kObstacle) {
+    clearance = std::min(std::max(kFirst, 2.0 * clearance), kMostClearance);
+  } else {
+    clearance *= std::exp(-std::max(0.0, to_seconds(now - plan_.start)) / kForgotten);
+    if (clearance < kLeast) clearance = 0.0;
+  }
+}
+
 /// candidate_ is the longest part of the solution behind which a stop passes the check.
 void Planner::find_plan(const Reference& reference) {
   return liquid_ && instance_.liquid.counts ? find_level_plan(reference) : find_any_plan(reference);
 }
 
+/// An even stop goes on along the way; a hard one is the shortest, for where that way is not free.
 void Planner::find_any_plan(const Reference& reference) {
-  for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
-    make_plan(reference, intervals);
-    make_even_stop(intervals);
-    fault_ = check_candidate();
+  for (const Braking braking : {Braking::kEven, Braking::kHard}) {
+    for (int intervals = ocp_.horizon(); intervals >= 1 && fault_ != PlanFault::kNone; --intervals) {
+      make_plan(reference, intervals);
+      make_stop(intervals, braking);
+      fault_ = check_candidate();
+    }
   }
 }
 
@@ -262,7 +282,7 @@ void Planner::find_level_plan(const Reference& reference) {
   const auto make = [&](int intervals, double periods) {
     make_plan(reference, intervals);
     if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * liquid_->period(), candidate_);
-    make_even_stop(intervals);
+    make_stop(intervals, Braking::kEven);
     return true;
   };
   const int N = ocp_.horizon();
@@ -313,9 +333,9 @@ void Planner::make_plan(const Reference& reference, int intervals) {
   candidate_.x[intervals] = solution_.trajectory.x[intervals];
 }
 
-/// Behind the first intervals all joints brake evenly, as hard as the limits allow; those that would pass a position
-/// limit brake sooner.
-void Planner::make_even_stop(int intervals) {
+/// Behind the first intervals all joints brake: evenly, as hard as the slowest of them can, but for those that would
+/// pass a position limit and brake sooner; or each as hard as it can.
+void Planner::make_stop(int intervals, Braking braking) {
   const int n = ocp_.dof();
   const double dt = ocp_.dt();
   const RobotModel& model = ocp_.model();
@@ -330,7 +350,8 @@ void Planner::make_even_stop(int intervals) {
     const double room = velocity[j] > 0.0 ? model.position_max[j] - position[j] : position[j] - model.position_min[j];
     // In m intervals of constant deceleration it goes speed * m * dt / 2.
     const int most = static_cast<int>(std::min<double>(stop, 2.0 * room / std::max(speed * dt, 1e-12)));
-    steps[j] = most * dt >= times[j] && most > 0 ? speed / most : model.acceleration_max[j] * dt;
+    const bool evenly = braking == Braking::kEven && most * dt >= times[j] && most > 0;
+    steps[j] = evenly ? speed / most : model.acceleration_max[j] * dt;
   }
   for (int k = intervals; k < intervals + stop; ++k) {
     const JointVector left = candidate_.x[k].tail(n);

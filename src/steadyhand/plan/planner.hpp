@@ -72,12 +72,14 @@ class Planner {
 
  private:
   Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings);
+  void set_clearance(Time now);
   void find_plan(const Reference& reference);
   void find_any_plan(const Reference& reference);
   void find_level_plan(const Reference& reference);
   PlanFault check_candidate();
   void make_plan(const Reference& reference, int intervals);
-  void make_even_stop(int intervals);
+  enum class Braking { kEven, kHard };
+  void make_stop(int intervals, Braking braking);
 
   PlannerSettings settings_;
   Ocp ocp_;
