@@ -12,7 +12,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 @pytest.mark.parametrize(
     ("page", "sources", "fixtures"),
     [
-        ("docs/ros2.md", ["tests/ros2/faults_test.cpp"], "Ros2Faults"),
+        ("docs/ros2.md", ["tests/ros2/faults_test.cpp", "tests/ros2/ros2_gripper_test.cpp"], "Ros2Faults|Ros2ArmWithGripper"),
         ("docs/universal-robots.md", ["tests/ur/faults_test.cpp", "tests/ur/connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
     ],
 )
