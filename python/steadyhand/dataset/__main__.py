@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import contextlib
 import sys
+from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -93,11 +94,19 @@ def _read_in_processes(files: list[Path], robot: str | None, options: dict[str, 
     return answers
 
 
-def tell_lacking(folder: str | Path) -> None:
-    from ._lerobot import lacking
+def tell_left_out(lines: list[str]) -> None:
+    for line in lines:
+        print(f"steadyhand: left out: {line}", file=sys.stderr)
+
+
+def append(folder: str | Path, episodes: list[Episode]) -> None:
+    """Makes LeRobot's data set, or appends to it, and says what it has now."""
+    from ._lerobot import lacking, write
 
     if names := lacking(folder):
         print(f"steadyhand: {folder} is of before frames said who led: what is appended says nothing of {' and '.join(names)} either", file=sys.stderr)
+    info = write(folder, episodes)
+    print(f"{folder}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
 
 
 def run(words: list[str]) -> int:
@@ -119,28 +128,26 @@ def run(words: list[str]) -> int:
             import av  # noqa: F401
             import mcap  # noqa: F401
 
-        from ._lerobot import write
+        from . import _lerobot  # noqa: F401
     except ImportError as error:
         raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
     if robomimic and Path(arguments.out).exists():
         raise ValueError(f"{arguments.out} is there already; --format robomimic makes a new file: name another")
     options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video or robomimic}
     episodes, left_out = read_sessions(_files(arguments.sessions), arguments.robot, options, arguments.workers)
-    for line in left_out:
-        print(f"steadyhand: left out: {line}", file=sys.stderr)
+    tell_left_out(left_out)
     if robomimic:
         frames = write_robomimic(arguments.out, episodes)
         print(f"{arguments.out}: {len(episodes)} episodes, {frames} frames")
         return 0
-    tell_lacking(arguments.out)
-    info = write(arguments.out, episodes)
-    print(f"{arguments.out}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
+    append(arguments.out, episodes)
     return 0
 
 
-def main(words: list[str]) -> int:
+def main(words: list[str], command: Callable[[list[str]], int] = run) -> int:
+    """The command's exit code; bad input is told."""
     try:
-        return run(words)
+        return command(words)
     except (ValueError, OSError) as error:
         print(f"steadyhand: {error}", file=sys.stderr)
         return 2

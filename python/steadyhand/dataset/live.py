@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .__main__ import read_sessions, tell_lacking
+from .__main__ import append, main, read_sessions, tell_left_out
 from ._episodes import ACTIONS
-from ._lerobot import new_info, read_info, write
+from ._lerobot import new_info, read_info
 
 _FPS = 30
 
@@ -79,26 +79,15 @@ def run(words: list[str]) -> int:
     told = " ".join(map(str, files))
     try:
         episodes, left_out = read_sessions(files, None, _options(folder, files), 1)
-        for line in left_out:
-            print(f"steadyhand: left out: {line}", file=sys.stderr)
+        tell_left_out(left_out)
         if not episodes:
             print(f"{folder}: no episode was kept, it stays as it was")
             return code
-        tell_lacking(folder)
-        info = write(folder, episodes)
+        append(folder, episodes)
     except (ValueError, OSError) as error:
         raise ValueError(f"{folder} stays as it was: {error}; the session is kept, './steadyhand dataset {told} --out DIR' makes another") from None
-    print(f"{folder}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
     return code
 
 
-def main(words: list[str]) -> int:
-    try:
-        return run(words)
-    except (ValueError, OSError) as error:
-        print(f"steadyhand: {error}", file=sys.stderr)
-        return 2
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(sys.argv[1:], run))
