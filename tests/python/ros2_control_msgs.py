@@ -1,5 +1,5 @@
-"""Makes control_msgs/action/GripperCommand for rclpy, as its package would be: no registry of Python packages has it. ROS
-2's own generators make the sources, the system's compiler one library of them; for the Python of .deps/ros2.
+"""Makes GripperCommand and ParallelGripperCommand of control_msgs for rclpy, as its package would be: no registry of Python
+packages has it. ROS 2's own generators make the sources, the system's compiler one library of them; for .deps/ros2's Python.
 
     python ros2_control_msgs.py FOLDER     into FOLDER/control_msgs
 """
@@ -24,8 +24,9 @@ STATE = "float64 position\nfloat64 effort\nbool stalled\nbool reached_goal\n"
 SOURCES = {
     "msg/GripperCommand.msg": "float64 position\nfloat64 max_effort\n",
     "action/GripperCommand.action": f"GripperCommand command\n---\n{STATE}---\n{STATE}",
+    "action/ParallelGripperCommand.action": "sensor_msgs/JointState command\n---\n{0}bool stalled\nbool reached_goal\n---\n{0}".format("sensor_msgs/JointState state\n"),
 }
-BELOW = ["action_msgs", "builtin_interfaces", "service_msgs", "unique_identifier_msgs"]
+BELOW = ["action_msgs", "builtin_interfaces", "geometry_msgs", "sensor_msgs", "service_msgs", "std_msgs", "unique_identifier_msgs"]
 FAST, INTROSPECTION = "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"
 
 
@@ -39,7 +40,7 @@ class Generation:
         self.idl = []
         for name, text in SOURCES.items():
             source = folder / "source" / name
-            source.parent.mkdir(parents=True)
+            source.parent.mkdir(parents=True, exist_ok=True)
             source.write_text(text)
             convert_to_idl(folder / "source", PACKAGE, Path(name), folder / "source")
             self.idl.append(str(Path(name).with_suffix(".idl")))

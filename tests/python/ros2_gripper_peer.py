@@ -1,7 +1,7 @@
 """A gripper behind an action server of rclpy, as a program of its own: the newest goal takes the place of the one before,
 as gripper controllers do it. Takes orders, and tells a test what it does, in lines of JSON.
 
-    python ros2_gripper_peer.py /gripper_controller/gripper_cmd
+    python ros2_gripper_peer.py /gripper_controller/gripper_cmd GripperCommand
 """
 
 import json
@@ -10,19 +10,22 @@ import threading
 import time
 
 import rclpy
-from control_msgs.action import GripperCommand
+from control_msgs import action as actions
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 
 SPEED = 1.0  # of its position, a second
 TURN = 0.02  # s
 
 
 class Gripper(Node):
-    def __init__(self, action):
+    def __init__(self, action, kind):
         super().__init__("gripper")
+        self.kind = getattr(actions, kind)
+        self.is_parallel = kind != "GripperCommand"  # then goals and answers are states of joints
         self.action = action
         self.position = 0.0
         self.newest = None
@@ -31,7 +34,7 @@ class Gripper(Node):
         self.goals, self.ends = [], []
         group = ReentrantCallbackGroup()
         self.server = ActionServer(
-            self, GripperCommand, action, execute_callback=self.execute, goal_callback=self.decide,
+            self, self.kind, action, execute_callback=self.execute, goal_callback=self.decide,
             cancel_callback=lambda _: CancelResponse.ACCEPT, callback_group=group,
         )
         self.create_timer(0.1, self.tell, callback_group=group)
@@ -44,15 +47,16 @@ class Gripper(Node):
     def decide(self, goal):
         if self.rejects:
             return GoalResponse.REJECT
-        self.goals.append([goal.command.position, goal.command.max_effort])
+        command = goal.command
+        self.goals.append([*command.position, *command.effort, *command.name] if self.is_parallel else [command.position, command.max_effort])
         return GoalResponse.ACCEPT
 
     def execute(self, handle):
         self.newest = handle
-        goal = handle.request.command.position
+        goal = handle.request.command.position[0] if self.is_parallel else handle.request.command.position
         stalled = False
         while True:
-            result = GripperCommand.Result(position=self.position, stalled=stalled, reached_goal=self.position == goal)
+            result = self.kind.Result(**self.where(), stalled=stalled, reached_goal=self.position == goal)
             if self.newest is not handle:
                 return self.end(handle.abort, "replaced", result)
             if handle.is_cancel_requested:
@@ -65,8 +69,11 @@ class Gripper(Node):
             self.position += step
             if self.object_at is not None and self.position > self.object_at:
                 self.position, stalled = self.object_at, True
-            handle.publish_feedback(GripperCommand.Feedback(position=self.position))
+            handle.publish_feedback(self.kind.Feedback(**self.where()))
             time.sleep(TURN)
+
+    def where(self):
+        return {"state": JointState(name=["fingers"], position=[self.position])} if self.is_parallel else {"position": self.position}
 
     def end(self, how, why, result):
         self.ends.append(why)
@@ -98,7 +105,7 @@ class Gripper(Node):
 
 def main():
     rclpy.init()
-    gripper = Gripper(sys.argv[1])
+    gripper = Gripper(*sys.argv[1:])
 
     def listen():
         for line in sys.stdin:

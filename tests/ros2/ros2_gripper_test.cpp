@@ -84,6 +84,31 @@ TEST_F(Ros2GripperTest, EachPlaceThatIsWantedIsAGoalThatReplacesTheOneBefore) {
   EXPECT_TRUE(server->cancelled.empty());
 }
 
+TEST_F(Ros2GripperTest, AParallelGripperCommandIsSpokenToAsThat) {
+  settings.joint = "knuckle";
+  join();
+  run();
+  FakeParallelGripperServer parallel(domain, settings.action);
+  run();
+  EXPECT_EQ(gripper->why_not(), "");
+  gripper->move_to(0.5);
+  run();
+  ASSERT_EQ(parallel.goals.size(), 1u);
+  EXPECT_DOUBLE_EQ(parallel.goals[0].position, 0.4);
+  EXPECT_DOUBLE_EQ(parallel.goals[0].max_effort, 12.0);
+  parallel.feed_back(0.2);
+  EXPECT_DOUBLE_EQ(gripper->position().value(), 0.25);
+  parallel.end(kGivenUp, 0.36, true);
+  run();
+  EXPECT_NEAR(gripper->position().value(), 0.45, 1e-12);
+  EXPECT_EQ(gripper->why_not(), "") << "stalled: it holds something";
+  gripper->move_to(0.0);
+  run();
+  parallel.end(kGivenUp, 0.3);
+  run();
+  expect_trouble("gave up a goal");
+}
+
 TEST_F(Ros2GripperTest, GoalsAreTenASecondAtMostAndTheNewestComesThrough) {
   join();
   serve();

@@ -4,7 +4,7 @@
 
 namespace steadyhand {
 
-/// A gripper behind an action control_msgs/action/GripperCommand of ROS 2.
+/// A gripper behind an action GripperCommand or ParallelGripperCommand of ROS 2.
 struct Ros2GripperSettings {
   std::string action = "/gripper_controller/gripper_cmd";  ///< empty: it is left alone
   std::string joint;                ///< of the joint states, that tells where it is; empty: the action alone does

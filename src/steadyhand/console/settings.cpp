@@ -145,7 +145,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("ros2.control_rate", "Hz", "control cycles, by this computer's clock", ros2.control_rate_hz, {20.0, 500.0});
   t.add("ros2.start_within", "s", "until controller and joint states are there", ros2.start_within, up_to(60.0));
   Ros2GripperSettings& gripper = ros2.gripper;
-  t.add("ros2.gripper", "action GripperCommand of the gripper, of robots that have one; empty: it is left alone",
+  t.add("ros2.gripper",
+        "action (Parallel)GripperCommand of the gripper, of robots that have one; empty: it is left alone",
         gripper.action);
   t.add("ros2.gripper_joint", "of the joint states, that tells where it is; empty: the action alone does",
         gripper.joint);

@@ -35,10 +35,18 @@ Result<std::unique_ptr<Ros2Gripper>> Ros2Gripper::join(Ros2Node& node, const Ros
       [g = gripper.get()](const GoalStatusArrayMessage& message, Ros2PublisherId) { g->hear(message); });
   if (!status) return status.error();
   gripper->status_ = *status;
+  const Ros2Topic feedback(settings.action + "/_action/feedback", topic, true);
   Status listens = node.listen<GripperFeedbackMessage>(
-      {settings.action + "/_action/feedback", topic, true},
+      feedback,
       [g = gripper.get()](const GripperFeedbackMessage& m, Ros2PublisherId) { g->measured(m.feedback.position); });
   if (!listens) return listens.error();
+  auto parallel = node.subscribe<ParallelFeedbackMessage>(
+      feedback, [g = gripper.get()](const ParallelFeedbackMessage& m, Ros2PublisherId) {
+        const auto& positions = m.feedback.state.position;
+        if (positions._length > 0) g->measured(positions._buffer[0]);
+      });
+  if (!parallel) return parallel.error();
+  gripper->parallel_ = *parallel;
   return gripper;
 }
 
@@ -52,8 +60,8 @@ Ros2Gripper::Ros2Gripper(Ros2Node& node, const Ros2GripperSettings& settings, co
       gave_up_(fmt::format("the gripper's action server at {} gave up a goal", settings.action)),
       taken_over_(fmt::format("somebody else sends goals to the gripper at {}", settings.action)),
       services_(
-          node, settings.action, [this](bool accepted) { hear_answer(accepted); },
-          [this](const auto& result) { hear_result(result); }),
+          node, settings.action, settings.joint, [this](bool accepted) { hear_answer(accepted); },
+          [this](double position, bool stalled) { hear_result(position, stalled); }),
       position_(kNone),
       wanted_(kNone) {}
 
@@ -126,13 +134,13 @@ void Ros2Gripper::hear_answer(bool accepted) {
   if (!accepted && !goal_->refused) goal_->refused = clock_->now();
 }
 
-void Ros2Gripper::hear_result(const control_msgs_action_dds__GripperCommand_Result_& result) {
-  measured(result.position);
+void Ros2Gripper::hear_result(double position, bool stalled) {
+  measured(position);
   const std::lock_guard lock(mutex_);
   if (!goal_ || !goal_->asked_result || goal_->over) return;
   goal_->over = true;
   // What is held keeps the fingers from where they were to go: that is a grip, whatever the controller calls it.
-  if (goal_->status == kAborted && !result.stalled) health_ = Health::kGaveUp;
+  if (goal_->status == kAborted && !stalled) health_ = Health::kGaveUp;
 }
 
 // ---------------------------------------------------------------------------------------------- the thread that talks
@@ -142,7 +150,7 @@ Ros2Gripper::Health Ros2Gripper::presence() {
   const std::vector<int> servers = status_.publishers();
   if (servers.empty()) return Health::kNobody;
   if (servers.size() > 1) return Health::kSeveral;
-  if (Status s = services_.speak_to(servers.front()); !s) return Health::kNobody;
+  if (Status s = services_.speak_to(servers.front(), !parallel_.publishers().empty()); !s) return Health::kNobody;
   return services_.are_there() ? Health::kFine : Health::kNobody;
 }
 

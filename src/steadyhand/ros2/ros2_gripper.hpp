@@ -28,10 +28,11 @@ struct GripperGoal {
   bool over = false;
 };
 
-/// A gripper behind an action server of ROS 2, control_msgs/action/GripperCommand: each place that is wanted is a goal,
-/// which takes the place of the one before; at most ten a second, the newest. An action's answers are its status,
-/// which names goals, so that other clients' answers are not taken for ours. A goal that nobody answers is cancelled,
-/// so that a server that wakes up does not do late what was wanted long ago. docs/ros2.md has the whole story.
+/// A gripper behind an action server of ROS 2, GripperCommand or ParallelGripperCommand of control_msgs: each place
+/// that is wanted is a goal, which takes the place of the one before; at most ten a second, the newest. An action's
+/// answers are its status, which names goals, so that other clients' answers are not taken for ours. A goal that nobody
+/// answers is cancelled, so that a server that wakes up does not do late what was wanted long ago. docs/ros2.md has the
+/// whole story.
 class Ros2Gripper {
  public:
   /// @param node must outlive it, but for callbacks, which end with the node @param clock must outlive both
@@ -58,7 +59,7 @@ class Ros2Gripper {
   Ros2Gripper(Ros2Node& node, const Ros2GripperSettings& settings, const Clock& clock);
   void hear(const GoalStatusArrayMessage& message);
   void hear_answer(bool accepted);
-  void hear_result(const control_msgs_action_dds__GripperCommand_Result_& result);
+  void hear_result(double position, bool stalled);
   Health presence();
   void begin_anew();
   void look_after_goal(Time now);
@@ -68,7 +69,7 @@ class Ros2Gripper {
   const Clock* clock_;
   std::string nobody_, several_, silent_, rejected_, gave_up_, taken_over_;  ///< reasons, which name the action
   GripperServices services_;
-  Ros2Subscription status_;
+  Ros2Subscription status_, parallel_;  ///< parallel_: feedback as ParallelGripperCommand has it
 
   std::atomic<double> position_, wanted_;  ///< shares; NaN: none
   std::atomic<Health> there_{Health::kNobody}, health_{Health::kFine};

@@ -33,6 +33,16 @@ using NumberedSendGoalResponse = numbered_dds__SendGoal_Response_;
 using NumberedGetResultRequest = numbered_dds__GetResult_Request_;
 using NumberedGetResultResponse = numbered_dds__GetResult_Response_;
 using NumberedCancelGoalRequest = numbered_dds__CancelGoal_Request_;
+/// The same of ParallelGripperCommand; requests to cancel are those of any action.
+using ParallelFeedbackMessage = control_msgs_action_dds__ParallelGripperCommand_FeedbackMessage_;
+using ParallelSendGoalRequest = control_msgs_action_dds__ParallelGripperCommand_SendGoal_Request_;
+using ParallelSendGoalResponse = control_msgs_action_dds__ParallelGripperCommand_SendGoal_Response_;
+using ParallelGetResultRequest = control_msgs_action_dds__ParallelGripperCommand_GetResult_Request_;
+using ParallelGetResultResponse = control_msgs_action_dds__ParallelGripperCommand_GetResult_Response_;
+using NumberedParallelSendGoalRequest = numbered_dds__ParallelSendGoal_Request_;
+using NumberedParallelSendGoalResponse = numbered_dds__ParallelSendGoal_Response_;
+using NumberedParallelGetResultRequest = numbered_dds__ParallelGetResult_Request_;
+using NumberedParallelGetResultResponse = numbered_dds__ParallelGetResult_Response_;
 
 /// What DDS has to know of a type of message, and the hash of its definition by which nodes of ROS (from Iron on) know
 /// it: REP 2016. None where distributions differ.
@@ -99,6 +109,26 @@ inline Ros2Type type_of(const CancelGoalRequest*) {
   return {&action_msgs_srv_dds__CancelGoal_Request__desc,
           "3d3c84653c1f96918086887e1dcb236faec88b81a5b14fd4cf4840065bcdf8af"};
 }
+inline Ros2Type type_of(const ParallelFeedbackMessage*) {
+  return {&control_msgs_action_dds__ParallelGripperCommand_FeedbackMessage__desc,
+          "c61f4cf99d06c5a3e24bed17c2910bdf66a30d89461e2ac7b5fd538a34b022cc"};
+}
+inline Ros2Type type_of(const ParallelSendGoalRequest*) {
+  return {&control_msgs_action_dds__ParallelGripperCommand_SendGoal_Request__desc,
+          "dc8e5d95c0e15af6f03ff237eb8cfdaac14cc2b09f51b363311e98ec0a8487a0"};
+}
+inline Ros2Type type_of(const ParallelSendGoalResponse*) {
+  return {&control_msgs_action_dds__ParallelGripperCommand_SendGoal_Response__desc,
+          "613e4f060bff03b152eeaba1f8c6baa9d0309527b28b08bc9aae28ece7ef8b47"};
+}
+inline Ros2Type type_of(const ParallelGetResultRequest*) {
+  return {&control_msgs_action_dds__ParallelGripperCommand_GetResult_Request__desc,
+          "cea82415cadc3288fdfa8aaba509e9939732aaecac6edf9cb954e5a7161646ec"};
+}
+inline Ros2Type type_of(const ParallelGetResultResponse*) {
+  return {&control_msgs_action_dds__ParallelGripperCommand_GetResult_Response__desc,
+          "c973b1bb9b454de1c3f38a2af9d45bc1930b809f746d6d6ec91bb3c783cb09eb"};
+}
 /// The numbered one under the other's name.
 inline Ros2Type numbered(const dds_topic_descriptor_t& numbered, const Ros2Type& plain) {
   return {&numbered, plain.hash, plain.descriptor->m_typename};
@@ -117,6 +147,22 @@ inline Ros2Type type_of(const NumberedGetResultResponse*) {
 }
 inline Ros2Type type_of(const NumberedCancelGoalRequest*) {
   return numbered(numbered_dds__CancelGoal_Request__desc, type_of(static_cast<CancelGoalRequest*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedParallelSendGoalRequest*) {
+  return numbered(numbered_dds__ParallelSendGoal_Request__desc,
+                  type_of(static_cast<ParallelSendGoalRequest*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedParallelSendGoalResponse*) {
+  return numbered(numbered_dds__ParallelSendGoal_Response__desc,
+                  type_of(static_cast<ParallelSendGoalResponse*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedParallelGetResultRequest*) {
+  return numbered(numbered_dds__ParallelGetResult_Request__desc,
+                  type_of(static_cast<ParallelGetResultRequest*>(nullptr)));
+}
+inline Ros2Type type_of(const NumberedParallelGetResultResponse*) {
+  return numbered(numbered_dds__ParallelGetResult_Response__desc,
+                  type_of(static_cast<ParallelGetResultResponse*>(nullptr)));
 }
 
 /// A DDS sequence over the elements of something contiguous that outlives it.

@@ -13,10 +13,38 @@
 
 namespace steadyhand {
 
-/// An action server of control_msgs/action/GripperCommand, as one on Cyclone DDS's middleware answers. Goals are
-/// accepted at once, the newest takes the place of the one before, and ends when the test says so. Within a process DDS
-/// delivers before it returns, so all of it happens in who sends.
-class FakeGripperServer {
+/// The messages of an action server on Cyclone DDS's middleware.
+struct FakeGripperMessages {
+  using SendGoal = NumberedSendGoalRequest;
+  using GoalAnswer = NumberedSendGoalResponse;
+  using AskResult = NumberedGetResultRequest;
+  using ResultAnswer = NumberedGetResultResponse;
+  using Feedback = GripperFeedbackMessage;
+  static double position(const SendGoal& goal) { return goal.body.goal.command.position; }
+  static double effort(const SendGoal& goal) { return goal.body.goal.command.max_effort; }
+  static void place(control_msgs_action_dds__GripperCommand_Result_& at, double& position) { at.position = position; }
+};
+struct FakeParallelGripperMessages {
+  using SendGoal = NumberedParallelSendGoalRequest;
+  using GoalAnswer = NumberedParallelSendGoalResponse;
+  using AskResult = NumberedParallelGetResultRequest;
+  using ResultAnswer = NumberedParallelGetResultResponse;
+  using Feedback = ParallelFeedbackMessage;
+  static double position(const SendGoal& goal) { return goal.body.goal.command.position._buffer[0]; }
+  static double effort(const SendGoal& goal) { return goal.body.goal.command.effort._buffer[0]; }
+  template <typename State>
+  static void place(State& at, double& position) {
+    static char nothing[] = "";
+    at.state.header.frame_id = nothing;
+    at.state.position = {1, 1, &position, false};
+  }
+};
+
+/// An action server of control_msgs/action/GripperCommand, or its successor, as one on Cyclone DDS's middleware
+/// answers. Goals are accepted at once, the newest takes the place of the one before, and ends when the test says so.
+/// Within a process DDS delivers before it returns, so all of it happens in who sends.
+template <typename Messages>
+class FakeGripperServerOf {
  public:
   struct Goal {
     GoalId id{};
@@ -27,7 +55,7 @@ class FakeGripperServer {
     std::int32_t stamp = 0;
   };
 
-  FakeGripperServer(int domain, const std::string& action) {
+  FakeGripperServerOf(int domain, const std::string& action) {
     using Kind = Ros2Topic::Kind;
     const auto fit = [](auto made) {
       if (!made) throw std::runtime_error(made.error().message);  // ends the test
@@ -35,16 +63,16 @@ class FakeGripperServer {
     };
     const std::string base = action + "/_action/";
     node_ = fit(Ros2Node::open(domain));
-    answers_ = fit(node_->publish<NumberedSendGoalResponse>({base + "send_goal", Kind::kReply, true}));
-    results_ = fit(node_->publish<NumberedGetResultResponse>({base + "get_result", Kind::kReply, true}));
+    answers_ = fit(node_->template publish<typename Messages::GoalAnswer>({base + "send_goal", Kind::kReply, true}));
+    results_ = fit(node_->template publish<typename Messages::ResultAnswer>({base + "get_result", Kind::kReply, true}));
     status_ = fit(node_->publish<GoalStatusArrayMessage>({base + "status", Kind::kTopic, true}));
-    feedback_ = fit(node_->publish<GripperFeedbackMessage>({base + "feedback", Kind::kTopic, true}));
-    fit(node_->subscribe<NumberedSendGoalRequest>(
+    feedback_ = fit(node_->template publish<typename Messages::Feedback>({base + "feedback", Kind::kTopic, true}));
+    fit(node_->template subscribe<typename Messages::SendGoal>(
         {base + "send_goal", Kind::kRequest, true},
-        [this](const NumberedSendGoalRequest& request, Ros2PublisherId) { take(request); }));
-    fit(node_->subscribe<NumberedGetResultRequest>(
+        [this](const typename Messages::SendGoal& request, Ros2PublisherId) { take(request); }));
+    fit(node_->template subscribe<typename Messages::AskResult>(
         {base + "get_result", Kind::kRequest, true},
-        [this](const NumberedGetResultRequest& request, Ros2PublisherId) { tell(request); }));
+        [this](const typename Messages::AskResult& request, Ros2PublisherId) { tell(request); }));
     fit(node_->subscribe<NumberedCancelGoalRequest>({base + "cancel_goal", Kind::kRequest, true},
                                                     [this](const NumberedCancelGoalRequest& r, Ros2PublisherId) {
                                                       cancelled.push_back(goal_id_of(r.body.goal_info.goal_id));
@@ -74,7 +102,10 @@ class FakeGripperServer {
     accept(goal);
   }
   void feed_back(double position) {
-    (void)feedback_.send({message_of(goals.back().id), {position, 0.0, false, false}});
+    typename Messages::Feedback message{};
+    message.goal_id = message_of(goals.back().id);
+    Messages::place(message.feedback, position);
+    (void)feedback_.send(message);
   }
 
   bool silent = false, rejects = false;
@@ -83,15 +114,14 @@ class FakeGripperServer {
   int requests = 0;
 
  private:
-  void take(const NumberedSendGoalRequest& request) {
+  void take(const typename Messages::SendGoal& request) {
     ++requests;
     if (silent) return;
     if (rejects) return (void)answers_.send({request.id, {false, {0, 0}}});
-    const auto& [position, max_effort] = request.body.goal.command;
     Goal goal;
     goal.id = goal_id_of(request.body.goal_id);
-    goal.position = position;
-    goal.max_effort = max_effort;
+    goal.position = Messages::position(request);
+    goal.max_effort = Messages::effort(request);
     accept(goal);
     (void)answers_.send({request.id, {true, {0, 0}}});
   }
@@ -103,20 +133,28 @@ class FakeGripperServer {
     goals.push_back(goal);
     tell_status();
   }
-  void tell(const NumberedGetResultRequest& request) {
+  void tell(const typename Messages::AskResult& request) {
     if (silent) return;
     for (const Goal& goal : goals) {
       if (goal.id != goal_id_of(request.body.goal_id)) continue;
-      (void)results_.send(
-          {request.id, {static_cast<std::uint8_t>(goal.status), {goal.result, 0.0, goal.stalled, !goal.stalled}}});
+      typename Messages::ResultAnswer message{};
+      message.id = request.id;
+      message.body.status = static_cast<std::uint8_t>(goal.status);
+      message.body.result.stalled = goal.stalled;
+      double position = goal.result;
+      Messages::place(message.body.result, position);
+      (void)results_.send(message);
     }
   }
 
-  Ros2Publisher<NumberedSendGoalResponse> answers_;
-  Ros2Publisher<NumberedGetResultResponse> results_;
+  Ros2Publisher<typename Messages::GoalAnswer> answers_;
+  Ros2Publisher<typename Messages::ResultAnswer> results_;
   Ros2Publisher<GoalStatusArrayMessage> status_;
-  Ros2Publisher<GripperFeedbackMessage> feedback_;
+  Ros2Publisher<typename Messages::Feedback> feedback_;
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first
 };
+
+using FakeGripperServer = FakeGripperServerOf<FakeGripperMessages>;
+using FakeParallelGripperServer = FakeGripperServerOf<FakeParallelGripperMessages>;
 
 }  // namespace steadyhand
