@@ -197,7 +197,7 @@ void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time n
 void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now) {
   if (holder_ != id) {
     ++samples_dropped;
-    return complain(client, Refusal::kNoLease, "only the client that holds the lease moves the arm", now);
+    return complain(client, Refusal::kNoLease, "only who has control of the arm moves it", now);
   }
   const Time t = from_seconds(message.t);
   client.clock.arrived(t, now);
@@ -232,7 +232,7 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
 void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now) {
   if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id &&
       !sets_condition(id, message.request, now)) {
-    return refuse(client, Refusal::kNoLease, "only the client that holds the lease may ask for this; any may stop");
+    return refuse(client, Refusal::kNoLease, "only who has control of the arm may ask for this; everybody may stop it");
   }
   const auto& [kind, text, value, object, to, episode] = message.request;
   const auto named = [&text = text](const auto& entry) { return entry.name == text; };

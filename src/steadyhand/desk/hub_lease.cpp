@@ -18,16 +18,16 @@ void Hub::handle(std::uint64_t id, Client& client, const LeaseMessage& message, 
   if (holder_ == id) return;
   if (may_take(id, client)) return give_lease(id, now);
   if (message.wish == LeaseMessage::Wish::kAsk) return ask(id, client, now);
-  refuse(client, Refusal::kTaken, fmt::format("client {} commands the arm now; it may be asked for", holder_));
+  refuse(client, Refusal::kTaken, "somebody else has control of the arm; it may be asked for");
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const AnswerMessage& message, Time now) {
-  if (holder_ != id) return refuse(client, Refusal::kNoLease, "only the client that holds the lease may pass it on");
+  if (holder_ != id) return refuse(client, Refusal::kNoLease, "only who has control of the arm may pass it on");
   const auto asker = clients_.find(asker_);
   if (asker == clients_.end()) return;  // has thought better of it meanwhile
   if (message.grant) return give_lease(asker_, now);
   asker->second.ask_after = now + kAskTimeout;
-  refuse(asker->second, Refusal::kTaken, fmt::format("client {} keeps the arm", id));
+  refuse(asker->second, Refusal::kTaken, "the other operator keeps control");
   end_asking(now);
 }
 
@@ -39,10 +39,10 @@ bool Hub::may_take(std::uint64_t id, const Client& client) const {
 
 void Hub::ask(std::uint64_t id, Client& client, Time now) {
   if (asker_ == id) return;
-  if (asker_ != 0) return refuse(client, Refusal::kTaken, fmt::format("client {} asks for the arm already", asker_));
+  if (asker_ != 0) return refuse(client, Refusal::kTaken, "somebody asks for control already");
   if (now < client.ask_after) {
     return refuse(client, Refusal::kTaken,
-                  fmt::format("client {} keeps the arm; ask again in {:.0f} s", holder_,
+                  fmt::format("the other operator keeps control; ask again in {:.0f} s",
                               std::ceil(to_seconds(client.ask_after - now))));
   }
   asker_ = id;
