@@ -77,6 +77,9 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   await page.reload({ waitUntil: 'commit' });
   await until(() => page.evaluate(() => globalThis.steadyhand?.session.state), 'the page again');
   assert.equal(await page.isHidden('#first-steps'), true, 'seen is seen');
+  const visitor = SITE ? null : await open({ first: true, watch: true });
+  await visitor?.waitForSelector('#first-why:not([hidden])');
+  if (visitor) assert.deepEqual([await visitor.isDisabled('#first-demo'), await visitor.textContent('#first-why')], [true, 'You are watching: enter the code from the terminal to drive.']);
   assert.deepEqual(page.complaints, []);
 });
 
@@ -91,7 +94,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await until(async () => (await facts(page)).yours, 'the lease');
   await page.click('input[name=profile][value=tracking]');
   await page.selectOption('#playback', 'carrying');
-  await until(async () => {
+  const spills = () => until(async () => {
     const { liquid, controls } = await state(page);
     if (!liquid.spilled && controls.playback === -1) { // a busy machine let the page fall silent, which ends the recording
       await ready(page);
@@ -99,12 +102,17 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
     }
     return liquid.spilled;
   }, 'a spill');
-  await until(async () => /^Spilled \d+\.\d %$/.test(await page.textContent('#spill')), 'the words for it');
+  await spills();
+  await until(async () => /^Spilled \d+\.\d % under Tracking/.test(await page.textContent('#spill-words')), 'the words for it');
   await page.emulateMedia({ colorScheme: 'dark' });
   await page.evaluate(() => document.querySelector('#dark').click());
   await shot(page, 'spilled_dark');
   await page.evaluate(() => document.querySelector('#dark').click());
   await page.emulateMedia({ colorScheme: 'light' });
+  await page.click('#refill');
+  await until(() => page.evaluate(() => globalThis.refills > 0), 'a full glass while the arm goes on');
+  await page.evaluate(() => { globalThis.refills = 0; });
+  await spills();
   await page.keyboard.press('Space');
   await inState(page, 'stopping');
   await rest(page);

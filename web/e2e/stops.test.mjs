@@ -97,6 +97,78 @@ test('what Space does elsewhere Enter does: toggles, chooses and presses what ha
   await page.click('input[value=waiter]');
 });
 
+test('with the keys shown a motion key only closes them, a stop does both, and showing them lets go', IN_CHROMIUM, async () => {
+  const page = await open(), watcher = await watch();
+  await ready(page);
+  const shown = () => page.isVisible('#help');
+  const ask = async () => {
+    await page.evaluate(() => document.activeElement?.blur());
+    await page.keyboard.press('?');
+    assert.equal(await shown(), true);
+  };
+  for (const code of ['KeyW', 'KeyI', 'KeyG']) {
+    await ask();
+    await page.keyboard.down(code);
+    assert.equal(await shown(), false, `${code} closes it`);
+    await staysPut(watcher, 400, `${code} was pressed behind the card`);
+    await page.keyboard.up(code);
+  }
+  for (const stop of [() => page.keyboard.press('Escape'), () => page.keyboard.press('Space'), () => page.click('#stop')]) {
+    await ask();
+    await page.focus('#help-close'); // Space is no press, and Escape no mere closing
+    await stop();
+    await stopped(watcher);
+    assert.equal(await shown(), false, 'nothing lies over Reset');
+    await reset(page, watcher);
+  }
+  await ready(page);
+  await page.evaluate(() => document.activeElement?.blur());
+  await lead(watcher, key(page, 'KeyQ'), () => isEngaged(watcher), 'a key to lead');
+  await ask();
+  await inState(watcher, 'ready');
+  await rest(watcher);
+  await staysPut(watcher, 400, 'the key is still held');
+  await page.keyboard.up('KeyQ');
+  await page.keyboard.press('?');
+  await lead(watcher, key(page, 'KeyE'), () => isEngaged(watcher), 'a fresh grip');
+  await page.keyboard.up('KeyE');
+  await inState(watcher, 'ready');
+  assert.deepEqual(page.complaints, []);
+});
+
+test('what the mouse has pressed leaves Enter to Reset; where Enter ticks a box Reset does not claim it', IN_CHROMIUM, async () => {
+  const page = await open(), watcher = await watch();
+  await ready(page);
+  await page.click('#bodies');
+  await page.keyboard.press('Space');
+  await stopped(watcher);
+  assert.equal(await page.isChecked('#bodies'), true, 'Space only stops');
+  await page.waitForSelector('#reset kbd:not([hidden])');
+  await page.focus('#bodies');
+  await page.waitForSelector('#reset kbd', { state: 'hidden' });
+  await page.evaluate(() => document.activeElement.blur());
+  await page.waitForSelector('#reset kbd:not([hidden])');
+  await rest(watcher);
+  await page.keyboard.press('Enter');
+  await inState(watcher, 'ready');
+  await page.click('#bodies');
+});
+
+test('a key that nothing comes of is told why', IN_CHROMIUM, async () => {
+  const page = await open(), watcher = await watch();
+  await ready(page);
+  await page.evaluate(() => document.activeElement?.blur());
+  await page.keyboard.down('KeyI');
+  await until(async () => (await page.textContent('#advice')).includes('Tilt with the hand'), 'the words');
+  await page.keyboard.up('KeyI');
+  await page.keyboard.press('Space');
+  await stopped(watcher);
+  await page.keyboard.press('w');
+  await page.waitForSelector('#reset[data-call=true]');
+  assert.match(await page.textContent('#advice'), /press “Reset” first/);
+  await reset(page, watcher);
+});
+
 test('letters lead the arm also after a slider, a choice or a list was touched', async () => {
   const page = await open(), watcher = await watch();
   await ready(page);
@@ -242,6 +314,7 @@ test('a code that is mistyped and a headset that refuses are told', { ...IN_CHRO
   await page.click('#pairing button');
   await page.waitForSelector('#refusal:not([hidden])');
   assert.match(await page.textContent('#refusal'), /code/);
+  await until(async () => /^You are watching. (This|A) code/.test(await page.textContent('#advice')), 'the words over the scene');
   const code = new URLSearchParams(new URL(newestAddress()).hash.slice(1)).get('code');
   await page.fill('#code', ` ${code.toUpperCase()} `);
   await page.waitForSelector('#refusal[hidden]', { state: 'attached' });
@@ -297,12 +370,12 @@ test('the arm passes to who asks: granted, refused, and when nothing has led it 
   await ready(page);
   const other = await stranger();
   const ask = async (of, holder) => {
-    await until(async () => (await of.textContent('#lease')).startsWith('Ask client'), 'the offer');
+    await until(async () => (await of.textContent('#lease')).startsWith('Ask for control'), 'the offer');
     await of.click('#lease');
     await holder.waitForSelector('#asked:not([hidden])');
   };
   await ask(other, page);
-  assert.match(await page.textContent('#asked-words'), /Client \d+ asks/);
+  assert.match(await page.textContent('#asked-words'), /Somebody else asks/);
   await page.click('#grant');
   await until(async () => (await facts(other)).yours, 'the arm to change hands');
   // A hand that leads is not taken away, however long somebody asks; once it rests it is.

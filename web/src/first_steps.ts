@@ -1,7 +1,10 @@
 import { element } from './element';
+import { isTyped } from './input/shortcuts';
 
 /** Where the browser keeps that the first steps were seen. */
 const SEEN = 'steadyhand.first-steps-seen';
+/** Keys that move the arm or its gripper, or act on an episode: they act only where the scene is seen. */
+const ACTS_ON_THE_ARM = /^Key[WASDQEIJKLUOGBNXR]$/;
 
 /** Some browsers keep nothing for a page: then it is as on the first opening. */
 function seen(): boolean {
@@ -9,25 +12,63 @@ function seen(): boolean {
 }
 
 /**
- * What this is, and what to do first: on the first opening, until it is dismissed. And the keys, whenever they are asked for.
- * @param show a recorded hand leads the arm
+ * What this is, and what to do first: on the first opening, until it is dismissed. And the keys, whenever they are asked for: the card
+ * lies over the scene, so nothing leads the arm while it is open. Comes before what listens to keys that lead.
+ * @param show a recorded hand leads the arm @param letGo whatever leads it from here lets go
  */
-export function offerFirstSteps(show: () => void): void {
-  const first = element('first-steps', HTMLElement), help = element('help', HTMLElement);
-  const dismiss = () => {
-    first.hidden = true;
-    try { localStorage.setItem(SEEN, '1'); } catch { /* it comes again next time */ }
-  };
-  first.hidden = seen();
-  element('first-close', HTMLButtonElement).onclick = dismiss;
-  element('first-demo', HTMLButtonElement).onclick = () => {
-    dismiss();
-    show();
-  };
-  const toggle = () => { help.hidden = !help.hidden; };
-  element('help-open', HTMLButtonElement).onclick = toggle;
-  element('help-close', HTMLButtonElement).onclick = toggle;
-  addEventListener('keydown', (event) => {
-    if (event.key === '?' && !event.repeat && !(event.target instanceof HTMLInputElement && event.target.type === 'text')) toggle();
-  });
+export class FirstSteps {
+  readonly #first = element('first-steps', HTMLElement);
+  readonly #help = element('help', HTMLElement);
+
+  /** @param onGone the card of the first steps leaves the scene free */
+  constructor(show: () => void, private readonly letGo: () => void, onGone: () => void) {
+    const dismiss = () => {
+      this.#first.hidden = true;
+      onGone();
+      try { localStorage.setItem(SEEN, '1'); } catch { /* it comes again next time */ }
+    };
+    this.#first.hidden = seen();
+    element('first-close', HTMLButtonElement).onclick = dismiss;
+    element('first-demo', HTMLButtonElement).onclick = () => {
+      dismiss();
+      show();
+    };
+    const toggle = () => (this.#help.hidden ? this.#openHelp() : this.closeHelp());
+    element('help-open', HTMLButtonElement).onclick = toggle;
+    element('help-close', HTMLButtonElement).onclick = toggle;
+    addEventListener('keydown', (event) => {
+      if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (event.key === '?' && !event.repeat) return toggle();
+      if (this.#help.hidden || !ACTS_ON_THE_ARM.test(event.code)) return;
+      // Closed by the key, which does no more: a grip begins with the next press.
+      this.closeHelp();
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    }, { capture: true });
+  }
+
+  /** @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already */
+  draw(why: string, plays: boolean): void {
+    if (this.#first.hidden) return;
+    element('first-plays', HTMLElement).hidden = !plays;
+    element('first-demo', HTMLButtonElement).disabled = why !== '';
+    const words = element('first-why', HTMLElement);
+    if (words.textContent !== why) words.textContent = why;
+    words.hidden = why === '';
+  }
+
+  /** What the card of the first steps covers of the scene, at its right or at its top, as shares of it. */
+  room(scene: HTMLElement): [number, number] {
+    if (this.#first.hidden) return [0, 0];
+    const card = this.#first.getBoundingClientRect(), { left, top, width, height } = scene.getBoundingClientRect();
+    return card.width > 0.6 * width ? [0, Math.max(0, card.bottom - top) / height] : [Math.max(0, left + width - card.left) / width, 0];
+  }
+
+  #openHelp(): void {
+    this.letGo();
+    this.#help.hidden = false;
+    this.#help.scrollTop = 0;
+  }
+
+  closeHelp(): void { this.#help.hidden = true; }
 }

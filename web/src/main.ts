@@ -1,6 +1,6 @@
 import './style.css';
 import { browserSurroundings, Connection, workerSurroundings } from './connection';
-import { offerFirstSteps } from './first_steps';
+import { FirstSteps } from './first_steps';
 import { Hand } from './hand';
 import { Drag } from './input/drag';
 import { Gamepads, Keys } from './input/keys';
@@ -89,14 +89,24 @@ const recordings = new Recordings(element('recordings', HTMLUListElement), eleme
 let recorded: boolean | null = null;
 const panel = new Panel(session, connection, hand);
 const episodes = new EpisodePanel(session, panel);
-const wantLease = () => panel.takeOver();
-const stop = () => panel.stop();
+const firstSteps = new FirstSteps(() => panel.playFirst(), () => hand.letGo(), () => fit());
+const fit = () => stage.resize(canvas.clientWidth, canvas.clientHeight, firstSteps.room(canvas));
+/** Whoever takes hold sees the scene. */
+const wantLease = () => {
+  firstSteps.closeHelp();
+  panel.takeOver();
+};
+/** Whatever is open: the arm first, then what might lie over Reset. */
+const stop = () => {
+  panel.stop();
+  firstSteps.closeHelp();
+};
+element('stop', HTMLButtonElement).onclick = stop;
 const drag = new Drag(stage, hand, session, wantLease, canvas);
 const objects = new Objects(stage, drag, session, connection, canvas, () => panel.takeLease());
 element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
-offerFirstSteps(() => panel.playFirst());
 listenForShortcuts(stop, () => panel.reset());
 const keys = new Keys(hand, session, wantLease);
 const gamepads = new Gamepads(hand, session, wantLease, stop, (closed) => panel.squeeze(closed), now);
@@ -150,7 +160,7 @@ dark.onchange = () => {
   plots?.repaint();
 };
 
-onResize(canvas, () => stage.resize(canvas.clientWidth, canvas.clientHeight));
+onResize(canvas, fit);
 
 let last = now(), lastWords = 0, lastPlot = 0, frames = 0;
 stage.renderer.setAnimationLoop((_time, frame) => {
@@ -169,6 +179,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);
+    firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0);
     episodes.draw();
     if (session.state) joints?.draw(session.state);
     recordings.draw();

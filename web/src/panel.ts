@@ -1,12 +1,14 @@
-import { isTyped } from './input/shortcuts';
+import { isTyped, takesEnter } from './input/shortcuts';
 import type { Connection } from './connection';
 import { element } from './element';
-import { latencyText, offText, percentText, scaleText } from './figures';
+import { latencyText, offText, scaleText } from './figures';
+import { motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
 import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
+import { Peak } from './peak';
 import { STEPS, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
 
 function write(node: HTMLElement, text: string): void {
@@ -49,6 +51,15 @@ interface Slider {
 /** null: nothing was measured yet, which is told as 0. */
 export const known = (value: Measure | undefined): Measure => value || null;
 
+/** s for which the top of a wave stays in words: nobody reads what changes with every swing. */
+const WAVE_HELD = 1.2;
+/** Of the room to the rim: a wave that came so high is worth a warning. */
+const NEAR_THE_RIM = 0.9;
+/** s for which Reset calls for attention. */
+const CALLED_FOR = 1.2;
+/** m, by which a fill level changes that is asked for only to have the glass filled. */
+const FRESH = 1e-6;
+
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
 
@@ -57,12 +68,20 @@ function whyDisabled(session: Session, present: boolean): string {
   if (session.past) return 'A recording is shown: what is grey acts on now. “Back to now” brings it back.';
   if (!present) return 'There is no connection to the arm: nothing that is grey can reach it.';
   if (!session.paired) return 'You are watching: to use what is grey, enter the code from the terminal.';
-  return session.mayTake ? '' : `Client ${session.holder} drives: to use what is grey, ask for the arm.`;
+  return session.mayTake ? '' : 'Somebody else drives: to use what is grey, ask for control.';
 }
 
 /** deg */
 function tiltText(tilt: number): string {
   return tilt < 0.5 ? 'none: upright' : tilt > 179.5 ? 'all: it may pour' : `up to ${tilt.toFixed(0)}°`;
+}
+
+/** @param heading deg, positive to the arm's left */
+export function headingText(heading: number): string {
+  const turned = Math.round(Math.abs(heading)), angle = `${heading.toFixed(0)}°`;
+  if (turned === 0) return `${angle}: as the arm faces`;
+  if (turned === 180) return `${angle}: facing the arm`;
+  return `${angle}: to the arm’s ${heading > 0 ? 'left' : 'right'}`;
 }
 
 /** What a slider's two ends mean. */
@@ -85,10 +104,11 @@ export class Panel {
   /** mm, height of the glass inside. */
   #rim = 0;
   #profiles: HTMLInputElement[] = [];
+  readonly #peak = new Peak(WAVE_HELD);
+  #finer = false;
   #weights: Slider[] = [];
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
-    button('stop').onclick = () => this.stop();
     button('reset').onclick = () => this.reset();
     button('lease').onclick = () => this.#askLease();
     for (const grant of [true, false]) button(grant ? 'grant' : 'keep').onclick = () => this.connection.send({ type: 'answer', grant });
@@ -98,6 +118,7 @@ export class Panel {
       input('code').value = '';
     });
     button('policy').onclick = () => this.command('policy', { value: this.session.state?.controls.policy_turn ? 0 : 1 });
+    button('refill').onclick = () => this.#refill();
     element('playback', HTMLSelectElement).onchange = (event) => {
       this.takeLease();
       this.ask('playback', { text: (event.target as HTMLSelectElement).value });
@@ -109,7 +130,7 @@ export class Panel {
     element('rate', HTMLSelectElement).onchange = (event) => this.command('rate', { value: Number((event.target as HTMLSelectElement).value) });
     const controls = () => this.session.state?.controls;
     this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
-    this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => `${v.toFixed(0)}°`,
+    this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => headingText(v),
       (value) => this.command('yaw', { value: (value * Math.PI) / 180 }));
     this.#slider('fill', () => { const c = controls(); return c && c.fill * 1000; }, (v) => `${(this.#rim - v).toFixed(0)} mm below the rim`,
       (value) => this.command('fill', { value: value / 1000 }));
@@ -134,6 +155,14 @@ export class Panel {
   #grip(value: number): void {
     this.takeLease();
     this.hand.gripper = value;
+  }
+
+  /** Another level pours the glass anew: one that nobody can tell from this one. */
+  #refill(): void {
+    const { state } = this.session;
+    if (!state) return;
+    this.#finer = !this.#finer;
+    this.command('fill', { value: Number((state.controls.fill + (this.#finer ? -FRESH : FRESH)).toFixed(6)) });
   }
 
   stop(): void { this.ask('stop'); }
@@ -227,7 +256,7 @@ export class Panel {
     element('weights', HTMLDivElement).replaceChildren();
     this.#weights = welcome.terms.flatMap((term, index) => (term.offered ? [this.#weight(term, index)] : []));
     const list = element('playback', HTMLSelectElement);
-    show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(name, name))]);
+    show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionTitle(name), name))]);
   }
 
   #showRate(rate: number, mayChoose: boolean, now: number): void {
@@ -245,7 +274,8 @@ export class Panel {
     if (!wave) return;
     element('wave-level', HTMLMeterElement).value = wave.now / wave.room;
     element('wave-most', HTMLElement).style.left = `${(100 * wave.most) / wave.room}%`;
-    write(element('wave-words', HTMLElement), `Wave ${offText(wave.now)} of ${offText(wave.room)} mm`);
+    write(element('wave-words', HTMLElement), `Wave ${offText(this.#peak.of(wave.now, performance.now() / 1000))} of ${offText(wave.room)} mm`);
+    element('wave', HTMLElement).dataset.near = String(wave.most > NEAR_THE_RIM * wave.room);
     write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm`);
   }
 
@@ -279,9 +309,10 @@ export class Panel {
     const constraint = present ? session.constraint() : '';
     element('held', HTMLElement).hidden = !constraint;
     write(element('held', HTMLElement), constraint);
-    const spilled = !session.past && session.hasGlass && state?.liquid.spilled === true;
-    element('spill', HTMLElement).hidden = !spilled;
-    write(element('spill', HTMLElement), spilled ? `Spilled ${percentText(state.liquid.spilled_share)} %` : '');
+    const spill = session.spill();
+    element('spill', HTMLElement).hidden = !spill;
+    write(element('spill-words', HTMLElement), spill);
+    button('refill').hidden = !present || !session.mayTake;
     const refilled = !session.past && session.wasRefilled(now);
     element('refilled', HTMLElement).hidden = !refilled;
     write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
@@ -296,10 +327,13 @@ export class Panel {
     this.#error.show(live ? state?.tracking_error : null);
     this.#clearance.show(live ? state?.clearance : null);
 
-    button('reset').hidden = !session.mayReset;
+    const reset = button('reset');
+    reset.hidden = !session.mayReset;
+    reset.dataset.call = String(session.mayReset && session.hintedWithin(CALLED_FOR, now));
+    reset.querySelector('kbd')!.hidden = document.activeElement !== reset && takesEnter(document.activeElement);
     button('stop').disabled = session.status !== 'open';
     const lease = button('lease');
-    write(lease, session.yours ? 'Release control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : `Ask client ${session.holder} for the arm`);
+    write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : 'Ask for control');
     button('mode').disabled = session.past;
     lease.disabled = session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks);
     lease.dataset.call = String(!session.yours && session.mayTake && !session.past);

@@ -1,5 +1,5 @@
 import type { ConnectionStatus } from './connection';
-import { offText, spanText } from './figures';
+import { offText, percentText, spanText } from './figures';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
 
 /** s without a state after which the page greys out. */
@@ -13,6 +13,12 @@ const SAID_FOR = 10;
 const AT_REST = 0.005;
 /** s for which a refill is told. */
 const REFILL_TOLD = 4;
+/** rad/s (m/s) above which an arm that nobody leads is still coming to rest; sensors of an arm that stands say less. */
+const COMES_TO_REST = 0.02;
+/** rad, from which on the glass leans with the hand. */
+const LEANS = 0.009;
+/** s for which a hint stands. */
+const HINTED_FOR = 4;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -30,6 +36,9 @@ export const waveText = ({ now, most, room }: Wave): string => `wave ${offText(n
 
 /** How the operator does what the page advises. */
 export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
+
+/** To who turns the glass while it does not lean. */
+export const STAYS_UPRIGHT = 'The glass stays upright: raise “Tilt with the hand” to lean it.';
 
 export const ON_PAGE: Means = {
   lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the target, or hold a key, to take over.',
@@ -63,6 +72,9 @@ export class Session {
   failure = '';
   statesReceived = 0;
   #refilledAt = -Infinity;
+  /** Profile that led when the liquid was first seen over the rim; null: no spill, or it was before this page. */
+  #spilledUnder: number | null = null;
+  #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
   #grantAt = NaN;
@@ -85,6 +97,9 @@ export class Session {
       case 'cell': if (this.welcome) this.welcome = { ...this.welcome, cell: message.cell }; break;
       case 'state':
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
+        if (!message.liquid.spilled) this.#spilledUnder = null;
+        else if (this.state && !this.state.liquid.spilled) this.#spilledUnder = message.controls.profile;
+        if (this.state?.state === 'stopping' && message.state !== 'stopping') this.#hint.at = -Infinity;
         this.state = message;
         this.#stateAt = now;
         ++this.statesReceived;
@@ -111,6 +126,19 @@ export class Session {
     return (before.liquid.spilled && !after.liquid.spilled) || before.controls.fill !== after.controls.fill;
   }
 
+  /** What the operator tried, and why nothing came of it: stands in the advice's place for a while. */
+  hint(words: string, now: number): void { this.#hint = { words, at: now }; }
+  /** A hint was given within this many s. */
+  hintedWithin(seconds: number, now: number): boolean { return now - this.#hint.at < seconds; }
+
+  /** What was spilled, and under which profile; empty: nothing. */
+  spill(): string {
+    const { state, welcome } = this;
+    if (this.past || !this.hasGlass || !state?.liquid.spilled) return '';
+    const profile = welcome?.profiles.find(({ index }) => index === this.#spilledUnder)?.label;
+    return `Spilled ${percentText(state.liquid.spilled_share)} %${profile ? ` under ${profile}` : ''}`;
+  }
+
   /** The tool holds a glass. */
   get hasGlass(): boolean { return !this.welcome?.robot?.gripper; }
   /** The arm tells where its gripper is, or has one by its file: behind some controllers it is not told before it moved. */
@@ -123,7 +151,9 @@ export class Session {
     if (this.past) return '';
     if (this.status !== 'open' || this.isStale(now)) return this.state ? `last news ${spanText(now - this.#stateAt)} ago` : '';
     const { reason = '', controls } = this.state ?? {};
-    // Nobody who watches a recorded hand has anything to release.
+    // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
+    if (reason === 'grip to move the arm') return '';
+    if (reason === 'the hand is back') return 'following again';
     return (controls?.playback ?? -1) >= 0 ? reason.replace(/: release and grip again$/, '') : reason;
   }
 
@@ -143,6 +173,16 @@ export class Session {
   /** Whole s until `asker` gets the lease; NaN while something leads the arm. */
   grantIn(now: number): number { return Math.max(0, Math.ceil(this.#grantAt - now)); }
 
+  /** Why no demo motion can be asked for; empty: one can. */
+  get whyNoMotion(): string {
+    if (this.status !== 'open') return 'There is no connection to the arm.';
+    if (!this.paired) return 'You are watching: enter the code from the terminal to drive.';
+    return this.isAnothers ? 'Somebody else drives: ask for control first.' : '';
+  }
+
+  /** The glass stays upright, however the hand leans. */
+  get staysUpright(): boolean { return this.hasGlass && (this.state?.controls.tilt ?? 1) < LEANS; }
+
   /** Whether a way in would move the arm now. */
   mayDrive(now: number): boolean {
     const state = this.state?.state;
@@ -160,6 +200,8 @@ export class Session {
   /** No joint moves so that anybody would see it. */
   get rests(): boolean { return this.state?.dq.every((speed) => Math.abs(speed) < AT_REST) ?? true; }
 
+  get #isMoving(): boolean { return this.state?.dq.some((speed) => Math.abs(speed) > COMES_TO_REST) ?? false; }
+
   /** What was refused, for people: until something is granted or tried anew, or it is old and nothing waits for it. */
   refusal(now: number): string {
     const { lastError } = this;
@@ -172,7 +214,9 @@ export class Session {
     if (this.status !== 'open') return 'not connected';
     if (this.isStale(now)) return 'no news';
     if (this.past) return 'recording';
-    return this.rests && this.state?.state === 'stopping' ? 'stopped' : (this.state?.state ?? '');
+    const state = this.state?.state ?? '';
+    if (state === 'ready' && this.#isMoving) return 'coming to rest';
+    return this.rests && state === 'stopping' ? 'stopped' : state;
   }
 
   /** What the operator may do now, in a sentence. @param heldFor s for which a way in has had the hand */
@@ -188,9 +232,10 @@ export class Session {
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
     if (this.past) return `You see a recording. The arm itself is ${this.state?.state ?? 'elsewhere'}; only Stop acts on it.`;
-    if (!this.paired) return `You are watching. ${means.pair}`;
-    if (this.asks) return `You asked client ${this.holder} for the arm. ${this.#granted(now)}`;
-    if (!this.yours && this.holder && !this.takeable) return `Client ${this.holder} drives. You are watching; you may stop the arm.`;
+    if (!this.paired) return `You are watching. ${this.#codeRefused || means.pair}`;
+    if (this.asks) return `You asked for the arm. ${this.#granted(now)}`;
+    if (this.isAnothers) return 'Somebody else drives. You are watching; you may stop the arm.';
+    if (now - this.#hint.at < HINTED_FOR) return this.#hint.words;
     const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A recording leads the arm. ${means.takeOver}`;
     switch (this.state?.state) {
       case 'idle': return 'The arm does not follow yet.';
@@ -208,13 +253,23 @@ export class Session {
     }
   }
 
+  /** Why the code that came with the address, or was typed, lets nobody in; empty: none was refused. */
+  get #codeRefused(): string {
+    if (this.lastError?.code !== 'code') return '';
+    const { message } = this.lastError;
+    return `${message.charAt(0).toUpperCase()}${message.slice(1)}.`;
+  }
+
+  /** Another one has the arm, and does not give it by itself. */
+  get isAnothers(): boolean { return !this.yours && this.holder !== 0 && !this.takeable; }
+
   #granted(now: number): string {
     const left = this.grantIn(now);
     return Number.isNaN(left) ? 'Something leads it now.' : `If nothing leads it, it is yours in ${left} s.`;
   }
 
   /** That somebody asks this client for the arm; empty: nobody does. */
-  asked(): string { return this.yours && this.asker ? `Client ${this.asker} asks for the arm.` : ''; }
+  asked(): string { return this.yours && this.asker ? 'Somebody else asks for the arm.' : ''; }
   /** When they get it all the same. */
   askedUntil(now: number): string {
     const left = this.grantIn(now);

@@ -3,6 +3,8 @@ import fixtures from '../protocol/fixtures/server.json';
 import { Connection, type ConnectionStatus, type Surroundings } from '../src/connection';
 import { Hand } from '../src/hand';
 import type { ClientMessage, ServerMessage } from '../src/protocol';
+import { motionTitle } from '../src/demo_motions';
+import { Peak } from '../src/peak';
 import { IN_HEADSET, Session, STALE_AFTER, waveOf, waveText } from '../src/session';
 
 const server = fixtures as unknown as Record<string, ServerMessage>;
@@ -77,6 +79,57 @@ describe('words of a session', () => {
     expect(session.reason(2)).toBe('the hand fell silent');
     session.connectionBecame('lost');
     expect(session.reason(6.04)).toBe('last news 4.0 s ago');
+  });
+  it('say under which profile the liquid went over the rim, also after another was chosen', () => {
+    const session = open(), { controls } = server.state as { controls: object }, { profiles } = server.welcome as { profiles: { index: number; label: string }[] };
+    const under = (profile: number, spilled: boolean, t: number) => session.take(state({ controls: { ...controls, profile }, liquid: liquid(spilled) }), t);
+    under(0, true, 1);
+    expect(session.spill()).toBe('Spilled 10.0 %'); // before this page looked
+    under(0, false, 2);
+    expect(session.spill()).toBe('');
+    under(1, true, 3);
+    under(0, true, 4);
+    expect(session.spill()).toBe(`Spilled 10.0 % under ${profiles.find(({ index }) => index === 1)!.label}`);
+  });
+  it('tell what nothing came of, for a while or until the state is another', () => {
+    const session = open();
+    session.paired = session.yours = true;
+    session.take(state({ state: 'stopping' }), 1);
+    session.hint('reset first', 1);
+    expect([session.advice(1.2), session.hintedWithin(1, 1.2)]).toEqual(['reset first', true]);
+    session.take(state({ state: 'ready' }), 1.3);
+    expect(session.advice(1.4)).not.toBe('reset first');
+    session.hint('no tilt', 2);
+    session.take(state({ state: 'ready' }), 6.4);
+    expect(session.advice(6.5)).not.toBe('no tilt');
+  });
+  it('call an arm that nobody leads and that still moves what it is', () => {
+    const session = open(), still = Array<number>(6).fill(0);
+    session.take(state({ state: 'ready', dq: [0.1, 0, 0, 0, 0, 0], reason: 'released' }), 1);
+    expect([session.title(1), session.reason(1)]).toEqual(['coming to rest', 'released']);
+    session.take(state({ state: 'ready', dq: still, reason: 'grip to move the arm' }), 1.1);
+    expect([session.title(1.1), session.reason(1.1)]).toEqual(['ready', '']); // the advice says how
+  });
+  it('say in the scene why a code lets nobody in, and why no motion can be asked for', () => {
+    const session = open();
+    session.take(state({}), 1);
+    expect(session.advice(1)).toContain('enter the code');
+    session.take({ type: 'error', code: 'code', message: 'this code is used up; the terminal shows the next one' }, 1);
+    expect(session.advice(1)).toBe('You are watching. This code is used up; the terminal shows the next one.');
+    expect(session.whyNoMotion).toContain('enter the code');
+    session.take(server.paired!, 1);
+    session.take({ type: 'lease', holder: 7, yours: false, takeable: false, asker: 0, grant_s: null }, 1);
+    expect(session.whyNoMotion).toContain('Somebody else drives');
+    session.take({ type: 'lease', holder: 0, yours: false, takeable: true, asker: 0, grant_s: null }, 1);
+    expect(session.whyNoMotion).toBe('');
+  });
+  it('name demo motions as people write', () => {
+    expect(['carrying', 'physics-demo-laser', 'mouse-demo-recording', 'demo'].map(motionTitle)).toEqual(['Carrying', 'Physics laser', 'Mouse', 'Demo']);
+  });
+  it('hold the top of a wave for a moment', () => {
+    const peak = new Peak(1);
+    expect([[3, 0], [1, 0.2], [3, 0.4], [1, 0.7], [1, 1], [1, 1.3], [2, 1.4]].map(([value, at]) => peak.of(value!, at!))).toEqual([3, 3, 3, 3, 3, 1, 2]);
+    expect(peak.of(0, 9)).toBe(0);
   });
   it('are of a gripper where the tool is one', () => {
     const session = open(), welcome = server.welcome as { robot: object };
@@ -298,7 +351,7 @@ describe('session', () => {
     const nobody = { holder: 0, yours: false, takeable: true, ...none }, another = { holder: 7, yours: false, takeable: false, ...none }, me = { holder: 3, yours: true, takeable: false, ...none };
     expect(advice('engaged', 0, nobody)).toContain('recording leads');
     expect(advice('engaged', 0, me)).toContain('recording leads');
-    expect(advice('engaged', 0, another)).toContain('Client 7');
+    expect(advice('engaged', 0, another)).toContain('Somebody else drives');
     expect(advice('engaged', -1, me)).toContain('Let go');
     expect(advice('engaged', -1, nobody)).not.toContain('Let go');
     expect(advice('ready', -1, nobody)).toContain('No operator');
@@ -353,7 +406,7 @@ describe('session', () => {
     expect(session.advice(20.2)).toContain('yours in 8 s');
     expect(session.asked()).toBe('');
     lease({ holder: own, yours: true, asker: 5, grant_s: 3 });
-    expect([session.asks, session.asked()]).toEqual([false, 'Client 5 asks for the arm.']);
+    expect([session.asks, session.asked()]).toEqual([false, 'Somebody else asks for the arm.']);
     expect(session.askedUntil(21.5)).toContain('in 2 s');
     lease({ holder: own, yours: true, asker: 5 });
     expect(session.askedUntil(21.5)).toBe('');

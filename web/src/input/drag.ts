@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import type { Hand } from '../hand';
 import type { MutableQuat, MutableVec3 } from '../frames';
-import type { Session } from '../session';
+import { STAYS_UPRIGHT, type Session } from '../session';
 import type { Stage } from '../scene/stage';
 import { clearTheMiddle, sizeOf } from './handles';
 
@@ -92,6 +92,7 @@ export class Drag {
       this.#holding = true;
       this.#start.copy(this.#proxy.position);
       this.#startTurn.copy(this.#proxy.quaternion);
+      if (this.controls.mode === 'rotate' && this.controls.axis !== 'Z' && this.session.staysUpright) this.session.hint(STAYS_UPRIGHT, performance.now() / 1000);
       this.lead(true);
     } else {
       this.#holding = false;

@@ -1,6 +1,6 @@
 import type { Hand } from '../hand';
 import { multiply, normalize, rotation, type MutableQuat, type MutableVec3 } from '../frames';
-import type { Session } from '../session';
+import { STAYS_UPRIGHT, type Session } from '../session';
 import { Trigger } from './controllers';
 import { isTyped } from './shortcuts';
 
@@ -64,6 +64,7 @@ export class Keys extends RateInput {
       if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
       event.preventDefault(); // a list that has the focus would look for a name that begins with this letter
       if (event.repeat) return;
+      this.#explain(event.code);
       this.#down.add(event.code);
       this.update(0, event.timeStamp / 1000);
     });
@@ -72,6 +73,13 @@ export class Keys extends RateInput {
       this.#down.clear();
       this.update(0);
     });
+  }
+
+  /** What nothing will come of is told. */
+  #explain(code: string): void {
+    const { session } = this, axis = KEYS[code]![0], at = performance.now() / 1000;
+    if (session.mayReset) session.hint('The arm is stopped: press “Reset” first.', at);
+    else if ((axis === 3 || axis === 4) && session.staysUpright) session.hint(STAYS_UPRIGHT, at);
   }
 
   update(dt: number, eventTime?: number): void {

@@ -1,4 +1,5 @@
 import type { RequestKind } from '../protocol';
+import { motionTitle } from '../demo_motions';
 import { inOrder } from '../profiles';
 import type { Session } from '../session';
 import { weightText } from '../weights';
@@ -37,7 +38,7 @@ export function itemsOf(session: Session, asks: Asks): Item[] {
   }
   add('Demo motion', 'none', state.controls.playback < 0, () => asks.command('playback', { text: '' }));
   welcome.recordings.slice(0, SHOWN).forEach((text, i) => {
-    add('Demo motion', text.replace(/-demo.*|-recording.*/, ''), state.controls.playback === i, () => asks.command('playback', { text }));
+    add('Demo motion', motionTitle(text), state.controls.playback === i, () => asks.command('playback', { text }));
   });
   return items;
 }

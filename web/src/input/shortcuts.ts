@@ -3,6 +3,13 @@ const isSpace = (event: KeyboardEvent): boolean => event.key === ' ' || event.co
 /** Takes letters that are typed, so that they lead nothing. */
 export const isTyped = (target: EventTarget | null): boolean => target instanceof HTMLInputElement && target.type === 'text';
 
+const isPressed = (target: EventTarget | null): target is HTMLButtonElement | HTMLInputElement =>
+  target instanceof HTMLButtonElement || (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio'));
+const hasOwnEnter = (target: EventTarget | null): boolean => isTyped(target) || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement;
+
+/** Whether Enter does something here, and so does not reset. */
+export const takesEnter = (target: EventTarget | null): boolean => isPressed(target) || hasOwnEnter(target);
+
 /**
  * One rule for the page, whatever has the focus: Space and Escape stop the arm. Enter does what Space does elsewhere: it presses or toggles
  * what has the focus, and resets where there is nothing to press. Comes before all else that listens to keys.
@@ -17,14 +24,17 @@ export function listenForShortcuts(stop: () => void, reset: () => void): void {
     }
     if (event.key !== 'Enter') return;
     const { target } = event;
-    if (target instanceof HTMLButtonElement || (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio'))) {
+    if (isPressed(target)) {
       event.preventDefault(); // not every browser's Enter presses every button
       if (!event.repeat) target.click();
       return;
     }
-    const takesEnter = isTyped(target) || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement;
-    if (!takesEnter && !event.repeat) reset();
+    if (!hasOwnEnter(target) && !event.repeat) reset();
   }, { capture: true });
+  // What a mouse has pressed keeps no focus: Enter would press it again in place of a reset.
+  addEventListener('click', (event) => {
+    if (event instanceof PointerEvent && event.pointerType === 'mouse' && isPressed(event.target)) event.target.blur();
+  });
   // Some browsers press a button when Space comes up again.
   addEventListener('keyup', (event) => { if (isSpace(event)) event.preventDefault(); }, { capture: true });
 }

@@ -33,7 +33,8 @@ export function totalsOf({ series, times }: Pick<History, 'series' | 'times'>, p
 export class Comparison {
   readonly #rows: Row[];
 
-  constructor(table: HTMLElement, profiles: readonly Profile[]) {
+  /** @param note stands where several profiles led */
+  constructor(table: HTMLElement, private readonly note: HTMLElement, profiles: readonly Profile[]) {
     this.#rows = profiles.map((profile) => {
       const row = document.createElement('tr'), name = document.createElement('th'), color = document.createElement('i');
       name.scope = 'row';
@@ -47,15 +48,18 @@ export class Comparison {
   }
 
   draw(history: History): void {
+    let shown = 0;
     for (const { row, cells, index } of this.#rows) {
       const { led, felt, most, off } = totalsOf(history, index);
       row.hidden = led <= 0;
       if (row.hidden) continue;
+      ++shown;
       cells[0]!.textContent = sloshText(felt);
       cells[1]!.textContent = sloshText(most);
       cells[2]!.textContent = meanOffText(off);
       cells[3]!.textContent = secondsText(led);
     }
+    this.note.hidden = shown < 2;
   }
 }
 

@@ -1,6 +1,6 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { onResize } from '../element';
+import { element, onResize } from '../element';
 import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { latencyText, offText, planningText, sloshText } from '../figures';
@@ -38,7 +38,7 @@ export class Plots {
 
   constructor(private readonly root: HTMLElement, table: HTMLElement, private readonly profiles: Profile[]) {
     this.#own = profiles.map(() => null);
-    this.#comparison = new Comparison(table, profiles);
+    this.#comparison = new Comparison(table, element('compare-note', HTMLElement), profiles);
     root.replaceChildren();
     const strip = this.#frame('states', 'States', '', 'As the lamp shows them; beneath: spills, limits that held the arm back, missed deadlines');
     strip.append(this.#strip.canvas);

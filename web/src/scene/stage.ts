@@ -289,10 +289,11 @@ export class Stage {
 
   #shade(): void { this.#sun.castShadow = !this.#presents && this.#pace.level < SHADOWLESS; }
 
-  resize(width: number, height: number): void {
+  /** @param room as of View */
+  resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
-    this.view.resize(width / height);
+    this.view.resize(width / height, room);
     this.#pace.restart();
   }
 

@@ -50,10 +50,13 @@ export class View {
     this.orbit.update();
   }
 
-  resize(aspect: number): void {
+  /** @param room what a card covers at the right and at the top, as shares of the picture: the middle of the scene is that of the rest */
+  resize(aspect: number, room: readonly [number, number] = [0, 0]): void {
     this.camera.aspect = aspect;
     // Tall and narrow screens look from further away.
     this.camera.fov = aspect < 1 ? 56 : 40;
+    if (room[0] > 0 || room[1] > 0) return this.camera.setViewOffset(aspect, 1, (aspect * room[0]) / 2, -room[1] / 2, aspect, 1);
+    this.camera.clearViewOffset();
     this.camera.updateProjectionMatrix();
   }
 
