@@ -92,13 +92,25 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
     if (state != snapshot.state) taps.change(change);
     snapshot.state = state;
     snapshot.liquid.spilled = spilled;
+    snapshot.liquid.spilled_share = spilled ? 0.25 : 0.0;
     for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(10)) {
       snapshot.now = now;
       taps.look(snapshot);
     }
   };
+  const auto choose = [&](const char* profile) {
+    AppliedSettings applied;
+    applied.at = now;
+    applied.settings.profile = profile;
+    taps.settings(applied);
+  };
+  choose("carry");
   look(0.5, SupervisionState::kReady, false);
-  look(1.0, SupervisionState::kEngaged, true);
+  look(0.05, SupervisionState::kEngaged, false);  // in passing
+  choose("follow");
+  look(0.25, SupervisionState::kEngaged, false);
+  choose("tracking");
+  look(0.7, SupervisionState::kEngaged, true);
   look(0.5, SupervisionState::kReady, false);
   recorder.ask(false);
   look(0.1, SupervisionState::kReady, false);
@@ -106,6 +118,8 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
   ASSERT_EQ(sessions.size(), 1u);
   EXPECT_TRUE(sessions[0].complete);
   EXPECT_EQ(sessions[0].summary.at("spilled"), "yes");
+  EXPECT_EQ(sessions[0].summary.at("spilled_share"), "0.25");
+  EXPECT_EQ(sessions[0].summary.at("profiles"), "tracking, follow");
   EXPECT_NEAR(std::stod(sessions[0].summary.at("engaged_s")), 1.0, 1e-6);  // as exactly as its changes tell
 }
 

@@ -12,6 +12,8 @@ namespace steadyhand {
 namespace {
 
 constexpr double kHandRate = 250.0, kArmRate = 500.0, kStepRate = 60.0, kLookRate = 120.0;  // Hz, at most
+constexpr double kInPassing = 0.1;      ///< of what led longest: profiles that led for less are not named
+constexpr double kMoreSpilled = 0.005;  ///< share of the liquid that a spill of before goes on by unnoticed
 constexpr Time kStatisticsPeriod = std::chrono::seconds(1);
 
 std::string date_and_time() {
@@ -99,6 +101,22 @@ void SessionRecorder::end_file() {
                                     : "recorded: " + opened_.where);
 }
 
+/// Names, the one that led longest first; those that led in passing are left out.
+std::string SessionRecorder::profiles_that_led() const {
+  std::vector<std::pair<double, std::string>> led;
+  double most = 0.0;
+  for (const auto& [name, seconds] : tally_.led_by) {
+    led.emplace_back(-seconds, name);
+    most = std::max(most, seconds);
+  }
+  std::sort(led.begin(), led.end());
+  std::string names;
+  for (const auto& [seconds, name] : led) {
+    if (-seconds >= kInPassing * most) names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
 /// What is known when a file ends before its session does.
 void SessionRecorder::sum_up(const SessionSnapshot& now) {
   if (!file_) return;
@@ -111,7 +129,9 @@ void SessionRecorder::sum_up(const SessionSnapshot& now) {
                   {"latency_p50_ms", number(1e-3 * now.latency_us.p50)},
                   {"latency_p99_ms", number(1e-3 * now.latency_us.p99)},
                   {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
-                  {"spilled", tally_.spilled ? "yes" : "no"}});
+                  {"spilled", tally_.spilled ? "yes" : "no"},
+                  {"spilled_share", number(tally_.spilled_share)},
+                  {"profiles", profiles_that_led()}});
   if (!added) notice("the recording has no summary: " + added.error().message);
 }
 
@@ -282,13 +302,26 @@ void SessionRecorder::look(const SessionSnapshot& now) {
   const bool begins = wanted_ && !file_;
   if (begins) begin_file();
   const Time at = now.now - begin_;
-  if (begins || tally_.last == Time(0)) tally_ = {at, at, Time(0), false, now.missed_deadlines};
+  if (begins || tally_.last == Time(0)) {
+    tally_ = {};
+    tally_.begin = tally_.last = at;
+    tally_.missed_before = now.missed_deadlines;
+    if (now.liquid.spilled) tally_.spilled_before = now.liquid.spilled_share;
+  }
   if (!wanted_ && file_) {
     sum_up(now);
     end_file();
   }
   if (at < Time(0)) return;
-  tally_.spilled = tally_.spilled || now.liquid.spilled;
+  if (!now.liquid.spilled) tally_.spilled_before.reset();
+  const double before = tally_.spilled_before.value_or(0.0);
+  if (now.liquid.spilled && (!tally_.spilled_before || now.liquid.spilled_share > before + kMoreSpilled)) {
+    tally_.spilled = true;
+    tally_.spilled_share = std::max(tally_.spilled_share, now.liquid.spilled_share - before);
+  }
+  if (now.state == SupervisionState::kEngaged && operator_settings_ && !operator_settings_->profile.empty()) {
+    tally_.led_by[operator_settings_->profile] += to_seconds(at - tally_.last);
+  }
   tally_.last = at;
   if (begins) {
     if (operator_settings_) {
@@ -397,7 +430,9 @@ void SessionRecorder::finish(const LiveSummary& s) {
                                                        {"dropped_messages", fmt::format("{}", s.tap_drops)},
                                                        {"beyond_limits", fmt::format("{}", s.monitor.beyond_limits)},
                                                        {"in_contact", fmt::format("{}", s.monitor.in_contact)},
-                                                       {"spilled", s.spilled ? "yes" : "no"},
+                                                       {"spilled", tally_.spilled ? "yes" : "no"},
+                                                       {"spilled_share", number(tally_.spilled_share)},
+                                                       {"profiles", profiles_that_led()},
                                                        {"held_back", holds}});
   if (!added) notice("the recording ended: " + added.error().message);
   end_file();

@@ -98,6 +98,7 @@ class SessionRecorder {
   void write_waiting();
   void begin_file();
   void end_file();
+  std::string profiles_that_led() const;
   void sum_up(const SessionSnapshot& now);
   Result<Recorder> create(std::unique_ptr<McapSink> sink) const;
   void write_flight();
@@ -125,7 +126,10 @@ class SessionRecorder {
   struct Tally {
     Time begin{0}, last{0}, engaged{0};
     bool spilled = false;
+    double spilled_share = 0;  ///< of the liquid, most at once
     std::uint64_t missed_before = 0;
+    std::map<std::string, double> led_by;  ///< s, by name of the profile
+    std::optional<double> spilled_before;  ///< as much the glass had lost when the file began, and is not full again
   };
   Tally tally_;
   std::optional<Time> engaged_since_;  ///< the hand leads
