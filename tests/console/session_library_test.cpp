@@ -93,7 +93,9 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   EXPECT_EQ(motion["q"], Json({{0.25}, {0.5}}));
   EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["events"].empty());
   EXPECT_EQ(motion["gripper"], Json({nullptr, nullptr}));
-  EXPECT_EQ(motion["felt"], Json({{"t_s", {1.0, 2.0, 3.0}}, {"mean", {1.0, 2.0, 3.0}}, {"largest", {1.0, 2.0, 3.0}}}));
+  EXPECT_EQ(
+      motion["felt"],
+      Json({{"t_s", {1.0, 2.0, 3.0}}, {"mean", {1.0, 2.0, 3.0}}, {"largest", {1.0, 2.0, 3.0}}, {"count", {1, 1, 1}}}));
 }
 
 /// A program of a line of shell.

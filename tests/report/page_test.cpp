@@ -106,6 +106,56 @@ TEST(PageData, RollBreaksWhereItPassesHalfATurn) {
   EXPECT_EQ(breaks, 2);
 }
 
+TEST(PageData, ABreakOfRollOutlivesThinning) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(1);
+  for (PlanStep& step : input.profiles[0].steps) {
+    step.X_base_planned.q = Eigen::AngleAxisd(step.t_s, Vector3::UnitX());
+  }
+  const Json roll =
+      Json::parse(page_data(input, {.steps_per_point = 4, .commands_per_point = 1}))["profiles"][0]["roll"];
+  EXPECT_EQ(std::count_if(roll.begin(), roll.end(), [](const Json& angle) { return angle.is_null(); }), 2);
+}
+
+TEST(PageData, NobodyIsOffFromATargetThatNobodyLeads) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(1);
+  std::vector<PlanStep>& steps = input.profiles[0].steps;
+  for (std::size_t i = 100; i < steps.size(); ++i) {
+    steps[i].engaged = false;
+    steps[i].X_base_target.p.x() += 5.0;
+  }
+  const Json data = Json::parse(page_data(input, {}))["profiles"][0];
+  for (const char* name : {"position_error", "orientation_error"}) {
+    EXPECT_TRUE(data[name][99].is_number());
+    EXPECT_TRUE(data[name][100].is_null());
+  }
+}
+
+TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
+  ReportInput input = test::sample_input();
+  EXPECT_EQ(write_and_read(input).find("class=\"verdict"), std::string::npos);  // nobody knows
+  EXPECT_EQ(write_and_read(input).find("Spills"), std::string::npos);
+  input.recording = "2026-11-25_15-20-10";
+  input.profiles.resize(1);
+  input.profiles[0].spills = 0;
+  input.story.emplace();
+  input.story->end_s = 11.0;
+  input.story->knows_liquid = true;
+  std::string page = write_and_read(input);
+  EXPECT_NE(page.find("<h1 data-recording=\"2026-11-25_15-20-10\">25 November 2026, 15:20:10</h1>"), std::string::npos);
+  EXPECT_NE(page.find("Nothing spilled."), std::string::npos);
+  input.title = "a <label>";
+  input.profiles[0].spills = 1;
+  input.profiles[0].spilled_share = 0.744;
+  input.story->spills = {{2.1, 0.744, 12.6, "Tracking", "Tracking does not keep the liquid in"}};
+  page = write_and_read(input);
+  EXPECT_NE(page.find("a &lt;label&gt;</h1>"), std::string::npos);
+  EXPECT_NE(page.find("Spilled once."), std::string::npos);
+  EXPECT_NE(page.find("<b>74.4 %</b> <a href=\"#t=2.100\">at 2.10 s</a>: Tracking does not keep"), std::string::npos);
+  EXPECT_NE(page.find("<td>74.4</td>"), std::string::npos);
+}
+
 TEST(PageData, TargetsOfTheirOwnAreShown) {
   ReportInput input = test::sample_input();
   input.profiles[2].steps.back().X_base_target.p.y() += 0.01;

@@ -75,6 +75,84 @@ TEST_F(Told, ARefillIsSaid) {
   EXPECT_EQ(of("refill"), Lines{"4.0 a full glass"});
 }
 
+/// How often, how much and why the liquid went over the rim, at its time and under its profile.
+TEST_F(Told, ASpillIsExplained) {
+  plan(1.0, 15.0);
+  change(1.0, "engaged");
+  change(12.0, "stopping");
+  SettingsChange settings;
+  settings.profile = "tracking";
+  settings.no_spill = false;
+  session.settings.push_back(settings);
+  settings.profile = "carry";
+  settings.no_spill = true;
+  settings.at = from_seconds(5.0);
+  session.settings.push_back(settings);
+  for (double t = 0.05; t < 15.0; t += 0.1)
+    session.felt.push_back({from_seconds(t), 2.0, t > 1.7 && t < 1.9 ? 12.6 : 3.0, 2});
+  const auto at = [&](double t, double share) {
+    LiquidState liquid;
+    liquid.spilled = share > 0.0;
+    liquid.spilled_share = share;
+    session.liquid.emplace_back(from_seconds(t), liquid);
+  };
+  at(1.0, 0.0), at(2.0, 0.1), at(2.5, 0.744), at(4.0, 0.0), at(6.0, 0.02), at(7.0, 0.0), at(12.5, 0.3);
+  const SessionStory story = tell_story(session);
+  ASSERT_TRUE(story.knows_liquid);
+  ASSERT_EQ(story.spills.size(), 3u);
+  EXPECT_DOUBLE_EQ(story.spills[0].share, 0.744);
+  EXPECT_DOUBLE_EQ(story.spills[0].lateral, 12.6);
+  EXPECT_EQ(story.spills[0].cause, "tracking does not keep the liquid in; sideways force up to 12.6 m/s²");
+  EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways force up to 3.0 m/s²");
+  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways force up to 3.0 m/s²");
+  const auto told =
+      std::find_if(story.events.begin(), story.events.end(), [](const auto& e) { return e.kind == "spill"; });
+  EXPECT_EQ(told->why, story.spills[0].cause);
+  EXPECT_DOUBLE_EQ(told->amount, 0.744);
+  const std::vector<ProfileResult> results = split_by_settings(session);
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0].spills, 1);
+  EXPECT_EQ(results[1].spills, 2);
+  EXPECT_DOUBLE_EQ(results[1].spilled_share, 0.3);
+}
+
+TEST_F(Told, WhatWasSpilledBeforeIsNotOfThisRecording) {
+  const auto at = [&](double t, double share) {
+    LiquidState liquid;
+    liquid.spilled = share > 0.0;
+    liquid.spilled_share = share;
+    session.liquid.emplace_back(from_seconds(t), liquid);
+  };
+  at(1.0, 0.4), at(2.0, 0.4), at(3.0, 0.0), at(4.0, 0.0);
+  EXPECT_EQ(of("spill"), Lines());
+  session.liquid.clear();
+  at(1.0, 0.4), at(2.0, 0.4), at(3.0, 0.7), at(4.0, 0.0), at(5.0, 0.2);
+  EXPECT_EQ(of("spill"), (Lines{"3.0 spilled 30.0 % of the liquid", "5.0 spilled 20.0 % of the liquid"}));
+}
+
+TEST_F(Told, WithoutALiquidNothingIsSaidOfSpills) {
+  plan(1.0, 2.0);
+  EXPECT_FALSE(tell_story(session).knows_liquid);
+  EXPECT_EQ(split_by_settings(session).front().spills, -1);
+}
+
+/// Those that come soon after each other are one line, or they would bury all else.
+TEST_F(Told, MissedDeadlinesAreToldTogether) {
+  std::uint64_t missed = 0;
+  for (double t = 0.0; t < 19.5; t += 1.0) {
+    if (t == 2.0 || t == 3.0 || t == 5.0) missed += 2;
+    if (t == 17.0) ++missed;
+    SessionStatistics counted;
+    counted.now = from_seconds(t);
+    counted.missed_deadlines = missed;
+    session.statistics.push_back(counted);
+  }
+  EXPECT_EQ(of("missed"), (Lines{"2.0 6 missed deadlines of control within 3 s", "17.0 1 missed deadline of control"}));
+  EXPECT_EQ(tell_story(session).events.front().why, "too short to stop the arm, which followed its plan");
+  session.changes.push_back({from_seconds(18.0), "", "stopping", "the control loop stalled"});
+  EXPECT_EQ(tell_story(session).events.front().why, "");
+}
+
 /// Each profile with what was felt while the hand led by it; a stop and the rest after it are nobody's.
 TEST_F(Told, WhatWasFeltAndLedBelongsToTheProfileOfThen) {
   plan(1.0, 9.0);

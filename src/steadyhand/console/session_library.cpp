@@ -109,6 +109,7 @@ std::string events_of(const SessionFile& session) {
   Json events = Json::array();
   for (const SessionStory::Event& event : tell_story(session).events) {
     events.push_back({{"t_s", event.t_s}, {"kind", event.kind}, {"what", event.what}, {"why", event.why}});
+    if (event.amount > 0.0) events.back()["amount"] = event.amount;
   }
   return dump(events);
 }
@@ -141,11 +142,12 @@ Result<FreshPage> motion(const fs::path& file) {
     hand.add(lateral_acceleration(step), 3);
     hand.add(step.engaged ? 1e3 * position_error(step) : std::nan(""), 1);
   }
-  Columns felt("t_s", "mean", "largest");
+  Columns felt("t_s", "mean", "largest", "count");
   for (const SessionFile::Felt& each : session->felt) {
     felt.begin_row(to_seconds(each.at));
     felt.add(each.mean(), 3);
     felt.add(each.largest, 3);
+    felt.add(each.count, 0);
   }
   Columns liquid("t_s", "tilt", "freeboard_mm", "spilled");
   for (const auto& [at, state] : session->liquid) {
@@ -164,8 +166,9 @@ Result<FreshPage> motion(const fs::path& file) {
 }
 
 Result<FreshPage> report(const fs::path& file) {
-  const Result<ReportInput> input = load_session_report(file);
+  Result<ReportInput> input = load_session_report(file);
   if (!input) return input.error();
+  input->title = session_label(file.parent_path(), file.stem().string());
   Result<std::string> page = report_page(*input);
   if (!page) return page.error();
   return FreshPage{*std::move(page), "text/html; charset=utf-8", true};

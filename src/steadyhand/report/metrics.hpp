@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -48,6 +49,9 @@ struct Metrics {
   double object_distance = 0;         ///< m, smallest, of what stands around the arm; infinite where nothing does
   double speed_ratio_max = 0;         ///< largest |dq| / limit over joints and commands; 1 is at the limit
   double acceleration_ratio_max = 0;  ///< largest |ddq| / limit
+  // ---- of a live session; not a number where nobody knows
+  double spills = std::numeric_limits<double>::quiet_NaN();         ///< how often the liquid went over the rim
+  double spilled_share = std::numeric_limits<double>::quiet_NaN();  ///< of the liquid, most of these times
 };
 
 /// @pre steps is not empty and has at least one joint; limits and commands are of the same arm

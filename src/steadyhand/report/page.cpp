@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -69,9 +70,15 @@ std::string color(const ReportInput& input, std::size_t i) {
 std::string compared(double value, double first, const ReportInput& input, std::size_t i) {
   if (i == 0 || !(first > 0)) return "";
   const double ratio = value / first;
+  if (ratio >= 100.0) return "";  // of a profile that hardly led
   return fmt::format("<small>{} {}</small>",
                      ratio < 1 ? fmt::format("{:.0f} % of", 100 * ratio) : fmt::format("{:.1f} ×", ratio),
                      escape(input.profiles.front().label));
+}
+
+/// "2", or "2, at most 74.4 %".
+std::string spills_text(const Metrics& m) {
+  return m.spills > 0 ? fmt::format("{:.0f}, at most {:.1f}", m.spills, 1e2 * m.spilled_share) : "0";
 }
 
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
@@ -87,6 +94,7 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
     std::string rows;
     if (input.story) {  // in the words and figures of the operator's page
       rows += row("led", fmt::format("{:.1f}", profile.led_s), "s", 0.0, 0.0);
+      if (m.spills >= 0) rows += row("spilled", spills_text(m), m.spills > 0 ? "%" : "", 0.0, 0.0);
       rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
       rows += row("slosh, peak", fmt::format("{:.2f}", m.lateral_max), "m/s²", m.lateral_max, first.lateral_max);
       rows += row("off target, mean", fmt::format("{:.1f}", 1e3 * m.position_mean), "mm", m.position_mean,
@@ -143,6 +151,7 @@ std::string tables(const ReportInput& input, const std::vector<Metrics>& metrics
   }
   std::string html, group;
   for (const MetricRow& row : metric_rows()) {
+    if (!is_known(row, metrics)) continue;
     if (group != row.group) {
       if (!group.empty()) html += "</tbody></table>\n";
       group = row.group;
@@ -154,10 +163,43 @@ std::string tables(const ReportInput& input, const std::vector<Metrics>& metrics
   return html + "</tbody></table>\n";
 }
 
-std::string meanings() {
+std::string meanings(const std::vector<Metrics>& metrics) {
   std::string html;
-  for (const MetricRow& row : metric_rows()) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", row.label, row.meaning);
+  for (const MetricRow& row : metric_rows()) {
+    if (is_known(row, metrics)) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", row.label, row.meaning);
+  }
   return html;
+}
+
+/// Whether the glass kept its liquid, how much it lost, and why: the first that one wants to know of a session.
+std::string verdict(const std::optional<SessionStory>& story) {
+  if (!story || !story->knows_liquid) return "";
+  if (story->spills.empty()) return "<p class=\"verdict\">Nothing spilled.</p>\n";
+  constexpr std::size_t kMostTold = 5;
+  const std::size_t count = story->spills.size();
+  std::string html = fmt::format("<div class=\"verdict spilled\"><p>Spilled {}.</p><ul>\n",
+                                 count == 1 ? "once" : fmt::format("{} times", count));
+  for (std::size_t i = 0; i < std::min(count, kMostTold); ++i) {
+    const SessionStory::Spill& spill = story->spills[i];
+    html += fmt::format("<li><b>{:.1f} %</b> <a href=\"#t={:.3f}\">at {:.2f} s</a>: {}</li>\n", 1e2 * spill.share,
+                        spill.t_s, spill.t_s, escape(spill.cause));
+  }
+  if (count > kMostTold) html += fmt::format("<li>{} more, in the list below</li>\n", count - kMostTold);
+  return html + "</ul></div>\n";
+}
+
+/// "25 November 2026, 15:20:10" of a name that was made then; other names stay.
+std::string title_of(const ReportInput& input) {
+  if (!input.title.empty()) return input.title;
+  constexpr const char* kMonths[] = {"January", "February", "March",     "April",   "May",      "June",
+                                     "July",    "August",   "September", "October", "November", "December"};
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0, length = 0;
+  const bool made = std::sscanf(input.recording.c_str(), "%4d-%2d-%2d_%2d-%2d-%2d%n", &year, &month, &day, &hour,
+                                &minute, &second, &length) == 6;
+  if (!made || month < 1 || month > 12) return input.recording;
+  const std::string rest = input.recording.substr(static_cast<std::size_t>(length));  // "_2": of the same program
+  return fmt::format("{} {} {}, {:02}:{:02}:{:02}{}", day, kMonths[month - 1], year, hour, minute, second,
+                     rest.size() > 1 && rest.front() == '_' ? " (" + rest.substr(1) + ")" : rest);
 }
 
 std::string thinning_note(const Thinning& thinning, int commands_merged, bool live) {
@@ -195,10 +237,13 @@ Result<std::string> report_page(const ReportInput& input) {
                     length = fmt::format("{:.1f} s", duration) +
                              (input.story ? fmt::format(", {:.1f} s of it led", input.story->led_s) : ""),
                     command = escape(input.command), card_html = cards(input, metrics),
-                    table_html = tables(input, metrics), meaning_html = meanings(),
+                    table_html = tables(input, metrics), meaning_html = meanings(metrics),
+                    title = escape(title_of(input)), verdict_html = verdict(input.story),
                     note = thinning_note(thinning, input.profiles.front().commands_merged, input.story.has_value()),
                     data = page_data(input, thinning);
   return fill(embedded::page_html, {{"recording", recording},
+                                    {"title", title},
+                                    {"verdict", verdict_html},
                                     {"rate", rate},
                                     {"scale", scale},
                                     {"duration", length},

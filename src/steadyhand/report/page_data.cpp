@@ -12,7 +12,8 @@ namespace {
 constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 1000, kMaxTailPoints = 400;
 
 /// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
-enum class Keep { kFirst, kSmallest, kLargest };
+/// kBroken keeps the first, unless the curve breaks among them. What is not a number is nowhere the extreme.
+enum class Keep { kFirst, kBroken, kSmallest, kLargest };
 
 /// value(i) for i = 0..count-1, `per_point` of them to a number.
 template <typename Value>
@@ -22,14 +23,22 @@ void write_curve(JsonWriter& json, std::size_t count, std::size_t per_point, Kee
     double kept = value(point * per_point);
     for (std::size_t i = point * per_point + 1; keep != Keep::kFirst && i < std::min(count, (point + 1) * per_point);
          ++i) {
-      kept = keep == Keep::kSmallest ? std::min<double>(kept, value(i)) : std::max<double>(kept, value(i));
+      const double next = value(i);
+      if (keep == Keep::kBroken) {
+        if (std::isnan(next)) kept = next;
+      } else if (!std::isnan(next)) {
+        kept = std::isnan(kept) ? next : keep == Keep::kSmallest ? std::min(kept, next) : std::max(kept, next);
+      }
     }
     json.value(kept);
   }
   json.end_array();
 }
 
-/// Roll in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that range.
+constexpr double kJump = 90.0;  ///< degrees of roll from plan to plan that are no motion
+
+/// Roll in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that range,
+/// or turns about as yaw does at a pitch of 90 degrees.
 /// `pose` is a member of PlanStep. (Counting full turns instead would part plan and target for good wherever they pass
 /// a pitch of 90 degrees on different sides, since roll turns by half a turn there.)
 std::vector<double> broken_roll(const std::vector<PlanStep>& steps, Pose PlanStep::*pose) {
@@ -37,7 +46,7 @@ std::vector<double> broken_roll(const std::vector<PlanStep>& steps, Pose PlanSte
   double last = 0;
   for (const PlanStep& step : steps) {
     const double angle = kDegrees * roll_angle((step.*pose).q);
-    const bool jumps = !roll.empty() && std::abs(angle - last) > 180;
+    const bool jumps = !roll.empty() && std::abs(angle - last) > kJump;
     roll.push_back(jumps ? std::numeric_limits<double>::quiet_NaN() : angle);
     last = angle;
   }
@@ -57,7 +66,7 @@ void write_target(JsonWriter& json, const ProfileResult& profile, const std::str
   const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_target);
   const auto curve = [&](std::string_view name, auto&& value) {
     json.key(name);
-    write_curve(json, steps.size(), per_point, Keep::kFirst, value);
+    write_curve(json, steps.size(), per_point, Keep::kBroken, value);
   };
   json.begin_object();
   json.member("label", label);
@@ -76,11 +85,16 @@ void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per
   };
   curve("t", Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
   curve("y", Keep::kFirst, [&](std::size_t i) { return steps[i].X_base_planned.p.y(); });
-  curve("roll", Keep::kFirst, [&](std::size_t i) { return roll[i]; });
+  curve("roll", Keep::kBroken, [&](std::size_t i) { return roll[i]; });
   curve("lateral", Keep::kLargest, [&](std::size_t i) { return lateral_acceleration(steps[i]); });
   curve("vertical", Keep::kSmallest, [&](std::size_t i) { return steps[i].local_acceleration.z(); });
-  curve("position_error", Keep::kLargest, [&](std::size_t i) { return 1e3 * position_error(steps[i]); });
-  curve("orientation_error", Keep::kLargest, [&](std::size_t i) { return kDegrees * orientation_error(steps[i]); });
+  // Where nobody leads there is nothing to be off from; the figures do not count it either.
+  const auto led = [&](std::size_t i, double value) {
+    return steps[i].engaged ? value : std::numeric_limits<double>::quiet_NaN();
+  };
+  curve("position_error", Keep::kLargest, [&](std::size_t i) { return led(i, 1e3 * position_error(steps[i])); });
+  curve("orientation_error", Keep::kLargest,
+        [&](std::size_t i) { return led(i, kDegrees * orientation_error(steps[i])); });
   curve("solve_time", Keep::kLargest, [&](std::size_t i) { return 1e-3 * steps[i].solve_time_us; });
   curve("iterations", Keep::kLargest, [&](std::size_t i) { return steps[i].iterations; });
   curve("distance", Keep::kSmallest, [&](std::size_t i) { return 1e3 * steps[i].smallest_sphere_distance_m; });

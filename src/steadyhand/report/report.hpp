@@ -24,22 +24,34 @@ struct ProfileResult {
   // ---- of a live session, while the hand led
   std::vector<Felt> felt{};  ///< the sideways force as it was measured; empty: not recorded
   double led_s = 0;
+  int spills = -1;           ///< how often the liquid went over the rim; -1: not known
+  double spilled_share = 0;  ///< of the liquid, most of these times
 };
 
 /// What happened in a live session beside its plans; empty of a replay.
 struct SessionStory {
   struct Event {
     double t_s = 0;
-    std::string kind;  ///< "state", "spill", "refill", "limit", "setting", "missed", "gap" or "rest"
-    std::string what;  ///< of a state its name, otherwise in words
-    std::string why;   ///< may be empty
+    std::string kind;   ///< "state", "spill", "refill", "limit", "setting", "missed", "gap" or "rest"
+    std::string what;   ///< of a state its name, otherwise in words
+    std::string why;    ///< may be empty
+    double amount = 0;  ///< of a spill: the share of the liquid; of missed deadlines: how many
   };
   struct Latency {
     double t_s = 0, p50_ms = 0, p99_ms = 0;  ///< hand to command
   };
+  /// A time at which the liquid went over the rim.
+  struct Spill {
+    double t_s = 0, share = 0;
+    double lateral = 0;   ///< m/s^2, largest sideways force of the moment before; 0: not recorded
+    std::string profile;  ///< what to call the one that was in force
+    std::string cause;    ///< in words
+  };
   double begin_s = 0, end_s = 0;  ///< of the recording
-  double led_s = 0;               ///< in which the hand led
-  std::vector<Event> events;      ///< in the order of their times
+  bool knows_liquid = false;      ///< there was a glass whose liquid was recorded
+  std::vector<Spill> spills;
+  double led_s = 0;           ///< in which the hand led
+  std::vector<Event> events;  ///< in the order of their times
   std::vector<Latency> latency;
   /// Where the tool was at times `t_s`, not closer than a look at it needs: for a picture of the motion.
   std::vector<std::pair<double, JointVector>> postures;
@@ -48,6 +60,7 @@ struct SessionStory {
 
 struct ReportInput {
   std::string recording;  ///< its name
+  std::string title;      ///< what people call it; empty: its name
   double rate_hz = 0;     ///< re-planning
   double scale = 1;       ///< of the hand's translation
   std::string command;    ///< what to type to get this report again

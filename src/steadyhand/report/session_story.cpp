@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <functional>
 #include <iterator>
 #include <map>
@@ -14,10 +15,13 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kGap = 0.5;          ///< s between two plans from which on nothing was planned in between
-constexpr double kRestless = 0.01;    ///< rad (m), by which a joint of an arm at rest may differ
-constexpr double kLimitsApart = 1.0;  ///< s; a limit that comes and goes quickly is told once
-constexpr double kInstant = 1e-3;     ///< s
+constexpr double kGap = 0.5;            ///< s between two plans from which on nothing was planned in between
+constexpr double kRestless = 0.01;      ///< rad (m), by which a joint of an arm at rest may differ
+constexpr double kLimitsApart = 1.0;    ///< s; a limit that comes and goes quickly is told once
+constexpr double kInstant = 1e-3;       ///< s
+constexpr double kMoreSpilled = 0.005;  ///< share of the liquid that a spill of before goes on by unnoticed
+constexpr double kBeforeSpill = 0.5;    ///< s, in which the liquid was pushed over the rim
+constexpr double kMissedApart = 10.0;   ///< s
 constexpr std::size_t kMostPostures = 3000;
 constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
 
@@ -110,17 +114,52 @@ void tell_limits(const SessionFile& session, SessionStory& story) {
   }
 }
 
+/// What was in force, what the arm did, and how hard the liquid was pushed when it went over the rim.
+SessionStory::Spill explain_spill(const SessionFile& session, Time at) {
+  SessionStory::Spill spill;
+  spill.t_s = to_seconds(at);
+  for (const SessionFile::Felt& felt : session.felt) {
+    const double ago = spill.t_s - to_seconds(felt.at);
+    if (ago >= 0.0 && ago <= kBeforeSpill) spill.lateral = std::max(spill.lateral, felt.largest);
+  }
+  const SettingsChange* settings = in_force(session.settings, at);
+  spill.profile = label_of(session, settings ? profile_of(session, *settings) : session.run("profile"));
+  std::string state;
+  for (const SessionFile::Change& change : session.changes) {
+    if (change.at <= at) state = change.to;
+  }
+  const bool spares = settings && settings->no_spill.value_or(false);
+  spill.cause = settings && settings->no_spill && !spares ? spill.profile + " does not keep the liquid in"
+                : state == "stopping"                     ? "in a stop, under " + spill.profile
+                : spares                                  ? spill.profile + " should have kept the liquid in"
+                                                          : "under " + spill.profile;
+  if (spares && state != "stopping") spill.cause += state == "engaged" ? "" : ", while no hand led";
+  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.1f} m/s²", spill.lateral);
+  return spill;
+}
+
 void tell_spills(const SessionFile& session, SessionStory& story) {
+  story.knows_liquid = !session.liquid.empty();
   bool spilled = false;
+  // What a glass had lost before the recording began is nothing that happened in it.
+  double before = session.liquid.empty() || !session.liquid.front().second.spilled
+                      ? -1.0
+                      : session.liquid.front().second.spilled_share + kMoreSpilled;
   for (std::size_t i = 0; i < session.liquid.size(); ++i) {
     const auto& [at, liquid] = session.liquid[i];
+    if (!liquid.spilled) before = -1.0;
+    if (liquid.spilled && before >= 0.0 && liquid.spilled_share <= before) continue;
     if (liquid.spilled && !spilled) {
       double share = liquid.spilled_share;  // at the end of this spill
       for (std::size_t k = i; k < session.liquid.size() && session.liquid[k].second.spilled; ++k) {
         share = std::max(share, session.liquid[k].second.spilled_share);
       }
+      if (before >= 0.0) share -= before - kMoreSpilled;
+      SessionStory::Spill spill = explain_spill(session, at);
+      spill.share = share;
       story.events.push_back(
-          {to_seconds(at), "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * share), ""});
+          {spill.t_s, "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * share), spill.cause, share});
+      story.spills.push_back(std::move(spill));
     }
     if (spilled && !liquid.spilled) story.events.push_back({to_seconds(at), "refill", "a full glass", ""});
     spilled = liquid.spilled;
@@ -170,17 +209,37 @@ void tell_gaps(const SessionFile& session, SessionStory& story) {
   }
 }
 
+std::string missed_text(double count, double within) {
+  const std::string text = fmt::format("{:.0f} missed deadline{} of control", count, count == 1.0 ? "" : "s");
+  return within > 0.0 ? fmt::format("{} within {:.0f} s", text, std::ceil(within)) : text;
+}
+
 void tell_counts(const SessionFile& session, SessionStory& story) {
   std::uint64_t missed = 0;
+  // One that comes soon after another is told with it, or they would bury all else.
+  std::deque<SessionStory::Event> misses;
+  SessionStory::Event* episode = nullptr;
+  double last = 0.0;
+  const bool stalls = std::any_of(session.changes.begin(), session.changes.end(), [](const auto& change) {
+    return change.reason.find("stalled") != std::string::npos;
+  });
   for (const SessionStatistics& counted : session.statistics) {
     const double t = to_seconds(counted.now);
     story.latency.push_back({t, 1e-3 * counted.latency_us.p50, 1e-3 * counted.latency_us.p99});
     if (counted.missed_deadlines > missed) {
-      story.events.push_back(
-          {t, "missed", fmt::format("{} missed deadlines of control", counted.missed_deadlines - missed), ""});
+      const auto more = static_cast<double>(counted.missed_deadlines - missed);
+      if (episode != nullptr && t - last <= kMissedApart) {
+        episode->amount += more;
+      } else {
+        episode = &misses.emplace_back(SessionStory::Event{t, "missed", "", "", more});
+      }
+      last = t;
+      episode->what = missed_text(episode->amount, t - episode->t_s);
+      episode->why = stalls ? "" : "too short to stop the arm, which followed its plan";
     }
     missed = counted.missed_deadlines;
   }
+  std::move(misses.begin(), misses.end(), std::back_inserter(story.events));
 }
 
 /// A slider that is drawn passes through dozens of settings: those that led longest stay, the others become one.
@@ -206,6 +265,8 @@ void merge_the_briefest(std::vector<ProfileResult>& results) {
     std::move(result.commands.begin(), result.commands.end(), std::back_inserter(brief.commands));
     std::move(result.felt.begin(), result.felt.end(), std::back_inserter(brief.felt));
     brief.led_s += result.led_s;
+    brief.spills += std::max(result.spills, 0);  // of all or of none it is known
+    brief.spilled_share = std::max(brief.spilled_share, result.spilled_share);
   }
   const auto by_time = [](const auto& time) {
     return [time](const auto& a, const auto& b) { return time(a) < time(b); };
@@ -290,6 +351,17 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
   }
   for (JointCommand& command : session.commands) {
     if (ProfileResult* result = result_at(command.stamp.made, false)) result->commands.push_back(std::move(command));
+  }
+  if (!session.liquid.empty()) {
+    for (ProfileResult& result : results) result.spills = 0;
+    SessionStory spills;
+    tell_spills(session, spills);
+    for (const SessionStory::Spill& spill : spills.spills) {
+      ProfileResult* result = result_at(from_seconds(spill.t_s), false);
+      if (result == nullptr) continue;  // no plan was made under these settings
+      ++result->spills;
+      result->spilled_share = std::max(result->spilled_share, spill.share);
+    }
   }
   merge_the_briefest(results);
   return results;

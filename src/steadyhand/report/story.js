@@ -158,7 +158,7 @@
     if (location.protocol.startsWith('http')) {
       const link = figure.querySelector('a');
       link.hidden = false;
-      link.href = `../../#replay=${encodeURIComponent(document.querySelector('h1').textContent)}`;
+      link.href = `../../#replay=${encodeURIComponent(document.querySelector('h1').dataset.recording)}`;
     }
   }
 

@@ -26,6 +26,10 @@ constexpr MetricRow kRows[] = {
      Best::kLowest, "The same at its worst."},
     {kGlass, "Vertical specific force, smallest", "m/s²", [](const Metrics& m) { return m.vertical_min; }, 2,
      Best::kHighest, "What holds the liquid down: 9.81 at rest, 0 in free fall."},
+    {kGlass, "Spills", "", [](const Metrics& m) { return m.spills; }, 0, Best::kLowest,
+     "How often the liquid went over the rim, of a glass that was full again in between."},
+    {kGlass, "Spilled at once, most", "%", [](const Metrics& m) { return 1e2 * m.spilled_share; }, 1, Best::kLowest,
+     "Share of the liquid that one of these spills lost, at most."},
     {kTracking, "Position error, RMS", "mm", [](const Metrics& m) { return 1e3 * m.position_rms; }, 1, Best::kLowest,
      "Planned against target position at the same time, root mean square over the engaged steps."},
     {kTracking, "Position error, largest", "mm", [](const Metrics& m) { return 1e3 * m.position_max; }, 1,
@@ -79,6 +83,10 @@ std::string pad(const std::string& text, int columns) {
 
 std::span<const MetricRow> metric_rows() { return kRows; }
 
+bool is_known(const MetricRow& row, std::span<const Metrics> metrics) {
+  return std::any_of(metrics.begin(), metrics.end(), [&](const Metrics& m) { return !std::isnan(row.value(m)); });
+}
+
 std::string format_value(const MetricRow& row, const Metrics& metrics) {
   if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance of bodies that are not there
   const std::string text = fmt::format("{:.{}f}", row.value(metrics), row.decimals);
@@ -88,6 +96,10 @@ std::string format_value(const MetricRow& row, const Metrics& metrics) {
 Metrics metrics_of(const ProfileResult& profile) {
   Metrics metrics = evaluate(profile.steps, profile.commands, profile.limits);
   if (!profile.felt.empty()) count_felt(profile.felt, metrics);
+  if (profile.spills >= 0) {
+    metrics.spills = profile.spills;
+    metrics.spilled_share = profile.spilled_share;
+  }
   return metrics;
 }
 
@@ -103,6 +115,7 @@ std::string format_table(const std::vector<ProfileResult>& profiles) {
   }
   std::string group;
   for (const MetricRow& row : kRows) {
+    if (!is_known(row, metrics)) continue;
     if (group != row.group) table += fmt::format("\n{}", group = row.group);
     table += "\n" + pad(fmt::format("  {}", row.label), kLabelColumns) + pad(row.unit, kUnitColumns);
     for (std::size_t i = 0; i < profiles.size(); ++i) table += pad(format_value(row, metrics[i]), -columns[i]);

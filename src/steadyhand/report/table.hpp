@@ -21,6 +21,9 @@ struct MetricRow {
 
 std::span<const MetricRow> metric_rows();
 
+/// Somebody knows it: a row for none is left out.
+bool is_known(const MetricRow& row, std::span<const Metrics> metrics);
+
 /// value(metrics) with the row's decimals; zero has no sign.
 std::string format_value(const MetricRow& row, const Metrics& metrics);
 
