@@ -516,6 +516,30 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
   assert.equal(unlabelled, 0);
 });
 
+test('what has the focus is in sight, however small the window', IN_CHROMIUM, async () => {
+  for (const viewport of [{ width: 640, height: 400 }, { width: 390, height: 844 }]) { // the first: twice as large as usual
+    page = await open({ context: { viewport } });
+    await until(async () => (await facts(page)).paired, 'the page to be paired');
+    const unseen = [], stops = new Set();
+    for (let i = 0; i < 60; ++i) {
+      await page.keyboard.press('Tab');
+      await page.waitForTimeout(50);
+      const stop = await page.evaluate(() => {
+        const e = document.activeElement;
+        if (e === document.body) return null;
+        const { left, top, width, height } = e.getBoundingClientRect(), seen = document.elementFromPoint(Math.min(innerWidth - 2, left + width / 2), top + Math.min(height / 2, 14));
+        return { name: e.id || e.value || e.textContent.trim(), seen: seen !== null && (e === seen || e.contains(seen) || seen.contains(e)) };
+      });
+      if (!stop) break;
+      stops.add(stop.name);
+      if (!stop.seen) unseen.push(stop.name);
+    }
+    assert.ok(stops.size > 20, `${stops.size} stops of Tab`);
+    assert.deepEqual(unseen, []);
+    await page.context().close();
+  }
+});
+
 test('nothing lies over Stop: not the first steps, not the keys, on no screen', IN_CHROMIUM, async () => {
   for (const viewport of [{ width: 1280, height: 800 }, { width: 1280, height: 600 }, { width: 390, height: 844 }]) {
     page = await open({ first: true, context: { viewport } });

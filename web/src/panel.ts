@@ -79,9 +79,9 @@ function tiltText(tilt: number): string {
 /** @param heading deg, positive to the arm's left */
 export function headingText(heading: number): string {
   const turned = Math.round(Math.abs(heading)), angle = `${heading.toFixed(0)}°`;
-  if (turned === 0) return `${angle}: as the arm faces`;
-  if (turned === 180) return `${angle}: facing the arm`;
-  return `${angle}: to the arm’s ${heading > 0 ? 'left' : 'right'}`;
+  if (turned === 0) return `${angle}, as the arm`;
+  if (turned === 180) return `${angle}, to the arm`;
+  return `${angle}, to the ${heading > 0 ? 'left' : 'right'}`;
 }
 
 /** What a slider's two ends mean. */

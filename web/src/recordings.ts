@@ -2,9 +2,9 @@ import { element } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { waveOf, waveText } from './session';
-import { clock, latencyText, scaleText, spanText } from './figures';
+import { clock, latencyText, percentText, scaleText, spanText } from './figures';
 import { Player, type Motion } from './replay/player';
-import { summaryOf } from './replay/summary';
+import { betterOf, summaryOf, type Figure } from './replay/summary';
 import { Track } from './replay/track';
 
 /** What GET sessions answers (docs/protocol.md). */
@@ -24,19 +24,19 @@ export interface RecordedSession {
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 /** Events that are listed at most: the gravest kinds come first. */
 const LISTED = 300;
-/** Sessions that are listed at most; the others can be looked for. */
-const SHOWN = 50;
+/** Sessions that are listed at first, and so many more with each press. */
+const SHOWN = 6, MORE = 20;
 const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
 /** s, after which the list is asked for again while a session is written. */
 const ANEW = 10;
 
 /** When a session began, as people say it, of the name that it got then; other names stay. */
 export function titleOf(name: string, now: Date): string {
-  const [, day, hour, minute, second] = /^(\d{4}-\d\d-\d\d)_(\d\d)-(\d\d)-(\d\d)/.exec(name) ?? [];
+  const [, day, hour, minute, second, place] = /^(\d{4}-\d\d-\d\d)_(\d\d)-(\d\d)-(\d\d)(?:_(\d+))?/.exec(name) ?? [];
   if (!day) return name;
   const began = new Date(`${day}T00:00:00`), midnight = new Date(now).setHours(0, 0, 0, 0), ago = Math.round((midnight - began.getTime()) / 86_400_000);
   const when = ago === 0 ? 'Today' : ago === 1 ? 'Yesterday' : began.toLocaleDateString('en-GB', { day: 'numeric', month: 'long', ...(began.getFullYear() === now.getFullYear() ? {} : { year: 'numeric' }) });
-  return `${when} ${hour}:${minute}:${second}`;
+  return `${when} ${hour}:${minute}:${second}${place ? ` (${place})` : ''}`; // so many files of one program
 }
 
 /** Whether all words of what is looked for are in what is told of a session. */
@@ -45,17 +45,24 @@ export const isFound = (told: string, wanted: string): boolean => wanted.toLower
 /** With tenths. */
 const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
 
+/** The profiles that led in it, the longest first; of a session that does not say so the one that it began with; empty: not known. */
+export function profilesOf({ run, summary }: RecordedSession, profiles: readonly Profile[]): string {
+  const led = (summary.profiles ?? '').split(', ').filter(Boolean);
+  return led.length > 0 ? led.map((name) => profiles.find((profile) => profile.name === name)?.label ?? name).join(', ') : (run.label ?? '');
+}
+
 /** Length and figures of a session in a line. */
 /** @param now s that it has been written for by now, where it is being written */
-export function figures(session: RecordedSession, now: number | null = null): string {
+/** @param profiles whose labels are known */
+export function figures(session: RecordedSession, now: number | null = null, profiles: readonly Profile[] = []): string {
   const { summary } = session, words = [clock(now ?? session.duration_s)];
   if (now !== null) words.unshift('being recorded');
-  const label = session.run.label;
+  const label = profilesOf(session, profiles);
   if (label) words.push(label);
   const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
   if (Number.isFinite(number('engaged_s'))) words.push(`led ${spanText(number('engaged_s'))}`);
   if (Number.isFinite(number('latency_p50_ms'))) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
-  if (summary.spilled === 'yes') words.push('spilled');
+  if (summary.spilled === 'yes') words.push(number('spilled_share') > 0 ? `spilled ${percentText(number('spilled_share'))} %` : 'spilled');
   words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)} MB`);
   if (!session.complete && now === null) words.push('not closed');
   return words.join(' · ');
@@ -79,6 +86,7 @@ export class Recordings {
   /** Name of the session whose name and label are being changed. */
   #edited = '';
   #sessions: RecordedSession[] = [];
+  #most = SHOWN;
   /** Where no program has them. */
   readonly kept = new KeptRecordings(() => this.#showKept());
   #keptShown = '';
@@ -97,6 +105,7 @@ export class Recordings {
     press('past-on', () => this.player?.step(1));
     press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
     press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
+    press('past-compared', () => element('past-figures', HTMLTableElement).scrollIntoView({ block: 'nearest' }));
     press('past-alone', () => { this.other = null; this.#layOut(); });
     press('past-close', () => this.close());
     const range = element('past-at', HTMLInputElement);
@@ -149,7 +158,7 @@ export class Recordings {
   }
 
   #tell(session: RecordedSession, age: number): string {
-    const words = figures(session, session === this.#written ? session.duration_s + age : null);
+    const words = figures(session, session === this.#written ? session.duration_s + age : null, this.profiles);
     const named = session.label || titleOf(session.name, new Date()) !== session.name;
     return named ? `${words} · ${session.name}` : words;
   }
@@ -159,9 +168,17 @@ export class Recordings {
     element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
     const find = element('recordings-find', HTMLInputElement), wanted = find.value.trim();
     element('recordings-finder', HTMLLabelElement).hidden = this.#sessions.length < 4 && wanted === '';
-    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, titleOf(session.name, new Date()), session.name, figures(session)].join(' '), wanted));
-    if (found.length === 0) return this.#say('None is so called.');
-    this.list.replaceChildren(...found.slice(0, SHOWN).map((session) => {
+    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, titleOf(session.name, new Date()), session.name, figures(session, null, this.profiles)].join(' '), wanted));
+    const all = (): void => {
+      find.value = '';
+      this.#showList();
+    };
+    const hidden = this.#sessions.length - found.length, rest = found.length - this.#most;
+    const notes = [
+      ...(found.length === 0 ? [this.#note('No recording matches.', 'Show all', all)] : hidden > 0 ? [this.#note(`${hidden} hidden by Find.`, 'Show all', all)] : []),
+      ...(rest > 0 ? [this.#note(`${rest} more.`, 'Show more', () => { this.#most += MORE; this.#showList(); })] : []),
+    ];
+    this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt) });
       words.append(Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), told);
@@ -176,7 +193,15 @@ export class Recordings {
       item.append(words, row);
       if (this.#edited === name) item.append(this.#editor(session));
       return item;
-    }));
+    }), ...notes);
+  }
+
+  /** A line beneath the sessions, and what it offers. */
+  #note(words: string, act: string, press: () => void): HTMLElement {
+    const item = document.createElement('li');
+    item.className = 'note';
+    item.append(`${words} `, button(act, act, press));
+    return item;
   }
 
   /** While one is written only its size changes. */
@@ -276,33 +301,50 @@ export class Recordings {
   #layOut(): void {
     const { player, other } = this;
     if (!player) return;
-    element('past-name', HTMLElement).textContent = player.motion.name;
-    element('past-other', HTMLElement).textContent = other ? `beside ${other.motion.name}, both from their first grip on` : '';
-    element('past-alone', HTMLButtonElement).hidden = !other;
+    element('past-name', HTMLElement).textContent = this.#calledOf(player.motion.name);
+    element('past-name', HTMLElement).title = player.motion.name;
+    element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}, both from their first grip on` : '';
+    element('past-alone', HTMLButtonElement).hidden = element('past-compared', HTMLButtonElement).hidden = !other;
     this.#showFigures(player, other);
     this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0);
     this.#showList();
   }
 
-  /** Of the one that plays, and of the other beside it, a row each. */
+  /** Of the one that plays, and of the other beside it: a row each, on narrow screens a column each. */
   #showFigures(player: Player, other: Player | null): void {
     const table = element('past-figures', HTMLTableElement);
     table.hidden = !other;
     if (!other) return;
-    const row = (first: string, cells: string[], scope: 'row' | 'col'): HTMLTableRowElement => {
+    const cell = (tag: 'th' | 'td', textContent: string, more: Partial<HTMLTableCellElement> = {}): HTMLTableCellElement => Object.assign(document.createElement(tag), { textContent, ...more });
+    const row = (...cells: HTMLTableCellElement[]): HTMLTableRowElement => {
       const made = document.createElement('tr');
-      made.append(Object.assign(document.createElement('th'), { textContent: first, scope }),
-        ...cells.map((textContent) => Object.assign(document.createElement(scope === 'col' ? 'th' : 'td'), scope === 'col' ? { textContent, scope } : { textContent })));
+      made.append(...cells);
       return made;
     };
-    table.replaceChildren(row('Compared', summaryOf(player).map(([what]) => what), 'col'),
-      ...[player, other].map((each) => row(this.#titleOf(each.motion.name), summaryOf(each).map(([, value]) => value), 'row')));
+    const both = [player, other], figures = both.map(summaryOf), better = figures[0]!.map((figure, i) => betterOf(figure, figures[1]![i]!));
+    const value = (which: number, i: number): HTMLTableCellElement => {
+      const [, text] = figures[which]![i]!, made = cell('td', text, { className: which === 0 ? '' : 'other' });
+      if (better[i] === which) {
+        made.classList.add('better');
+        made.append(Object.assign(document.createElement('span'), { className: 'unseen', textContent: ' (better)' }));
+      }
+      return made;
+    };
+    const what = ([name, , , title]: Figure, scope: string): HTMLTableCellElement => cell('th', name, { scope, title });
+    const title = (which: number, scope: string): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion.name), { scope, className: which === 0 ? '' : 'other' });
+    const corner = cell('th', 'Compared', { scope: 'col' });
+    table.replaceChildren(...(matchMedia('(max-width: 60rem)').matches
+      ? [row(corner, title(0, 'col'), title(1, 'col')), ...figures[0]!.map((figure, i) => row(what(figure, 'row'), value(0, i), value(1, i)))]
+      : [row(corner, ...figures[0]!.map((figure) => what(figure, 'col'))), ...both.map((_, which) => row(title(which, 'row'), ...figures[which]!.map((_figure, i) => value(which, i))))]));
   }
 
-  /** What people call it, and the profile that it began with. */
+  /** As in the list. */
+  #calledOf(name: string): string { return this.#sessions.find((each) => each.name === name)?.label || titleOf(name, new Date()); }
+
+  /** What people call it, and the profiles that led. */
   #titleOf(name: string): string {
-    const session = this.#sessions.find((each) => each.name === name), profile = session?.run.label;
-    return `${session?.label || name}${profile ? ` · ${profile}` : ''}`;
+    const session = this.#sessions.find((each) => each.name === name), profile = session && profilesOf(session, this.profiles);
+    return `${this.#calledOf(name)}${profile ? ` · ${profile}` : ''}`;
   }
 
   #showEvents({ motion, begin }: Player): void {

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { figures, isFound, titleOf } from '../src/recordings';
 import { clock } from '../src/figures';
-import { summaryOf } from '../src/replay/summary';
+import { betterOf, summaryOf } from '../src/replay/summary';
 import { indexAt, Player, type Motion } from '../src/replay/player';
 import { curveOf, statesTold, told } from '../src/replay/track';
 
@@ -92,6 +92,9 @@ describe('list', () => {
     expect(clock(605.4)).toBe('10:05');
     const session = { name: 'x', duration_s: 61, bytes: 2_340_000, complete: true, run: { label: 'Waiter' }, summary: { engaged_s: '59.2', latency_p50_ms: '9.6', spilled: 'no' } };
     expect(figures(session)).toBe('1:01 · Waiter · led 59.2 s · latency 9.6 ms · 2.3 MB');
+    const profiles = [{ index: 0, name: 'tracking', label: 'Tracking (P1)', weights: [] }];
+    expect(figures({ ...session, summary: { profiles: 'tracking, own' } }, null, profiles)).toBe('1:01 · Tracking (P1), own · 2.3 MB');
+    expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } })).toBe('1:01 · Waiter · spilled 74.4 % · 2.3 MB');
     expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3 MB · not closed');
     expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3 MB');
   });
@@ -101,7 +104,7 @@ describe('names', () => {
   it('say when a session began, as people say it', () => {
     const now = new Date(2026, 10, 25, 0, 20);
     expect(titleOf('2026-11-25_00-10-07', now)).toBe('Today 00:10:07');
-    expect(titleOf('2026-11-24_23-59-01_2', now)).toBe('Yesterday 23:59:01');
+    expect(titleOf('2026-11-24_23-59-01_2', now)).toBe('Yesterday 23:59:01 (2)');
     expect(titleOf('2026-11-03_08-00-00', now)).toBe('3 November 08:00:00');
     expect(titleOf('2025-12-31_08-00-00', now)).toBe('31 December 2025 08:00:00');
     expect(titleOf('short', now)).toBe('short');
@@ -119,23 +122,36 @@ describe('figures of a session', () => {
     events: [{ t_s: 5, kind: 'state', what: engaged[0] ? 'engaged' : 'ready', why: '' }, { t_s: 6, kind: 'spill', what: 'spilled', why: '' }, { t_s: 7, kind: 'limit', what: 'reach', why: '' }],
   });
   it('are means over the time that was led, gaps left out', () => {
-    const figures = new Map(summaryOf(new Player(some([1, 1, 1, 1, 1]))));
+    const figures = new Map(summaryOf(new Player(some([1, 1, 1, 1, 1]))).map(([what, text]) => [what, text]));
     expect(figures.get('Length')).toBe('0:10');
     expect(Number(figures.get('Slosh mean, m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
     expect(figures.get('Slosh peak, m/s²')).toBe('4.00');
     expect(figures.get('Off target, mm')).toBe('20.0');
     expect(figures.get('Led')).toBe('10.0 s');
     expect(figures.get('Spilled')).toBe('at 0:01');
-    expect(figures.get('Limits')).toBe('1');
+    expect(figures.get('Held by a limit')).toBe('1 ×');
   });
   it('are of what was measured, where that was recorded', () => {
     const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [5, 5.1, 5.2, 5.3], mean: [0.5, 1, 1.5, 1], largest: [1, 2, 6, 3] } };
-    const figures = new Map(summaryOf(new Player(measured))), player = new Player(measured);
+    const figures = new Map(summaryOf(new Player(measured)).map(([what, text]) => [what, text])), player = new Player(measured);
     expect(figures.get('Slosh mean, m/s²')).toBe('1.00');
     expect(figures.get('Slosh peak, m/s²')).toBe('6.00');
     player.seek(0.25);
     expect(player.felt).toBe(6);
     expect(curveOf(measured, 'slosh', 5)[1]).toEqual([1, 2, 6, 3]);
+  });
+  it('weigh what was measured as the report does, by how often it was', () => {
+    const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [4, 5, 5.1, 5.2], mean: [9, 1, 2, 4], largest: [99, 2, 3, 6], count: [5, 1, 1, 2] } };
+    const figures = new Map(summaryOf(new Player(measured)).map(([what, text]) => [what, text]));
+    expect([figures.get('Slosh mean, m/s²'), figures.get('Slosh peak, m/s²')]).toEqual(['2.75', '6.00']);
+  });
+  it('tell each spill with how much, and which of two did better', () => {
+    const spilling = (...spills: [number, number][]): Player => new Player({ ...some([1]), events: [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, ...spills.map(([t_s, amount]) => ({ t_s, kind: 'spill', what: '', why: '', amount }))] });
+    const of = (player: Player) => summaryOf(player).find(([what]) => what === 'Spilled')!;
+    expect([spilling(), spilling([7, 0.744]), spilling([7, 0.5], [9, 1]), spilling([6, 0.1], [7, 0.2], [8, 0.3], [9, 0.05])].map((player) => of(player)[1]))
+      .toEqual(['no', '74.4 % at 0:02', '2 times: 50.0, 100.0 % at 0:02, 0:04', '4 times, at most 30.0 %']);
+    expect([betterOf(of(spilling([7, 1])), of(spilling())), betterOf(of(spilling()), of(spilling([7, 0.1]))), betterOf(of(spilling()), of(spilling()))]).toEqual([1, 0, -1]);
+    expect(betterOf(['Length', '0:10', null, ''], ['Length', '0:12', null, ''])).toBe(-1);
   });
   it('are told in words to who cannot see the curves', () => {
     const player = new Player(some([1, 1, 1, 1, 1]));
@@ -152,7 +168,8 @@ describe('figures of a session', () => {
     expect(player.freeboard()).toEqual({ now: 8, least: 8 });
   });
   it('are none where nobody led', () => {
-    expect(new Map(summaryOf(new Player(some([0, 0, 0, 0, 0])))).get('Slosh mean, m/s²')).toBe('–');
-    expect(new Map(summaryOf(new Player(motion))).get('Spilled')).toBe('no');
+    const of = (player: Player, wanted: string) => summaryOf(player).find(([what]) => what === wanted)![1];
+    expect(of(new Player(some([0, 0, 0, 0, 0])), 'Slosh mean, m/s²')).toBe('–');
+    expect(of(new Player(motion), 'Spilled')).toBe('no');
   });
 });

@@ -5,7 +5,8 @@ import type { MutablePose } from '../frames';
 const STEP = 1 / 30;
 
 /** "state", "spill", "refill", "limit", "setting", "missed", "gap" or "rest"; of a state `what` is its name. */
-export interface StoryEvent { t_s: number; kind: string; what: string; why: string }
+/** `amount`: of a spill the share of the liquid, of missed deadlines how many. */
+export interface StoryEvent { t_s: number; kind: string; what: string; why: string; amount?: number }
 
 /** What GET sessions/NAME/motion answers: when, and where the arm was measured; the target, the liquid and what happened, each at times of its own. */
 export interface Motion {
@@ -15,8 +16,8 @@ export interface Motion {
   /** Measured, 0 open to 1 closed; null: the arm has none. */
   gripper?: (number | null)[];
   target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
-  /** The sideways force on the liquid as it was measured, m/s^2: mean and largest from a time on until the next. */
-  felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[] };
+  /** The sideways force on the liquid as it was measured, m/s^2: mean and largest of `count` measurements from a time on until the next. */
+  felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[]; count?: number[] };
   liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[] };
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];

@@ -1,5 +1,5 @@
-import { clock, meanOffText, sloshText, spanText } from '../figures';
-import type { Player } from './player';
+import { clock, meanOffText, percentText, sloshText, spanText } from '../figures';
+import type { Player, StoryEvent } from './player';
 
 /** s, of a stretch without a plan that is not counted as driven. */
 const GAP = 0.5;
@@ -20,21 +20,58 @@ function overLed(player: Player, times: readonly number[], means: readonly (numb
   return { mean: sum.value / sum.weight, most: sum.most, known: sum.weight > 0 };
 }
 
-/** A recorded session in figures that two sessions may be compared by: what, and its value in words. */
-export function summaryOf(player: Player): [string, string][] {
+/** What, its value in words, the value if less of it is better (null: it says nothing of better or worse), and what it means. */
+export type Figure = [what: string, text: string, value: number | null, meaning: string];
+
+/** Which of two did better; -1: neither. */
+export function betterOf([, text, value]: Figure, [, otherText, other]: Figure): number {
+  return value === null || other === null || text === otherText || value === other ? -1 : value < other ? 0 : 1;
+}
+
+/** As the session's report has it: over all measurements while the hand led. */
+function feltOf(player: Player): { mean: number; most: number; known: boolean } | null {
+  const { felt } = player.motion, { led } = player;
+  if (!felt?.count) return null;
+  let sum = 0, count = 0, most = 0, stretch = 0;
+  for (let i = 0; i < felt.t_s.length; ++i) {
+    while (stretch < led.length && led[stretch]!.to <= felt.t_s[i]!) ++stretch;
+    if (stretch >= led.length) break;
+    if (felt.t_s[i]! < led[stretch]!.from || felt.mean[i] === null) continue;
+    sum += felt.count[i]! * felt.mean[i]!;
+    count += felt.count[i]!;
+    most = Math.max(most, felt.largest[i] ?? 0);
+  }
+  return { mean: sum / count, most, known: count > 0 };
+}
+
+/** Spills that are told each with its time. */
+const TOLD = 3;
+
+/** When the liquid went over the rim, and how much of it. */
+function spillText(spills: readonly StoryEvent[], begin: number): string {
+  if (spills.length === 0) return 'no';
+  const shares = spills.flatMap(({ amount }) => (amount === undefined ? [] : [amount])), times = spills.map(({ t_s }) => clock(Math.max(0, t_s - begin)));
+  const how = shares.length === spills.length ? `${shares.slice(0, TOLD).map(percentText).join(', ')} % ` : '';
+  if (spills.length > TOLD) return `${spills.length} times${how ? `, at most ${percentText(Math.max(...shares))} %` : ''}`;
+  return `${spills.length > 1 ? `${spills.length} times: ` : ''}${how}at ${times.join(', ')}`;
+}
+
+/** A recorded session in figures that two sessions may be compared by. */
+export function summaryOf(player: Player): Figure[] {
   const { motion, duration, begin } = player, { target, felt: measured } = motion, events = motion.events ?? [];
   const led = player.led.reduce((sum, { from, to }) => sum + to - from, 0);
-  const felt = measured?.t_s.length ? overLed(player, measured.t_s, measured.mean, measured.largest) : overLed(player, target?.t_s ?? [], target?.lateral ?? [], target?.lateral ?? []);
+  const felt = feltOf(player) ?? (measured?.t_s.length ? overLed(player, measured.t_s, measured.mean, measured.largest) : overLed(player, target?.t_s ?? [], target?.lateral ?? [], target?.lateral ?? []));
   const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? [], target?.error_mm ?? []);
-  const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spill = events.find(({ kind }) => kind === 'spill');
+  const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
+  const stops = events.filter(({ kind, what }) => kind === 'state' && what === 'stopping').length, lost = spills.reduce((sum, { amount = 1 }) => sum + amount, 0);
   return [
-    ['Length', clock(duration)],
-    ['Led', spanText(led)],
-    ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–'],
-    ['Slosh peak, m/s²', felt.known ? sloshText(felt.most) : '–'],
-    ['Off target, mm', off.known ? meanOffText(off.mean) : '–'],
-    ['Spilled', spill ? `at ${clock(Math.max(0, spill.t_s - begin))}` : 'no'],
-    ['Limits', String(count('limit'))],
-    ['Stops', String(events.filter(({ kind, what }) => kind === 'state' && what === 'stopping').length)],
+    ['Length', clock(duration), null, ''],
+    ['Led', spanText(led), null, 'How long a hand led the arm'],
+    ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean sideways force on the liquid while a hand led'],
+    ['Slosh peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
+    ['Off target, mm', off.known ? meanOffText(off.mean) : '–', off.known ? off.mean : null, 'Mean distance from the target to the glass'],
+    ['Spilled', spillText(spills, begin), lost, 'How often the liquid went over the rim, how much of it, and when'],
+    ['Held by a limit', `${count('limit')} ×`, count('limit'), 'How often a limit of the arm, or something near it, held it back'],
+    ['Stops', String(stops), null, 'How often somebody or something stopped the arm'],
   ];
 }
