@@ -111,6 +111,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   await page.emulateMedia({ colorScheme: 'light' });
   await page.click('#refill');
   await until(() => page.evaluate(() => globalThis.refills > 0), 'a full glass while the arm goes on');
+  await until(() => page.isHidden('#refilled'), 'that note to go');
   await page.evaluate(() => { globalThis.refills = 0; });
   await spills();
   await page.keyboard.press('Space');
@@ -306,21 +307,36 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.click('#past-close');
   assert.ok(!(await page.isVisible('#past')));
   await ready(page);
-  const listed = () => page.$$eval('#recordings li', (entries) => entries.map((entry) => entry.textContent));
-  const before = (await listed()).length; // also what programs of tests before have left
+  const listed = () => page.$$eval('#recordings li:not(.note)', (entries) => entries.map((entry) => entry.textContent));
+  const count = () => page.evaluate(async () => (await (await fetch('./sessions')).json()).sessions.length);
+  const before = await count(); // also what programs of tests before have left
   await record(page, true);
   const row = () => page.textContent('#recordings li:first-child p span');
   const written = await until(async () => /being recorded · 0:\d\d/.exec(await row())?.[0], 'its row');
   await until(async () => (await row()).startsWith('being recorded') && !(await row()).startsWith(written), 'the row to go on');
   await page.waitForTimeout(1000);
   await record(page, false);
-  await until(async () => (await listed()).length === before + 1, 'both in the list');
+  await until(async () => (await count()) === before + 1 && !(await row()).includes('being recorded'), 'both in the list');
+
+  // What Find hides is told.
+  const find = (words) => page.evaluate((wanted) => {
+    const box = document.querySelector('#recordings-find');
+    box.value = wanted;
+    box.dispatchEvent(new Event('input'));
+  }, words);
+  await find('no such words');
+  assert.match(await page.textContent('#recordings'), /^No recording matches\. Show all$/);
+  await page.click('#recordings .note button');
+  await until(async () => (await listed()).length > 1, 'all of them');
 
   // One beside the other; and what people may do with them.
   await page.click('#recordings li:nth-child(2) button');
   await until(() => page.isVisible('#past'), 'the first one');
   await page.click('#recordings li:first-child button:has-text("Compare")');
   await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tool).length === 2), 'a second arm');
+  assert.match(await page.textContent('#past-figures'), /^Compared.*Slosh mean.*Spilled.*Held by a limit/);
+  assert.match(await page.textContent('#past-name'), /^Today \d\d:/);
+  await page.click('#past-compared');
   await page.click('#past-close');
   await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tool).length === 1), 'one arm');
   const edit = async (act) => {
@@ -334,7 +350,7 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const file = await page.evaluate(async () => new Uint8Array(await (await fetch('./sessions/short/session.mcap')).arrayBuffer()).slice(1, 5).join());
   assert.equal(file, [...'MCAP'].map((c) => c.charCodeAt(0)).join(), 'the file itself');
   await edit(async () => { await page.click('.edit button:has-text("Delete")'); await page.click('.edit button:has-text("Really delete")'); });
-  await until(async () => (await listed()).length === before, 'it to be gone');
+  await until(async () => (await count()) === before, 'it to be gone');
   await record(page, true);
   assert.deepEqual(page.complaints, []);
 });
