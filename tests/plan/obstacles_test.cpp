@@ -3,6 +3,7 @@
 #include "plan/loop.hpp"
 #include "steadyhand/plan/gaps.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
+#include "steadyhand/robot/cell.hpp"
 #include "steadyhand/track/sample.hpp"
 #include "steadyhand/track/tracker.hpp"
 
@@ -408,6 +409,19 @@ TEST(Obstacles, PairsKeepTheirRows) {
   }
   EXPECT_GT(kept, 100);
   EXPECT_EQ(moved, 0);
+}
+
+/// Without it a plan that passed its check led a bottle 1.5 mm into the upper arm (bench/contacts.py, seed 43).
+TEST(Obstacles, WhatIsCarriedKeepsWhatTheCheckLetsOverlap) {
+  const Loop loop(1);
+  CellObject bottle;
+  bottle.name = "bottle";
+  bottle.shape = Shape::cylinder(0.03, 0.1);
+  bottle.origin.setIdentity();
+  bottle.attached = true;
+  const Result<Obstacles> obstacles = obstacles_of({.name = "cell", .objects = {bottle}}, loop.model);
+  ASSERT_TRUE(obstacles);
+  EXPECT_GE(obstacles->list[0].margin, PlanCheckSettings().overlap_between_nodes);
 }
 
 }  // namespace

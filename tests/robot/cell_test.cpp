@@ -40,7 +40,7 @@ TEST_F(Carrying, WhatIsTakenMovesWithTheToolAndIsLetGoOfWhereItIs) {
   const Result<Obstacles> obstacles = obstacles_of(*taken, model);
   ASSERT_TRUE(obstacles);
   EXPECT_TRUE(obstacles->list[1].carried);
-  EXPECT_EQ(obstacles->list[1].shape.radius, Shape::cylinder(0.03, 0.1).radius) << "without its margin";
+  EXPECT_NEAR(obstacles->list[1].shape.core.x(), 0.03 + 0.002, 1e-12) << "without its own margin";
 
   arm.set_position(model.home + JointVector::Constant(6, 0.3));
   EXPECT_TRUE(on_tool(arm, obstacles->list[1].at).p.isApprox((tool() * in_tool).translation(), 1e-12));
@@ -126,6 +126,11 @@ TEST_F(Carrying, IsAPartOfTheArm) {
   const NearestBody table = nearest_body(arm, obstacles, 0, 0.0), bottle = nearest_body(arm, obstacles, 1, 0.0);
   EXPECT_LT(bottle.body, kMaxBodies);
   EXPECT_LE(nearest_pair(arm, obstacles).gap, bottle.distance);
+  const Shape solid = Shape::cylinder(0.03, 0.1);
+  EXPECT_NEAR(
+      distance(model.bodies[bottle.body].shape, arm.body(bottle.body), solid, on_tool(arm, obstacles.list[1].at)),
+      bottle.distance, 1e-3)
+      << "without its margin";
   EXPECT_GT(table.distance, 0.0);
   Obstacles hanging = obstacles;
   hanging.list[1].at.p = arm.R().transpose() * Vector3(0.0, 0.0, -2.0);

@@ -30,7 +30,7 @@ NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int 
   };
   if (other.carried) {
     for_each_carried_pair(arm.model(), obstacles, [&](int body, int carried) {
-      if (carried == obstacle) take(body, carried_gap(arm, body, other));
+      if (carried == obstacle) take(body, carried_gap(arm, body, other) + other.margin);
     });
     return nearest;
   }
@@ -38,7 +38,8 @@ NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int 
   for_each_solid(arm.model(), obstacles, [&](int index) {
     const Solid part = solid(arm, obstacles, index);
     if (part.link == 0 || other.ignores[index]) return;
-    take(index, distance(other.shape, there, part.shape, part.at) + other.margin);
+    const double margin = index < kMaxBodies ? 0.0 : obstacles.list[index - kMaxBodies].margin;
+    take(index, distance(other.shape, there, part.shape, part.at) + other.margin + margin);
   });
   return nearest;
 }
@@ -49,7 +50,7 @@ NearestPair nearest_pair(const Kinematics& arm, const Obstacles& obstacles) {
     if (const double here = gap(arm, pair); here < nearest.gap) nearest = {pair.first, pair.second, here};
   }
   for_each_carried_pair(arm.model(), obstacles, [&](int body, int obstacle) {
-    const double here = carried_gap(arm, body, obstacles.list[obstacle]);
+    const double here = carried_gap(arm, body, obstacles.list[obstacle]) + obstacles.list[obstacle].margin;
     if (here < nearest.gap) nearest = {body, solid_of(obstacle), here};
   });
   return nearest;

@@ -56,10 +56,10 @@ double gap(const Kinematics& arm, const BodyPair& pair);
 /// The same of a body of the arm and something else, whose shape is where `there` says, in the base.
 double gap(const Kinematics& arm, int body, const Shape& other, const Placed& there);
 
-/// The same of a body of the arm and an obstacle that the tool carries.
+/// The same of a body of the arm and an obstacle that the tool carries, with its margin.
 double carried_gap(const Kinematics& arm, int body, const Obstacle& carried);
 
-/// What moves with the arm, as solid() takes it, and how far the solid of an obstacle, without its margin, is.
+/// What moves with the arm, as solid() takes it, and how far the solid of an obstacle is, both without their margins.
 struct NearestBody {
   int body = -1;                                              ///< -1: all may touch it
   double distance = std::numeric_limits<double>::infinity();  ///< m, negative by the depth while they overlap
@@ -69,7 +69,7 @@ struct NearestBody {
 /// carried itself, the nearest of the bodies that must not touch it. Call set_position before.
 NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int obstacle, double t);
 
-/// Two bodies of a pair, as solid() takes them, and their gap.
+/// Two bodies of a pair, as solid() takes them, and their gap without margins.
 struct NearestPair {
   int first = -1;                                        ///< -1: the model has no pairs
   int second = -1;                                       ///< the same
