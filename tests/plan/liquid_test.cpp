@@ -191,6 +191,38 @@ TEST(CarryingPlanner, SpillsOnlyWhereTheLiquidDoesNotCount) {
   }
 }
 
+/// Where every stop behind the plan spills, it is the one of the lowest wave among those that pass the check.
+TEST(CarryingPlanner, WhereEveryStopSpillsTheLowestOneIsTaken) {
+  int compared = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    CarryingLoop loop(seed);
+    LiquidEstimate witness(loop.model, *loop.planner->ocp().liquid());
+    for (int i = 0; i < 60; ++i) {
+      const Time now = from_seconds(0.05 * i);
+      const Plan plan = loop.planner->update(loop.along(now, 0.4, 6.0));
+      if (plan.start < now) continue;
+      const SloshState liquid = loop.planner->instance().liquid.state;
+      const double taken = witness.highest(plan, liquid, now);
+      EXPECT_NEAR(loop.planner->highest_wave(), taken, 1e-9) << seed << " " << i;
+      if (taken <= GlassSettings{}.freeboard()) continue;
+      for (const int intervals : {8, 4, 1}) {
+        for (const double periods : {1.0, 2.0, 3.0}) {
+          Plan other = plan;
+          const Trajectory& solution = loop.planner->solution().trajectory;
+          for (int k = 0; k < 8; ++k) other.u[k] = solution.u[k];
+          for (int k = 0; k <= 8; ++k) other.x[k] = solution.x[k];
+          if (!make_level_stop(loop.arm, intervals, periods * witness.period(), other)) continue;
+          if (check_plan(other, plan.x[0], {}, loop.arm) != PlanFault::kNone) continue;
+          EXPECT_GE(witness.highest(other, liquid, now), taken - 1e-9)
+              << seed << " " << i << " " << intervals << " " << periods;
+          ++compared;
+        }
+      }
+    }
+  }
+  EXPECT_GT(compared, 20);  // or the motion was none
+}
+
 TEST(CarryingPlanner, WhatIsFarAwayPullsNoHarderThanAWaveCosts) {
   CarryingLoop loop(3);
   const double most = LiquidSettings{}.price / (2.0 * 500.0);  // m, at the loop's weight of `position`

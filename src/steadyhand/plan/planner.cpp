@@ -274,11 +274,11 @@ void Planner::find_any_plan(const Reference& reference) {
 
 /// The same with a stop that does not spill; where there is none, with that of the lowest wave.
 void Planner::find_level_plan(const Reference& reference) {
-  constexpr double kEven = 0.0, kPeriods[] = {1.0, 3.0, kEven};  // of the stop
+  constexpr double kEven = 0.0, kPeriods[] = {1.0, 2.0, 3.0, kEven};  // of the stop
   struct {
     int intervals = 0;
     double periods = 0.0, wave = 0.0;
-  } least;
+  } least;  // of those that pass the check
   const auto make = [&](int intervals, double periods) {
     make_plan(reference, intervals);
     if (periods > 0.0) return make_level_stop(kinematics_, intervals, periods * liquid_->period(), candidate_);
@@ -293,24 +293,30 @@ void Planner::find_level_plan(const Reference& reference) {
     for (const double periods : kPeriods) {
       if (!make(intervals, periods)) continue;
       const double wave = std::max(liquid_->walked(intervals), liquid_->highest_behind(candidate_, intervals));
-      if (least.intervals == 0 || wave < least.wave) least = {intervals, periods, wave};
-      if (wave > freeboard_) continue;
+      if (least.intervals > 0 && wave >= least.wave) continue;
       fault_ = check_candidate();
       if (fault_ != PlanFault::kNone) continue;
+      least = {intervals, periods, wave};
+      if (wave > freeboard_) continue;
       highest_wave_ = wave;
       return;
     }
   }
   // What is followed may be no better: then what rises above the rim is no reason to go on with it.
-  const double first = liquid_->walked(least.intervals);
+  const double first = liquid_->walked(std::max(1, least.intervals));
   if (first > freeboard_ && first > liquid_->highest(plan_, instance_.liquid.state, reference.start)) {
     fault_ = PlanFault::kSpill;
+    return;
+  }
+  fault_ = PlanFault::kNotFinite;
+  if (least.intervals == 0) {
+    find_any_plan(reference);
+    highest_wave_ = liquid_->highest(candidate_, instance_.liquid.state, reference.start);
     return;
   }
   (void)make(least.intervals, least.periods);
   fault_ = check_candidate();
   highest_wave_ = least.wave;
-  if (fault_ != PlanFault::kNone) find_any_plan(reference);
 }
 
 PlanFault Planner::check_candidate() {
