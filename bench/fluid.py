@@ -31,12 +31,13 @@ RADIUS, HEIGHT, FILL, PARTICLE = 0.035, 0.1, 0.09, 0.002
 WALL = RADIUS + 0.8 * PARTICLE  # m, radius at which the walls are: the outer particles keep so far off that their edges are at RADIUS
 DEPTH = 0.1  # m, of the column before it settles
 STEP = 0.0005  # s
+DAMPING = 0.035  # what the method does to a free wave
 SETTLING, REST = 2.0, 0.5  # s: of the column, and of the liquid before the motion
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
 def write_motion(arguments):
-    """t (s), the tool's pose, and the specific force (m/s^2) and the wave (m) at each command, to a file."""
+    """t (s), the tool's pose, and the wave (m), with water's damping and with that of the simulation, at each command, to a file."""
     import steadyhand
     from hands import find_hands
     from liquid import swing
@@ -52,8 +53,8 @@ def write_motion(arguments):
     run = steadyhand.replay(hand.path, arguments.profile, arguments.rate, robot=robot, track=hand.track, scale=hand.scale, until=arguments.seconds)
     commands = run.commands
     force = robot.local_acceleration(commands.q, commands.dq, commands.ddq)
-    np.savez(arguments.write, t=commands.t - commands.t[0], tool=robot.fk(commands.q), force=force, wave=swing(force)[0],
-             name=f"{hand.name}, {Path(arguments.profile).stem}")  # fmt: skip
+    np.savez(arguments.write, t=commands.t - commands.t[0], tool=robot.fk(commands.q), wave=swing(force)[0],
+             damped=swing(force, zeta=DAMPING)[0], name=f"{hand.name}, {Path(arguments.profile).stem}")  # fmt: skip
 
 
 def glass_mesh(path, height, segments=72, rings=24):
@@ -196,7 +197,7 @@ def settled_column(path):
 
 
 def simulate(motion, arguments):
-    t, tool, plane = motion["t"], motion["tool"], motion["wave"]
+    t, tool = motion["t"], motion["tool"]
     settled, rest = settled_column(arguments.settled)
     rim = rest + HEIGHT - FILL
     bottom = np.linalg.inv(tool[0]) @ tool  # of the tool's origin, in axes of the tool as it begins
@@ -204,17 +205,17 @@ def simulate(motion, arguments):
     (now, lost, stands, plane_seen), _ = run(REST + t[-1], rim, settled, Path3(REST + t, bottom))
     moving = now > REST
     rest = np.median(stands[~moving][len(stands[~moving]) // 2 :])
-    model = np.interp(now[moving] - REST, t, plane)
+    model, damped = (np.interp(now[moving] - REST, t, motion[key]) for key in ("wave", "damped"))
     waves = stands[moving] - rest
     begun = lost[~moving][-1]
     if arguments.keep:
-        np.savez(arguments.keep, t=now[moving] - REST, crest=waves, plane=model, plane_seen=plane_seen[moving], spilled=lost[moving] - begun, rim=rim - rest, name=motion["name"])
+        np.savez(arguments.keep, t=now[moving] - REST, crest=waves, plane=model, damped=damped, plane_seen=plane_seen[moving], spilled=lost[moving] - begun, rim=rim - rest, name=motion["name"])
     print(f"{motion['name']}: {len(settled)} particles, at rest at {1e3 * rest:.1f} mm, the rim {1e3 * (rim - rest):.1f} mm above; {100 * begun:.2f} % lost before the motion")
-    off = plane_seen[moving] - model
-    print(f"spilled {100 * (lost[-1] - begun):.2f} %; crest over rest: largest {1e3 * waves.max():.1f} mm; plane: largest {1e3 * np.nanmax(plane_seen[moving]):.1f} mm, "
-          f"first mode's {1e3 * model.max():.1f} mm, apart {1e3 * np.sqrt(np.nanmean(off**2)):.1f} mm RMS of {1e3 * np.sqrt(np.mean(model**2)):.1f}, "
-          f"correlation {np.corrcoef(np.nan_to_num(plane_seen[moving]), model)[0, 1]:.2f}; "
-          f"crest less first mode's: mean {1e3 * np.mean(waves - model):.1f}, 99 % {1e3 * np.percentile(waves - model, 99):.1f} mm")  # fmt: skip
+    off = plane_seen[moving] - damped
+    print(f"spilled {100 * (lost[-1] - begun):.2f} %; largest crest over rest {1e3 * waves.max():.1f} mm, plane {1e3 * np.nanmax(plane_seen[moving]):.1f} mm, first mode {1e3 * model.max():.1f} mm, "
+          f"damped as here {1e3 * damped.max():.1f} mm; plane and the damped mode apart {1e3 * np.sqrt(np.nanmean(off**2)):.1f} mm RMS of {1e3 * np.sqrt(np.mean(damped**2)):.1f}, "
+          f"correlation {np.corrcoef(np.nan_to_num(plane_seen[moving]), damped)[0, 1]:.2f}; "
+          f"crest less first mode: mean {1e3 * np.mean(waves - model):.1f}, 99 % {1e3 * np.percentile(waves - model, 99):.1f} mm")  # fmt: skip
 
 
 def draw(paths, picture):
@@ -228,12 +229,13 @@ def draw(paths, picture):
         seen = np.load(path)
         ax.plot(seen["t"], 1e3 * seen["crest"], color="#2f7fd0", lw=1, label="crest, fluid simulation")
         ax.plot(seen["t"], 1e3 * seen["plane_seen"], color="#8a8f98", lw=1.2, label="plane through its surface")
-        ax.plot(seen["t"], 1e3 * seen["plane"], color="#16a085", lw=1.2, label="first mode")
+        ax.plot(seen["t"], 1e3 * seen["damped"], color="#16a085", lw=1.2, label="first mode, damped as there")
+        ax.plot(seen["t"], 1e3 * seen["plane"], color="#16a085", lw=0.8, ls=":", label="first mode of water")
         ax.axhline(1e3 * (HEIGHT - FILL), color="#c62828", lw=0.8, ls="--", label="rim")
         ax.set(ylim=(-4, 20), ylabel="mm")
         ax.set_title(f"{seen['name']}: {100 * seen['spilled'][-1]:.2f} % spilled", fontsize=9, loc="left")
         ax.grid(alpha=0.25)
-    axes[0, 0].legend(fontsize=8, ncols=4, loc="upper right")
+    axes[0, 0].legend(fontsize=7, ncols=5, loc="upper right")
     axes[-1, 0].set_xlabel("s")
     figure.savefig(picture, dpi=110)
 
