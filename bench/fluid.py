@@ -224,7 +224,7 @@ def draw(paths, picture):
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(len(paths), sharex=True, figsize=(8, 1.2 + 1.5 * len(paths)), layout="constrained", squeeze=False)
+    figure, axes = pyplot.subplots(len(paths), sharex=True, figsize=(8, 1.0 + 1.5 * len(paths)), layout="constrained", squeeze=False)
     for ax, path in zip(axes[:, 0], paths):
         seen = np.load(path)
         ax.plot(seen["t"], 1e3 * seen["crest"], color="#2f7fd0", lw=1, label="crest, fluid simulation")
