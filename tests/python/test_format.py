@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -29,6 +30,13 @@ def test_sources_are_as_clang_format_leaves_them():
 def test_no_line_of_a_source_is_too_long():
     found = [f"{path.relative_to(ROOT)}:{number}" for path in form.sources() for number in form.long_lines(path)]
     assert found == []
+
+
+def test_abs_is_not_that_of_integers():
+    """A plain abs(double) is C's, of int, where no other header happens to bring std's to all, as with gcc for AArch64."""
+    calls = re.compile(r"(?<![\w:.>])abs\(")
+    found = [path for path in form.sources() if not path.name.startswith("lanes") and calls.search(path.read_text()) and "using std::abs" not in path.read_text()]
+    assert names(found) == [], "say std::abs, or using std::abs where Lanes come, too"
 
 
 @needs_clang_format

@@ -5,6 +5,8 @@
 namespace steadyhand {
 namespace {
 
+using std::abs;
+
 /// Where a joint comes to rest if it brakes as hard as the problem lets it, q + dq |dq| / (2 a), stays inside the
 /// position limits. Without it a plan may end, or pass a node, so fast towards a limit that no stop is left behind it.
 /// While dq keeps its sign and u its bounds the value moves with dq, so that what holds at the nodes holds between.

@@ -8,6 +8,8 @@
 namespace steadyhand::realtime {
 namespace {
 
+using std::abs;
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Mean curvature of one node's Hessian as seen by an acceleration some steps before.
