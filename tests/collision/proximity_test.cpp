@@ -21,23 +21,31 @@ class Draw {
     std::normal_distribution<double> normal;
     return Vector3{normal(random_), normal(random_), normal(random_)}.normalized();
   }
+  /// The order in which arguments are computed is the compiler's: what is drawn has a name.
   Shape shape(Kind kind) {
     switch (kind) {
       case Kind::kSphere:
         return Shape::sphere(in(0.02, 0.2));
-      case Kind::kCapsule:
-        return Shape::capsule(in(0.02, 0.4), in(0.02, 0.15));
-      case Kind::kBox:
-        return Shape::box({in(0.02, 0.4), in(0.02, 0.4), in(0.02, 0.4)}, in(0.0, 1.0) < 0.5 ? 0.0 : in(0.01, 0.1));
-      case Kind::kCylinder:
-        return Shape::cylinder(in(0.03, 0.3), in(0.03, 0.3));
+      case Kind::kCapsule: {
+        const double radius = in(0.02, 0.15), half_length = in(0.02, 0.4);
+        return Shape::capsule(half_length, radius);
+      }
+      case Kind::kBox: {
+        const double rounding = in(0.0, 1.0) < 0.5 ? 0.0 : in(0.01, 0.1);
+        return Shape::box({in(0.02, 0.4), in(0.02, 0.4), in(0.02, 0.4)}, rounding);
+      }
+      case Kind::kCylinder: {
+        const double half_length = in(0.03, 0.3), radius = in(0.03, 0.3);
+        return Shape::cylinder(radius, half_length);
+      }
       case Kind::kHalfSpace:
         break;
     }
     return Shape::half_space();
   }
   Placed placed(double size) {
-    return {vector(size), Eigen::AngleAxisd(in(-M_PI, M_PI), direction()).toRotationMatrix()};
+    const Vector3 p = vector(size), axis = direction();
+    return {p, Eigen::AngleAxisd(in(-M_PI, M_PI), axis).toRotationMatrix()};
   }
 
  private:
