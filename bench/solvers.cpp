@@ -84,7 +84,12 @@ Result<nlohmann::json> run(const Options& options, const RobotModel& model, cons
   settings.horizon = horizon;
   const Ocp ocp(model, settings);
   auto solver = *make_solver(name, ocp, profile.tolerance);
-  auto reference = *make_solver("fatrop", ocp, profile.tolerance);
+  std::unique_ptr<Solver> reference;
+  if (options.sample > 0) {
+    auto fatrop = make_solver("fatrop", ocp, profile.tolerance);
+    if (!fatrop) return fatrop.error();
+    reference = *std::move(fatrop);
+  }
   Solution cold;
   cold.prepare(ocp);
   ClosedLoop loop(ocp, *ocp.weights(settings.weights), sequence, reach, make_obstacles(model, objects, options.seed),

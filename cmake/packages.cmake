@@ -16,7 +16,7 @@ else()
   add_library(yaml ALIAS yaml-cpp)
 endif()
 
-foreach(pair PYTHON=LIVE APP=LIVE APP=UR UR=LIVE ROS2=LIVE PAGE=APP TESTS=FATROP TESTS=UR TESTS=APP TESTS=PAGE)
+foreach(pair PYTHON=LIVE APP=LIVE APP=UR UR=LIVE ROS2=LIVE PAGE=APP TESTS=UR TESTS=APP)
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 part)
   list(GET pair 1 needed)

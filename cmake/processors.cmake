@@ -41,7 +41,8 @@ function(steadyhand_processor level lanes flag)
   endif()
 endfunction()
 
-if(NOT STEADYHAND_SANITIZE MATCHES thread)  # the sanitizers' presets are for plain x86-64
+# The sanitizers' presets are for plain x86-64.
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND STEADYHAND_WITH_FATROP AND NOT STEADYHAND_SANITIZE MATCHES thread)
   steadyhand_processor(x86-64-v3 4 avx2)
   steadyhand_processor(x86-64-v4 8 avx512vl)
 endif()

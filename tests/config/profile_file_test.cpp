@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"horizon", "horizon: 0\nweights: {position: 1}\n", "own.yaml:1: horizon is 0; it must be at least 1"},
         Refusal{"long_horizon", "horizon: 1000\nweights: {position: 1}\n", "at most 128"},
         Refusal{"dt", "dt: 0\nweights: {position: 1}\n", "own.yaml:1: dt is 0; it must be more than 0"},
-        Refusal{"solver", "solver: magic\nweights: {position: 1}\n", "solver is 'magic'; the solvers are fatrop"},
+        Refusal{"solver", "solver: magic\nweights: {position: 1}\n", "solver is 'magic'; the solvers are "},
         Refusal{"scale", "weights: {position: 1}\nlimits: {velocity_scale: 1.5}\n", "limits.velocity_scale is 1.5"},
         Refusal{"name", "name: ../up\nweights: {position: 1}\n", "name is '../up'; a name without '/'"},
         Refusal{"weights_list", "weights: [1, 2]\n", "weights is a list; a mapping"}),

@@ -12,6 +12,8 @@ std::string_view compiled_processor() {
   return "x86-64-v2";
 #elif defined(__x86_64__)
   return "x86-64";
+#elif defined(__aarch64__)
+  return "aarch64";
 #else
   return "generic";
 #endif
