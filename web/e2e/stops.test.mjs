@@ -154,6 +154,24 @@ test('what the mouse has pressed leaves Enter to Reset; where Enter ticks a box 
   await page.click('#bodies');
 });
 
+test('in a text Space is a blank while the arm stands, and a stop while it moves', IN_CHROMIUM, async () => {
+  const page = await open(), watcher = await watch();
+  await ready(page);
+  await page.evaluate(() => document.body.append(Object.assign(document.createElement('input'), { type: 'text', id: 'words' })));
+  await page.focus('#words');
+  await page.keyboard.type('yesterday spilled');
+  assert.equal(await page.inputValue('#words'), 'yesterday spilled');
+  assert.equal((await state(watcher)).state, 'ready');
+  await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
+  await until(() => isEngaged(watcher), 'a motion');
+  await page.focus('#words');
+  await page.keyboard.press('Space');
+  await stopped(watcher);
+  assert.equal(await page.inputValue('#words'), 'yesterday spilled');
+  await page.evaluate(() => document.activeElement?.blur());
+  await reset(page, watcher);
+});
+
 test('a key that nothing comes of is told why', IN_CHROMIUM, async () => {
   const page = await open(), watcher = await watch();
   await ready(page);

@@ -21,16 +21,11 @@ export class FirstSteps {
   readonly #help = element('help', HTMLElement);
 
   /** @param onGone the card of the first steps leaves the scene free */
-  constructor(show: () => void, private readonly letGo: () => void, onGone: () => void) {
-    const dismiss = () => {
-      this.#first.hidden = true;
-      onGone();
-      try { localStorage.setItem(SEEN, '1'); } catch { /* it comes again next time */ }
-    };
+  constructor(show: () => void, private readonly letGo: () => void, private readonly onGone: () => void) {
     this.#first.hidden = seen();
-    element('first-close', HTMLButtonElement).onclick = dismiss;
+    element('first-close', HTMLButtonElement).onclick = () => this.#dismiss();
     element('first-demo', HTMLButtonElement).onclick = () => {
-      dismiss();
+      this.#dismiss();
       show();
     };
     const toggle = () => (this.#help.hidden ? this.#openHelp() : this.closeHelp());
@@ -47,9 +42,10 @@ export class FirstSteps {
     }, { capture: true });
   }
 
-  /** @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already */
-  draw(why: string, plays: boolean): void {
+  /** @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already @param past a recording is shown */
+  draw(why: string, plays: boolean, past: boolean): void {
     if (this.#first.hidden) return;
+    if (past) return this.#dismiss();
     element('first-plays', HTMLElement).hidden = !plays;
     element('first-demo', HTMLButtonElement).disabled = why !== '';
     const words = element('first-why', HTMLElement);
@@ -62,6 +58,12 @@ export class FirstSteps {
     if (this.#first.hidden) return [0, 0];
     const card = this.#first.getBoundingClientRect(), { left, top, width, height } = scene.getBoundingClientRect();
     return card.width > 0.6 * width ? [0, Math.max(0, card.bottom - top) / height] : [Math.max(0, left + width - card.left) / width, 0];
+  }
+
+  #dismiss(): void {
+    this.#first.hidden = true;
+    this.onGone();
+    try { localStorage.setItem(SEEN, '1'); } catch { /* it comes again next time */ }
   }
 
   #openHelp(): void {

@@ -107,7 +107,7 @@ const objects = new Objects(stage, drag, session, connection, canvas, () => pane
 element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
-listenForShortcuts(stop, () => panel.reset());
+listenForShortcuts(stop, () => panel.reset(), () => session.stands(now()));
 const keys = new Keys(hand, session, wantLease);
 const gamepads = new Gamepads(hand, session, wantLease, stop, (closed) => panel.squeeze(closed), now);
 const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset(), command: (kind, more) => panel.command(kind, more) }, () => void offerHeadset());
@@ -179,7 +179,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (t - lastWords > 0.15) {
     lastWords = t;
     panel.draw(t);
-    firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0);
+    firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();
     if (session.state) joints?.draw(session.state);
     recordings.draw();

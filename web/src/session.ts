@@ -74,6 +74,8 @@ export class Session {
   #refilledAt = -Infinity;
   /** Profile that led when the liquid was first seen over the rim; null: no spill, or it was before this page. */
   #spilledUnder: number | null = null;
+  /** It was while the arm braked. */
+  #spilledInStop = false;
   #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
@@ -98,7 +100,10 @@ export class Session {
       case 'state':
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
         if (!message.liquid.spilled) this.#spilledUnder = null;
-        else if (this.state && !this.state.liquid.spilled) this.#spilledUnder = message.controls.profile;
+        else if (this.state && !this.state.liquid.spilled) {
+          this.#spilledUnder = message.controls.profile;
+          this.#spilledInStop = message.state === 'stopping' || message.state === 'holding';
+        }
         if (this.state?.state === 'stopping' && message.state !== 'stopping') this.#hint.at = -Infinity;
         this.state = message;
         this.#stateAt = now;
@@ -136,7 +141,7 @@ export class Session {
     const { state, welcome } = this;
     if (this.past || !this.hasGlass || !state?.liquid.spilled) return '';
     const profile = welcome?.profiles.find(({ index }) => index === this.#spilledUnder)?.label;
-    return `Spilled ${percentText(state.liquid.spilled_share)} %${profile ? ` under ${profile}` : ''}`;
+    return `Spilled ${percentText(state.liquid.spilled_share)} %${profile ? ` under ${profile}${this.#spilledInStop ? ', in a stop' : ''}` : ''}`;
   }
 
   /** The tool holds a glass. */
@@ -197,6 +202,9 @@ export class Session {
 
   get mayReset(): boolean { return !this.past && this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
 
+  /** Nothing leads the arm, and it is seen to be at rest. */
+  stands(now: number): boolean { return !this.isStale(now) && this.rests && this.state?.state !== 'engaged'; }
+
   /** No joint moves so that anybody would see it. */
   get rests(): boolean { return this.state?.dq.every((speed) => Math.abs(speed) < AT_REST) ?? true; }
 
@@ -231,8 +239,9 @@ export class Session {
     if (this.failure) return this.failure;
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
-    if (this.past) return `You see a recording. The arm itself is ${this.state?.state ?? 'elsewhere'}; only Stop acts on it.`;
-    if (!this.paired) return `You are watching. ${this.#codeRefused || means.pair}`;
+    const stops = this.state?.state === 'stopping', itself = stops && this.rests ? 'stopped' : this.state?.state ?? 'elsewhere';
+    if (this.past) return `You see a recording. The arm itself is ${itself}; only Stop acts on it.`;
+    if (!this.paired) return `You are watching. ${stops ? 'Who drives can reset the arm. ' : ''}${this.#codeRefused || means.pair}`;
     if (this.asks) return `You asked for the arm. ${this.#granted(now)}`;
     if (this.isAnothers) return 'Somebody else drives. You are watching; you may stop the arm.';
     if (now - this.#hint.at < HINTED_FOR) return this.#hint.words;

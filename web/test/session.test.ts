@@ -82,7 +82,7 @@ describe('words of a session', () => {
   });
   it('say under which profile the liquid went over the rim, also after another was chosen', () => {
     const session = open(), { controls } = server.state as { controls: object }, { profiles } = server.welcome as { profiles: { index: number; label: string }[] };
-    const under = (profile: number, spilled: boolean, t: number) => session.take(state({ controls: { ...controls, profile }, liquid: liquid(spilled) }), t);
+    const under = (profile: number, spilled: boolean, t: number) => session.take(state({ state: 'engaged', controls: { ...controls, profile }, liquid: liquid(spilled) }), t);
     under(0, true, 1);
     expect(session.spill()).toBe('Spilled 10.0 %'); // before this page looked
     under(0, false, 2);
@@ -90,6 +90,9 @@ describe('words of a session', () => {
     under(1, true, 3);
     under(0, true, 4);
     expect(session.spill()).toBe(`Spilled 10.0 % under ${profiles.find(({ index }) => index === 1)!.label}`);
+    under(0, false, 5);
+    session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
+    expect(session.spill()).toMatch(/, in a stop$/);
   });
   it('tell what nothing came of, for a while or until the state is another', () => {
     const session = open();
@@ -117,6 +120,12 @@ describe('words of a session', () => {
     session.take({ type: 'error', code: 'code', message: 'this code is used up; the terminal shows the next one' }, 1);
     expect(session.advice(1)).toBe('You are watching. This code is used up; the terminal shows the next one.');
     expect(session.whyNoMotion).toContain('enter the code');
+    session.take(state({ state: 'stopping' }), 1);
+    expect(session.advice(1)).toContain('Who drives can reset');
+    session.past = true;
+    session.take(state({ state: 'stopping', dq: Array<number>(6).fill(0) }), 1);
+    expect(session.advice(1)).toContain('The arm itself is stopped');
+    session.past = false;
     session.take(server.paired!, 1);
     session.take({ type: 'lease', holder: 7, yours: false, takeable: false, asker: 0, grant_s: null }, 1);
     expect(session.whyNoMotion).toContain('Somebody else drives');

@@ -42,6 +42,7 @@ export class Drag {
     // `pointermove` waits for the next picture; where browsers also tell of motion at once, the hand need not.
     canvas.addEventListener('pointerrawupdate', (event) => this.#moved(event as PointerEvent));
     this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
+    this.controls.addEventListener('axis-changed', (event) => { canvas.style.cursor = event.value ? 'grab' : ''; });
     this.controls.addEventListener('objectChange', () => this.lead());
     canvas.addEventListener('pointercancel', () => this.#held(false));
     addEventListener('blur', () => this.#held(false));

@@ -10,14 +10,17 @@ const BEGIN = 0.3, OUT = 0.14;
 /** The parts of TransformControls that its type does not tell of. */
 interface Gizmo { gizmo: Record<'translate', THREE.Object3D>; picker: Record<'translate', THREE.Object3D> }
 
-/** Leaves the glass free: arrows begin beside it, squares stand further out, and what is in the middle is felt, not seen. */
+/** Leaves the glass free: arrows begin beside it, squares stand further out, and the middle, all of the glass, is felt, not seen. */
 export function clearTheMiddle(controls: TransformControls): void {
   const { gizmo, picker } = (controls as unknown as { _gizmo: Gizmo })._gizmo;
   for (const [parts, seen] of [[gizmo.translate, true], [picker.translate, false]] as const) {
     for (const part of parts.children as THREE.Mesh[]) {
       const { name, geometry } = part;
       if (name.length === 2) geometry.translate(...(['X', 'Y', 'Z'].map((axis) => (name.includes(axis) ? OUT : 0)) as [number, number, number]));
-      if (!seen) continue;
+      if (!seen) {
+        if (name === 'XYZ') part.geometry = new THREE.SphereGeometry(BEGIN);
+        continue;
+      }
       if (name === 'XYZ') part.geometry = new THREE.BufferGeometry();
       if (name.length === 1) beginOutside(geometry, 'XYZ'.indexOf(name));
     }

@@ -11,11 +11,13 @@ const hasOwnEnter = (target: EventTarget | null): boolean => isTyped(target) || 
 export const takesEnter = (target: EventTarget | null): boolean => isPressed(target) || hasOwnEnter(target);
 
 /**
- * One rule for the page, whatever has the focus: Space and Escape stop the arm. Enter does what Space does elsewhere: it presses or toggles
+ * One rule for the page, whatever has the focus: Space and Escape stop the arm; while it stands, Space in a text is a blank. Enter does what Space does elsewhere: it presses or toggles
  * what has the focus, and resets where there is nothing to press. Comes before all else that listens to keys.
+ * @param stands the arm is seen to stand: what is typed then is no cry for a stop
  */
-export function listenForShortcuts(stop: () => void, reset: () => void): void {
+export function listenForShortcuts(stop: () => void, reset: () => void, stands: () => boolean): void {
   addEventListener('keydown', (event) => {
+    if (isSpace(event) && isTyped(event.target) && stands()) return;
     if (isSpace(event) || event.key === 'Escape') {
       event.preventDefault();
       event.stopImmediatePropagation();
@@ -36,5 +38,5 @@ export function listenForShortcuts(stop: () => void, reset: () => void): void {
     if (event instanceof PointerEvent && event.pointerType === 'mouse' && isPressed(event.target)) event.target.blur();
   });
   // Some browsers press a button when Space comes up again.
-  addEventListener('keyup', (event) => { if (isSpace(event)) event.preventDefault(); }, { capture: true });
+  addEventListener('keyup', (event) => { if (isSpace(event) && !isTyped(event.target)) event.preventDefault(); }, { capture: true });
 }
