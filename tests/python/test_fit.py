@@ -473,6 +473,33 @@ def test_what_was_kept_is_fitted_again_where_it_does_not_fit(tmp_path):
     assert len(list((tmp_path / "cache/steadyhand").iterdir())) == 2
 
 
+SHELL = """<robot name="shell">
+  <link name="torso"><collision><geometry><box size="0.4 0.4 0.4"/></geometry></collision></link>
+  <link name="shoulder"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>
+  <link name="upper"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>
+  <link name="fore"><collision><origin xyz="0 0 0.45"/><geometry><cylinder radius="0.03" length="0.3"/></geometry></collision></link>
+  <joint name="a" type="revolute"><parent link="torso"/><child link="shoulder"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="9"/></joint>
+  <joint name="b" type="revolute"><parent link="shoulder"/><child link="upper"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="2" effort="9"/></joint>
+  <joint name="c" type="revolute"><parent link="upper"/><child link="fore"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="9"/></joint>
+  <link name="hand"/>
+  <joint name="d" type="revolute"><parent link="fore"/><child link="hand"/><origin xyz="0 0 0.6"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" velocity="2" effort="9"/></joint>
+  <link name="tip"/>
+  <joint name="e" type="revolute"><parent link="hand"/><child link="tip"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" velocity="2" effort="9"/></joint>
+</robot>
+"""
+
+
+def test_links_that_always_touch_are_told_and_not_kept_apart(tmp_path):
+    """As Baxter's shoulders in its torso's shell."""
+    (tmp_path / "shell.urdf").write_text(SHELL)
+    refused = run("fit", tmp_path / "shell.urdf", "--out", tmp_path / "shell.yaml", code=2).stderr
+    assert "'torso' and 'upper' touch in every configuration" in refused and "--touching" in refused
+    done = run("fit", tmp_path / "shell.urdf", "--out", tmp_path / "shell.yaml", "--touching")
+    assert "torso and upper touch in every configuration: nothing keeps them apart" in done.stdout
+    pairs = yaml.safe_load((tmp_path / "shell.yaml").read_text())["pairs"]
+    assert pairs and not any({a.rsplit("_", 1)[0], b.rsplit("_", 1)[0]} == {"torso", "upper"} for a, b in pairs)
+
+
 @pytest.mark.parametrize("kind", ["truncated", "empty", "without triangles", "nan", "far", "text", "count", "missing"])
 def test_a_bad_mesh_is_refused_by_name(tmp_path, kind):
     damaged(tmp_path, kind)

@@ -25,7 +25,7 @@ struct Options {
   std::string tip;
   std::vector<std::string> meshes;
   int most = 4, rounds = 2, judge = 100'000;
-  bool no_boxes = false, visual = false, force = false;
+  bool no_boxes = false, visual = false, touching = false, force = false;
   std::uint32_t seed = 1;
   std::string command;
 };
@@ -68,6 +68,7 @@ Status run(const Options& options) {
   settings.most = options.most;
   settings.boxes = !options.no_boxes;
   settings.visual = options.visual;
+  settings.touching = options.touching;
   settings.judged = options.judge;
   settings.rounds = options.rounds;
   settings.seed = options.seed;
@@ -113,6 +114,8 @@ void add_fit_command(CommandLine& app, Command& chosen) {
       ->within(0, 100)
       ->capture_default_str();
   command->add_flag("--no-boxes", options->no_boxes, "Spheres and capsules only");
+  command->add_flag("--touching", options->touching,
+                    "Keep nothing between links that touch in every configuration, instead of refusing the arm");
   command->add_flag("--visual", options->visual, "Cover visual geometry also where there is collision geometry");
   command->add_option("--mesh", options->meshes,
                       "LINK=FILE ...: cover these files instead of the link's own geometry, in the frame of its mesh");

@@ -141,8 +141,16 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
   Result<FitResult> fit = fit_bodies(settings);
   if (!fit) {  // collision geometry may be so coarse that the arm always touches itself
     settings.visual = true;
-    if (Result<FitResult> shown = fit_bodies(settings)) {
+    Result<FitResult> shown = fit_bodies(settings);
+    if (!shown) {
+      settings.touching = true;
+      shown = fit_bodies(settings);
+    }
+    if (shown) {
       say(fmt::format("{}: {}; what it shows is taken instead", name, fit.error().message));
+      for (const auto& [first, second] : shown->together)
+        say(fmt::format("{}: nothing keeps '{}' and '{}' apart, which touch in every configuration", name, first,
+                        second));
       fit = std::move(shown);
     }
   }

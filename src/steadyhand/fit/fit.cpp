@@ -97,31 +97,64 @@ Nearest nearest_of(const Part& a, const Part& b, const std::vector<Eigen::Isomet
 
 using Poses = std::vector<Eigen::Isometry3d>;  ///< of all links of the chain, in the base
 
-/// Random configurations in which the convex parts are apart.
-std::vector<Poses> free_poses(const RobotModel& model, const std::vector<Part>& parts, std::uint32_t seed,
-                              const std::function<void(double)>& progress) {
+/// Pairs of rows of FitResult::links.
+using RowPairs = std::set<std::pair<std::size_t, std::size_t>>;
+
+/// Whether convex parts of two links touch that are no neighbours, but for these pairs of rows.
+bool parts_touch(const std::vector<Part>& parts, const Poses& poses, const RowPairs& but) {
+  for (const Part& first : parts) {
+    for (const Part& second : parts) {
+      if (second.link < first.link + 2 || but.contains({first.row, second.row})) continue;
+      if (nearest_of(first, second, poses, 0.0).distance <= 0.0) return true;
+    }
+  }
+  return false;
+}
+
+/// Pairs of rows whose convex parts touch in each of some random configurations, as a shoulder in its torso's shell:
+/// the arm cannot help it.
+RowPairs links_together(const RobotModel& model, const std::vector<Part>& parts, std::uint32_t seed) {
+  constexpr int kLooks = 300;
+  RowPairs together;
+  for (const Part& first : parts) {
+    for (const Part& second : parts) {
+      if (second.link >= first.link + 2) together.emplace(first.row, second.row);
+    }
+  }
+  const JointBox box(model, 0, model.dof());
+  std::mt19937 random(seed);
+  for (int look = 0; look < kLooks && !together.empty(); ++look) {
+    const Poses poses = poses_at(model, box.sample(random));
+    RowPairs touching;
+    for (const Part& first : parts) {
+      for (const Part& second : parts) {
+        const std::pair rows(first.row, second.row);
+        if (!together.contains(rows) || touching.contains(rows)) continue;
+        if (nearest_of(first, second, poses, 0.0).distance <= 0.0) touching.insert(rows);
+      }
+    }
+    together = std::move(touching);
+  }
+  return together;
+}
+
+/// Random configurations in which the convex parts are apart, but for these pairs of rows.
+std::vector<Poses> free_poses(const RobotModel& model, const std::vector<Part>& parts, const RowPairs& together,
+                              std::uint32_t seed, const std::function<void(double)>& progress) {
   const JointBox box(model, 0, model.dof());
   std::mt19937 random(seed);
   std::vector<Poses> free;
   for (int c = 0; c < kProbed; ++c) {
     if (c % 500 == 0) progress(static_cast<double>(c) / kProbed);
     Poses poses = poses_at(model, box.sample(random));
-    bool touches = false;
-    for (std::size_t i = 0; i < parts.size() && !touches; ++i) {
-      for (std::size_t j = 0; j < parts.size() && !touches; ++j) {
-        if (parts[j].link >= parts[i].link + 2) touches = nearest_of(parts[i], parts[j], poses, 0.0).distance <= 0.0;
-      }
-    }
-    if (!touches) free.push_back(std::move(poses));
+    if (!parts_touch(parts, poses, together)) free.push_back(std::move(poses));
   }
   return free;
 }
 
-/// Pairs of rows of FitResult::links that stand apart in every configuration, the first one nearer to the base.
-using Apart = std::set<std::pair<std::size_t, std::size_t>>;
-
-/// Of links with two joints between them: with more, the search does not end.
-Apart links_apart(const RobotModel& model, const std::vector<Part>& parts) {
+/// Pairs of rows that stand apart in every configuration, the first one nearer to the base. Of links with two joints
+/// between them: with more, the search does not end.
+RowPairs links_apart(const RobotModel& model, const std::vector<Part>& parts) {
   constexpr double kClear = 1e-3;  // m: more than by which convex parts are smaller than what they hold
   std::map<std::size_t, std::vector<Points>> corners;
   std::map<std::size_t, int> links;
@@ -129,7 +162,7 @@ Apart links_apart(const RobotModel& model, const std::vector<Part>& parts) {
     corners[part.row].push_back(part.corners);
     links[part.row] = part.link;
   }
-  Apart apart;
+  RowPairs apart;
   for (const auto& [a, link_a] : links) {
     for (const auto& [b, link_b] : links) {
       if (link_b == link_a + 2 && !parts_may_meet(model, link_a, corners[a], link_b, corners[b], kClear))
@@ -174,12 +207,12 @@ std::vector<Fitted> cores_of(const std::vector<Solid>& solids, std::size_t row, 
 /// Where other links come near one of them: near their bodies, where they have some, else near their convex parts.
 std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
                              const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
-                             const Apart& apart, const UrdfChain::Frame& frame, std::uint32_t seed) {
+                             const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed) {
   std::vector<Probe> probes;
   for (const Poses& poses : free) {
     const Eigen::Isometry3d X_frame_base = (poses[frame.link] * frame.X_link_frame).inverse();
     for (std::size_t other = 0; other < bodies.size(); ++other) {
-      if (apart.count({row, other}) + apart.count({other, row}) > 0) continue;
+      if (left_out.contains({row, other}) || left_out.contains({other, row})) continue;
       Probe nearest;
       nearest.limit = std::numeric_limits<double>::infinity();
       for (const Part& own : parts) {
@@ -228,13 +261,14 @@ std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
 }
 
 /// Configurations that the bodies refuse.
-int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free, const Apart& apart) {
+int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
+                  const RowPairs& left_out) {
   int refused = 0;
   for (const Poses& poses : free) {
     bool touches = false;
     for (std::size_t a = 0; a < bodies.size() && !touches; ++a) {
       for (std::size_t b = 0; b < bodies.size() && !touches; ++b) {
-        if (apart.count({a, b}) > 0) continue;
+        if (left_out.contains({a, b})) continue;
         for (const Fitted& first : bodies[a]) {
           for (const Fitted& second : bodies[b]) {
             if (touches || second.link < first.link + 2) continue;
@@ -317,7 +351,7 @@ void measure(const Surface& surface, const std::vector<Solid>& solids, FittedLin
 }
 
 /// Says what of the configurations is free and refused.
-void judge(const UrdfChain& chain, const FitSettings& settings, FitResult& result) {
+void judge(const UrdfChain& chain, const FitSettings& settings, const RowPairs& together, FitResult& result) {
   const RobotModel& model = result.model;
   const std::vector<Part> parts = make_parts(result.links, chain, 0);
   const JointBox box(model, 0, model.dof());
@@ -345,13 +379,7 @@ void judge(const UrdfChain& chain, const FitSettings& settings, FitResult& resul
       ++result.free;
       continue;
     }
-    bool touches = false;
-    for (std::size_t i = 0; i < parts.size() && !touches; ++i) {
-      for (std::size_t j = 0; j < parts.size() && !touches; ++j) {
-        if (parts[j].link >= parts[i].link + 2) touches = nearest_of(parts[i], parts[j], poses, 0.0).distance <= 0.0;
-      }
-    }
-    if (touches) {
+    if (parts_touch(parts, poses, together)) {
       result.missed += !refused;
     } else {
       ++result.free;
@@ -460,13 +488,23 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
   }
 
   const std::vector<Part> parts = make_parts(result.links, *chain, 80);
-  const std::vector<Poses> free =
-      free_poses(result.model, parts, settings.seed, [&](double f) { say("moving the arm about", 0.1 + 0.05 * f); });
+  const RowPairs together = links_together(result.model, parts, settings.seed);
+  for (const auto& [a, b] : together) result.together.emplace_back(result.links[a].link, result.links[b].link);
+  if (!together.empty() && !settings.touching) {
+    const auto& [a, b] = result.together.front();
+    return Error{
+        fmt::format("{}: '{}' and '{}' touch in every configuration{}; --touching keeps nothing between them",
+                    settings.urdf.string(), a, b,
+                    settings.visual ? "" : ": collision geometry may be coarse, --visual takes what it shows")};
+  }
+  const std::vector<Poses> free = free_poses(result.model, parts, together, settings.seed,
+                                             [&](double f) { say("moving the arm about", 0.1 + 0.05 * f); });
   if (free.empty()) {
     return Error{fmt::format("{}: its links touch each other in every configuration", settings.urdf.string())};
   }
   say("looking for links that never meet", 0.15);
-  const Apart apart = links_apart(result.model, make_parts(result.links, *chain, 0));
+  RowPairs left_out = links_apart(result.model, make_parts(result.links, *chain, 0));
+  left_out.insert(together.begin(), together.end());
   const std::size_t rows = result.links.size();
   std::vector<std::vector<Solid>> solids = exact;
   std::vector<std::vector<Fitted>> bodies(rows);
@@ -483,7 +521,8 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       if (!exact[row].empty()) continue;
       const FittedLink& link = result.links[row];
       const UrdfChain::Frame& frame = chain->frames.at(link.link);
-      std::vector<Probe> probes = probes_of(row, parts, round == 0 ? begun : bodies, free, apart, frame, settings.seed);
+      std::vector<Probe> probes =
+          probes_of(row, parts, round == 0 ? begun : bodies, free, left_out, frame, settings.seed);
       add_probes_around(link.parts, settings.seed, probes);
       CoverSettings cover_settings;
       cover_settings.most = settings.most;
@@ -500,7 +539,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       if (surfaces[row].size() > kMostSearched) prove(surfaces[row], found.solids);
       const std::vector<Fitted> before = bodies[row];
       bodies[row] = cores_of(found.solids, row, frame);
-      const int refused = round == 0 ? 0 : count_refused(bodies, free, apart);
+      const int refused = round == 0 ? 0 : count_refused(bodies, free, left_out);
       if (round > 0 && refused > least) {
         bodies[row] = before;
         continue;
@@ -508,7 +547,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       least = refused;
       solids[row] = found.solids;
     }
-    if (round == 0) least = count_refused(bodies, free, apart);
+    if (round == 0) least = count_refused(bodies, free, left_out);
   }
   std::vector<std::size_t> row_of_body;
   for (std::size_t row = 0; row < rows; ++row) {
@@ -531,14 +570,16 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
   for (const Body& a : result.model.bodies) {
     for (const Body& b : result.model.bodies) result.candidates += b.link >= a.link + 2;
   }
-  const std::vector<BodyPair> parting = default_pairs(result.model);
+  const auto rows_of = [&](const BodyPair& pair) {
+    return std::pair(row_of_body[pair.first], row_of_body[pair.second]);
+  };
+  std::vector<BodyPair> parting = default_pairs(result.model);
+  std::erase_if(parting, [&](const BodyPair& pair) { return together.contains(rows_of(pair)); });
   result.always = result.candidates - static_cast<int>(parting.size());
   result.model.pairs = pairs_that_meet(result.model, parting, kMargin);
-  std::erase_if(result.model.pairs, [&](const BodyPair& pair) {
-    return apart.count({row_of_body[pair.first], row_of_body[pair.second]}) > 0;
-  });
+  std::erase_if(result.model.pairs, [&](const BodyPair& pair) { return left_out.contains(rows_of(pair)); });
   result.never = static_cast<int>(parting.size() - result.model.pairs.size());
-  if (result.never > 0) {
+  if (result.never > 0 || !together.empty()) {
     result.robot.pairs.emplace();
     for (const auto& [a, b] : result.model.pairs) {
       result.robot.pairs->emplace_back(result.model.bodies[a].name, result.model.bodies[b].name);
@@ -549,7 +590,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
         fmt::format("{}: no configuration was found in which the arm does not touch itself{}", settings.urdf.string(),
                     settings.visual ? "" : "; its collision geometry may be coarse: --visual takes what it shows")};
   }
-  if (settings.judged > 0) judge(*chain, settings, result);
+  if (settings.judged > 0) judge(*chain, settings, together, result);
   say("done", 1.0);
   return result;
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
@@ -22,7 +23,9 @@ struct FitSettings {
   int most = 4;         ///< bodies of a URDF link
   bool boxes = true;    ///< besides spheres and capsules
   bool visual = false;  ///< visual geometry although there is other
-  int rounds = 2;       ///< in which each link is fitted again, to the others' bodies
+  /// Nothing keeps links apart that touch in every configuration; else such an arm is refused.
+  bool touching = false;
+  int rounds = 2;  ///< in which each link is fitted again, to the others' bodies
   std::uint32_t seed = 1;
   int judged = 100'000;  ///< configurations of FitResult::refused; 0: none
   std::function<void(const std::string& what, double fraction)> progress;  ///< fraction of the whole
@@ -53,8 +56,10 @@ struct FitResult {
   RobotModel model;  ///< of it
   std::vector<FittedLink> links;
   std::vector<std::string> left_out;  ///< links that other movable joints carry, as of another arm on the same base
-  int candidates = 0;                 ///< pairs of bodies that are not on the same link or on neighbours
-  int always = 0, never = 0;          ///< of these left out: overlap in every configuration; cannot come near
+  /// Links that touch in every configuration, as a shoulder in its torso's shell: nothing keeps them apart.
+  std::vector<std::pair<std::string, std::string>> together;
+  int candidates = 0;         ///< pairs of bodies that are not on the same link or on neighbours
+  int always = 0, never = 0;  ///< of these left out: overlap in every configuration; cannot come near
   int judged = 0, free = 0, refused = 0,
       missed =
           0;  ///< configurations: free by the convex parts, of these refused by the bodies; not free and called free

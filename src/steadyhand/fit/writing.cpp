@@ -37,6 +37,8 @@ std::string exceptions(const FitResult& result) {
     if (link.joined > 0)
       text += fmt::format("\n{} is covered together with {} links behind its locked joints", link.link, link.joined);
   }
+  for (const auto& [first, second] : result.together)
+    text += fmt::format("\n{} and {} touch in every configuration: nothing keeps them apart", first, second);
   if (!result.left_out.empty()) {
     text += fmt::format("\n{} links have no bodies, as joints beside the chain move them: {}{}", result.left_out.size(),
                         result.left_out[0], result.left_out.size() > 1 ? ", ..." : "");
