@@ -276,16 +276,6 @@ def test_no_contact_of_a_million_is_called_free(ur5e, request, which):
     assert refused < {"shipped": SHIPPED_AT_MOST, "fitted_well": REFUSED_AT_MOST, "fitted_closely": CLOSELY_AT_MOST}[which]
 
 
-@pytest.mark.long
-def test_where_collision_geometry_always_touches_itself_what_it_shows_is_taken(tmp_path):
-    """The UR3e of airo-models has balls and cylinders that overlap nearly everywhere."""
-    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")}
-    urdf = ur5e_urdf().parent.parent / "ur3e/ur3e.urdf"
-    assert "--visual takes what it shows" in run("fit", urdf, "--out", tmp_path / "ur3e.yaml", "--judge", 0, code=2).stderr
-    done = run("replay", "--robot", urdf, "--scale", 0.2, "--until", 1, "--profile", "tracking", "--out", tmp_path, env=environment)
-    assert "what it shows is taken instead" in done.stderr
-
-
 def test_the_same_command_writes_the_same_file(tmp_path):
     write_arm(tmp_path)
     files = [tmp_path / "first.yaml", tmp_path / "second.yaml"]
@@ -498,6 +488,18 @@ def test_links_that_always_touch_are_told_and_not_kept_apart(tmp_path):
     assert "torso and upper touch in every configuration: nothing keeps them apart" in done.stdout
     pairs = yaml.safe_load((tmp_path / "shell.yaml").read_text())["pairs"]
     assert pairs and not any({a.rsplit("_", 1)[0], b.rsplit("_", 1)[0]} == {"torso", "upper"} for a, b in pairs)
+
+
+@pytest.mark.parametrize("shows", [True, False], ids=["what it shows parts", "nothing does"])
+def test_a_bare_urdf_whose_links_always_touch_moves(tmp_path, shows):
+    small = '<visual><origin xyz="0 0 -0.15"/><geometry><box size="0.1 0.1 0.1"/></geometry></visual></link>'
+    torso = '<link name="torso"><collision><geometry><box size="0.4 0.4 0.4"/></geometry></collision></link>'
+    assert torso in SHELL
+    (tmp_path / "shell.urdf").write_text(SHELL.replace(torso, torso.replace("</link>", small) if shows else torso))
+    done = run("replay", "--robot", tmp_path / "shell.urdf", "--scale", 0.1, "--until", 1, "--profile", "tracking", "--cell", "none",
+               "--out", tmp_path / "out", env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")})  # fmt: skip
+    assert "'torso' and 'upper' touch in every configuration" in done.stderr and "what it shows is taken instead" in done.stderr
+    assert ("nothing keeps 'torso' and 'upper' apart" in done.stderr) != shows
 
 
 @pytest.mark.parametrize("kind", ["truncated", "empty", "without triangles", "nan", "far", "text", "count", "missing"])
