@@ -267,6 +267,9 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(() => report.$('canvas, svg'), 'its plots');
   assert.match(await report.textContent('#story'), /engaged/);
   assert.match(await report.textContent('.cards'), /Carry, scale 0.5/);
+  await report.evaluate(() => document.querySelector('#story tbody a').click());
+  await until(() => report.evaluate(() => document.querySelectorAll('[aria-current=true]').length > 0), 'the row of that time');
+  await until(() => report.evaluate(() => { const { top, bottom } = document.querySelector('.uplot').getBoundingClientRect(); return top > 0 && bottom < innerHeight; }), 'plots in sight');
   await findsNothing(report, 'the report');
   assert.deepEqual(complaints, []);
   await report.close();

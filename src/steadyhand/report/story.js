@@ -9,10 +9,14 @@
     return states.map(({ t, what }, i) => ({ from: t, to: states[i + 1]?.t ?? end, state: what })).filter(({ to }) => to >= begin);
   }
 
-  /** All plots over time show what is around t, or everything. */
+  /** All plots over time show what is around t, with a line there, or everything. */
   function lookAt(t) {
     const { begin, end } = story, near = t === null ? [begin, end] : [Math.max(begin, t - 3), Math.min(end, t + 3)];
-    for (const { plot, spec } of charts) if (!spec.x) plot.setScale('x', { min: near[0], max: near[1] });
+    const overTime = charts.filter(({ spec }) => !spec.x);
+    for (const { plot } of overTime) plot.setScale('x', { min: near[0], max: near[1] });
+    requestAnimationFrame(() => { // scales are of the next picture
+      for (const { plot } of overTime) plot.setCursor({ left: t === null ? -10 : plot.valToPos(t, 'x'), top: 0 }, false);
+    });
     document.dispatchEvent(new CustomEvent('look', { detail: t }));
   }
 
@@ -54,10 +58,13 @@
     }
     const follow = () => {
       const at = /#t=([\d.]+)/.exec(location.hash);
-      if (at) lookAt(Number(at[1]));
+      for (const row of rows.children) row.ariaCurrent = at && row.querySelector('a').hash === at[0] ? 'true' : null;
+      if (!at) return;
+      lookAt(Number(at[1]));
+      document.querySelector('.uplot').scrollIntoView({ block: 'center' });
     };
     addEventListener('hashchange', follow);
-    root.querySelector('#whole').onclick = () => { history.replaceState(null, '', '#'); lookAt(null); };
+    root.querySelector('#whole').onclick = () => { history.replaceState(null, '', '#'); follow(); lookAt(null); };
     setTimeout(follow);
   }
 
