@@ -148,7 +148,7 @@ TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
   input.title = "a <label>";
   input.profiles[0].spills = 1;
   input.profiles[0].spilled_share = 0.744;
-  input.story->spills = {{2.1, 0.744, 12.6, "Tracking", "Tracking does not keep the liquid in"}};
+  input.story->spills = {{2.1, 0.744, 12.6, "Tracking does not keep the liquid in"}};
   page = write_and_read(input);
   EXPECT_NE(page.find("a &lt;label&gt;</h1>"), std::string::npos);
   EXPECT_NE(page.find("Spilled once."), std::string::npos);

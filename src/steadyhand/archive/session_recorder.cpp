@@ -12,8 +12,7 @@ namespace steadyhand {
 namespace {
 
 constexpr double kHandRate = 250.0, kArmRate = 500.0, kStepRate = 60.0, kLookRate = 120.0;  // Hz, at most
-constexpr double kInPassing = 0.1;      ///< of what led longest: profiles that led for less are not named
-constexpr double kMoreSpilled = 0.005;  ///< share of the liquid that a spill of before goes on by unnoticed
+constexpr double kInPassing = 0.1;  ///< of what led longest: profiles that led for less are not named
 constexpr Time kStatisticsPeriod = std::chrono::seconds(1);
 
 std::string date_and_time() {
@@ -306,18 +305,15 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     tally_ = {};
     tally_.begin = tally_.last = at;
     tally_.missed_before = now.missed_deadlines;
-    if (now.liquid.spilled) tally_.spilled_before = now.liquid.spilled_share;
   }
   if (!wanted_ && file_) {
     sum_up(now);
     end_file();
   }
   if (at < Time(0)) return;
-  if (!now.liquid.spilled) tally_.spilled_before.reset();
-  const double before = tally_.spilled_before.value_or(0.0);
-  if (now.liquid.spilled && (!tally_.spilled_before || now.liquid.spilled_share > before + kMoreSpilled)) {
+  if (const std::optional<double> lost = tally_.liquid.see(now.liquid)) {
     tally_.spilled = true;
-    tally_.spilled_share = std::max(tally_.spilled_share, now.liquid.spilled_share - before);
+    tally_.spilled_share = std::max(tally_.spilled_share, *lost);
   }
   if (now.state == SupervisionState::kEngaged && operator_settings_ && !operator_settings_->profile.empty()) {
     tally_.led_by[operator_settings_->profile] += to_seconds(at - tally_.last);

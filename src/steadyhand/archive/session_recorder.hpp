@@ -13,6 +13,7 @@
 #include "steadyhand/live/session.hpp"
 #include "steadyhand/record/cell_change.hpp"
 #include "steadyhand/record/recorder.hpp"
+#include "steadyhand/record/spill_watch.hpp"
 #include "steadyhand/record/step_describer.hpp"
 
 namespace steadyhand {
@@ -129,7 +130,7 @@ class SessionRecorder {
     double spilled_share = 0;  ///< of the liquid, most at once
     std::uint64_t missed_before = 0;
     std::map<std::string, double> led_by;  ///< s, by name of the profile
-    std::optional<double> spilled_before;  ///< as much the glass had lost when the file began, and is not full again
+    SpillWatch liquid;                     ///< since the file began
   };
   Tally tally_;
   std::optional<Time> engaged_since_;  ///< the hand leads

@@ -42,10 +42,11 @@ struct SessionStory {
   };
   /// A time at which the liquid went over the rim.
   struct Spill {
-    double t_s = 0, share = 0;
-    double lateral = 0;   ///< m/s^2, largest sideways force of the moment before; 0: not recorded
-    std::string profile;  ///< what to call the one that was in force
-    std::string cause;    ///< in words
+    double t_s = 0;
+    double share = 0;                      ///< of the liquid
+    double lateral = 0;                    ///< m/s^2, largest sideways force of the moment before; 0: not recorded
+    std::string cause;                     ///< in words
+    std::optional<double> full_again_s{};  ///< absent: not in this session
   };
   double begin_s = 0, end_s = 0;  ///< of the recording
   bool knows_liquid = false;      ///< there was a glass whose liquid was recorded

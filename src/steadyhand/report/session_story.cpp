@@ -4,24 +4,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <functional>
 #include <iterator>
 #include <map>
 #include <numbers>
 #include <utility>
 
+#include "steadyhand/record/spill_watch.hpp"
+
 namespace steadyhand {
 
 namespace {
 
-constexpr double kGap = 0.5;            ///< s between two plans from which on nothing was planned in between
-constexpr double kRestless = 0.01;      ///< rad (m), by which a joint of an arm at rest may differ
-constexpr double kLimitsApart = 1.0;    ///< s; a limit that comes and goes quickly is told once
-constexpr double kInstant = 1e-3;       ///< s
-constexpr double kMoreSpilled = 0.005;  ///< share of the liquid that a spill of before goes on by unnoticed
-constexpr double kBeforeSpill = 0.5;    ///< s, in which the liquid was pushed over the rim
-constexpr double kMissedApart = 10.0;   ///< s
+constexpr double kGap = 0.5;           ///< s between two plans from which on nothing was planned in between
+constexpr double kRestless = 0.01;     ///< rad (m), by which a joint of an arm at rest may differ
+constexpr double kLimitsApart = 1.0;   ///< s; a limit that comes and goes quickly is told once
+constexpr double kInstant = 1e-3;      ///< s
+constexpr double kBeforeSpill = 0.5;   ///< s, in which the liquid was pushed over the rim
+constexpr double kMissedApart = 10.0;  ///< s
 constexpr std::size_t kMostPostures = 3000;
 constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
 
@@ -119,50 +119,50 @@ SessionStory::Spill explain_spill(const SessionFile& session, Time at) {
   SessionStory::Spill spill;
   spill.t_s = to_seconds(at);
   for (const SessionFile::Felt& felt : session.felt) {
-    const double ago = spill.t_s - to_seconds(felt.at);
+    const double ago = to_seconds(at - felt.at);
     if (ago >= 0.0 && ago <= kBeforeSpill) spill.lateral = std::max(spill.lateral, felt.largest);
   }
   const SettingsChange* settings = in_force(session.settings, at);
-  spill.profile = label_of(session, settings ? profile_of(session, *settings) : session.run("profile"));
+  const std::string profile = label_of(session, settings ? profile_of(session, *settings) : session.run("profile"));
   std::string state;
   for (const SessionFile::Change& change : session.changes) {
     if (change.at <= at) state = change.to;
   }
-  const bool spares = settings && settings->no_spill.value_or(false);
-  spill.cause = settings && settings->no_spill && !spares ? spill.profile + " does not keep the liquid in"
-                : state == "stopping"                     ? "in a stop, under " + spill.profile
-                : spares                                  ? spill.profile + " should have kept the liquid in"
-                                                          : "under " + spill.profile;
-  if (spares && state != "stopping") spill.cause += state == "engaged" ? "" : ", while no hand led";
+  const auto spares = settings ? settings->no_spill : std::nullopt;
+  if (spares == false) {
+    spill.cause = profile + " does not keep the liquid in";
+  } else if (state == "stopping") {
+    spill.cause = "in a stop, under " + profile;
+  } else if (!spares) {
+    spill.cause = "under " + profile;
+  } else {
+    spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while no hand led");
+  }
   if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.1f} m/s²", spill.lateral);
   return spill;
 }
 
+std::vector<SessionStory::Spill> spills_of(const SessionFile& session) {
+  std::vector<SessionStory::Spill> spills;
+  SpillWatch watch;
+  bool spilled = false;
+  for (const auto& [at, liquid] : session.liquid) {
+    const std::optional<double> lost = watch.see(liquid);
+    if (lost && !spilled) spills.push_back(explain_spill(session, at));
+    if (lost) spills.back().share = std::max(spills.back().share, *lost);
+    if (spilled && !lost) spills.back().full_again_s = to_seconds(at);
+    spilled = lost.has_value();
+  }
+  return spills;
+}
+
 void tell_spills(const SessionFile& session, SessionStory& story) {
   story.knows_liquid = !session.liquid.empty();
-  bool spilled = false;
-  // What a glass had lost before the recording began is nothing that happened in it.
-  double before = session.liquid.empty() || !session.liquid.front().second.spilled
-                      ? -1.0
-                      : session.liquid.front().second.spilled_share + kMoreSpilled;
-  for (std::size_t i = 0; i < session.liquid.size(); ++i) {
-    const auto& [at, liquid] = session.liquid[i];
-    if (!liquid.spilled) before = -1.0;
-    if (liquid.spilled && before >= 0.0 && liquid.spilled_share <= before) continue;
-    if (liquid.spilled && !spilled) {
-      double share = liquid.spilled_share;  // at the end of this spill
-      for (std::size_t k = i; k < session.liquid.size() && session.liquid[k].second.spilled; ++k) {
-        share = std::max(share, session.liquid[k].second.spilled_share);
-      }
-      if (before >= 0.0) share -= before - kMoreSpilled;
-      SessionStory::Spill spill = explain_spill(session, at);
-      spill.share = share;
-      story.events.push_back(
-          {spill.t_s, "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * share), spill.cause, share});
-      story.spills.push_back(std::move(spill));
-    }
-    if (spilled && !liquid.spilled) story.events.push_back({to_seconds(at), "refill", "a full glass", ""});
-    spilled = liquid.spilled;
+  story.spills = spills_of(session);
+  for (const SessionStory::Spill& spill : story.spills) {
+    story.events.push_back({spill.t_s, "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * spill.share),
+                            spill.cause, spill.share});
+    if (spill.full_again_s) story.events.push_back({*spill.full_again_s, "refill", "a full glass", ""});
   }
 }
 
@@ -217,25 +217,21 @@ std::string missed_text(double count, double within) {
 void tell_counts(const SessionFile& session, SessionStory& story) {
   std::uint64_t missed = 0;
   // One that comes soon after another is told with it, or they would bury all else.
-  std::deque<SessionStory::Event> misses;
-  SessionStory::Event* episode = nullptr;
+  std::vector<SessionStory::Event> misses;
   double last = 0.0;
   const bool stalls = std::any_of(session.changes.begin(), session.changes.end(), [](const auto& change) {
     return change.reason.find("stalled") != std::string::npos;
   });
+  const std::string why = stalls ? "" : "too short to stop the arm, which followed its plan";
   for (const SessionStatistics& counted : session.statistics) {
     const double t = to_seconds(counted.now);
     story.latency.push_back({t, 1e-3 * counted.latency_us.p50, 1e-3 * counted.latency_us.p99});
     if (counted.missed_deadlines > missed) {
-      const auto more = static_cast<double>(counted.missed_deadlines - missed);
-      if (episode != nullptr && t - last <= kMissedApart) {
-        episode->amount += more;
-      } else {
-        episode = &misses.emplace_back(SessionStory::Event{t, "missed", "", "", more});
-      }
+      if (misses.empty() || t - last > kMissedApart) misses.push_back({t, "missed", "", why});
+      SessionStory::Event& event = misses.back();
+      event.amount += static_cast<double>(counted.missed_deadlines - missed);
+      event.what = missed_text(event.amount, t - event.t_s);
       last = t;
-      episode->what = missed_text(episode->amount, t - episode->t_s);
-      episode->why = stalls ? "" : "too short to stop the arm, which followed its plan";
     }
     missed = counted.missed_deadlines;
   }
@@ -354,9 +350,7 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
   }
   if (!session.liquid.empty()) {
     for (ProfileResult& result : results) result.spills = 0;
-    SessionStory spills;
-    tell_spills(session, spills);
-    for (const SessionStory::Spill& spill : spills.spills) {
+    for (const SessionStory::Spill& spill : spills_of(session)) {
       ProfileResult* result = result_at(from_seconds(spill.t_s), false);
       if (result == nullptr) continue;  // no plan was made under these settings
       ++result->spills;
