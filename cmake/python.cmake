@@ -36,7 +36,7 @@ file(MAKE_DIRECTORY "${python_package}")
 foreach(file ${python_files})
   file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/${file}" "${python_package}/${file}" SYMBOLIC)
 endforeach()
-foreach(folder dataset policies study)
+foreach(folder dataset policies score study)
   file(CREATE_LINK "${PROJECT_SOURCE_DIR}/python/steadyhand/${folder}" "${python_package}/${folder}" SYMBOLIC)
 endforeach()
 

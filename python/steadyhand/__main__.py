@@ -1,4 +1,4 @@
-"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, study, dataset and policy."""
+"""The command `steadyhand` and `python -m steadyhand`: replay, describe and solve, as the program has them, study, dataset, score and policy."""
 
 import signal
 import sys
@@ -15,6 +15,10 @@ def main() -> int:
         from .dataset.__main__ import main as dataset
 
         return dataset(sys.argv[2:])
+    if sys.argv[1:2] == ["score"]:
+        from .score.__main__ import main as score
+
+        return score(sys.argv[2:])
     if sys.argv[1:2] == ["policy"]:
         from .policies.__main__ import main as policy
 

@@ -129,11 +129,11 @@ def test_what_is_interrupted_leaves_all_as_it_was(recorded, tmp_path, monkeypatc
 whole = command._episodes_of
 
 
-def deadly(path, *more):
+def deadly(path, **more):
     """In a worker's place: the session of this name kills it."""
     if path.name == "deadly.mcap":
         os.kill(os.getpid(), signal.SIGKILL)
-    return whole(path, *more)
+    return whole(path, **more)
 
 
 def test_a_broken_session_and_a_worker_that_is_killed_take_no_other_with_them(recorded, tmp_path, monkeypatch, capsys):

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import concurrent.futures
-import contextlib
+import functools
 import sys
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
 from .._command_line import Parser
+from .._jobs import Workers, add_workers, do_each, sessions_of, workers_of
 from .._replay import read_session
 from .._robot import Robot
 from ._episodes import ACTIONS, EPISODES, Episode, cut
 from ._video import read_videos
-
-_MOST_WORKERS = 64
 
 
 def _parser() -> Parser:
@@ -36,26 +33,8 @@ def _parser() -> Parser:
     parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="leave out what is shorter, s (1)")
     parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
     parser.add_argument("--no-video", action="store_true", help="leave the cameras' pictures out")
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that read sessions side by side (1)")
+    add_workers(parser, "read sessions")
     return parser
-
-
-def _files(words: list[str]) -> list[Path]:
-    files: list[Path] = []
-    for word in words:
-        path = Path(word)
-        if not path.exists():
-            raise ValueError(f"{path}: there is no such file or folder")
-        inside = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
-        if not inside:
-            raise ValueError(f"{path}: has no session (*.mcap)")
-        files += inside
-    seen: set[Path] = set()
-    for path in files:
-        if path.resolve() in seen:
-            raise ValueError(f"{path}: named twice")
-        seen.add(path.resolve())
-    return files
 
 
 def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tuple[list[Episode], list[str]]:
@@ -71,27 +50,12 @@ def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tupl
         return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
 
 
-def read_sessions(files: list[Path], robot: str | None, options: dict[str, Any], workers: int) -> tuple[list[Episode], list[str]]:
+def read_sessions(files: list[Path], robot: str | None, options: dict[str, Any], workers: Workers = Workers()) -> tuple[list[Episode], list[str]]:
     """All sessions, in the order given. A worker that dies takes no other session with it."""
-    if workers == 1:
-        answers = {path: _episodes_of(path, robot, options) for path in files}
-    else:
-        answers = _read_in_processes(files, robot, options, workers)
+    answers = do_each(functools.partial(_episodes_of, robot=robot, options=options), files, workers)
     for path in files:
-        if path not in answers:
-            answers |= _read_in_processes([path], robot, options, 1) or {path: ([], [f"{path}: the process that read it was killed"])}
+        answers.setdefault(path, ([], [f"{path}: the process that read it was killed"]))
     return [episode for path in files for episode in answers[path][0]], [line for path in files for line in answers[path][1]]
-
-
-def _read_in_processes(files: list[Path], robot: str | None, options: dict[str, Any], workers: int) -> dict[Path, tuple[list[Episode], list[str]]]:
-    """What was read until a worker died; all, if none did."""
-    answers = {}
-    with concurrent.futures.ProcessPoolExecutor(max_workers=workers) as pool:
-        jobs = {path: pool.submit(_episodes_of, path, robot, options) for path in files}
-        for path, job in jobs.items():
-            with contextlib.suppress(BrokenProcessPool):
-                answers[path] = job.result()
-    return answers
 
 
 def tell_left_out(lines: list[str]) -> None:
@@ -112,8 +76,7 @@ def append(folder: str | Path, episodes: list[Episode]) -> None:
 def run(words: list[str]) -> int:
     """The command; its exit code. Raises ValueError for bad input."""
     arguments = _parser().parse_args(words)
-    if not 1 <= arguments.workers <= _MOST_WORKERS:
-        raise ValueError(f"--workers is {arguments.workers}; it must be from 1 to {_MOST_WORKERS}")
+    workers = workers_of(arguments)
     if not 1 <= arguments.fps <= 500:
         raise ValueError(f"--fps is {arguments.fps}; it must be from 1 to 500")
     if not 0.0 <= arguments.shortest < float("inf"):
@@ -134,7 +97,7 @@ def run(words: list[str]) -> int:
     if robomimic and Path(arguments.out).exists():
         raise ValueError(f"{arguments.out} is there already; --format robomimic makes a new file: name another")
     options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video or robomimic}
-    episodes, left_out = read_sessions(_files(arguments.sessions), arguments.robot, options, arguments.workers)
+    episodes, left_out = read_sessions(sessions_of(arguments.sessions), arguments.robot, options, workers)
     tell_left_out(left_out)
     if robomimic:
         frames = write_robomimic(arguments.out, episodes)

@@ -62,7 +62,7 @@ def _options(folder: Path, files: list[Path]) -> dict[str, Any]:
     info = read_info(folder)
     options |= {"fps": int(info["fps"]), "no_video": not any(name.startswith("observation.images.") for name in info["features"])}
     for action in ACTIONS:
-        episodes, _ = read_sessions(files, None, options | {"action": action}, 1)
+        episodes, _ = read_sessions(files, None, options | {"action": action})
         if episodes and new_info(episodes[0])["features"]["action"] == info["features"].get("action"):
             return options | {"action": action}
     return options
@@ -78,7 +78,7 @@ def run(words: list[str]) -> int:
         return code
     told = " ".join(map(str, files))
     try:
-        episodes, left_out = read_sessions(files, None, _options(folder, files), 1)
+        episodes, left_out = read_sessions(files, None, _options(folder, files))
         tell_left_out(left_out)
         if not episodes:
             print(f"{folder}: no episode was kept, it stays as it was")

@@ -1,0 +1,138 @@
+"""The command `steadyhand score` (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from .._command_line import Parser
+from .._jobs import add_workers, do_each, sessions_of, workers_of
+from .._replay import read_session
+from .._robot import Robot
+from ._scores import Score, score, table
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="steadyhand score",
+        description="Scores recorded sessions, as they were or as other profiles would plan the same hands: a row for each session and profile.",
+        epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, or nothing could be scored, with the reason on stderr.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, or a folder of them")
+    parser.add_argument("--profile", nargs="+", default=[], metavar="NAME", help="plan the hands anew under these profiles, names or files (score what was recorded)")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="of these plans (each session's)")
+    parser.add_argument("--keep", metavar="DIR", help="keep what was planned anew there, as SESSION-PROFILE.mcap, which `dataset` and `report` read")
+    parser.add_argument("--out", metavar="FILE", help="the rows as CSV, with every figure")
+    parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
+    add_workers(parser, "score sessions")
+    return parser
+
+
+def _replayed(path: Path, robot: str, profile: str, rate: float | None, folder: Path) -> Path:
+    """The recording of what `profile` makes of the session's hand. Raises ValueError with the program's words."""
+    words = ["replay", str(path), "--robot", robot, "--profile", profile, "--out", str(folder)] + ([] if rate is None else ["--rate", str(rate)])
+    done = subprocess.run([sys.executable, "-m", "steadyhand", *words], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, check=False)
+    if done.returncode != 0:
+        raise ValueError(done.stderr.strip().removeprefix("steadyhand: ") or f"its replay ended with {done.returncode}")
+    (made,) = folder.glob("*/session.mcap")
+    return made
+
+
+def _scores_of(path: Path, robot: str | None, profiles: Sequence[str], rate: float | None, keep: Path | None) -> tuple[list[Score], list[str]]:
+    """Of one session; why it was left out, if it was."""
+    found = []
+    try:
+        session = read_session(path)
+        name = robot or session.metadata["run"]["robot"]
+        model = Robot(name)
+        if not profiles:
+            return [score(session, model)], []
+        for profile in profiles:
+            with tempfile.TemporaryDirectory() as folder:
+                made = _replayed(path, name, profile, rate, Path(folder))
+                found.append(score(read_session(made), model, Path(profile).stem)._replace(session=session.name))
+                if keep:
+                    _keep(made, keep / f"{path.stem}-{Path(profile).stem}.mcap")
+        return found, []
+    except KeyError:
+        return [], [f"{path}: does not name its robot; --robot must"]
+    except (ValueError, OSError) as error:
+        return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
+
+
+def _keep(made: Path, place: Path) -> None:
+    """There whole, or not at all."""
+    part = place.with_name(f".{place.name}.{os.getpid()}")
+    try:
+        shutil.copyfile(made, part)
+        os.replace(part, place)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def run(words: list[str]) -> int:
+    """The command; its exit code. Raises ValueError for bad input."""
+    arguments = _parser().parse_args(words)
+    workers = workers_of(arguments)
+    if arguments.robot:
+        Robot(arguments.robot)
+    if arguments.rate is not None and not 1.0 <= arguments.rate <= 500.0:
+        raise ValueError(f"--rate is {arguments.rate:g}; it must be from 1 to 500 Hz")
+    if not arguments.profile and (arguments.keep or arguments.rate is not None):
+        raise ValueError(f"--{'keep' if arguments.keep else 'rate'}: nothing is planned anew without --profile")
+    if twice := [name for k, name in enumerate(arguments.profile) if Path(name).stem in {Path(other).stem for other in arguments.profile[:k]}]:
+        raise ValueError(f"--profile: '{twice[0]}' is named twice; give each once")
+    files = sessions_of(arguments.sessions)
+    keep = Path(arguments.keep).resolve() if arguments.keep else None
+    if keep and len({path.stem for path in files}) < len(files):
+        raise ValueError("--keep: two of the sessions have the same name; keep those of each folder in a folder of its own")
+    if keep:
+        keep.mkdir(parents=True, exist_ok=True)
+    profiles = [str(Path(name).resolve()) if Path(name).is_file() else name for name in arguments.profile]
+    job = functools.partial(_scores_of, robot=arguments.robot, profiles=profiles, rate=arguments.rate, keep=keep)
+    answers = do_each(job, files, workers)
+    scores = []
+    for path in files:
+        found, left_out = answers.get(path, ([], [f"{path}: the process that scored it was killed"]))
+        scores += found
+        for line in left_out:
+            print(f"steadyhand: left out: {line}", file=sys.stderr)
+    if not scores:
+        raise ValueError("no session could be scored")
+    if arguments.out:
+        _write_rows(Path(arguments.out), scores)
+    print(table(scores))
+    return 0
+
+
+def _write_rows(path: Path, scores: Sequence[Score]) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with part.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(Score._fields)
+            writer.writerows(scores)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def main(words: list[str]) -> int:
+    """The command's exit code; bad input is told."""
+    try:
+        return run(words)
+    except (ValueError, OSError) as error:
+        print(f"steadyhand: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
