@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 namespace steadyhand {
 namespace {
@@ -51,6 +52,41 @@ TEST(Playback, GripsLeadsReturnsAndLetsGoAgainAndAgainWithoutAJump) {
   EXPECT_EQ(grips, 3);
   EXPECT_EQ(releases, 3);
   EXPECT_NEAR(farthest, 0.3 * std::sin(1.0), 1e-6);
+}
+
+/// Where a busy machine cost it the grip, the hand lets go and grips where it is, and the round goes on from there.
+TEST(Playback, GripsAnewWhereItIsAndGoesOn) {
+  const Recording recording = away();
+  for (const double lost_at : {1.7, 2.6}) {  // s: in the recording, and on the way back
+    Playback playback(recording, Time(0));
+    OperatorSample last, sample;
+    std::vector<double> releases, grips;
+    for (Time now{0}; playback.rounds() < 1; now += std::chrono::milliseconds(1)) {
+      if (now == from_seconds(lost_at)) {
+        EXPECT_NEAR(to_seconds(playback.closed_for(now)), lost_at - 0.4, 0.02);
+        playback.grip_anew(now);
+        playback.grip_anew(now);  // one is enough
+        EXPECT_EQ(playback.closed_for(now), Time(0));
+      }
+      while (playback.next(now, sample)) {
+        const double dt = to_seconds(sample.stamp.hand - last.stamp.hand);
+        EXPECT_GT(dt, 0.0);
+        EXPECT_LT(dt, 0.03);
+        if (last.stamp.hand > Time(0)) {
+          EXPECT_LT((sample.X_operator_hand.p - last.X_operator_hand.p).norm(), 0.002 + 1.0 * dt);
+        }
+        if (sample.clutch != last.clutch) (sample.clutch ? grips : releases).push_back(to_seconds(sample.stamp.hand));
+        last = sample;
+      }
+      ASSERT_LT(now, from_seconds(20.0));
+    }
+    ASSERT_EQ(releases.size(), 2u);
+    ASSERT_EQ(grips.size(), 2u);
+    EXPECT_NEAR(releases[0], lost_at, 0.03);
+    EXPECT_NEAR(grips[1] - releases[0], 0.4, 0.03);
+    EXPECT_NEAR(releases[1], 4.0 + 1.0, 0.05) << "all of the round, and the pause";
+    EXPECT_LT((last.X_operator_hand.p - recording.samples.front().X_operator_hand.p).norm(), 1e-6);
+  }
 }
 
 }  // namespace

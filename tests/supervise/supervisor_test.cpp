@@ -120,6 +120,24 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
   }
 }
 
+/// A recorded hand has no device that falls silent, and nobody to release it.
+TEST(Supervisor, SaysOfADemoMotionWhatIsTrueOfIt) {
+  Driven d(State::kEngaged);
+  SupervisionInput input = d.gripped();
+  input.hand.leader = Leader::kRecording;
+  input.hand.clutch = false;
+  EXPECT_EQ(d.step(input), State::kReady);
+  EXPECT_EQ(d.supervisor.reason(), "the demo motion ended");
+  input = d.gripped();
+  input.hand.leader = Leader::kRecording;
+  input.hand.grips = 2;
+  EXPECT_EQ(d.step(input), State::kEngaged);
+  EXPECT_EQ(d.supervisor.reason(), "the arm follows the demo motion");
+  input.hand.received -= std::chrono::milliseconds(300);
+  EXPECT_EQ(d.step(input), State::kReady);
+  EXPECT_EQ(d.supervisor.reason(), "the demo motion was held up");
+}
+
 TEST(Supervisor, EveryStateCanStopAndCanBeLeftAndNoRowIsThereTwice) {
   std::set<std::pair<State, Event>> seen;
   std::set<State> left, faulted;

@@ -15,7 +15,9 @@ namespace steadyhand {
 namespace {
 
 constexpr std::uint64_t kCellOfTheBegin = 1;
-constexpr Time kServerSilence = std::chrono::seconds(1);  ///< after which nobody could stop a recorded hand
+constexpr Time kServerSilence = std::chrono::seconds(1);       ///< after which nobody could stop a recorded hand
+constexpr Time kWatched = std::chrono::milliseconds(250);      ///< between two looks at whether the arm follows it
+constexpr Time kHeardWithin = std::chrono::milliseconds(500);  ///< in which its grip is answered
 
 template <typename List, typename NameOf>
 Result<int> find_name(const List& list, const std::string& name, const char* what, const NameOf& name_of) {
@@ -307,12 +309,21 @@ void OperatorInterface::note_server_alive(Time now) {
   server_alive_ = now;
 }
 
+/// A busy machine may let a recorded hand fall silent, and nobody would grip anew before its next round.
+void OperatorInterface::watch_playback(Time now) {
+  if (!playback_ || now < watched_ + kWatched) return;
+  watched_ = now;
+  const bool stands = session_->snapshot().state == SupervisionState::kReady;
+  if (stands && playback_->closed_for(now) > kHeardWithin) playback_->grip_anew(now);
+}
+
 Time OperatorInterface::poll(Time now) {
   const Lock lock(mutex_);
   const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
   if (controls_.policy_turn && (alone || session_->halts() != halts_)) end_turn();
   OperatorSample sample;
+  watch_playback(now);
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);
   const bool leads = controls_.policy_turn && !takes_over_;
   while (leads && policy_->next(now, sample)) session_->feed(sample);

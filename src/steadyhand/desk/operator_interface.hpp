@@ -66,6 +66,7 @@ class OperatorInterface {
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
   void end_playback();
+  void watch_playback(Time now);
   Status give_turn(bool turn, Time now);
   void end_turn();
   void hand_in_turn(const OperatorSample& sample);
@@ -81,6 +82,7 @@ class OperatorInterface {
   std::shared_ptr<const std::string> cell_json_;
   std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version that it is of
   std::optional<Playback> playback_;
+  Time watched_{0};
   std::uint64_t halts_ = 0;  ///< Session::halts when it or the policy's turn began
   std::optional<PolicyHand> policy_;
   std::optional<Time> gripped_;  ///< when the operator's hand was closed last

@@ -70,6 +70,22 @@ std::string_view of_policy(Event event) {
   }
 }
 
+/// The row's reason where a recorded hand leads, which has nothing to release; empty: the same.
+std::string_view of_recording(Event event) {
+  switch (event) {
+    case Event::kGripped:
+      return "the arm follows the demo motion";
+    case Event::kSilence:
+      return "the demo motion was held up";
+    case Event::kReleased:
+      return "the demo motion ended";
+    case Event::kHandBack:
+      return "the demo motion goes on";
+    default:
+      return {};
+  }
+}
+
 }  // namespace
 
 std::span<const Transition> transitions() { return kTransitions; }
@@ -130,9 +146,10 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
       reason_ = input.hand.trusted ? "no pose of the hand came for a while"
                                    : to_string(input.hand.verdict, input.hand.leader);
     }
-    if (input.hand.leader == Leader::kPolicy) {
-      if (const std::string_view reason = of_policy(row.event); !reason.empty()) reason_ = reason;
-    }
+    const std::string_view reason = input.hand.leader == Leader::kPolicy      ? of_policy(row.event)
+                                    : input.hand.leader == Leader::kRecording ? of_recording(row.event)
+                                                                              : std::string_view();
+    if (!reason.empty()) reason_ = reason;
     if (row.to == State::kEngaged) ++engagements_;
     // A grip that did not lead to following, or no longer does, is used up.
     grips_used_ = input.hand.grips;
