@@ -32,6 +32,14 @@ struct Told : testing::Test {
     }
   }
   void change(double t, const char* to) { session.changes.push_back({from_seconds(t), "", to, ""}); }
+  void see(double t, double spilled_share, double lateral = 0.0) {
+    LiquidState liquid;
+    liquid.spilled = spilled_share > 0.0;
+    liquid.spilled_share = spilled_share;
+    liquid.lateral = lateral;
+    session.liquid.emplace_back(from_seconds(t), liquid);
+    session.spills.see(from_seconds(t), liquid);
+  }
   std::vector<std::string> of(const std::string& kind) const {
     std::vector<std::string> found;
     for (const auto& event : tell_story(session).events) {
@@ -65,12 +73,7 @@ TEST_F(Told, AHandThatLedWithoutAPlanIsAGap) {
 }
 
 TEST_F(Told, ARefillIsSaid) {
-  for (const auto& [t, spilled] : {std::pair(1.0, false), {2.0, true}, {3.0, true}, {4.0, false}}) {
-    LiquidState liquid;
-    liquid.spilled = spilled;
-    liquid.spilled_share = spilled ? 0.1 : 0.0;
-    session.liquid.emplace_back(from_seconds(t), liquid);
-  }
+  for (const auto& [t, share] : {std::pair(1.0, 0.0), {2.0, 0.1}, {3.0, 0.1}, {4.0, 0.0}}) see(t, share);
   EXPECT_EQ(of("spill"), Lines{"2.0 spilled 10.0 % of the liquid"});
   EXPECT_EQ(of("refill"), Lines{"4.0 a full glass"});
 }
@@ -88,23 +91,22 @@ TEST_F(Told, ASpillIsExplained) {
   settings.no_spill = true;
   settings.at = from_seconds(5.0);
   session.settings.push_back(settings);
-  for (double t = 0.05; t < 15.0; t += 0.1)
-    session.felt.push_back({from_seconds(t), 2.0, t > 1.7 && t < 1.9 ? 12.6 : 3.0, 2});
-  const auto at = [&](double t, double share) {
-    LiquidState liquid;
-    liquid.spilled = share > 0.0;
-    liquid.spilled_share = share;
-    session.liquid.emplace_back(from_seconds(t), liquid);
+  const auto share_at = [](double t) {
+    for (const auto& [until, share] :
+         {std::pair(2.0, 0.0), {2.5, 0.1}, {4.0, 0.744}, {6.0, 0.0}, {7.0, 0.02}, {12.5, 0.0}, {99.0, 0.3}}) {
+      if (t < until - 1e-9) return share;
+    }
+    return 0.0;
   };
-  at(1.0, 0.0), at(2.0, 0.1), at(2.5, 0.744), at(4.0, 0.0), at(6.0, 0.02), at(7.0, 0.0), at(12.5, 0.3);
+  for (int k = 10; k < 150; ++k) see(0.1 * k, share_at(0.1 * k), k == 18 ? 12.6 : k == 14 ? 20.0 : 3.0);
   const SessionStory story = tell_story(session);
   ASSERT_TRUE(story.knows_liquid);
   ASSERT_EQ(story.spills.size(), 3u);
   EXPECT_DOUBLE_EQ(story.spills[0].share, 0.744);
   EXPECT_DOUBLE_EQ(story.spills[0].lateral, 12.6);
-  EXPECT_EQ(story.spills[0].cause, "tracking does not keep the liquid in; sideways force up to 12.6 m/s²");
-  EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways force up to 3.0 m/s²");
-  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways force up to 3.0 m/s²");
+  EXPECT_EQ(story.spills[0].cause, "tracking does not keep the liquid in; sideways force up to 12.60 m/s²");
+  EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways force up to 3.00 m/s²");
+  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways force up to 3.00 m/s²");
   const auto told =
       std::find_if(story.events.begin(), story.events.end(), [](const auto& e) { return e.kind == "spill"; });
   EXPECT_EQ(told->why, story.spills[0].cause);
@@ -117,16 +119,11 @@ TEST_F(Told, ASpillIsExplained) {
 }
 
 TEST_F(Told, WhatWasSpilledBeforeIsNotOfThisRecording) {
-  const auto at = [&](double t, double share) {
-    LiquidState liquid;
-    liquid.spilled = share > 0.0;
-    liquid.spilled_share = share;
-    session.liquid.emplace_back(from_seconds(t), liquid);
-  };
-  at(1.0, 0.4), at(2.0, 0.4), at(3.0, 0.0), at(4.0, 0.0);
+  see(1.0, 0.4), see(2.0, 0.4), see(3.0, 0.0), see(4.0, 0.0);
   EXPECT_EQ(of("spill"), Lines());
   session.liquid.clear();
-  at(1.0, 0.4), at(2.0, 0.4), at(3.0, 0.7), at(4.0, 0.0), at(5.0, 0.2);
+  session.spills = {};
+  see(1.0, 0.4), see(2.0, 0.4), see(3.0, 0.7), see(4.0, 0.0), see(5.0, 0.2);
   EXPECT_EQ(of("spill"), (Lines{"3.0 spilled 30.0 % of the liquid", "5.0 spilled 20.0 % of the liquid"}));
 }
 

@@ -24,8 +24,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kFileType = "application/octet-stream";
-constexpr double kMotionPeriod = 1.0 / 30.0;  ///< s between two looks at the arm; the page fills in between
-constexpr double kMostLooks = 54000.0;        ///< half an hour; of a longer session they are further apart
 
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -119,8 +117,7 @@ Result<FreshPage> motion(const fs::path& file) {
   if (!overview) return overview.error();
   SessionParts parts;
   parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = parts.limits = parts.statistics = true;
-  parts.state_period = parts.step_period =
-      std::max(kMotionPeriod, to_seconds(overview->last - overview->first) / kMostLooks);
+  parts.state_period = parts.step_period = parts.felt_period = look_period(*overview);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();
   Columns arm("t_s", "q", "gripper");

@@ -301,7 +301,8 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
     session.settings.push_back(settings_change(parsed(), message));
   } else if (is(parts.liquid, "/liquid")) {
     LiquidState liquid = liquid_state(parsed());
-    add_felt(message.log, liquid.lateral, parts.state_period, session.felt);
+    add_felt(message.log, liquid.lateral, parts.felt_period, session.felt);
+    session.spills.see(message.log, liquid);
     const bool soon =
         !session.liquid.empty() && to_seconds(message.log - session.liquid.back().first) < parts.state_period - 1e-9;
     if (!soon || liquid.spilled != session.liquid.back().second.spilled)

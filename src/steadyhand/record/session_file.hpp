@@ -13,6 +13,7 @@
 #include "steadyhand/record/episode_mark.hpp"
 #include "steadyhand/record/mcap_reader.hpp"
 #include "steadyhand/record/settings_change.hpp"
+#include "steadyhand/record/spill_watch.hpp"
 #include "steadyhand/record/statistics.hpp"
 #include "steadyhand/record/step.hpp"
 
@@ -24,9 +25,10 @@ struct SessionParts {
   double step_period = 0.0;  ///< s, that steps are apart at least
   /// Of more commands neighbours are merged, so that a session of hours takes no more memory than one of a minute.
   std::size_t most_commands = std::numeric_limits<std::size_t>::max();
-  bool states = false;        ///< measured states,
-  bool liquid = false;        ///< and what the liquid did,
-  double state_period = 0.0;  ///< s, at least so far apart
+  bool states = false;              ///< measured states,
+  bool liquid = false;              ///< and what the liquid did,
+  double state_period = 0.0;        ///< s, at least so far apart
+  double felt_period = 1.0 / 30.0;  ///< s, of each entry of `felt`
   bool changes = false;
   bool settings = false;
   bool cells = false;       ///< what stood around the arm
@@ -69,6 +71,7 @@ struct SessionFile {
   std::vector<Limit> limits;
   std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
   std::vector<Felt> felt;                            ///< with the liquid; none in sessions of before it was recorded
+  SpillLog spills;                                   ///< of all that was recorded of the liquid
   std::vector<SessionStatistics> statistics;
   std::vector<EpisodeMark> episodes;
   std::vector<SceneLook> scenes;

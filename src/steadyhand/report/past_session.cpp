@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -97,6 +98,11 @@ Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingO
   return SessionHand{std::move(recording), std::move(changes), std::move(cells)};
 }
 
+double look_period(const McapOverview& overview) {
+  constexpr double kPeriod = 1.0 / 30.0, kMost = 54000.0;  // s; half an hour
+  return std::max(kPeriod, to_seconds(overview.last - overview.first) / kMost);
+}
+
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command) {
   if (session.steps.empty()) {
     return Error{fmt::format("{}: nothing was planned in it, so there is nothing to report", session.name)};
@@ -112,7 +118,10 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
 }
 
 Result<ReportInput> load_session_report(const std::filesystem::path& path) {
+  const Result<McapOverview> overview = read_mcap(path);
+  if (!overview) return overview.error();
   SessionParts parts;
+  parts.felt_period = look_period(*overview);
   parts.steps = parts.commands = parts.changes = parts.settings = true;
   parts.states = parts.liquid = parts.limits = parts.statistics = true;
   parts.state_period = kPosturePeriod;

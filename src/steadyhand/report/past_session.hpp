@@ -24,6 +24,10 @@ struct SessionHand {
 Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingOptions& range,
                                     const HandGateSettings& gate);
 
+/// s, between two looks at a session that are shown: 30 times a second, 54,000 of them at most. One for replay and
+/// report, whose figures are made of them.
+double look_period(const McapOverview& overview);
+
 /// The report of what was driven. Fails if no plan was.
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command);
 

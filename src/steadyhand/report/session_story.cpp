@@ -10,8 +10,6 @@
 #include <numbers>
 #include <utility>
 
-#include "steadyhand/record/spill_watch.hpp"
-
 namespace steadyhand {
 
 namespace {
@@ -20,7 +18,6 @@ constexpr double kGap = 0.5;           ///< s between two plans from which on no
 constexpr double kRestless = 0.01;     ///< rad (m), by which a joint of an arm at rest may differ
 constexpr double kLimitsApart = 1.0;   ///< s; a limit that comes and goes quickly is told once
 constexpr double kInstant = 1e-3;      ///< s
-constexpr double kBeforeSpill = 0.5;   ///< s, in which the liquid was pushed over the rim
 constexpr double kMissedApart = 10.0;  ///< s
 constexpr std::size_t kMostPostures = 3000;
 constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
@@ -115,13 +112,13 @@ void tell_limits(const SessionFile& session, SessionStory& story) {
 }
 
 /// What was in force, what the arm did, and how hard the liquid was pushed when it went over the rim.
-SessionStory::Spill explain_spill(const SessionFile& session, Time at) {
+SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Spill& seen) {
   SessionStory::Spill spill;
+  const Time at = seen.at;
   spill.t_s = to_seconds(at);
-  for (const SessionFile::Felt& felt : session.felt) {
-    const double ago = to_seconds(at - felt.at);
-    if (ago >= 0.0 && ago <= kBeforeSpill) spill.lateral = std::max(spill.lateral, felt.largest);
-  }
+  spill.share = seen.share;
+  spill.lateral = seen.lateral;
+  if (seen.full_again) spill.full_again_s = to_seconds(*seen.full_again);
   const SettingsChange* settings = in_force(session.settings, at);
   const std::string profile = label_of(session, settings ? profile_of(session, *settings) : session.run("profile"));
   std::string state;
@@ -138,21 +135,13 @@ SessionStory::Spill explain_spill(const SessionFile& session, Time at) {
   } else {
     spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while no hand led");
   }
-  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.1f} m/s²", spill.lateral);
+  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.2f} m/s²", spill.lateral);
   return spill;
 }
 
 std::vector<SessionStory::Spill> spills_of(const SessionFile& session) {
   std::vector<SessionStory::Spill> spills;
-  SpillWatch watch;
-  bool spilled = false;
-  for (const auto& [at, liquid] : session.liquid) {
-    const std::optional<double> lost = watch.see(liquid);
-    if (lost && !spilled) spills.push_back(explain_spill(session, at));
-    if (lost) spills.back().share = std::max(spills.back().share, *lost);
-    if (spilled && !lost) spills.back().full_again_s = to_seconds(at);
-    spilled = lost.has_value();
-  }
+  for (const SpillLog::Spill& seen : session.spills.spills()) spills.push_back(explain_spill(session, seen));
   return spills;
 }
 

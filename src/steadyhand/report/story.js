@@ -111,7 +111,9 @@
     figure.hidden = false;
     const robot = JSON.parse(text), canvas = figure.querySelector('canvas'), range = figure.querySelector('input'), told = figure.querySelector('output');
     const tools = postures.map(([, ...q]) => chain(robot, q).points.at(-1));
-    let azimuth = -0.7, tilt = 0.35, at = 0;
+    let azimuth = -0.7, tilt = 0.35, at = 0, link = null;
+    /** The replay of this time: it counts from the arm's first posture. */
+    const linkTo = (t) => { if (link) link.href = `../../#replay=${encodeURIComponent(document.querySelector('h1').dataset.recording)}&t=${Math.max(0, t - postures[0][0]).toFixed(2)}`; };
     range.max = String(postures.length - 1);
     const project = ([x, y, z]) => {
       const u = x * Math.sin(azimuth) + y * Math.cos(azimuth), v = x * Math.cos(azimuth) - y * Math.sin(azimuth);
@@ -147,7 +149,7 @@
       range.value = String(at);
       range.setAttribute('aria-valuetext', told.textContent);
     };
-    range.oninput = () => { at = Number(range.value); draw(); };
+    range.oninput = () => { at = Number(range.value); linkTo(postures[at][0]); draw(); };
     canvas.onpointermove = (event) => {
       if (!event.buttons) return;
       azimuth += event.movementX * 0.01;
@@ -158,14 +160,15 @@
       if (t === null) return;
       at = postures.findIndex(([time]) => time >= t);
       if (at < 0) at = postures.length - 1;
+      linkTo(t);
       draw();
     });
     new ResizeObserver(draw).observe(canvas);
     document.getElementById('theme').addEventListener('click', draw);
     if (location.protocol.startsWith('http')) {
-      const link = figure.querySelector('a');
+      link = figure.querySelector('a');
       link.hidden = false;
-      link.href = `../../#replay=${encodeURIComponent(document.querySelector('h1').dataset.recording)}`;
+      linkTo(postures[0][0]);
     }
   }
 
