@@ -265,6 +265,34 @@ def test_a_long_report_is_made_beside_the_session_and_not_waited_for(session, tm
     assert not any(Path(f"/proc/{helper}").exists() for helper in helpers) and waiting
 
 
+def test_a_refill_is_a_full_glass_while_the_arm_goes_on(tmp_path):
+    """At the level that it has; and the recording tells it."""
+    demo = Demo(tmp_path)
+    client = demo.client()
+
+    def until(condition, what):
+        end = time.monotonic() + 60.0
+        while not (client.state and condition(client.state)):
+            assert time.monotonic() < end, (what, client.state and client.state["liquid"])
+            client.messages(0.05)
+            client.stay()
+
+    for message in ({"type": "take"}, {"type": "request", "kind": "profile", "text": "tracking"}, {"type": "request", "kind": "playback", "text": "carrying"}):
+        client.send(**message)
+    until(lambda state: state["liquid"]["spilled"], "a spill")
+    level = client.state["controls"]["fill"]
+    client.send(type="request", kind="refill", value=level)
+    assert "member" in client.wait_for("error")["message"], "it has a level of its own already"
+    client.send(type="request", kind="refill")
+    until(lambda state: not state["liquid"]["spilled"], "a full glass")
+    assert client.state["liquid"]["spilled_share"] == 0.0 and client.state["controls"]["fill"] == level
+    assert client.state["controls"]["playback"] >= 0, "the motion goes on"
+    demo.end()
+    (path,) = tmp_path.glob("*.mcap")
+    spilled = [json.loads(data)["spilled"] for topic, _, data in messages(path) if topic == "/liquid"]
+    assert "10" in "".join(str(int(each)) for each in spilled), "spilled, then full again"
+
+
 def test_nothing_is_recorded_if_so_asked(tmp_path):
     assert run(*demo(tmp_path, "--seconds", 1, "--no-recording")).returncode == 0
     assert not list(tmp_path.iterdir())

@@ -7,7 +7,7 @@ export type Quat = readonly [number, number, number, number];
 
 export interface Pose { p: Vec3; q: Quat }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete' | 'episode' | 'set_up' | 'policy';
+export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'refill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete' | 'episode' | 'set_up' | 'policy';
 
 export type ClientMessage =
   | { type: 'hello'; version: number; token?: string }

@@ -317,7 +317,7 @@ bool Hub::sets_condition(std::uint64_t id, const OperatorRequest& request, Time 
   const Kind kind = request.kind;
   if (kind == Kind::kPlayback) return request.text.empty();
   const bool of_a_condition = kind == Kind::kProfile || kind == Kind::kScale || kind == Kind::kLatency ||
-                              kind == Kind::kFill || kind == Kind::kTilt;
+                              kind == Kind::kFill || kind == Kind::kRefill || kind == Kind::kTilt;
   return of_a_condition && !led(now);
 }
 

@@ -219,7 +219,7 @@ constexpr RequestName kRequests[] = {
     {"label", RequestKind::kLabel, true, false},     {"rename", RequestKind::kRename, true, false},
     {"delete", RequestKind::kDelete, true, false},   {"latency", RequestKind::kLatency, false, true},
     {"episode", RequestKind::kEpisode, true, false}, {"set_up", RequestKind::kSetUp, false, false},
-    {"policy", RequestKind::kPolicy, false, true},
+    {"policy", RequestKind::kPolicy, false, true},   {"refill", RequestKind::kRefill, false, false},
 };
 
 /// What is said of an episode, beside its kind.
@@ -282,7 +282,7 @@ RequestMessage read_request(Reader& reader) {
   reader.fail(
       "'kind' must be one of stop, reset, profile, weight, scale, yaw, "
       "tilt, fill, rate, playback, record, object, attach, detach, label, rename, delete, "
-      "latency, episode, set_up, policy");
+      "latency, episode, set_up, policy, refill");
   return message;
 }
 

@@ -24,6 +24,7 @@ struct OperatorRequest {
     kYaw,       ///< `value`: turn of the operator's frame, rad
     kTilt,      ///< `value`: how far the glass may lean with the hand, rad, 0 to pi
     kFill,      ///< `value`: how high the glass is filled, m
+    kRefill,    ///< a full glass, at the level that it has; the arm goes on
     kRate,      ///< `value`: planning steps a second, Hz
     kLatency,   ///< `value`: s, added on purpose between the hand's gate and the planner
     kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it

@@ -89,6 +89,9 @@ Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
       controls_.fill = request.value;
       send();
       return Done{};
+    case Kind::kRefill:
+      session_->refill();
+      return Done{};
     case Kind::kRate:
       return session_->set_planner_rate(request.value);
     case Kind::kLatency:

@@ -128,6 +128,7 @@ struct Links {
   Asked asked;
   std::atomic<const char*> failure{nullptr};  ///< any thread that cannot go on, for good: static text for people
   std::atomic<std::uint64_t> holder{0};       ///< any thread: counts whose hand it is; each must open its clutch first
+  std::atomic<std::uint64_t> refills{0};      ///< any thread: counts how often a full glass was asked for
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check
   Histogram latency_us;  ///< written by control: hand to the first command made from it

@@ -135,6 +135,11 @@ void Session::drain() {
   empty(rings.settings, taps_.settings, [&](const AppliedSettings& applied) {
     if (applied.settings.fill) monitor_.fill(*applied.settings.fill);
   });
+  if (const std::uint64_t refills = links_->refills; refills != refills_) {
+    refills_ = refills;
+    summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
+    monitor_.reset_liquid();
+  }
   empty(rings.steps, taps_.step, nothing);
   see_cell();
   TappedCommand tapped;

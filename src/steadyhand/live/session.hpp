@@ -76,6 +76,8 @@ class Session {
   void feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
   /// Another hand from here on: the arm disengages until a fresh grip. Any thread.
   void release_hand() { ++links_->holder; }
+  /// The glass is full again, at the level that it has; the arm goes on. Any thread.
+  void refill() { ++links_->refills; }
   /// Any thread.
   void ask_stop() { links_->asked.stop(); }
   /// Of the stop or fault that there is now: what halts the arm later is not undone.
@@ -167,6 +169,7 @@ class Session {
 
   // ---- of the writer thread
   Monitor monitor_;
+  std::uint64_t refills_ = 0;  ///< Links::refills that were poured
   Kinematics arm_kinematics_;
   ControlView control_view_;
   PlannerView planner_view_;
