@@ -111,6 +111,26 @@ function sayErrors() {
   addEventListener('unhandledrejection', ({ reason }) => console.error(String(reason)));
 }
 
+/** Opens the tab and the fold that hold something, as whoever wants it does. */
+export async function reveal(of, selector) {
+  await (await of.$(selector))?.evaluate((wanted) => {
+    const panel = wanted.closest('[role=tabpanel]'), fold = wanted.closest('details');
+    if (panel?.hidden) document.getElementById(panel.getAttribute('aria-labelledby')).click();
+    if (fold && !wanted.closest('summary')) fold.open = true;
+  });
+}
+
+/** What a test presses, fills or chooses it sees first. */
+function revealing(of) {
+  for (const name of ['click', 'tap', 'focus', 'fill', 'selectOption', 'check']) {
+    const act = of[name].bind(of);
+    of[name] = async (selector, ...more) => {
+      await reveal(of, selector);
+      return act(selector, ...more);
+    };
+  }
+}
+
 /** The page, paired by the newest code, or watching; with its arm, and drawing nothing until it is asked to. */
 export async function open(options = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
@@ -120,6 +140,7 @@ export async function open(options = {}) {
   const opened = await context.newPage();
   newest = opened;
   opened.setDefaultTimeout(PATIENCE);
+  revealing(opened);
   opened.complaints = complaintsOf(opened);
   opened.requests = [];
   opened.on('request', (request) => opened.requests.push(request.url()));

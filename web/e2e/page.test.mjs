@@ -541,8 +541,10 @@ test('what has the focus is in sight, however small the window', IN_CHROMIUM, as
   for (const viewport of [{ width: 640, height: 400 }, { width: 390, height: 844 }]) { // the first: twice as large as usual
     page = await open({ context: { viewport } });
     await until(async () => (await facts(page)).paired, 'the page to be paired');
-    const unseen = [], stops = new Set();
-    for (let i = 0; i < 60; ++i) {
+    const unseen = [], stops = new Set(), tabs = ['#tab-drive', '#tab-recordings', '#tab-scene'];
+    for (let i = 0; i < 90; ++i) {
+      if (i % 30 === 0) await page.focus(tabs[i / 30]);
+      if (i % 30 === 0) await page.keyboard.press('Enter');
       await page.keyboard.press('Tab');
       await page.waitForTimeout(50);
       const stop = await page.evaluate(() => {
@@ -551,7 +553,7 @@ test('what has the focus is in sight, however small the window', IN_CHROMIUM, as
         const { left, top, width, height } = e.getBoundingClientRect(), seen = document.elementFromPoint(Math.min(innerWidth - 2, left + width / 2), top + Math.min(height / 2, 14));
         return { name: e.id || e.value || e.textContent.trim(), seen: seen !== null && (e === seen || e.contains(seen) || seen.contains(e)) };
       });
-      if (!stop) break;
+      if (!stop) continue;
       stops.add(stop.name);
       if (!stop.seen) unseen.push(stop.name);
     }
@@ -559,6 +561,111 @@ test('what has the focus is in sight, however small the window', IN_CHROMIUM, as
     assert.deepEqual(unseen, []);
     await page.context().close();
   }
+});
+
+test('on a phone what is pressed is 44 px high, and Stop covers nothing of the scene', IN_CHROMIUM, async () => {
+  const phone = await open({ context: { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true } });
+  await until(async () => (await facts(phone)).paired, 'the page to be paired');
+  const small = () => phone.evaluate(() => {
+    const pressed = [...document.querySelectorAll('button, summary, a, select, input:not([type=hidden])')].filter((e) => e.checkVisibility() && e.getBoundingClientRect().width > 0);
+    return pressed.flatMap((e) => {
+      const { width, height } = (e.type === 'checkbox' || e.type === 'radio' ? e.closest('label') : e).getBoundingClientRect();
+      return height < 43.5 || width < 43.5 ? [`${e.id || e.textContent.trim()}: ${width.toFixed(0)} x ${height.toFixed(0)}`] : [];
+    });
+  });
+  for (const tab of ['drive', 'recordings', 'scene']) {
+    await phone.tap(`#tab-${tab}`);
+    assert.deepEqual(await small(), [], tab);
+  }
+  const overlap = await phone.evaluate(() => document.querySelector('#scene').getBoundingClientRect().bottom - document.querySelector('#stop').getBoundingClientRect().top);
+  assert.ok(overlap <= 0, `Stop lies ${overlap} px over the scene`);
+});
+
+test('what is grey can be read: a contrast of 4.5, in both themes', IN_CHROMIUM, async () => {
+  for (const colorScheme of ['light', 'dark']) {
+    page = await open({ watch: !SITE, context: { viewport: { width: 1280, height: 800 }, colorScheme } });
+    if (SITE) await page.evaluate(() => { globalThis.steadyhand.session.past = true; });
+    await until(() => page.evaluate(() => document.querySelector('#scale').disabled), 'what is grey');
+    const poor = await page.evaluate(() => {
+      const drawing = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
+      const rgba = (color) => { drawing.clearRect(0, 0, 1, 1); drawing.fillStyle = color; drawing.fillRect(0, 0, 1, 1); return [...drawing.getImageData(0, 0, 1, 1).data]; };
+      const over = ([r, g, b, a], below) => [r, g, b].map((c, i) => c * (a / 255) + below[i] * (1 - a / 255));
+      const backdrop = (e) => (e ? over(rgba(getComputedStyle(e).backgroundColor), backdrop(e.parentElement)) : [255, 255, 255]);
+      const light = (rgb) => { const [r, g, b] = rgb.map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4)); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+      const opacity = (e) => (e ? Number(getComputedStyle(e).opacity) * opacity(e.parentElement) : 1);
+      const found = [];
+      for (const panel of document.querySelectorAll('[role=tabpanel], details')) { panel.hidden = false; panel.open = true; }
+      for (const e of document.querySelectorAll('aside :is(button:disabled, select:disabled, option, label:has(> :disabled), label small, label output, .ends)')) {
+        if (!e.checkVisibility() || !e.textContent.trim()) continue;
+        const below = backdrop(e), [r, g, b, a] = rgba(getComputedStyle(e).color), ink = over([r, g, b, a * opacity(e)], below);
+        const [one, other] = [light(ink), light(below)].sort((x, y) => y - x), contrast = (one + 0.05) / (other + 0.05);
+        if (contrast < 4.5) found.push(`${e.id || e.textContent.trim().slice(0, 30)}: ${contrast.toFixed(2)}`);
+      }
+      return found;
+    });
+    assert.deepEqual(poor, [], colorScheme);
+    await page.context().close();
+  }
+});
+
+test('a short gap without news leaves the focus; what greyed out in a long one gets it back', IN_CHROMIUM, async () => {
+  page = await open({ prepare: withoutPixels });
+  await ready(page);
+  await page.focus('#scale');
+  const focus = () => page.evaluate(() => document.activeElement.id);
+  const deaf = (wanted) => page.evaluate((silent) => { globalThis.steadyhand.session.take = silent ? () => {} : globalThis.steadyhand.session.constructor.prototype.take; }, wanted);
+  await deaf(true);
+  await until(() => page.evaluate(() => document.body.dataset.stale === 'true'), 'old news');
+  assert.equal(await page.isDisabled('#scale'), false);
+  assert.equal(await focus(), 'scale');
+  await until(() => page.isDisabled('#scale'), 'controls that reach nobody');
+  await deaf(false);
+  await until(async () => !(await page.isDisabled('#scale')), 'the controls again');
+  await until(async () => (await focus()) === 'scale', 'the focus again');
+});
+
+test('a spill is told alike in the list, the replay and the report, whose link opens its time; a comparison leaves the scene free', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
+  page = await open({ context: { viewport: { width: 1280, height: 800 } }, prepare: withoutPixels });
+  await ready(page);
+  await record(page, false);
+  for (const profile of ['tracking', 'carry']) {
+    await ready(page);
+    await say(page, { type: 'request', kind: 'profile', text: profile });
+    await record(page, true);
+    await say(page, { type: 'request', kind: 'playback', text: 'carrying' });
+    await until(async () => ((await state(page)).liquid.spilled || profile === 'carry') && isEngaged(page), 'a motion');
+    await page.waitForTimeout(1000);
+    await say(page, { type: 'request', kind: 'playback', text: '' });
+    await record(page, false);
+  }
+  await page.click('#tab-recordings');
+  const [badge, top] = await until(() => page.evaluate(() => { const b = document.querySelector('#recordings li b'); return b && [b.textContent, b.getBoundingClientRect().top]; }), 'a row of a spill');
+  assert.match(badge, /^spilled \d+\.\d %$/);
+  assert.ok(top > 0 && top < 800, 'without scrolling');
+  const [name, other] = await page.$$eval('#recordings li', (rows) => [rows.find((each) => each.querySelector('b')).title, rows[0].title]);
+  const { events, t_s } = await page.evaluate(async (of) => (await fetch(`./sessions/${of}/motion`)).json(), name);
+  const spill = events.find(({ kind }) => kind === 'spill');
+  assert.equal(`spilled ${(100 * Math.max(...events.filter(({ kind }) => kind === 'spill').map(({ amount }) => amount))).toFixed(1)} %`, badge);
+  const report = await page.context().newPage();
+  report.setDefaultTimeout(PATIENCE);
+  await report.goto(new URL(`sessions/${name}/report.html`, plainAddress()).href, { timeout: PATIENCE });
+  await until(() => report.$('#story tbody tr'), 'its story');
+  assert.ok((await report.textContent('#story [data-kind=spill]')).includes(spill.why), `the report says: ${spill.why}`);
+  await report.evaluate(() => document.querySelector('#story [data-kind=spill] a').click());
+  const link = await until(() => report.$eval('#arm a', (a) => /t=[1-9]|t=0\.[1-9]/.test(a.href) && a.getAttribute('href')), 'a link with the time');
+  const at = Number(/t=([\d.]+)/.exec(link)[1]);
+  assert.ok(Math.abs(at - (spill.t_s - t_s[0])) < 0.02, `${at} is the time of the spill`);
+  await report.close();
+  await page.evaluate((hash) => { location.hash = hash; }, link.replace(/^.*#/, '#'));
+  await until(() => page.evaluate((t) => Math.abs((globalThis.steadyhand.recordings.player?.at ?? -9) - t) < 0.01, at), 'the replay at that time');
+  assert.equal(await page.getAttribute('#tab-recordings', 'aria-selected'), 'true');
+  await page.click(`#recordings li[title="${other}"] button:has-text("Compare")`);
+  await until(() => page.isVisible('#past-figures tr'), 'figures of both');
+  const covered = await page.evaluate(() => {
+    const scene = document.querySelector('#scene').getBoundingClientRect(), free = (x, y) => document.elementFromPoint(scene.left + x * scene.width, scene.top + y * scene.height)?.id === 'scene';
+    return { height: scene.height, middle: [0.3, 0.5, 0.7].every((x) => [0.2, 0.4, 0.6].every((y) => free(x, y))) };
+  });
+  assert.ok(covered.middle && covered.height > 400, JSON.stringify(covered));
 });
 
 test('nothing lies over Stop: not the first steps, not the keys, on no screen', IN_CHROMIUM, async () => {

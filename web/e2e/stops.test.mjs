@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import {
-  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, newestAddress, open as openDrawn, pressTarget, ready, record, rest, say, start,
+  browser, cable, closePages, distance, facts, finish, FIREFOX, inState, isEngaged, lead, NEEDS_PROGRAM, newestAddress, open as openDrawn, pressTarget, ready, record, rest, reveal, say, start,
   startProgram, state, until, watch, weight, withoutPixels,
 } from './harness.mjs';
 
@@ -37,9 +37,11 @@ test('Space stops the arm whatever has the focus, and does nothing else', async 
   const page = await open(), watcher = await watch();
   await ready(page);
   await page.evaluate(() => { globalThis.asked = []; const { connection } = globalThis.steadyhand, send = connection.send.bind(connection); connection.send = (m) => { globalThis.asked.push(m); return send(m); }; });
-  const focusable = ['#mode', '#emulate', '#lease', '#record', '#bodies', 'input[name=profile]:checked', '#scale', '#rate', '#playback', '#stop', '#scene', 'body'];
+  const focusable = ['#tab-drive', '#mode', 'summary', '#emulate', '#lease', '#record', '#bodies', 'input[name=profile]:checked', '#scale', '#rate', '#playback', '#stop', '#scene', 'body'];
   for (const selector of focusable) {
-    await page.evaluate((which) => { document.activeElement?.blur(); document.querySelector(which).focus(); globalThis.asked.length = 0; }, selector);
+    await page.evaluate(() => document.activeElement?.blur());
+    await reveal(page, selector);
+    await page.evaluate((which) => { document.querySelector(which).focus(); globalThis.asked.length = 0; }, selector);
     const before = await page.evaluate((which) => { const e = document.querySelector(which); return [e.checked, e.value, e.getAttribute('aria-pressed')]; }, selector);
     await page.keyboard.press('Space');
     await stopped(watcher);

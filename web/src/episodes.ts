@@ -30,6 +30,8 @@ export function episodeText(episode: StateMessage['episode']): string {
 /** Begins, keeps and discards episodes, and sets a simulated scene up. */
 export class EpisodePanel {
   #session: Session;
+  /** It unfolds by itself where there is a task, once. */
+  #unfolded = false;
 
   constructor(session: Session, panel: Panel) {
     this.#session = session;
@@ -58,6 +60,7 @@ export class EpisodePanel {
     button('set-up').hidden = !task;
     element('episode-success', HTMLSelectElement).options[0]!.textContent = task ? 'as the task says' : 'not judged';
     if (task) {
+      if (!this.#unfolded) element('episodes', HTMLDetailsElement).open = this.#unfolded = true;
       element('task-words', HTMLElement).textContent = task.instruction;
       if (state?.task) {
         const progress = element('task-progress', HTMLElement);
@@ -69,6 +72,7 @@ export class EpisodePanel {
     button('episode-begin').disabled = !may || running || !state.recording;
     button('episode-keep').disabled = button('episode-discard').disabled = !may || !(running || ended);
     button('set-up').disabled = !may || running;
+    if (state) element('episodes-now', HTMLOutputElement).textContent = running ? `${state.episode.number} runs` : ended ? `${state.episode.kept} kept` : '';
     if (state) element('episode-state', HTMLElement).textContent = state.recording ? episodeText(state.episode) : 'Record this session to keep episodes.';
   }
 }

@@ -19,6 +19,8 @@ function seen(): boolean {
 export class FirstSteps {
   readonly #first = element('first-steps', HTMLElement);
   readonly #help = element('help', HTMLElement);
+  /** Had the focus when the keys were asked for. */
+  #before: Element | null = null;
 
   /** @param onGone the card of the first steps leaves the scene free */
   constructor(show: () => void, private readonly letGo: () => void, private readonly onGone: () => void) {
@@ -46,8 +48,10 @@ export class FirstSteps {
   draw(why: string, plays: boolean, past: boolean): void {
     if (this.#first.hidden) return;
     if (past) return this.#dismiss();
-    element('first-plays', HTMLElement).hidden = !plays;
-    element('first-demo', HTMLButtonElement).disabled = why !== '';
+    this.#first.dataset.plays = String(plays);
+    const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Begin it anew' : 'Show me a motion';
+    demo.disabled = why !== '';
+    if (demo.textContent !== does) demo.textContent = does;
     const words = element('first-why', HTMLElement);
     if (words.textContent !== why) words.textContent = why;
     words.hidden = why === '';
@@ -57,6 +61,7 @@ export class FirstSteps {
   room(scene: HTMLElement): [number, number] {
     if (this.#first.hidden) return [0, 0];
     const card = this.#first.getBoundingClientRect(), { left, top, width, height } = scene.getBoundingClientRect();
+    if (card.top >= top + height) return [0, 0]; // below it
     return card.width > 0.6 * width ? [0, Math.max(0, card.bottom - top) / height] : [Math.max(0, left + width - card.left) / width, 0];
   }
 
@@ -68,9 +73,18 @@ export class FirstSteps {
 
   #openHelp(): void {
     this.letGo();
+    this.#before = document.activeElement;
     this.#help.hidden = false;
     this.#help.scrollTop = 0;
+    element('help-close', HTMLButtonElement).focus({ preventScroll: true });
   }
 
-  closeHelp(): void { this.#help.hidden = true; }
+  /** Who opened it has the focus again. */
+  closeHelp(): void {
+    if (this.#help.hidden) return;
+    const inside = this.#help.contains(document.activeElement);
+    this.#help.hidden = true;
+    if (inside && this.#before instanceof HTMLElement) this.#before.focus({ preventScroll: true });
+    this.#before = null;
+  }
 }

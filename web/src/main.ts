@@ -18,6 +18,7 @@ import { Stage } from './scene/stage';
 import type { ServerMessage } from './protocol';
 import { ON_TOUCH, Session } from './session';
 import { DisplayDelay, StudyPanel } from './study';
+import { Tabs } from './tabs';
 
 const canvas = element('scene', HTMLCanvasElement);
 const reducedMotion = matchMedia('(prefers-reduced-motion: reduce)').matches;
@@ -81,9 +82,11 @@ function take(message: ServerMessage): void {
   void recordings.follow();
 }
 
+const tabs = new Tabs();
 const hand = new Hand(connection, now, () => session.yours && !session.past);
 const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
   if (shown) hand.letGo();
+  if (shown) tabs.show('recordings');
   session.past = shown;
 }, (kind, text, to) => panel.command(kind, to === undefined ? { text } : { text, to }));
 let recorded: boolean | null = null;
@@ -168,6 +171,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   const dt = t - last;
   last = t;
   ++frames;
+  session.drew(dt);
   delay.release(t);
   headset.update(frame, t);
   drag.show(!headset.session && session.mayLead(t));

@@ -30,7 +30,21 @@ const input = (id: string) => element(id, HTMLInputElement);
 /** Hz, of the planner, that are offered beside the one it has. */
 const RATES = [50, 100, 250, 500];
 
-/** All of a list at once: one that opens has keys of its own while it is open, and Space would not come through. */
+/** A list is folded until its line is pressed, and folds again with the choice of a mouse, a finger or Enter; arrow keys go through it. */
+function folds(list: HTMLSelectElement): void {
+  const fold = (): void => {
+    const line = list.closest('details');
+    if (line) line.open = false;
+  };
+  list.onclick = fold;
+  list.onkeydown = (event) => {
+    if (event.key !== 'Enter') return;
+    fold();
+    list.closest('details')?.querySelector('summary')?.focus();
+  };
+}
+
+/** All of a list at once: one that opens in a window of its own has keys of its own, and Space would not come through. */
 function show(list: HTMLSelectElement, options: HTMLOptionElement[]): void {
   list.replaceChildren(...options);
   list.size = Math.max(2, options.length);
@@ -57,16 +71,14 @@ const WAVE_HELD = 1.2;
 const NEAR_THE_RIM = 0.9;
 /** s for which Reset calls for attention. */
 const CALLED_FOR = 1.2;
-/** m, by which a fill level changes that is asked for only to have the glass filled. */
-const FRESH = 1e-6;
 
 /** s for which a control shows what was chosen; then, what the server says. */
 const ANSWER_WITHIN = 1;
 
 /** Why the controls cannot be used, and what to do; empty: they can. */
-function whyDisabled(session: Session, present: boolean): string {
+function whyDisabled(session: Session, reached: boolean): string {
   if (session.past) return 'A recording is shown: what is grey acts on now. “Back to now” brings it back.';
-  if (!present) return 'There is no connection to the arm: nothing that is grey can reach it.';
+  if (!reached) return 'There is no connection to the arm: nothing that is grey can reach it.';
   if (!session.paired) return 'You are watching: to use what is grey, enter the code from the terminal.';
   return session.mayTake ? '' : 'Somebody else drives: to use what is grey, ask for control.';
 }
@@ -105,8 +117,8 @@ export class Panel {
   #rim = 0;
   #profiles: HTMLInputElement[] = [];
   readonly #peak = new Peak(WAVE_HELD);
-  #finer = false;
   #weights: Slider[] = [];
+  #unfocused: HTMLElement | null = null;
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('reset').onclick = () => this.reset();
@@ -118,7 +130,7 @@ export class Panel {
       input('code').value = '';
     });
     button('policy').onclick = () => this.command('policy', { value: this.session.state?.controls.policy_turn ? 0 : 1 });
-    button('refill').onclick = () => this.#refill();
+    button('refill').onclick = () => this.command('refill', {});
     element('playback', HTMLSelectElement).onchange = (event) => {
       this.takeLease();
       this.ask('playback', { text: (event.target as HTMLSelectElement).value });
@@ -128,6 +140,7 @@ export class Panel {
     }
     input('record').onchange = () => this.command('record', { value: input('record').checked ? 1 : 0 });
     element('rate', HTMLSelectElement).onchange = (event) => this.command('rate', { value: Number((event.target as HTMLSelectElement).value) });
+    for (const id of ['playback', 'rate']) folds(element(id, HTMLSelectElement));
     const controls = () => this.session.state?.controls;
     this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => headingText(v),
@@ -155,14 +168,6 @@ export class Panel {
   #grip(value: number): void {
     this.takeLease();
     this.hand.gripper = value;
-  }
-
-  /** Another level pours the glass anew: one that nobody can tell from this one. */
-  #refill(): void {
-    const { state } = this.session;
-    if (!state) return;
-    this.#finer = !this.#finer;
-    this.command('fill', { value: Number((state.controls.fill + (this.#finer ? -FRESH : FRESH)).toFixed(6)) });
   }
 
   stop(): void { this.ask('stop'); }
@@ -292,14 +297,29 @@ export class Panel {
     write(element('policy-words', HTMLElement), policyText(policy, turn, state?.leader ?? null));
   }
 
+  /** What had the focus and was greyed out has it again once it can be used. @param before had the focus before this picture */
+  #keepFocus(before: Element | null): void {
+    if (before instanceof HTMLElement && before.matches(':disabled')) this.#unfocused = before;
+    else if (document.activeElement !== document.body) this.#unfocused = null;
+    if (!this.#unfocused || this.#unfocused.matches(':disabled')) return;
+    this.#unfocused.focus();
+    this.#unfocused = null;
+  }
+
   /** Whether the server's word may replace what this control shows. */
   #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
 
   /** A few times a second; now in s of performance.now(). */
   draw(now: number): void {
+    const focused = document.activeElement;
+    this.#draw(now);
+    this.#keepFocus(focused);
+  }
+
+  #draw(now: number): void {
     const { session } = this;
     const state = session.state;
-    const live = session.status === 'open' && !session.isStale(now), present = live && !session.past;
+    const live = session.status === 'open' && !session.isStale(now), present = live && !session.past, reached = !session.isGone(now) && !session.past;
     document.body.dataset.state = session.status === 'open' ? (state?.state ?? 'none') : 'none';
     document.body.dataset.stale = String(!live);
     document.body.dataset.yours = String(session.yours);
@@ -312,13 +332,13 @@ export class Panel {
     const spill = session.spill();
     element('spill', HTMLElement).hidden = !spill;
     write(element('spill-words', HTMLElement), spill);
-    button('refill').hidden = !present || !session.mayTake;
+    button('refill').hidden = !reached || !session.mayTake;
     const refilled = !session.past && session.wasRefilled(now);
     element('refilled', HTMLElement).hidden = !refilled;
     write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
     this.#showWave(present);
     element('gripper-line', HTMLElement).hidden = !session.hasGripper;
-    this.#showPolicy(session.past ? undefined : state, present && session.mayTake);
+    this.#showPolicy(session.past ? undefined : state, reached && session.mayTake);
     const refusal = session.refusal(now);
     element('refusal', HTMLElement).hidden = !refusal;
     write(element('refusal', HTMLElement), refusal);
@@ -342,13 +362,13 @@ export class Panel {
     write(element('asked-words', HTMLElement), asked);
     write(element('asked-until', HTMLElement), session.askedUntil(now));
     element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
-    const mayChoose = present && session.mayTake;
+    const mayChoose = reached && session.mayTake;
     element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
     input('record').disabled = !mayChoose;
     for (const id of ['add-box', 'carry-object', 'remove-object']) button(id).disabled = !mayChoose;
     for (const choice of this.#profiles) choice.disabled = !mayChoose;
     const why = element('why-disabled', HTMLElement);
-    write(why, whyDisabled(session, present));
+    write(why, whyDisabled(session, reached));
     why.hidden = why.textContent === '';
     write(element('objects-hint', HTMLElement), why.textContent || 'Drag them over the floor: the arm keeps away.');
     for (const slider of [...this.#weights, ...this.#sliders]) {
@@ -369,6 +389,8 @@ export class Panel {
     this.#showRate(state.planner_rate_hz, mayChoose, now);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
+    write(element('playback-now', HTMLOutputElement), list.selectedOptions[0]?.textContent ?? '');
+    write(element('rate-now', HTMLOutputElement), `${state.planner_rate_hz.toFixed(0)} Hz`);
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
     write(element('counters', HTMLElement),
       `Planner ${state.planner_rate_hz.toFixed(0)} Hz, ${state.plans} plans, ${state.rejected_plans} refused; control ${state.cycles} cycles, ${state.missed_deadlines} late. Network there and back ${trip}.`);

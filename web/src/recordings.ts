@@ -51,10 +51,18 @@ export function profilesOf({ run, summary }: RecordedSession, profiles: readonly
   return led.length > 0 ? led.map((name) => profiles.find((profile) => profile.name === name)?.label ?? name).join(', ') : (run.label ?? '');
 }
 
+/** How much went over the rim at once, at most; empty: nothing, or nobody knows. */
+export function spillOf({ summary }: RecordedSession): string {
+  if (summary.spilled !== 'yes') return '';
+  const share = Number.parseFloat(summary.spilled_share ?? '');
+  return share > 0 ? `spilled ${percentText(share)} %` : 'spilled, share not recorded';
+}
+
 /** Length and figures of a session in a line. */
 /** @param now s that it has been written for by now, where it is being written */
 /** @param profiles whose labels are known */
-export function figures(session: RecordedSession, now: number | null = null, profiles: readonly Profile[] = []): string {
+/** @param spill tell of it, too */
+export function figures(session: RecordedSession, now: number | null = null, profiles: readonly Profile[] = [], spill = true): string {
   const { summary } = session, words = [clock(now ?? session.duration_s)];
   if (now !== null) words.unshift('being recorded');
   const label = profilesOf(session, profiles);
@@ -62,7 +70,7 @@ export function figures(session: RecordedSession, now: number | null = null, pro
   const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
   if (Number.isFinite(number('engaged_s'))) words.push(`led ${spanText(number('engaged_s'))}`);
   if (Number.isFinite(number('latency_p50_ms'))) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
-  if (summary.spilled === 'yes') words.push(number('spilled_share') > 0 ? `spilled ${percentText(number('spilled_share'))} %` : 'spilled');
+  if (spill) words.push(...[spillOf(session)].filter(Boolean));
   words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)} MB`);
   if (!session.complete && now === null) words.push('not closed');
   return words.join(' · ');
@@ -105,7 +113,7 @@ export class Recordings {
     press('past-on', () => this.player?.step(1));
     press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
     press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
-    press('past-compared', () => element('past-figures', HTMLTableElement).scrollIntoView({ block: 'nearest' }));
+    press('past-compared', () => element('past-compare', HTMLElement).scrollIntoView({ block: 'nearest' }));
     press('past-alone', () => { this.other = null; this.#layOut(); });
     press('past-close', () => this.close());
     const range = element('past-at', HTMLInputElement);
@@ -158,9 +166,7 @@ export class Recordings {
   }
 
   #tell(session: RecordedSession, age: number): string {
-    const words = figures(session, session === this.#written ? session.duration_s + age : null, this.profiles);
-    const named = session.label || titleOf(session.name, new Date()) !== session.name;
-    return named ? `${words} · ${session.name}` : words;
+    return figures(session, session === this.#written ? session.duration_s + age : null, this.profiles, false);
   }
 
   #showList(): void {
@@ -181,11 +187,15 @@ export class Recordings {
     this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt) });
-      words.append(Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), told);
+      const title = Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), spilled = spillOf(session);
+      if (spilled) title.append(' ', Object.assign(document.createElement('b'), { textContent: spilled }));
+      words.append(title, told);
       if (session === this.#written) this.#line = told;
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
       report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
-      item.dataset.spilled = session.summary.spilled ?? '';
+      if (this.player?.motion.name === name) item.dataset.shown = 'first';
+      if (this.other?.motion.name === name) item.dataset.shown = 'other';
+      item.title = name;
       row.className = 'row';
       row.append(button('Replay', `Replay ${name} in the scene`, () => void this.open(name)), report);
       if (this.player && this.player.motion.name !== name) row.append(button('Compare', `Show ${name} beside the one that plays`, () => void this.compare(name)));
@@ -303,18 +313,19 @@ export class Recordings {
     if (!player) return;
     element('past-name', HTMLElement).textContent = this.#calledOf(player.motion.name);
     element('past-name', HTMLElement).title = player.motion.name;
-    element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}, both from their first grip on` : '';
+    element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}` : '';
+    element('past-how', HTMLElement).hidden = !other;
     element('past-alone', HTMLButtonElement).hidden = element('past-compared', HTMLButtonElement).hidden = !other;
     this.#showFigures(player, other);
     this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0);
     this.#showList();
   }
 
-  /** Of the one that plays, and of the other beside it: a row each, on narrow screens a column each. */
+  /** Of the one that plays, and of the other beside it, a column each. */
   #showFigures(player: Player, other: Player | null): void {
     const table = element('past-figures', HTMLTableElement);
-    table.hidden = !other;
-    if (!other) return;
+    element('past-compare', HTMLElement).hidden = !other;
+    if (!other) return table.replaceChildren();
     const cell = (tag: 'th' | 'td', textContent: string, more: Partial<HTMLTableCellElement> = {}): HTMLTableCellElement => Object.assign(document.createElement(tag), { textContent, ...more });
     const row = (...cells: HTMLTableCellElement[]): HTMLTableRowElement => {
       const made = document.createElement('tr');
@@ -330,12 +341,10 @@ export class Recordings {
       }
       return made;
     };
-    const what = ([name, , , title]: Figure, scope: string): HTMLTableCellElement => cell('th', name, { scope, title });
-    const title = (which: number, scope: string): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion.name), { scope, className: which === 0 ? '' : 'other' });
+    const what = ([name, , , title]: Figure): HTMLTableCellElement => cell('th', name, { scope: 'row', title });
+    const title = (which: number): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion.name), { scope: 'col', className: which === 0 ? '' : 'other' });
     const corner = cell('th', 'Compared', { scope: 'col' });
-    table.replaceChildren(...(matchMedia('(max-width: 60rem)').matches
-      ? [row(corner, title(0, 'col'), title(1, 'col')), ...figures[0]!.map((figure, i) => row(what(figure, 'row'), value(0, i), value(1, i)))]
-      : [row(corner, ...figures[0]!.map((figure) => what(figure, 'col'))), ...both.map((_, which) => row(title(which, 'row'), ...figures[which]!.map((_figure, i) => value(which, i))))]));
+    table.replaceChildren(row(corner, title(0), title(1)), ...figures[0]!.map((figure, i) => row(what(figure), value(0, i), value(1, i))));
   }
 
   /** As in the list. */

@@ -2,8 +2,12 @@ import type { ConnectionStatus } from './connection';
 import { offText, percentText, spanText } from './figures';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
 
-/** s without a state after which the page greys out. */
+/** s without a state after which the scene greys out: what is seen is old. */
 export const STALE_AFTER = 0.5;
+/** s without a state after which the controls grey out, too: a connection is given up then. A short gap takes the focus from nobody. */
+export const GONE_AFTER = 3;
+/** s of a picture from which on the page itself was held up: what came meanwhile is read before the news are called old. */
+const HELD_UP = 0.25;
 
 /** From here on a body's number is that of an object that the tool carries (docs/protocol.md). */
 const CARRIED = 128;
@@ -33,6 +37,13 @@ export function waveOf(room: number, freeboard: number, least: number): Wave | n
 
 /** In a line. */
 export const waveText = ({ now, most, room }: Wave): string => `wave ${offText(now)} of ${offText(room)} mm, largest ${offText(most)}`;
+
+/** Between two rounds of a demo motion, and after the last one. @param plays it goes on by itself */
+function demoReason(reason: string, plays: boolean): string {
+  if (reason === 'the demo motion ended' && plays) return 'the demo motion begins anew';
+  if (reason === 'the demo motion was held up') return plays ? 'the demo motion was held up, and goes on' : 'the demo motion ended';
+  return reason;
+}
 
 /** How the operator does what the page advises. */
 export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
@@ -78,6 +89,8 @@ export class Session {
   #spilledInStop = false;
   #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
+  /** s, of the last picture, if the page was held up in it. */
+  #heldUp = 0;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
   #grantAt = NaN;
 
@@ -159,7 +172,7 @@ export class Session {
     // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
     if (reason === 'grip to move the arm') return '';
     if (reason === 'the hand is back') return 'following again';
-    return (controls?.playback ?? -1) >= 0 ? reason.replace(/: release and grip again$/, '') : reason;
+    return demoReason(reason, (controls?.playback ?? -1) >= 0);
   }
 
   /** mm: how high the liquid stands above its level at rest, how high at most since the glass was filled, and what the rim allows. null: nobody can say. */
@@ -169,7 +182,11 @@ export class Session {
     return waveOf(1000 * (welcome.glass.height - state.controls.fill), 1000 * freeboard, 1000 * least_freeboard);
   }
 
-  isStale(now: number): boolean { return now - this.#stateAt > STALE_AFTER; }
+  isStale(now: number): boolean { return now - this.#stateAt - this.#heldUp > STALE_AFTER; }
+  /** So long without news that a control would reach nobody. */
+  isGone(now: number): boolean { return this.status !== 'open' || now - this.#stateAt - this.#heldUp > GONE_AFTER; }
+  /** A picture took so many s: what came meanwhile waits to be read. */
+  drew(dt: number): void { this.#heldUp = dt > HELD_UP ? dt : 0; }
 
   /** Whether this client has the lease, or would get it. */
   get mayTake(): boolean { return this.yours || this.takeable; }

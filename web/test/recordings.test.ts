@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { figures, isFound, titleOf } from '../src/recordings';
+import { figures, isFound, spillOf, titleOf } from '../src/recordings';
 import { clock } from '../src/figures';
 import { betterOf, summaryOf } from '../src/replay/summary';
 import { indexAt, Player, type Motion } from '../src/replay/player';
@@ -95,6 +95,9 @@ describe('list', () => {
     const profiles = [{ index: 0, name: 'tracking', label: 'Tracking (P1)', weights: [] }];
     expect(figures({ ...session, summary: { profiles: 'tracking, own' } }, null, profiles)).toBe('1:01 · Tracking (P1), own · 2.3 MB');
     expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } })).toBe('1:01 · Waiter · spilled 74.4 % · 2.3 MB');
+    expect(figures({ ...session, summary: { spilled: 'yes' } })).toBe('1:01 · Waiter · spilled, share not recorded · 2.3 MB');
+    expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }, null, [], false)).toBe('1:01 · Waiter · 2.3 MB');
+    expect([spillOf({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }), spillOf(session)]).toEqual(['spilled 74.4 %', '']);
     expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3 MB · not closed');
     expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3 MB');
   });

@@ -71,12 +71,17 @@ describe('words of a session', () => {
     expect(session.wave()).toBeNull();
     expect(waveOf(0, 1, 1)).toBeNull();
   });
-  it('ask nobody to release a recorded hand, and say how old the news are', () => {
+  it('say of a demo motion what is true of it, and how old the news are', () => {
     const session = open(), reason = 'the hand fell silent: release and grip again', { controls } = server.state as { controls: object };
     session.take(state({ reason, controls: { ...controls, playback: -1 } }), 1);
     expect(session.reason(1)).toBe(reason);
     session.take(state({ reason, controls: { ...controls, playback: 0 } }), 2);
-    expect(session.reason(2)).toBe('the hand fell silent');
+    expect(session.reason(2)).toBe(reason);
+    const demo = (words: string, playback: number) => { session.take(state({ reason: words, controls: { ...controls, playback } }), 2); return session.reason(2); };
+    expect(demo('the demo motion ended', -1)).toBe('the demo motion ended');
+    expect(demo('the demo motion ended', 0)).toBe('the demo motion begins anew');
+    expect(demo('the demo motion was held up', 0)).toBe('the demo motion was held up, and goes on');
+    expect(demo('the demo motion was held up', -1)).toBe('the demo motion ended');
     session.connectionBecame('lost');
     expect(session.reason(6.04)).toBe('last news 4.0 s ago');
   });
@@ -93,6 +98,17 @@ describe('words of a session', () => {
     under(0, false, 5);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
     expect(session.spill()).toMatch(/, in a stop$/);
+  });
+  it('are old after half a second, and lost after three; while the page was held up they are not yet called so', () => {
+    const session = open();
+    session.take(state({}), 10);
+    expect([session.isStale(10.4), session.isStale(10.6), session.isGone(10.6), session.isGone(13.1)]).toEqual([false, true, false, true]);
+    session.drew(0.9);
+    expect([session.isStale(10.9), session.isStale(11.5)]).toEqual([false, true]);
+    session.drew(0.016);
+    expect(session.isStale(10.9)).toBe(true);
+    session.connectionBecame('lost');
+    expect(session.isGone(10.1)).toBe(true);
   });
   it('tell what nothing came of, for a while or until the state is another', () => {
     const session = open();

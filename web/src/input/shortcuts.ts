@@ -5,7 +5,7 @@ export const isTyped = (target: EventTarget | null): boolean => target instanceo
 
 const isPressed = (target: EventTarget | null): target is HTMLButtonElement | HTMLInputElement =>
   target instanceof HTMLButtonElement || (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio'));
-const hasOwnEnter = (target: EventTarget | null): boolean => isTyped(target) || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement;
+const hasOwnEnter = (target: EventTarget | null): boolean => isTyped(target) || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement || (target instanceof HTMLElement && target.tagName === 'SUMMARY');
 
 /** Whether Enter does something here, and so does not reset. */
 export const takesEnter = (target: EventTarget | null): boolean => isPressed(target) || hasOwnEnter(target);
