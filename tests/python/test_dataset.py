@@ -155,6 +155,8 @@ def test_a_broken_session_and_a_worker_that_is_killed_take_no_other_with_them(re
     (["SESSION", "--out", "set", "--action", "torque"], "torque"),
     (["SESSION", "--out", "set", "--workers", "0"], "--workers is 0"),
     (["SESSION", "--out", "set", "--shortest", "nan"], "--shortest is nan"),
+    (["SESSION", "--out", "set", "--picture-pause", "0"], "--picture-pause is 0"),
+    (["SESSION", "--out", "set", "--picture-pause", "nan"], "--picture-pause is nan"),
     (["SESSION", "--out", "set", "--shortest", "1000"], "there is no episode to write"),
     (["SESSION", "--out", "set", "--robot", "ur6"], "ur6"),
     (["SESSION", "--out", "set", "--robot", "gen3"], "the robot gen3 has"),

@@ -52,7 +52,7 @@ def test_what_is_kept_is_in_the_data_set_when_the_session_ends(tmp_path):
     assert [list(tasks) for tasks in episodes["tasks"]] == [["to the front"]] * 2
     assert episodes["session"].nunique() == 2
     said = lead(tmp_path / "third", data)
-    assert "no episode was kept" in said and json.loads((data / "meta/info.json").read_text()) == info
+    assert "no episode was kept and whole, it stays as it was\n" in said and json.loads((data / "meta/info.json").read_text()) == info
 
 
 def test_it_goes_on_as_the_data_set_was_made(tmp_path):

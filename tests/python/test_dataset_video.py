@@ -86,6 +86,7 @@ def test_pauses_and_what_begins_too_late_are_refused():
     lost = np.delete(exposed, [12])  # one picture
     with pytest.raises(ValueError, match="camera front has no picture for 133 ms"):
         lay("front", video(lost), t)
+    assert lay("front", video(lost), t, longest=0.15).skew == pytest.approx(1 / 15, abs=0.02)
     with pytest.raises(ValueError, match="camera front has no picture for"):
         lay("front", video(exposed[:12]), t)  # unplugged
     with pytest.raises(ValueError, match="camera front has no picture"):

@@ -13,7 +13,7 @@ from .._jobs import Workers, add_workers, do_each, sessions_of, workers_of
 from .._replay import read_session
 from .._robot import Robot
 from ._episodes import ACTIONS, EPISODES, Episode, cut
-from ._video import read_videos
+from ._video import PICTURE_PAUSE, read_videos
 
 
 def _parser() -> Parser:
@@ -32,6 +32,7 @@ def _parser() -> Parser:
     parser.add_argument("--episodes", choices=EPISODES, default="auto", help="those that were marked and kept, from each grip to its release, or all of a session (auto: marked where a session has marks, else grips)")
     parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="leave out what is shorter, s (1)")
     parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
+    parser.add_argument("--picture-pause", type=float, default=PICTURE_PAUSE, metavar="S", help="leave out an episode in which a camera has no picture for longer, s; meanwhile frames show the nearest (0.1)")
     parser.add_argument("--no-video", action="store_true", help="leave the cameras' pictures out")
     add_workers(parser, "read sessions")
     return parser
@@ -81,6 +82,8 @@ def run(words: list[str]) -> int:
         raise ValueError(f"--fps is {arguments.fps}; it must be from 1 to 500")
     if not 0.0 <= arguments.shortest < float("inf"):
         raise ValueError(f"--shortest is {arguments.shortest}; it must be at least 0 s")
+    if not 0.0 < arguments.picture_pause < float("inf"):
+        raise ValueError(f"--picture-pause is {arguments.picture_pause:g}; it must be above 0 s")
     if arguments.robot:
         Robot(arguments.robot)
     robomimic = arguments.format == "robomimic"
@@ -96,7 +99,7 @@ def run(words: list[str]) -> int:
         raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
     if robomimic and Path(arguments.out).exists():
         raise ValueError(f"{arguments.out} is there already; --format robomimic makes a new file: name another")
-    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video or robomimic}
+    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video or robomimic, "picture_pause": arguments.picture_pause}
     episodes, left_out = read_sessions(sessions_of(arguments.sessions), arguments.robot, options, workers)
     tell_left_out(left_out)
     if robomimic:

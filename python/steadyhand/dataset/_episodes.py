@@ -13,7 +13,7 @@ from .._poses import quat_xyzw
 from .._replay import Episode as Marked
 from .._replay import Session
 from .._robot import Robot
-from ._video import Film, Video, lay
+from ._video import PICTURE_PAUSE, Film, Video, lay
 
 EPISODES = ("auto", "marked", "grips", "session")
 LONGEST_GAP = 0.05
@@ -191,6 +191,7 @@ def cut(
     episodes: str = "auto",
     shortest: float = 1.0,
     videos: dict[str, Video] | None = None,
+    picture_pause: float = PICTURE_PAUSE,
 ) -> tuple[list[Episode], list[str]]:
     """The episodes of a session, and a line on each stretch that was left out.
 
@@ -198,7 +199,8 @@ def cut(
     task: what was to be done, in words, where the session does not say it. episodes: "marked", those that somebody began and kept;
     "grips", from each grip of the hand to its release; "session", all of it; "auto", marked where the session has marks, else grips.
     shortest: s; what is shorter is left out. Every stream is sampled at the frames' times, between its own samples along lines.
-    videos: of its cameras, see read_videos; each frame takes the picture that was exposed nearest.
+    videos: of its cameras, see read_videos; each frame takes the picture that was exposed nearest. picture_pause: s; where a camera has none for
+    longer the episode is left out.
     Raises ValueError for what is out of range, and for a robot with other joints.
     """
     if fps != int(fps) or not 1 <= fps <= 500:
@@ -244,7 +246,7 @@ def cut(
             left_out.append(f"{where}: {', '.join(broken)} not finite")
             continue
         try:
-            films = {f"observation.images.{name}": lay(name, video, t) for name, video in (videos or {}).items()}
+            films = {f"observation.images.{name}": lay(name, video, t, picture_pause) for name, video in (videos or {}).items()}
         except ValueError as error:
             left_out.append(f"{where}: {error}")
             continue

@@ -16,8 +16,8 @@ import numpy as np
 
 from .._arrays import Array
 
-LONGEST_PICTURE_GAP = 0.1
-"""s: an episode is left out if a camera pauses longer."""
+PICTURE_PAUSE = 0.1
+"""s: an episode is left out if a camera pauses longer, unless another is given."""
 _TOPIC = "/camera/"
 _KEY = re.compile(rb"\x00\x00\x01[\x25\x45\x65]")
 """Of H.264: a slice that needs no picture before."""
@@ -101,8 +101,8 @@ def read_videos(path: str | os.PathLike[str]) -> dict[str, Video]:
             video.packets.append(base64.b64decode(said["data"]))
 
 
-def lay(name: str, video: Video, t: Array) -> Film:
-    """Of each frame, at t (s of the session's time), the picture that was exposed nearest. Raises ValueError where they pause."""
+def lay(name: str, video: Video, t: Array, longest: float = PICTURE_PAUSE) -> Film:
+    """Of each frame, at t (s of the session's time), the picture that was exposed nearest. Raises ValueError where they pause for longer, s."""
     exposed = np.array(video.t)
     rows = np.clip(np.searchsorted(exposed, t), 1, max(1, len(exposed) - 1)) if len(exposed) > 1 else np.zeros(len(t), int)
     if len(exposed) > 1:
@@ -110,8 +110,10 @@ def lay(name: str, video: Video, t: Array) -> Film:
     skew = float(np.abs(exposed[rows] - t).max()) if len(exposed) else np.inf
     inside = exposed[rows[0] : rows[-1] + 1] if len(exposed) else exposed
     pause = max([2.0 * skew, *np.diff(inside)])
-    if pause > LONGEST_PICTURE_GAP:
-        raise ValueError(f"camera {name} has no picture for {1e3 * pause:.0f} ms" if np.isfinite(pause) else f"camera {name} has no picture")
+    if not np.isfinite(pause):
+        raise ValueError(f"camera {name} has no picture; --no-video does without")
+    if pause > longest:
+        raise ValueError(f"camera {name} has no picture for {1e3 * pause:.0f} ms, longer than {1e3 * longest:.0f}; --picture-pause {np.ceil(10 * pause) / 10:g} takes it, --no-video does without")
     first = next((k for k in range(rows[0], -1, -1) if _KEY.search(video.packets[k])), None)
     if first is None:
         raise ValueError(f"camera {name} has no key picture before")

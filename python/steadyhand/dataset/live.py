@@ -81,7 +81,8 @@ def run(words: list[str]) -> int:
         episodes, left_out = read_sessions(files, None, _options(folder, files))
         tell_left_out(left_out)
         if not episodes:
-            print(f"{folder}: no episode was kept, it stays as it was")
+            lost = f"; './steadyhand dataset {told} --out DIR' makes one of it in another way" if any("discarded" not in line for line in left_out) else ""
+            print(f"{folder}: no episode was kept and whole, it stays as it was{lost}")
             return code
         append(folder, episodes)
     except (ValueError, OSError) as error:

@@ -4,6 +4,8 @@
 #include <EGL/eglext.h>
 #include <fmt/format.h>
 
+#include <string_view>
+
 namespace steadyhand {
 
 namespace {
@@ -58,6 +60,14 @@ Status OffscreenContext::make_current() {
     return refused("the OpenGL context cannot be used");
   }
   return Done{};
+}
+
+bool OffscreenContext::draws_in_software() const {
+  constexpr unsigned kRenderer = 0x1F01;  // GL_RENDERER
+  const auto get = reinterpret_cast<const unsigned char* (*)(unsigned)>(eglGetProcAddress("glGetString"));
+  const unsigned char* name = get == nullptr ? nullptr : get(kRenderer);
+  const std::string_view said = name == nullptr ? "" : reinterpret_cast<const char*>(name);
+  return said.find("llvmpipe") != said.npos || said.find("softpipe") != said.npos;
 }
 
 void OffscreenContext::release() { eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }

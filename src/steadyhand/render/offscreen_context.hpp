@@ -19,6 +19,8 @@ class OffscreenContext {
   Status make_current();
   /// Another thread may take it.
   void release();
+  /// Whether Mesa draws on the processor. Only while it is current.
+  bool draws_in_software() const;
 
  private:
   OffscreenContext(void* display, void* context) : display_(display), context_(context) {}

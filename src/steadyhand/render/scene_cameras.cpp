@@ -146,6 +146,8 @@ Result<std::unique_ptr<PictureSource>> make_scene_cameras(MujocoArm& arm, const 
     model->vis.global.offwidth = larger(model->vis.global.offwidth, camera, &CameraInfo::width);
     model->vis.global.offheight = larger(model->vis.global.offheight, camera, &CameraInfo::height);
   }
+  // Smooth edges take two thirds of the time that a processor draws for: 17 ms of 320 x 240 pixels.
+  if ((*context)->draws_in_software()) model->vis.quality.offsamples = 0;
   model->vis.quality.shadowsize = std::min(model->vis.quality.shadowsize, kShadowPixels);
   for (int i = 0; i < 3; ++i) {  // bright, whatever lamps the scene has
     model->vis.headlight.ambient[i] = std::max(model->vis.headlight.ambient[i], 0.4F);
