@@ -97,6 +97,22 @@ TEST(FileSource, LeavesOutWhatIsFasterThanTheCamera) {
   EXPECT_EQ(pictures, 5);
 }
 
+TEST(FileSource, LeavesOutWhatIsOverWhereItIsBehind) {
+  const TemporaryFolder folder;
+  ManualClock clock;
+  const auto source = open_file_source(folder.write("ten.y4m", y4m(10)), {"front", 32, 24, 10.0}, clock);
+  ASSERT_TRUE(source) << source.error().message;
+  Picture picture;
+  ASSERT_TRUE((*source)->take(picture));
+  const Time begin = picture.exposed;
+  clock.advance(0.45);  // whoever takes them was busy
+  const Result<bool> taken = (*source)->take(picture);
+  ASSERT_TRUE(taken && *taken);
+  EXPECT_EQ(picture.exposed - begin, from_seconds(0.4));
+  EXPECT_EQ(picture.left_out, 3);
+  EXPECT_LE(clock.now() - picture.exposed, from_seconds(0.1));
+}
+
 TEST(FileSource, RefusesWhatIsNoVideo) {
   const TemporaryFolder folder;
   ManualClock clock;

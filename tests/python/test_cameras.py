@@ -1,5 +1,7 @@
 """Cameras of a session, from a simulated scene and from files, as FFmpeg and the mcap package read its recording (docs/cameras.md)."""
 
+import re
+import resource
 import signal
 import subprocess
 import sys
@@ -111,3 +113,31 @@ def test_bad_input_moves_nothing(tmp_path, words, reason):
 def test_a_scene_without_the_camera(tmp_path):
     done = demo(tmp_path, "--arm", "mujoco", "--task", "carry", "--camera", "behind")
     assert done.returncode == 2 and "the scene has no camera 'behind'; it has front, wrist" in done.stderr
+
+
+def test_a_full_disk_ends_the_recording_and_neither_the_session_nor_its_cameras(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+
+    command = [PROGRAM, "demo", "--headless", "--seconds", "8", "--set", f"recording.folder={tmp_path}", "--camera", f"table={film(tmp_path / 'film.mp4', pictures=200)}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, preexec_fn=limit)
+    assert done.returncode == 0, done.stderr
+    assert "the recording ended, the session goes on: " in done.stdout and "File too large" in done.stdout
+    filmed = re.search(r"^camera table +(\d+) pictures, \d+ dropped$", done.stdout, re.MULTILINE)
+    assert int(re.search(r"(\d+) looked at, 0 beyond a limit, 0 in contact", done.stdout)[1]) > 2000
+    recorded = read_videos(next(tmp_path.glob("*.mcap")))["table"]
+    assert 1 <= len(recorded.t) < int(filmed[1]), done.stdout
+    decoder = av.CodecContext.create("h264", "r")
+    decoder.flags |= av.codec.context.Flags.low_delay
+    assert all(decoder.decode(av.Packet(packet)) for packet in recorded.packets), "each picture is whole"
+
+
+def test_an_encoder_that_cannot_keep_up_drops_pictures_and_holds_nothing_up(tmp_path):
+    large = ["--set", "camera.width=3840", "--set", "camera.height=2160", "--set", "camera.rate=60"]
+    done = demo(tmp_path, "--camera", f"table={film(tmp_path / 'film.mp4', pictures=600, rate=60)}", *large, seconds=4)
+    assert done.returncode == 0, done.stderr
+    filmed, dropped = map(int, re.search(r"^camera table +(\d+) pictures, (\d+) dropped$", done.stdout, re.MULTILINE).groups())
+    assert dropped > 50 and filmed + dropped < 600, done.stdout
+    assert int(re.search(r"(\d+) looked at, 0 beyond a limit, 0 in contact", done.stdout)[1]) > 1000
+    assert "held back          1 x a stop was asked for\n" in done.stdout, done.stdout
+    assert len(read_videos(next(tmp_path.glob("*.mcap")))["table"].t) <= filmed

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "steadyhand/camera/ffmpeg.hpp"
 
@@ -35,6 +36,10 @@ class FileSource final : public PictureSource {
     }
     const Time now = clock_->now();
     if (!begin_) begin_ = now - *due_;
+    // Who is behind leaves out what is over: pictures that come ever later would be of no use.
+    for (const Time period = from_seconds(1.0 / cameras_[0].rate_hz); *begin_ + *due_ + period < now; ++left_out_) {
+      if (Status s = next(); !s) return s.error();
+    }
     const Time at = *begin_ + *due_;
     if (at > now + kMostPatience) {
       clock_->sleep_until(now + kMostPatience);
@@ -44,6 +49,7 @@ class FileSource final : public PictureSource {
     if (Status s = scale(picture); !s) return s.error();
     picture.camera = 0;
     picture.exposed = at;
+    picture.left_out = std::exchange(left_out_, 0);
     due_.reset();
     return true;
   }
@@ -103,6 +109,7 @@ class FileSource final : public PictureSource {
   Ffmpeg<SwsContext> scaler_;
   double last_;                ///< s, of the file's time: of the last picture that was taken
   std::optional<Time> begin_;  ///< of the file's time, in the session's
+  int left_out_ = 0;           ///< pictures, since the last that was taken
   std::optional<Time> due_;    ///< when frame_ is, in the file's time; none: it was taken
 };
 
