@@ -19,13 +19,13 @@ from ._video import PICTURE_PAUSE, read_videos
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand dataset",
-        description="Makes a data set in LeRobot's format v3.0, or robomimic's, of recorded sessions, or appends them to one (docs/datasets.md).",
+        description="Makes a data set in LeRobot's format v3.0, robomimic's or Rerun's, of recorded sessions, or appends them to one (docs/datasets.md).",
         epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )
     parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, or a folder of them")
-    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there. The file, with --format robomimic")
-    parser.add_argument("--format", choices=("lerobot", "robomimic"), default="lerobot", help="LeRobot's v3.0, or one HDF5 file as robomimic reads it, without pictures (lerobot)")
+    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there. With other formats a new file (robomimic) or folder (rerun)")
+    parser.add_argument("--format", choices=("lerobot", "robomimic", "rerun"), default="lerobot", help="LeRobot's v3.0, one HDF5 file as robomimic reads it, without pictures, or a recording of each episode (.rrd) as Rerun shows it (lerobot)")
     parser.add_argument("--fps", type=int, default=30, metavar="N", help="frames a second, 1 to 500 (30)")
     parser.add_argument("--action", choices=ACTIONS, default="joints", help="what an action is: joint positions, their change, the tool's pose, or positions and velocities (joints)")
     parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words, where a session does not say it")
@@ -74,6 +74,19 @@ def append(folder: str | Path, episodes: list[Episode]) -> None:
     print(f"{folder}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
 
 
+def _writer(format: str) -> Callable[[str, list[Episode]], int] | None:
+    """Of a format that is made anew each time; None: LeRobot's, which can be appended to."""
+    if format == "robomimic":
+        from ._robomimic import write_robomimic
+
+        return write_robomimic
+    if format == "rerun":
+        from ._rerun import write_rerun
+
+        return write_rerun
+    return None
+
+
 def run(words: list[str]) -> int:
     """The command; its exit code. Raises ValueError for bad input."""
     arguments = _parser().parse_args(words)
@@ -86,24 +99,25 @@ def run(words: list[str]) -> int:
         raise ValueError(f"--picture-pause is {arguments.picture_pause:g}; it must be above 0 s")
     if arguments.robot:
         Robot(arguments.robot)
-    robomimic = arguments.format == "robomimic"
+    no_video = arguments.no_video or arguments.format == "robomimic"
+    extra = "dataset" + (",rerun" if arguments.format == "rerun" else "")
     try:
-        if robomimic:
-            from ._robomimic import write_robomimic
-        elif not arguments.no_video:
+        if not no_video:
             import av  # noqa: F401
             import mcap  # noqa: F401
 
         from . import _lerobot  # noqa: F401
+
+        write = _writer(arguments.format)
     except ImportError as error:
-        raise ValueError(f"{error}; pip install steadyhand[dataset] brings what a data set is written with") from None
-    if robomimic and Path(arguments.out).exists():
-        raise ValueError(f"{arguments.out} is there already; --format robomimic makes a new file: name another")
-    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": arguments.no_video or robomimic, "picture_pause": arguments.picture_pause}
+        raise ValueError(f"{error}; pip install steadyhand[{extra}] brings what a data set is written with") from None
+    if write and Path(arguments.out).exists():
+        raise ValueError(f"{arguments.out} is there already; --format {arguments.format} makes a new one: name another")
+    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
     episodes, left_out = read_sessions(sessions_of(arguments.sessions), arguments.robot, options, workers)
     tell_left_out(left_out)
-    if robomimic:
-        frames = write_robomimic(arguments.out, episodes)
+    if write:
+        frames = write(arguments.out, episodes)
         print(f"{arguments.out}: {len(episodes)} episodes, {frames} frames")
         return 0
     append(arguments.out, episodes)

@@ -61,7 +61,7 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
         if info["total_episodes"]:
             shutil.copytree(folder, beside, dirs_exist_ok=True, copy_function=_link)
         _append(beside, info, episodes)
-        os.chmod(beside, 0o777 & ~_umask())
+        os.chmod(beside, 0o777 & ~umask())
         _put_in_place(beside, folder)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
@@ -232,7 +232,8 @@ def _write_json(path: Path, value: Any) -> None:
     _replace(path, lambda new: new.write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8"))
 
 
-def _umask() -> int:
+def umask() -> int:
+    """Of this process."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

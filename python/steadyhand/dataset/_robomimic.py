@@ -18,6 +18,7 @@ import h5py
 import numpy as np
 
 from ._episodes import Episode
+from ._lerobot import umask
 
 _GYM = 2
 """Of robomimic's kinds of environment: which makes one by its name, if a policy is to be tried there. We have none of that name."""
@@ -52,7 +53,7 @@ def write_robomimic(path: str | os.PathLike[str], episodes: Sequence[Episode]) -
             file["data"].attrs["total"] = total
             kwargs = {"robot": episodes[0].robot, "fps": episodes[0].fps}
             file["data"].attrs["env_args"] = json.dumps({"env_name": "steadyhand", "type": _GYM, "env_kwargs": kwargs})
-        os.chmod(name, 0o666 & ~_umask())
+        os.chmod(name, 0o666 & ~umask())
         os.replace(name, path)
     finally:
         Path(name).unlink(missing_ok=True)
@@ -76,9 +77,3 @@ def _write_demo(demo: h5py.Group, episode: Episode) -> int:
         demo.attrs[key] = value
     demo.attrs["success"] = "unknown" if episode.success is None else str(bool(episode.success)).lower()
     return samples
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -51,6 +51,8 @@ class Film:
     """(m,), not decreasing: index of each frame's picture in packets."""
     skew: float
     """s, largest, between a frame's time and the exposure of its picture."""
+    t: Array
+    """s from frame 0: when each of the packets was exposed."""
 
     def pictures(self) -> Iterator[Array]:
         """m pictures (height, width, 3) of uint8, RGB. Raises ValueError where they cannot be decoded."""
@@ -117,7 +119,7 @@ def lay(name: str, video: Video, t: Array, longest: float = PICTURE_PAUSE) -> Fi
     first = next((k for k in range(rows[0], -1, -1) if _KEY.search(video.packets[k])), None)
     if first is None:
         raise ValueError(f"camera {name} has no key picture before")
-    return Film(video.width, video.height, video.packets[first : rows[-1] + 1], rows - first, skew)
+    return Film(video.width, video.height, video.packets[first : rows[-1] + 1], rows - first, skew, exposed[first : rows[-1] + 1] - t[0])
 
 
 def feature(film: Film, fps: int) -> dict[str, Any]:
