@@ -87,7 +87,7 @@ TEST(Obstacles, AreNotTouched) {
     if (smallest_gap(loop.arm, obstacles, Time(0)) < 0.0) continue;
     SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << to_string(shape.kind));
     const Swing result = swing(loop, obstacles, obstacles);
-    EXPECT_GE(result.least, -2e-3);
+    EXPECT_GE(result.least, -1e-5);
     EXPECT_GE(result.solved, result.plans * 8 / 10);
     EXPECT_LE(result.waited, 3);  // a corner that solutions cut is given a wider berth
     near += result.near > 50;
@@ -108,7 +108,7 @@ TEST(Obstacles, GivesWayToWhatMoves) {
     if (smallest_gap(loop.arm, obstacles, Time(0)) < 0.01) continue;
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const Swing blind = swing(loop, obstacles, kNoObstacles), result = swing(loop, obstacles, obstacles);
-    EXPECT_GE(result.least, -2e-3);
+    EXPECT_GE(result.least, -1e-5);
     gave_way += blind.least < -0.01 && result.solved == result.plans;
   }
   EXPECT_GT(gave_way, 2);
@@ -159,10 +159,8 @@ TEST(Obstacles, AreLookedForAtAllTimes) {
     ++near;
     const Shape thin = obstacles.list[0].shape;
     const auto fault_with_gap = [&](double left, double distance) {
-      PlanCheckSettings settings;
-      settings.overlap_between_nodes = 0.0;
       obstacles.list[0].shape = thin.inflated(distance - left);
-      return check_plan(plan, plan.x[0], settings, arm, obstacles);
+      return check_plan(plan, plan.x[0], {}, arm, obstacles);
     };
     passed_by_points += at_points - at_all_times > 5e-5;
     refused += at_points - at_all_times > 5e-5 && fault_with_gap(0.0, at_points) == PlanFault::kObstacle;
@@ -306,10 +304,8 @@ TEST(Obstacles, AreNotMixedUp) {
     const Obstacle touches = obstacle(Shape::sphere(0.01 + distance - 1e-4), there);
     Obstacles both = cell({touches, obstacle(Shape::sphere(0.01), 500.0 * vector(), 50.0 * vector())});
     both.time = plan.start;
-    PlanCheckSettings settings;
-    settings.overlap_between_nodes = 0.0;
-    EXPECT_EQ(check_plan(plan, plan.x[0], settings, arm, cell({touches})), PlanFault::kNone);
-    EXPECT_EQ(check_plan(plan, plan.x[0], settings, arm, both), PlanFault::kNone);
+    EXPECT_EQ(check_plan(plan, plan.x[0], {}, arm, cell({touches})), PlanFault::kNone);
+    EXPECT_EQ(check_plan(plan, plan.x[0], {}, arm, both), PlanFault::kNone);
     ++near;
   }
   EXPECT_GT(near, 200);
@@ -407,21 +403,47 @@ TEST(Obstacles, PairsKeepTheirRows) {
     }
     before = now;
   }
-  EXPECT_GT(kept, 100);
+  EXPECT_GT(kept, 50);
   EXPECT_EQ(moved, 0);
 }
 
-/// Without it a plan that passed its check led a bottle 1.5 mm into the upper arm (bench/contacts.py, seed 43).
-TEST(Obstacles, WhatIsCarriedKeepsWhatTheCheckLetsOverlap) {
-  const Loop loop(1);
-  CellObject bottle;
-  bottle.name = "bottle";
-  bottle.shape = Shape::cylinder(0.03, 0.1);
-  bottle.origin.setIdentity();
-  bottle.attached = true;
-  const Result<Obstacles> obstacles = obstacles_of({.name = "cell", .objects = {bottle}}, loop.model);
-  ASSERT_TRUE(obstacles);
-  EXPECT_GE(obstacles->list[0].margin, PlanCheckSettings().overlap_between_nodes);
+/// Where it was let overlap by 2 mm a plan led a bottle 1.5 mm into the upper arm (bench/contacts.py, seed 43).
+TEST(Obstacles, WhatIsCarriedDoesNotTouchTheArmBetweenNodes) {
+  Loop loop(10);
+  Plan plan;  // an interval up and back, and to rest
+  stand(loop.model.home, Time(0), plan);
+  plan.intervals = 2;
+  const JointVector up = JointVector::Constant(6, 14.0);
+  plan.x[0].tail(6) = 0.5 * plan.dt * up;
+  for (int k = 0; k < 2; ++k) {
+    plan.u[k] = k == 0 ? JointVector(-up) : JointVector(0.5 * up);
+    plan.x[k + 1].resize(12);
+    plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+        plan.x[k].tail(6) + plan.dt * plan.u[k];
+  }
+  int tried = 0;
+  for (std::size_t body = 0; body < loop.model.bodies.size(); ++body) {
+    if (loop.model.bodies[body].link == 6) continue;
+    Obstacles carried = cell({obstacle(Shape::sphere(0.001), Vector3::Zero())});
+    carried.list[0].carried = true;
+    carried.list[0].ignores.set();
+    carried.list[0].ignores.reset(body);
+    const auto apart = [&](double t) {
+      loop.arm.set_position(sample(plan, from_seconds(t)).q);
+      return carried_gap(loop.arm, static_cast<int>(body), carried.list[0]);
+    };
+    const double half_way = apart(0.5 * plan.dt);
+    if (half_way < 1e-3 || std::min(apart(0.0), apart(2.0 * plan.dt)) < half_way + 3e-4) continue;
+    ++tried;
+    const auto fault_with_gap = [&](double gap) {
+      Obstacles grown = carried;
+      grown.list[0].shape = carried.list[0].shape.inflated(half_way - gap);
+      return check_plan(plan, plan.x[0], {}, loop.arm, grown);
+    };
+    EXPECT_EQ(fault_with_gap(-1e-4), PlanFault::kSelfCollision) << body;
+    EXPECT_EQ(fault_with_gap(1e-4), PlanFault::kNone) << body;
+  }
+  EXPECT_GT(tried, 0);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ TEST(Planner, CommandsStayInsideAtAnyRate) {
       EXPECT_LE((command.dq - last.dq).cwiseAbs().maxCoeff(), 0.002 * 15.0 + 1e-6);
       EXPECT_LE((command.q - last.q).cwiseAbs().maxCoeff(), 0.002 * M_PI + 1e-6);
       loop.arm.set_position(command.q);
-      EXPECT_GE(clearance(loop.arm), -2e-3);
+      EXPECT_GE(clearance(loop.arm), -1e-5);
       last = command;
     }
     EXPECT_GE(solved, steps * 9 / 10) << rate_hz << " Hz";
@@ -199,7 +199,7 @@ TEST(Planner, RefusesBadSettings) {
     expect_refused("budget.time_us is ", [=](auto& s) { s.budget.time_us = bad; });
     expect_refused("check.command_rate_hz is ", [=](auto& s) { s.check.command_rate_hz = bad; });
     expect_refused("check.tolerance is ", [=](auto& s) { s.check.tolerance = bad; });
-    expect_refused("check.overlap_between_nodes is ", [=](auto& s) { s.check.overlap_between_nodes = bad; });
+    expect_refused("clearance is ", [=](auto& s) { s.clearance = bad; });
     expect_refused("check.tool_speed_max is ", [=](auto& s) { s.check.tool_speed_max = bad; });
     expect_refused("check.elbow_speed_max is ", [=](auto& s) { s.check.elbow_speed_max = bad; });
   }
@@ -434,10 +434,7 @@ TEST(PlanCheck, LooksBetweenNodes) {
   };
   const RobotModel half_way = touching(5e-4);
   Kinematics arm(half_way);
-  PlanCheckSettings strict;
-  strict.overlap_between_nodes = 0.0;
-  EXPECT_EQ(check_plan(plan, plan.x[0], strict, arm), PlanFault::kSelfCollision);
-  EXPECT_EQ(check_plan(plan, plan.x[0], {}, arm), PlanFault::kNone);
+  EXPECT_EQ(check_plan(plan, plan.x[0], {}, arm), PlanFault::kSelfCollision);
 
   // At rest nothing overlaps by more either.
   Plan there;
@@ -462,7 +459,6 @@ void look_at_all_times(Loop& loop) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   int near = 0, passed_by_points = 0, refused = 0, free = 0;
-  PlanCheckSettings settings;
   for (int trial = 0; trial < 5000; ++trial) {
     Plan plan;  // to rest in six intervals of 50 ms
     stand(2.0 * JointVector::NullaryExpr(6, [&] { return unit(random); }), Time(0), plan);
@@ -489,8 +485,7 @@ void look_at_all_times(Loop& loop) {
     const auto fault_with_gap = [&](double left, double distance) {
       close.bodies[first].shape = loop.model.bodies[first].shape.inflated(distance - left);
       Kinematics arm(close);
-      settings.overlap_between_nodes = 0.0;
-      return check_plan(plan, plan.x[0], settings, arm);
+      return check_plan(plan, plan.x[0], {}, arm);
     };
     passed_by_points += at_points - at_all_times > 5e-5;
     refused += at_points - at_all_times > 5e-5 && fault_with_gap(0.0, at_points) == PlanFault::kSelfCollision;
@@ -542,22 +537,18 @@ TEST(PlanCheck, SeesWhatFliesPastBetweenTwoLooks) {
         plan.x[k][1] + plan.dt * plan.u[k][0];
   }
   const double quarter = 0.25 * plan.dt * kSpeed;  // rad, between two looks
-  const auto fault = [&](double nearest, const Shape& other, double overlap) {
+  const auto fault = [&](double nearest, const Shape& other) {
     const Vector3 there = (1.0 + 2.0 * kRadius + nearest) * Vector3(std::cos(quarter), std::sin(quarter), 0.0);
     model.bodies = {Body{"post", 0, other, Eigen::Isometry3d(Eigen::Translation3d(there))},
                     Body::sphere("tip", 1, {1.0, 0.0, 0.0}, kRadius)};
     model.pairs = {{0, 1}};
     Kinematics arm(model);
-    PlanCheckSettings settings;
-    settings.overlap_between_nodes = overlap;
-    return check_plan(plan, plan.x[0], settings, arm);
+    return check_plan(plan, plan.x[0], {}, arm);
   };
   for (const Shape& post : {Shape::sphere(kRadius), Shape::capsule(0.05, kRadius)}) {
-    EXPECT_EQ(fault(-0.01, post, 2e-3), PlanFault::kSelfCollision);
-    EXPECT_EQ(fault(-0.0021, post, 2e-3), PlanFault::kSelfCollision);
-    EXPECT_EQ(fault(-0.0019, post, 2e-3), PlanFault::kNone);
-    EXPECT_EQ(fault(-1e-4, post, 0.0), PlanFault::kSelfCollision);
-    EXPECT_EQ(fault(1e-4, post, 0.0), PlanFault::kNone);
+    EXPECT_EQ(fault(-0.01, post), PlanFault::kSelfCollision);
+    EXPECT_EQ(fault(-1e-4, post), PlanFault::kSelfCollision);
+    EXPECT_EQ(fault(1e-4, post), PlanFault::kNone);
   }
 }
 

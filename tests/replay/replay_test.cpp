@@ -73,7 +73,7 @@ TEST(Replay, KnowsWhatStoodAroundTheArmAtEachTime) {
   const auto held = way();
   EXPECT_TRUE(held[10].object_distances.empty());
   ASSERT_EQ(held.back().object_distances.size(), 1u);
-  EXPECT_NEAR(held.back().object_distances[0].second, wall.margin, 2e-3);
+  EXPECT_NEAR(held.back().object_distances[0].second, wall.margin + PlannerSettings().clearance, 1e-3);
   EXPECT_GT((held.back().X_base_planned.p - end).norm(), 0.04);
   settings.cells.push_back({from_seconds(3.0), {"free again", {}}});
   EXPECT_LT((way().back().X_base_planned.p - end).norm(), 5e-3);

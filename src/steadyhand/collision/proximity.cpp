@@ -453,6 +453,11 @@ S second_derivative(const ProximityOf<S>& near, const MovedOf<S>& before, const 
          near.curvature * across;
 }
 
+bool is_further(double least, const Shape& first, const Placed& at, const Shape& second, const Placed& there) {
+  const double sum = std::max(least, 0.0) + first.extent() + second.extent();  // infinite for half-spaces
+  return (at.p - there.p).squaredNorm() > sum * sum;
+}
+
 template <typename S>
 S distance(const Shape& first, const PlacedOf<S>& at, const Shape& second, const PlacedOf<S>& there) {
   const double radii = first.radius + second.radius;

@@ -70,6 +70,9 @@ Scalar second_derivative(const ProximityOf<Scalar>& near, const MovedOf<Scalar>&
 template <typename Scalar>
 Scalar distance(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second, const PlacedOf<Scalar>& there);
 
+/// Whether the balls around two shapes are further apart than `least` (m, or 0 if that is less), and so the shapes.
+bool is_further(double least, const Shape& first, const Placed& at, const Shape& second, const Placed& there);
+
 /// ProximityOf::value alone.
 template <typename Scalar>
 Scalar proximity_value(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,

@@ -16,10 +16,10 @@ struct ControlSettings {
   std::uint64_t stall_cycles = 50;
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
   double soft_stop = 0.5;
-  double arm_delay = 0.0;                                 ///< s, see ArmInfo
-  bool gripper = false;                                   ///< the arm has one, see ArmInfo
-  PlanCheckSettings check{.overlap_between_nodes = 0.0};  ///< of stops straight on
-  Obstacles obstacles;                                    ///< which those keep clear of, too, at first
+  double arm_delay = 0.0;   ///< s, see ArmInfo
+  bool gripper = false;     ///< the arm has one, see ArmInfo
+  PlanCheckSettings check;  ///< of stops straight on
+  Obstacles obstacles;      ///< which those keep clear of, too, at first
 };
 
 /// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make

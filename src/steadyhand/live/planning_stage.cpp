@@ -21,16 +21,12 @@ constexpr double kMargin = 1e-4;          // share of speed and acceleration
 /// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
 constexpr double kServoMargin = 1e-3;
 
-/// How much larger than the model's the pairs of bodies that are planned with are, m: by what these may overlap
-/// between nodes and the servos' margin, and less if they are nearer than that at home.
-double inflation(const RobotModel& model, double overlap) {
+/// The model with a share of its limits, less the margins, and pairs of bodies larger by the servos' margin, or less if
+/// they are nearer than that at home.
+RobotModel within(const RobotModel& model, double speed_scaling) {
   Kinematics arm(model);
   arm.set_position(model.home);
-  return model.pairs.empty() ? 0.0 : std::clamp(0.25 * clearance(arm), 0.0, overlap + kServoMargin);
-}
-
-/// The model with a share of its limits, less the margins, and pairs of bodies larger by `inflated`.
-RobotModel within(const RobotModel& model, double speed_scaling, double inflated) {
+  const double inflated = std::clamp(0.25 * clearance(arm), 0.0, kServoMargin);
   RobotModel limited = model;
   limited.velocity_max *= speed_scaling * (1.0 - kMargin);
   limited.acceleration_max *= speed_scaling * (1.0 - kMargin);
@@ -45,8 +41,8 @@ RobotModel within(const RobotModel& model, double speed_scaling, double inflated
 }  // namespace
 
 Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel& model, double speed_scaling,
-                                                                double inflated, const PlanningSettings& settings) {
-  auto limited = std::make_unique<RobotModel>(within(model, speed_scaling, inflated));
+                                                                const PlanningSettings& settings) {
+  auto limited = std::make_unique<RobotModel>(within(model, speed_scaling));
   auto planner = Planner::make(*limited, settings.ocp, settings.planner);
   if (!planner) return planner.error();
   Kinematics arm(*limited);
@@ -58,15 +54,12 @@ Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& mod
   PlanningSettings resolved = settings;
   // They may come while the session runs.
   if (resolved.ocp.obstacle_rows == 0) resolved.ocp.obstacle_rows = kUsualObstacleRows;
-  double& overlap = resolved.planner.check.overlap_between_nodes;
-  const double inflated = inflation(model, overlap);
-  overlap = std::min(overlap, inflated);
   const bool slow_first = settings.first_speed_scaling < 1.0 && settings.first_moves > 0.0;
-  auto scaled = make_scaled(model, slow_first ? settings.first_speed_scaling : 1.0, inflated, resolved);
+  auto scaled = make_scaled(model, slow_first ? settings.first_speed_scaling : 1.0, resolved);
   if (!scaled) return scaled.error();
   std::optional<ScaledPlanner> next;
   if (slow_first) {
-    auto made = make_scaled(model, 1.0, inflated, resolved);
+    auto made = make_scaled(model, 1.0, resolved);
     if (!made) return made.error();
     next = std::move(*made);
   }

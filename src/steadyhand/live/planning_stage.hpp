@@ -64,7 +64,7 @@ class PlanningStage {
     std::unique_ptr<Planner> planner;
     Kinematics arm;
   };
-  static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling, double inflated,
+  static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling,
                                            const PlanningSettings& settings);
 
   PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, ScaledPlanner scaled,

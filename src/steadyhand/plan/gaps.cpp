@@ -101,15 +101,22 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
 
 }  // namespace
 
-LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t) {
+LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t, const LinkPairsMask& wanted) {
   const RobotModel& model = kinematics.model();
   LinkPairs smallest = LinkPairs::Constant(kFar);
-  if (obstacles.count() > 0) smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t).min(kFar);
-  for (const BodyPair& pair : model.pairs) {
-    double& least = smallest(model.bodies[pair.first].link, model.bodies[pair.second].link);
-    least = std::min(least, gap(kinematics, pair));
+  if (obstacles.count() > 0) {
+    const LinkMask links = wanted.bottomRows<kObstacleRows>().colwise().any().transpose();
+    smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t, links).min(kFar);
+  }
+  for (const auto& [i, j] : model.pairs) {
+    const Body &first = model.bodies[i], &second = model.bodies[j];
+    if (!wanted(first.link, second.link)) continue;
+    double& least = smallest(first.link, second.link);
+    if (is_further(least, first.shape, kinematics.body(i), second.shape, kinematics.body(j))) continue;
+    least = std::min(least, distance(first.shape, kinematics.body(i), second.shape, kinematics.body(j)));
   }
   for_each_carried_pair(model, obstacles.obstacles(), [&](int body, int obstacle) {
+    if (!wanted(model.bodies[body].link, model.dof())) return;
     double& least = smallest(model.bodies[body].link, model.dof());
     least = std::min(least, carried_gap(kinematics, body, obstacles.obstacles().list[obstacle]));
   });
@@ -130,7 +137,32 @@ GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles,
       smallest_(smallest),
       radii_(least_radii(kinematics.model(), obstacles.obstacles())) {}
 
-PlanFault GapsBetween::look(const Moment& first, const Moment& last, const JointVector& acceleration, int halvings) {
+LinkPairs GapsBetween::gaps_at(const Moment& moment, const LinkPairsMask& wanted) {
+  kinematics_.set_position(moment.q);
+  return gaps(kinematics_, obstacles_, moment.t, wanted);
+}
+
+PlanFault GapsBetween::look(Moment& first, Moment& last, const JointVector& acceleration) {
+  const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
+  const LinkPairs way =
+      (last.t - first.t) * fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest()).speed;
+  last.gaps = first.gaps - way;
+  LinkPairsMask untold = last.gaps < smallest_;
+  if (!untold.any()) return PlanFault::kNone;
+  last.gaps = untold.select(gaps_at(last, untold), last.gaps);
+  if (const PlanFault fault = contact(last.gaps, smallest_); fault != PlanFault::kNone) return fault;
+  untold = untold && 0.5 * (first.gaps + last.gaps - way) < smallest_;
+  if (!untold.any()) return PlanFault::kNone;
+  first.gaps = untold.select(gaps_at(first, untold), first.gaps);
+  // Second derivatives tell nothing of gaps that are only known not to be less.
+  Moment begin = first, end = last;
+  begin.gaps = untold.select(first.gaps, kFar);
+  end.gaps = untold.select(last.gaps, kFar);
+  return look_closer(begin, end, acceleration, 7);
+}
+
+PlanFault GapsBetween::look_closer(const Moment& first, const Moment& last, const JointVector& acceleration,
+                                   int halvings) {
   const double h = last.t - first.t, s = 0.5 * h;
   const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
   const Motion most = fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest());
@@ -140,11 +172,10 @@ PlanFault GapsBetween::look(const Moment& first, const Moment& last, const Joint
   const PlanFault untold = contact(least, smallest_);
   if (untold == PlanFault::kNone || halvings == 0) return untold;
   Moment middle{first.t + s, first.q + s * first.dq + (0.5 * s * s) * acceleration, first.dq + s * acceleration, {}};
-  kinematics_.set_position(middle.q);
-  middle.gaps = gaps(kinematics_, obstacles_, middle.t);
+  middle.gaps = gaps_at(middle, least < smallest_);
   PlanFault fault = contact(middle.gaps, smallest_);
-  if (fault == PlanFault::kNone) fault = look(first, middle, acceleration, halvings - 1);
-  if (fault == PlanFault::kNone) fault = look(middle, last, acceleration, halvings - 1);
+  if (fault == PlanFault::kNone) fault = look_closer(first, middle, acceleration, halvings - 1);
+  if (fault == PlanFault::kNone) fault = look_closer(middle, last, acceleration, halvings - 1);
   return fault;
 }
 

@@ -82,8 +82,8 @@ void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& gues
   pairs_.erase(pairs_.begin() + std::min(pairs_.size(), by_row_.size()), pairs_.end());
 }
 
-void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap, Kinematics& scratch,
-                          WarmStart& warm_start, OcpInstance& instance) {
+void ObstacleRows::choose(const Obstacles& obstacles, Time start, Kinematics& scratch, WarmStart& warm_start,
+                          OcpInstance& instance) {
   if (by_row_.empty()) return;
   if (obstacles.count == 0 && used_ == 0) return;
   ObstacleSweep sweep(ocp_.model(), obstacles, start);
@@ -127,11 +127,11 @@ void ObstacleRows::choose(const Obstacles& obstacles, Time start, double overlap
     const Solids first = against(scratch, sweep, near.body, by_row_[i].obstacle, 0.0);
     const Solids second = moved(scratch, obstacles, near.body, by_row_[i].obstacle, near.corner);
     const double value = proximity_value(first.first, first.second, second.first, second.second);
-    near.depth = value < -overlap ? -value : 0.0;
+    near.depth = value < 0.0 ? instance.clearance - value : 0.0;
     // A shoulder that turns over a table is as near to it as it is.
     const int n = ocp_.dof(), link = of_arm ? ocp_.model().bodies[near.body].link : n;
     const EntryRange joints = near.obstacle.carried ? EntryRange{link, n} : EntryRange{0, link};
-    if (value < 0.0 && !can_part(scratch, joints, first, second)) near.body = -1;
+    if (value < instance.clearance && !can_part(scratch, joints, first, second)) near.body = -1;
   }
 }
 

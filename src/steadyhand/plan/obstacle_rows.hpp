@@ -15,10 +15,10 @@ class ObstacleRows {
   /// The Ocp must outlive it.
   explicit ObstacleRows(const Ocp& ocp);
 
-  /// Fills instance.near, whose x0 must be there, and forgets the multipliers of rows that stand for another pair now.
+  /// Fills instance.near, whose x0 and clearance must be there, and forgets the multipliers of rows that stand for
+  /// another pair now.
   /// @param start time of the instance's node 0
-  /// @param overlap m, PlanCheckSettings::overlap_between_nodes: from no deeper than that node 1 comes out
-  void choose(const Obstacles& obstacles, Time start, double overlap, Kinematics& scratch, WarmStart& warm_start,
+  void choose(const Obstacles& obstacles, Time start, Kinematics& scratch, WarmStart& warm_start,
               OcpInstance& instance);
 
  private:

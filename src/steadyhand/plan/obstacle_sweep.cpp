@@ -71,14 +71,16 @@ void ObstacleSweep::note_entered(const Kinematics& arm, double overlap) {
   });
 }
 
-ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t) {
+ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t, const LinkMask& wanted) {
   ObstacleGaps smallest = ObstacleGaps::Constant(std::numeric_limits<double>::infinity());
   sweep.for_each_near([&](int body, int obstacle) {
     const Solid part = solid(arm, sweep.obstacles(), body);
+    if (!wanted[part.link]) return;
     const bool moves = sweep.moves(obstacle);
     const ObstacleRow row =
         sweep.entered(body, obstacle) ? (moves ? kEnteredMoving : kEnteredStanding) : (moves ? kMoving : kStanding);
     double& least = smallest(row, part.link);
+    if (is_further(least, sweep.shape(obstacle), sweep.placed(obstacle, t), part.shape, part.at)) return;
     least = std::min(least, distance(sweep.shape(obstacle), sweep.placed(obstacle, t), part.shape, part.at));
   });
   return smallest;

@@ -11,6 +11,8 @@ namespace steadyhand {
 
 /// A length for each link.
 using LinkLengths = Eigen::Array<double, kMaxJoints + 1, 1>;
+/// Some of the links.
+using LinkMask = Eigen::Array<bool, kMaxJoints + 1, 1>;
 
 /// Which bodies of the arm, and of what it carries (solid_of), may come near which obstacles on a motion, told by boxes
 /// around the way of each whose edges are along the base's axes. What they leave out is not near; what they leave in
@@ -71,10 +73,10 @@ class ObstacleSweep {
 enum ObstacleRow : int { kStanding, kMoving, kEnteredStanding, kEnteredMoving };
 inline constexpr int kObstacleRows = 4;  ///< how many kinds there are
 
-/// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none.
+/// Smallest gaps of each link to obstacles of each kind, m; infinity where there is none, or nobody wants to know.
 using ObstacleGaps = Eigen::Array<double, kObstacleRows, kMaxJoints + 1>;
 
 /// To what find() left of the obstacles, t (s) after the motion's beginning. Call set_position before.
-ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t);
+ObstacleGaps obstacle_gaps(const ObstacleSweep& sweep, const Kinematics& arm, double t, const LinkMask& wanted);
 
 }  // namespace steadyhand

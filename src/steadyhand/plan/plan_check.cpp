@@ -40,6 +40,8 @@ std::string_view to_string(PlanFault fault) {
 
 namespace {
 
+constexpr double kAnySpeed = 1e9;  // m/s
+
 bool beyond(const JointVector& value, const JointVector& lower, const JointVector& upper, double tolerance) {
   return ((value - lower).array() < -tolerance).any() || ((value - upper).array() > tolerance).any();
 }
@@ -144,20 +146,19 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   Moment start = after({-into, plan.x[first].head(n), plan.x[first].tail(n), {}}, plan.u[first], into);
   start.t = 0.0;
   kinematics.set_position(start.q);
-  const double overlap = std::max(settings.tolerance, settings.overlap_between_nodes);
-  if (obstacles.count > 0) sweep.note_entered(kinematics, overlap);
+  if (obstacles.count > 0) sweep.note_entered(kinematics, settings.tolerance);
   start.gaps = gaps(kinematics, sweep, 0.0);
   // What is beyond now may come back, and go no further.
-  const LinkPairs usual = -(settings.tolerance - start.gaps).max(overlap);
+  const LinkPairs usual = -(settings.tolerance - start.gaps).max(settings.tolerance);
   LinkPairs smallest = usual;
-  const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : 1e9; };
+  const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : kAnySpeed; };
   const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, start.dq));
   const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, start.q, start.dq));
   GapsBetween gaps_between(kinematics, sweep, reach, smallest);
-  const auto fault_at = [&](Moment& moment) {
+  const bool speeds_count = std::min(tool_most, elbow_most) < kAnySpeed;
+  const auto too_fast = [&](const Moment& moment) {
+    if (!speeds_count) return PlanFault::kNone;
     kinematics.set_position(moment.q);
-    moment.gaps = gaps(kinematics, sweep, moment.t);
-    if (const PlanFault fault = contact(moment.gaps, smallest); fault != PlanFault::kNone) return fault;
     if (tool_speed(kinematics, moment.dq) > tool_most) return PlanFault::kToolSpeed;
     if (elbow_speed(model, moment.q, moment.dq) > elbow_most) return PlanFault::kElbowSpeed;
     return PlanFault::kNone;
@@ -181,10 +182,10 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
     Moment middle = after(node, plan.u[k], 0.5 * left);
     Moment next{node.t + left, plan.x[k + 1].head(n), plan.x[k + 1].tail(n), {}};
     const auto fault_on_the_way = [&] {
-      PlanFault fault = fault_at(middle);
-      if (fault == PlanFault::kNone) fault = fault_at(next);
-      if (fault == PlanFault::kNone) fault = gaps_between.look(node, middle, plan.u[k]);
+      PlanFault fault = gaps_between.look(node, middle, plan.u[k]);
       if (fault == PlanFault::kNone) fault = gaps_between.look(middle, next, plan.u[k]);
+      if (fault == PlanFault::kNone) fault = too_fast(middle);
+      if (fault == PlanFault::kNone) fault = too_fast(next);
       return fault;
     };
     smallest = usual;

@@ -27,7 +27,7 @@ Status check_settings(const PlannerSettings& settings) {
                  {"budget.time_us", settings.budget.time_us, 0.0, kLongestBudget, false},
                  {"check.command_rate_hz", check.command_rate_hz, 0.0, kFastest, true},
                  {"check.tolerance", check.tolerance, 0.0, kLargestTolerance, false},
-                 {"check.overlap_between_nodes", check.overlap_between_nodes, 0.0, 1.0, false},
+                 {"clearance", settings.clearance, 0.0, kMostClearance, false},
                  {"check.tool_speed_max", check.tool_speed_max, 0.0, 1e9, false},
                  {"check.elbow_speed_max", check.elbow_speed_max, 0.0, 1e9, false}};
   for (const auto& [key, value, least, most, open] : numbers) {
@@ -121,6 +121,8 @@ Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settin
     : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_), obstacle_rows_(ocp_) {
   solution_.prepare(ocp_);
   instance_.near.resize(ocp_.obstacle_rows());
+  kinematics_.set_position(model.home);
+  settings_.clearance = std::clamp(0.25 * steadyhand::clearance(kinematics_), 0.0, settings_.clearance);
   if (!ocp_.liquid()) return;
   liquid_.emplace(model, *ocp_.liquid());
   (void)set_glass(ocp_.liquid()->glass);
@@ -154,7 +156,7 @@ void Planner::reset(const JointVector& q, Time now) {
   }
   stand(q, now, plan_);
   fault_ = PlanFault::kNone;
-  instance_.clearance = 0.0;
+  more_clearance_ = 0.0;
   warm_start_.reset(now);
   followed_ = plan_;
   liquid_when_followed_ = liquid_at_start_;
@@ -214,8 +216,7 @@ const Plan& Planner::update(const Reference& reference) {
   }
   set_clearance(reference.start);
   warm_start_.shift(instance_.x0, reference.start);
-  obstacle_rows_.choose(settings_.obstacles, reference.start, settings_.check.overlap_between_nodes, kinematics_,
-                        warm_start_, instance_);
+  obstacle_rows_.choose(settings_.obstacles, reference.start, kinematics_, warm_start_, instance_);
   try {
     solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
   } catch (...) {  // a third party's: it has failed, and the arm goes on along what was checked
@@ -247,13 +248,14 @@ const Plan& Planner::update(const Reference& reference) {
 void Planner::set_clearance(Time now) {
   constexpr double kFirst = 1e-3, kLeast = 1e-5;  // m
   constexpr double kForgotten = 0.2;              // s, after which it is less by the factor e
-  double& clearance = instance_.clearance;
+  double& more = more_clearance_;
   if (fault_ == PlanFault::kSelfCollision || fault_ == PlanFault::kObstacle) {
-    clearance = std::min(std::max(kFirst, 2.0 * clearance), kMostClearance);
+    more = std::min(std::max(kFirst, 2.0 * more), kMostClearance);
   } else {
-    clearance *= std::exp(-std::max(0.0, to_seconds(now - plan_.start)) / kForgotten);
-    if (clearance < kLeast) clearance = 0.0;
+    more *= std::exp(-std::max(0.0, to_seconds(now - plan_.start)) / kForgotten);
+    if (more < kLeast) more = 0.0;
   }
+  instance_.clearance = std::min(settings_.clearance + more, kMostClearance);
 }
 
 /// candidate_ is the longest part of the solution behind which a stop passes the check.

@@ -19,6 +19,9 @@ struct PlannerSettings {
   double tolerance = 1e-6;              ///< of the KKT conditions, above 0, to 0.1
   SolveBudget budget;                   ///< iterations and time for each solve
   PlanCheckSettings check;              ///< before a plan is given out
+  /// m, 0 to kMostClearance: how far apart bodies stay at the nodes, so that they do not meet between them, where the
+  /// optimal control problem does not look. A quarter of the smallest gap at home where that is less.
+  double clearance = 2e-3;
   /// What plans keep clear of at first. A problem that knows none gets kUsualObstacleRows for them.
   Obstacles obstacles;
 };
@@ -89,6 +92,7 @@ class Planner {
   WarmStart warm_start_;  ///< from what plan_ was made of
   ObstacleRows obstacle_rows_;
   Solution solution_;
+  double more_clearance_ = 0.0;  ///< m, since plans were refused for contact
   Plan plan_, candidate_;
   // Of a problem with a liquid:
   std::optional<LiquidEstimate> liquid_;

@@ -14,9 +14,6 @@ namespace steadyhand {
 
 namespace {
 
-/// m: bodies that are planned with may overlap by so much between nodes (PlanCheckSettings::overlap_between_nodes).
-constexpr double kCarriedMargin = 2e-3;
-
 /// Lets bodies of this name, or on a link of this name, and the object of this name if it is carried, touch obstacle
 /// `index`; false if there are none.
 bool ignore(const RobotModel& model, const Cell& cell, const std::string& name, int index, Obstacles& obstacles) {
@@ -151,7 +148,7 @@ Result<Obstacles> obstacles_of(const Cell& given, const RobotModel& model) {
     if (const Status status = check(object.shape); !status) return refuse_object(status.error().message);
     Obstacle& obstacle = obstacles.list[obstacles.count++];
     obstacle.carried = object.attached;
-    obstacle.margin = object.attached ? kCarriedMargin : object.margin;
+    obstacle.margin = object.attached ? 0.0 : object.margin;
     obstacle.shape = object.shape.inflated(obstacle.margin);
     obstacle.velocity = object.velocity;
     obstacle.at = {object.origin.translation(), object.origin.linear()};

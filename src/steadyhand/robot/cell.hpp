@@ -18,8 +18,8 @@ struct CellObject {
   double margin = 0.01;                          ///< m, kept around it
   std::vector<std::string> may_be_touched_by{};  ///< bodies or links of the arm, or other objects if carried
   bool holds_only_tool = false;                  ///< all but the bodies on the tool's link may touch it
-  /// The tool carries it: origin is in the tool's frame, and it moves with the arm as a part of it, without velocity of
-  /// its own and with a margin of 2 mm. Bodies on the tool's link may touch it.
+  /// The tool carries it: origin is in the tool's frame, and it moves with the arm as a part of it, without velocity or
+  /// margin of its own. Bodies on the tool's link may touch it.
   bool attached = false;
   std::string color{};  ///< "#rrggbb" on the page; empty: the page's own; "none": not drawn
 };
