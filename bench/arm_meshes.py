@@ -75,15 +75,14 @@ class ArmMeshes:
         folders = [str(urdf.parent), *map(str, urdf.parents)]
         self.model = pin.buildModelFromXML(text)
         self.data = self.model.createData()
-        joints = [self.model.getJointId(joint) for joint in self.robot.joint_names]
-        self.columns = [self.model.joints[joint].idx_q for joint in joints]
+        self.joints = [self.model.getJointId(joint) for joint in self.robot.joint_names]
         self.rest = pin.neutral(self.model)
         for joint, value in settings_of(name).get("locked", {}).items():
             self.rest[self.model.joints[self.model.getJointId(joint)].idx_q] = value
         self.parts = []  # (link behind so many joints, joint of Pinocchio's, placement in it, (its hull, itself))
         for joint, placement, geometry in self._geometry(urdf, text, folders):
             path = set(self.model.supports[joint])
-            self.parts.append((sum(own in path for own in joints), joint, placement, (hull_of(geometry), geometry)))
+            self.parts.append((sum(own in path for own in self.joints), joint, placement, (hull_of(geometry), geometry)))
         links = {part[0] for part in self.parts}
         bodies = self.robot.description["bodies"]
         known = {tuple(sorted((bodies[a]["link"], bodies[b]["link"]))) for a, b in self.robot.description["pairs"]}
@@ -110,10 +109,16 @@ class ArmMeshes:
         for part in geometry.geometryObjects:
             yield part.parentJoint, part.placement, part.geometry
 
+    def move(self, q) -> None:
+        """Has Pinocchio know where the joints are. Those without limits have a cosine and a sine there."""
+        for joint, angle in zip(self.joints, q):
+            model = self.model.joints[joint]
+            self.rest[model.idx_q : model.idx_q + model.nq] = angle if model.nq == 1 else (np.cos(angle), np.sin(angle))
+        pin.forwardKinematics(self.model, self.data, self.rest)
+
     def place(self, q) -> list:
         """Where each part is."""
-        self.rest[self.columns] = q
-        pin.forwardKinematics(self.model, self.data, self.rest)
+        self.move(q)
         at = []
         for _, joint, placement, _ in self.parts:
             M = self.data.oMi[joint] * placement

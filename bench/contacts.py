@@ -13,9 +13,11 @@ Prints a line for each robot, and fails if a command is beyond a limit or a mesh
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 import time
 from collections import Counter
+from typing import NamedTuple
 
 import coal
 import numpy as np
@@ -36,46 +38,64 @@ def transform(T) -> coal.Transform3s:
     return coal.Transform3s(T[:3, :3], T[:3, 3])
 
 
+class Solid(NamedTuple):
+    """Something that may touch: on the link behind so many joints, in the tool, or (link 0) in the world."""
+
+    name: str
+    link: int
+    shapes: tuple  # its hull, itself
+    origin: np.ndarray  # in the frame of the link's joint, of the tool, or of the base
+    in_tool: bool = False
+
+
 class Meshes(ArmMeshes):
-    """With how far they are from each other and from a cell's objects."""
+    """With how far they are from each other and from a cell's objects, and how far a motion may bring them."""
 
     def __init__(self, name: str):
         super().__init__(name)
-        self.glass = coal.Cylinder(*(SMALL_GLASS if name == "so101" else GLASS))
-        tool = np.array(self.robot.description["tool"]["origin"])
-        self.reach = np.linalg.norm(tool[:3, 3]) + 0.4 + sum(
-            np.linalg.norm(np.array(joint["origin"])[:3, 3]) for joint in self.robot.description["joints"])  # fmt: skip
+        glass = coal.Cylinder(*(SMALL_GLASS if name == "so101" else GLASS))
+        self.glass = Solid("the glass", self.robot.dof, (glass, glass), np.eye(4), in_tool=True)
+        joints = self.robot.description["joints"]
+        self.offsets = [np.linalg.norm(np.array(joint["origin"])[:3, 3]) for joint in joints]
+        self.tool = np.array(self.robot.description["tool"]["origin"])
+        self.move(self.robot.home)
+        links = [pin.SE3.Identity(), *(self.data.oMi[joint] for joint in self.joints)]
+        self.solids = [Solid(f"link {link}", link, shapes, (links[link].inverse() * self.data.oMi[joint] * placement).homogeneous)
+                       for link, joint, placement, shapes in self.parts]  # fmt: skip
 
-    def least(self, q, objects, carried) -> tuple[float, str]:
-        """m, and between what: of parts that must not touch, and of parts and objects."""
-        at, request, least, between = self.place(q), coal.DistanceRequest(), np.inf, ""
+    def levers(self, first: Solid, second: Solid) -> np.ndarray:
+        """m/rad, (n,): how far a joint moves a point of one solid as seen from the other, at most."""
+        near, far = sorted((first, second), key=lambda solid: solid.link)
+        shape, origin = far.shapes[0], self.tool @ far.origin if far.in_tool else far.origin
+        shape.computeLocalAABB()
+        length = np.linalg.norm(origin[:3, :3] @ shape.aabb_center + origin[:3, 3]) + shape.aabb_radius
+        result = np.zeros(self.robot.dof)
+        for joint in range(far.link - 1, near.link - 1, -1):
+            result[joint] = length
+            length += self.offsets[joint]
+        return result
 
-        def look(first, where, second, there, what):
-            nonlocal least, between
-            distance = coal.distance(first[0], where, second[0], there, request, coal.DistanceResult())
-            if distance < NEAR:
-                distance = max(distance, coal.distance(first[1], where, second[1], there, request, coal.DistanceResult()))
-            if distance < least:
-                least, between = distance, what
+    def pairs_with(self, standing: list[Solid], carried: list[Solid]) -> list[tuple[Solid, Solid]]:
+        """All that must not touch."""
+        dof = self.robot.dof
+        pairs = [(self.solids[a], self.solids[b]) for a, b in self.pairs]
+        pairs += [(solid, there) for there in standing for solid in [*self.solids, self.glass, *carried] if solid.link > 0]
+        return pairs + [(solid, held) for held, before in [(self.glass, dof - 1), *((held, dof) for held in carried)]
+                        for solid in self.solids if solid.link < before]  # fmt: skip
 
-        for a, b in self.pairs:
-            look(self.parts[a][3], at[a], self.parts[b][3], at[b], f"links {self.parts[a][0]} and {self.parts[b][0]}")
-        T = self.robot.fk(q)
-        objects = [(name, (shape, shape), there) for name, shape, there in objects]
-        # What the tool holds, and how many joints are before the links that must not touch it.
-        held = [(name, (shape, shape), transform(T @ origin), self.robot.dof) for name, shape, origin in carried]
-        held.append(("the glass", (self.glass, self.glass), transform(T), self.robot.dof - 1))
-        for name, shape, there in objects:
-            for (link, _, _, part), where in zip(self.parts, at):
-                if link > 0:
-                    look(part, where, shape, there, f"link {link} and {name}")
-            for other, part, where, _ in held:
-                look(part, where, shape, there, f"{other} and {name}")
-        for name, shape, there, before in held:
-            for (link, _, _, part), where in zip(self.parts, at):
-                if link < before:
-                    look(part, where, shape, there, f"link {link} and {name}")
-        return least, between
+    def frames(self, q) -> tuple[list, np.ndarray]:
+        """T_base_link by the number of joints before it, and T_base_tool."""
+        self.move(q)
+        return [np.eye(4), *(self.data.oMi[joint].homogeneous for joint in self.joints)], self.robot.fk(q)
+
+
+def distance(first: Solid, second: Solid, frames) -> float:
+    """m; of the hulls where those are far apart, which is less than that of the meshes."""
+    links, tool = frames
+    at = [transform((tool if solid.in_tool else links[solid.link]) @ solid.origin) for solid in (first, second)]
+    measure = lambda which: coal.distance(first.shapes[which], at[0], second.shapes[which], at[1], coal.DistanceRequest(), coal.DistanceResult())
+    hulls = measure(0)
+    return max(hulls, measure(1)) if hulls < NEAR else hulls
 
 
 def random_hand(random: np.random.Generator, reach: float):
@@ -100,7 +120,7 @@ def random_hand(random: np.random.Generator, reach: float):
 def random_objects(random: np.random.Generator, meshes: Meshes) -> tuple[Cell, list, list]:
     """A cell around the arm at home, and as Coal has it: what stands and what is carried."""
     robot, found, standing, carried = meshes.robot, [], [], []
-    tool = robot.fk(robot.home)[:3, 3]
+    home, tool = np.linalg.inv(robot.fk(robot.home)), robot.fk(robot.home)[:3, 3]
     reach = np.linalg.norm(tool) + 0.1
     for i in range(random.integers(0, 9)):
         T = np.eye(4)
@@ -123,55 +143,52 @@ def random_objects(random: np.random.Generator, meshes: Meshes) -> tuple[Cell, l
             continue
         if not hold and clear < 0.03:
             continue
-        if hold and meshes.least(robot.home, [], [(name, shape, np.linalg.inv(robot.fk(robot.home)) @ T)])[0] < 0.005:
+        solid = Solid(name, robot.dof if hold else 0, (shape, shape), home @ T if hold else T, in_tool=hold)
+        if hold and min(distance(*pair, meshes.frames(robot.home)) for pair in meshes.pairs_with([], [solid])) < 0.005:
             continue
         found.append(own)
-        (carried if hold else standing).append((name, shape, T))
+        (carried if hold else standing).append(solid)
+    # What is carried must not begin in what stands.
+    if any(distance(held, there, meshes.frames(robot.home)) < 0.02 for held in carried for there in standing):
+        return random_objects(random, meshes)
     cell = Cell(found)
-    for name, _, _ in carried:
-        cell = cell.attach(name, robot, robot.home)
-    home = np.linalg.inv(robot.fk(robot.home))
-    carried = [(name, shape, home @ T) for name, shape, T in carried]
-    standing = [(name, shape, transform(T)) for name, shape, T in standing]
-    for name, shape, there in list(standing):  # what is carried must not begin in what stands
-        if carried and min(coal.distance(s, transform(np.linalg.inv(home) @ o), shape,
-                                         there, coal.DistanceRequest(), coal.DistanceResult()) for _, s, o in carried) < 0.02:  # fmt: skip
-            return random_objects(random, meshes)
+    for held in carried:
+        cell = cell.attach(held.name, robot, robot.home)
     return cell, standing, carried
 
 
-def first_contact(meshes, way, objects, carried):
-    """Looks along a way of configurations, (m, n). The least distance that was seen, m, and between what; negative: contact."""
+def first_contact(meshes: Meshes, way: np.ndarray, standing: list[Solid], carried: list[Solid]) -> tuple[float, str]:
+    """Looks along a way of configurations, (m, n). The least distance that was seen, m, and between what; negative: contact.
+    Of each pair by itself: a joint that does not move one against the other takes no look."""
     least, between = np.inf, ""
+    frames = functools.cache(lambda i: meshes.frames(way[i]))
+    gone = np.vstack([np.zeros(way.shape[1]), np.cumsum(np.abs(np.diff(way, axis=0)), axis=0)])
 
-    def look(q):
-        nonlocal least, between
-        distance, what = meshes.least(q, objects, carried)
-        if distance < least:
-            least, between = distance, what
-        return distance
+    for first, second in meshes.pairs_with(standing, carried):
+        levers = meshes.levers(first, second)
 
-    def bound(a, b):
-        return meshes.reach * np.abs(b - a).sum()
+        def look(at) -> float:
+            nonlocal least, between
+            found = distance(first, second, at)
+            if found < least:
+                least, between = found, f"{first.name} and {second.name}"
+            return found
 
-    def between_two(a, b, da, db, depth):
-        if da + db > bound(a, b) or depth == 0:
-            return
-        middle = (a + b) / 2
-        dm = look(middle)
-        between_two(a, middle, da, dm, depth - 1)
-        between_two(middle, b, dm, db, depth - 1)
+        def look_between(a, b, da, db, depth) -> None:
+            if da + db > levers @ np.abs(b - a) or depth == 0:
+                return
+            dm = look(meshes.frames((a + b) / 2))
+            look_between(a, (a + b) / 2, da, dm, depth - 1)
+            look_between((a + b) / 2, b, dm, db, depth - 1)
 
-    i, d = 0, look(way[0])
-    while i + 1 < len(way):
-        j, gone = i + 1, bound(way[i], way[i + 1])
-        while j + 1 < len(way) and gone + bound(way[j], way[j + 1]) < d:
-            gone += bound(way[j], way[j + 1])
-            j += 1
-        dj = look(way[j])
-        if j == i + 1:
-            between_two(way[i], way[j], d, dj, 6)
-        i, d = j, dj
+        path = gone @ levers
+        i, d = 0, look(frames(0))
+        while i + 1 < len(way):
+            j = max(i + 1, int(np.searchsorted(path, path[i] + d)) - 1)
+            dj = look(frames(j))
+            if j == i + 1:
+                look_between(way[i], way[j], d, dj, 6)
+            i, d = j, dj
     return least, between
 
 
@@ -202,10 +219,10 @@ def run(name: str, cycles: int, seed: int) -> bool:
                 faults[plan.fault] += 1
             unsolved += plan.status != "solved"
         done += len(way)
-        distance, what = first_contact(meshes, np.array(way), standing, carried)
-        contacts += distance < -DEEPEST
-        if distance < least:
-            least, between, where = distance, what, f"episode {done // len(way)}, {profile}, {cell!r}, state {state}"
+        smallest, what = first_contact(meshes, np.array(way), standing, carried)
+        contacts += smallest < -DEEPEST
+        if smallest < least:
+            least, between, where = smallest, what, f"episode {done // len(way)}, {profile}, {cell!r}, state {state}"
     print(f"{name:12} {done} cycles, {beyond} beyond a limit; {contacts} of {done // int(EPISODE * RATE)} episodes with a contact of meshes, "
           f"smallest distance {1e3 * least:.2f} mm ({between}; {where}); {1e2 * refused / done:.4f} % of plans refused by the check {dict(faults) or ''}, "
           f"{1e2 * unsolved / done:.3f} % not solved to the optimum; {time.time() - begin:.0f} s", flush=True)  # fmt: skip
