@@ -46,6 +46,7 @@ async function printPictures(page) {
   print('a state\'s coming to the end of its picture\'s calls, median, p99', medianAndTail(ages));
   print('scripts a picture, messages and plots included', each('ScriptDuration'));
   print('all of the page\'s thread a picture, drawing calls included', each('TaskDuration'));
+  print('the page is laid out anew, times a second', ((end.LayoutCount - begin.LayoutCount) / SECONDS).toFixed(1));
   await tools.detach();
 }
 

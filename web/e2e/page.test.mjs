@@ -376,6 +376,19 @@ test('a picture makes nothing anew', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async
   }, 'pictures that make nothing anew').catch((error) => assert.fail(`${bytes} bytes a picture, ${most} by one function; ${error}`));
 });
 
+test('the page is laid out anew with its words, and not with each plot or picture', IN_CHROMIUM, async () => {
+  page = await open({ context: { viewport: { width: 1280, height: 800 } }, prepare: withoutPixels });
+  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(0));
+  await until(async () => (await state(page)).engaged, 'a motion');
+  const tools = await page.context().newCDPSession(page);
+  await tools.send('Performance.enable');
+  const layouts = async () => (await tools.send('Performance.getMetrics')).metrics.find(({ name }) => name === 'LayoutCount').value;
+  const begin = await layouts();
+  await page.waitForTimeout(4000);
+  const each = ((await layouts()) - begin) / 4;
+  assert.ok(each < 12, `${each} times a second; words come seven times`);
+});
+
 test('sliders tell who hears them units and words', async () => {
   page = await open();
   await until(() => page.getAttribute('#tilt', 'aria-valuetext'), 'the words');

@@ -5,6 +5,11 @@ export function element<T extends HTMLElement>(id: string, kind: new () => T): T
   return found;
 }
 
+/** Sets what is another than before: the browser computes styles and lays out anew also for a value that is the same. */
+export function put<T extends object, K extends keyof T>(of: T, key: K, value: T[K]): void {
+  if (of[key] !== value) of[key] = value;
+}
+
 /** Acts with the picture after the element has got another size: what it changes may change sizes, too, and Firefox calls that an error. */
 export function onResize(of: Element, act: () => void): void {
   new ResizeObserver(() => requestAnimationFrame(act)).observe(of);

@@ -1,4 +1,4 @@
-import { element } from './element';
+import { element, put } from './element';
 import { percentText } from './figures';
 import { isTyped } from './input/shortcuts';
 import type { Panel } from './panel';
@@ -56,23 +56,23 @@ export class EpisodePanel {
   draw(): void {
     const { welcome, state, past, mayTake, status } = this.#session;
     const task = welcome?.task ?? null, may = status === 'open' && mayTake && !past && state !== null;
-    element('task', HTMLElement).hidden = !task;
-    button('set-up').hidden = !task;
-    element('episode-success', HTMLSelectElement).options[0]!.textContent = task ? 'as the task says' : 'not judged';
+    put(element('task', HTMLElement), 'hidden', !task);
+    put(button('set-up'), 'hidden', !task);
+    put(element('episode-success', HTMLSelectElement).options[0]!, 'textContent', task ? 'as the task says' : 'not judged');
     if (task) {
       if (!this.#unfolded) element('episodes', HTMLDetailsElement).open = this.#unfolded = true;
-      element('task-words', HTMLElement).textContent = task.instruction;
+      put(element('task-words', HTMLElement), 'textContent', task.instruction);
       if (state?.task) {
         const progress = element('task-progress', HTMLElement);
-        progress.textContent = taskText(task, state.task, this.#session.hasGlass);
-        progress.dataset.success = String(state.task.success);
+        put(progress, 'textContent', taskText(task, state.task, this.#session.hasGlass));
+        put(progress.dataset, 'success', String(state.task.success));
       }
     }
     const running = state?.episode.running ?? false, ended = (state?.episode.number ?? 0) > 0;
-    button('episode-begin').disabled = !may || running || !state.recording;
-    button('episode-keep').disabled = button('episode-discard').disabled = !may || !(running || ended);
-    button('set-up').disabled = !may || running;
-    if (state) element('episodes-now', HTMLOutputElement).textContent = running ? `${state.episode.number} runs` : ended ? `${state.episode.kept} kept` : '';
-    if (state) element('episode-state', HTMLElement).textContent = state.recording ? episodeText(state.episode) : 'Record this session to keep episodes.';
+    put(button('episode-begin'), 'disabled', !may || running || !state.recording);
+    for (const id of ['episode-keep', 'episode-discard']) put(button(id), 'disabled', !may || !(running || ended));
+    put(button('set-up'), 'disabled', !may || running);
+    if (state) put(element('episodes-now', HTMLOutputElement), 'textContent', running ? `${state.episode.number} runs` : ended ? `${state.episode.kept} kept` : '');
+    if (state) put(element('episode-state', HTMLElement), 'textContent', state.recording ? episodeText(state.episode) : 'Record this session to keep episodes.');
   }
 }

@@ -12,6 +12,7 @@ import { element, onResize } from './element';
 import { Panel } from './panel';
 import { Joints } from './plots/joints';
 import { Plots } from './plots/plots';
+import { forgetColors } from './profiles';
 import { Recordings } from './recordings';
 import { PRESETS, type Preset } from './scene/presets';
 import { Stage } from './scene/stage';
@@ -157,13 +158,21 @@ element('frame-all', HTMLButtonElement).onclick = () => stage.frameAll();
 
 const dark = element('dark', HTMLInputElement);
 dark.checked = matchMedia('(prefers-color-scheme: dark)').matches;
+const repaint = () => {
+  forgetColors();
+  plots?.repaint();
+};
 dark.onchange = () => {
   document.documentElement.className = dark.checked ? 'dark' : 'light';
   stage.setDark(dark.checked);
-  plots?.repaint();
+  repaint();
 };
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', repaint);
 
 onResize(canvas, fit);
+
+/** s between two plots that are drawn: each of four comes four times a second, and moves by a point of the screen. */
+const PLOT_EVERY = 1 / 16;
 
 let last = now(), lastWords = 0, lastPlot = 0, frames = 0;
 stage.renderer.setAnimationLoop((_time, frame) => {
@@ -186,10 +195,11 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();
     if (session.state) joints?.draw(session.state);
+    plots?.tell();
     recordings.draw();
     if (!alone) recordings.grow(session.state?.recording === true && !session.isStale(t));
   }
-  if (t - lastPlot > 0.05) {
+  if (t - lastPlot > PLOT_EVERY) {
     lastPlot = t;
     plots?.drawNext();
   }

@@ -1,6 +1,6 @@
 import { isTyped, takesEnter } from './input/shortcuts';
 import type { Connection } from './connection';
-import { element } from './element';
+import { element, put } from './element';
 import { latencyText, offText, scaleText } from './figures';
 import { motionTitle } from './demo_motions';
 import { policyText } from './policy';
@@ -11,9 +11,7 @@ import type { Session } from './session';
 import { Peak } from './peak';
 import { STEPS, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
 
-function write(node: HTMLElement, text: string): void {
-  if (node.textContent !== text) node.textContent = text;
-}
+const write = (node: HTMLElement, text: string): void => put(node, 'textContent', text);
 
 /** A number with its unit. */
 class Reading {
@@ -69,6 +67,8 @@ export const known = (value: Measure | undefined): Measure => value || null;
 const WAVE_HELD = 1.2;
 /** Of the room to the rim: a wave that came so high is worth a warning. */
 const NEAR_THE_RIM = 0.9;
+/** s between two looks at what the planner counts. */
+const COUNTERS_EVERY = 1;
 /** s for which Reset calls for attention. */
 const CALLED_FOR = 1.2;
 
@@ -119,6 +119,7 @@ export class Panel {
   readonly #peak = new Peak(WAVE_HELD);
   #weights: Slider[] = [];
   #unfocused: HTMLElement | null = null;
+  #countersAt = -Infinity;
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('reset').onclick = () => this.reset();
@@ -266,7 +267,7 @@ export class Panel {
 
   #showRate(rate: number, mayChoose: boolean, now: number): void {
     const list = element('rate', HTMLSelectElement);
-    list.disabled = !mayChoose;
+    put(list, 'disabled', !mayChoose);
     if (!this.#isAnswered(list, now) || list.value === String(rate)) return;
     const rates = [...new Set([...RATES, rate])].sort((a, b) => a - b);
     show(list, rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
@@ -275,24 +276,24 @@ export class Panel {
   /** How high the liquid stands against what its rim allows, and how high it stood at most since the glass was filled. */
   #showWave(present: boolean): void {
     const wave = present ? this.session.wave() : null;
-    element('wave', HTMLElement).hidden = !wave;
+    put(element('wave', HTMLElement), 'hidden', !wave);
     if (!wave) return;
-    element('wave-level', HTMLMeterElement).value = wave.now / wave.room;
-    element('wave-most', HTMLElement).style.left = `${(100 * wave.most) / wave.room}%`;
+    put(element('wave-level', HTMLMeterElement), 'value', Math.round((100 * wave.now) / wave.room) / 100);
+    put(element('wave-most', HTMLElement).style, 'left', `${Math.round((100 * wave.most) / wave.room)}%`);
     write(element('wave-words', HTMLElement), `Wave ${offText(this.#peak.of(wave.now, performance.now() / 1000))} of ${offText(wave.room)} mm`);
-    element('wave', HTMLElement).dataset.near = String(wave.most > NEAR_THE_RIM * wave.room);
+    put(element('wave', HTMLElement).dataset, 'near', String(wave.most > NEAR_THE_RIM * wave.room));
     write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm`);
   }
 
   /** The policy that is connected, and who leads in its turn. */
   #showPolicy(state: StateMessage | null | undefined, mayChoose: boolean): void {
     const { policy = '', policy_turn: turn = false } = state?.controls ?? {};
-    element('policy-line', HTMLElement).hidden = policy === '';
+    put(element('policy-line', HTMLElement), 'hidden', policy === '');
     const halted = state?.state === 'stopping' || state?.state === 'fault'; // what is wanted then is not done later
     if (state?.leader === 'policy' || halted) this.hand.leaveGripper();
     const choice = button('policy');
-    choice.disabled = !mayChoose || (!turn && state?.state !== 'ready');
-    choice.setAttribute('aria-pressed', String(turn));
+    put(choice, 'disabled', !mayChoose || (!turn && state?.state !== 'ready'));
+    if (choice.getAttribute('aria-pressed') !== String(turn)) choice.setAttribute('aria-pressed', String(turn));
     write(choice, turn ? 'End the policy’s turn' : 'The policy’s turn');
     write(element('policy-words', HTMLElement), policyText(policy, turn, state?.leader ?? null));
   }
@@ -320,27 +321,27 @@ export class Panel {
     const { session } = this;
     const state = session.state;
     const live = session.status === 'open' && !session.isStale(now), present = live && !session.past, reached = !session.isGone(now) && !session.past;
-    document.body.dataset.state = session.status === 'open' ? (state?.state ?? 'none') : 'none';
-    document.body.dataset.stale = String(!live);
-    document.body.dataset.yours = String(session.yours);
+    put(document.body.dataset, 'state', session.status === 'open' ? (state?.state ?? 'none') : 'none');
+    put(document.body.dataset, 'stale', String(!live));
+    put(document.body.dataset, 'yours', String(session.yours));
     write(element('state', HTMLElement), session.title(now));
     write(element('reason', HTMLElement), session.reason(now));
     write(element('advice', HTMLElement), session.advice(now, this.hand.heldFor));
     const constraint = present ? session.constraint() : '';
-    element('held', HTMLElement).hidden = !constraint;
+    put(element('held', HTMLElement), 'hidden', !constraint);
     write(element('held', HTMLElement), constraint);
     const spill = session.spill();
-    element('spill', HTMLElement).hidden = !spill;
+    put(element('spill', HTMLElement), 'hidden', !spill);
     write(element('spill-words', HTMLElement), spill);
-    button('refill').hidden = !reached || !session.mayTake;
+    put(button('refill'), 'hidden', !reached || !session.mayTake);
     const refilled = !session.past && session.wasRefilled(now);
-    element('refilled', HTMLElement).hidden = !refilled;
+    put(element('refilled', HTMLElement), 'hidden', !refilled);
     write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
     this.#showWave(present);
-    element('gripper-line', HTMLElement).hidden = !session.hasGripper;
+    put(element('gripper-line', HTMLElement), 'hidden', !session.hasGripper);
     this.#showPolicy(session.past ? undefined : state, reached && session.mayTake);
     const refusal = session.refusal(now);
-    element('refusal', HTMLElement).hidden = !refusal;
+    put(element('refusal', HTMLElement), 'hidden', !refusal);
     write(element('refusal', HTMLElement), refusal);
     // Nothing old stands there as if it were of now.
     this.#latency.show(live ? known(state?.latency_us.p50) : null);
@@ -348,49 +349,51 @@ export class Panel {
     this.#clearance.show(live ? state?.clearance : null);
 
     const reset = button('reset');
-    reset.hidden = !session.mayReset;
-    reset.dataset.call = String(session.mayReset && session.hintedWithin(CALLED_FOR, now));
-    reset.querySelector('kbd')!.hidden = document.activeElement !== reset && takesEnter(document.activeElement);
-    button('stop').disabled = session.status !== 'open';
+    put(reset, 'hidden', !session.mayReset);
+    put(reset.dataset, 'call', String(session.mayReset && session.hintedWithin(CALLED_FOR, now)));
+    put(reset.querySelector('kbd')!, 'hidden', document.activeElement !== reset && takesEnter(document.activeElement));
+    put(button('stop'), 'disabled', session.status !== 'open');
     const lease = button('lease');
     write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : 'Ask for control');
-    button('mode').disabled = session.past;
-    lease.disabled = session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks);
-    lease.dataset.call = String(!session.yours && session.mayTake && !session.past);
+    put(button('mode'), 'disabled', session.past);
+    put(lease, 'disabled', session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks));
+    put(lease.dataset, 'call', String(!session.yours && session.mayTake && !session.past));
     const asked = session.asked();
-    element('asked', HTMLElement).hidden = !asked;
+    put(element('asked', HTMLElement), 'hidden', !asked);
     write(element('asked-words', HTMLElement), asked);
     write(element('asked-until', HTMLElement), session.askedUntil(now));
-    element('pairing', HTMLFormElement).hidden = session.paired || session.status !== 'open';
+    put(element('pairing', HTMLFormElement), 'hidden', session.paired || session.status !== 'open');
     const mayChoose = reached && session.mayTake;
-    element('playback', HTMLSelectElement).disabled = session.past || !session.mayTake;
-    input('record').disabled = !mayChoose;
-    for (const id of ['add-box', 'carry-object', 'remove-object']) button(id).disabled = !mayChoose;
-    for (const choice of this.#profiles) choice.disabled = !mayChoose;
+    put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
+    put(input('record'), 'disabled', !mayChoose);
+    for (const id of ['add-box', 'carry-object', 'remove-object']) put(button(id), 'disabled', !mayChoose);
+    for (const choice of this.#profiles) put(choice, 'disabled', !mayChoose);
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, reached));
-    why.hidden = why.textContent === '';
+    put(why, 'hidden', why.textContent === '');
     write(element('objects-hint', HTMLElement), why.textContent || 'Drag them over the floor: the arm keeps away.');
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
-      node.disabled = !mayChoose;
+      put(node, 'disabled', !mayChoose);
       if (value === undefined) continue;
       if (value !== slider.shown) {
         slider.output.textContent = slider.label(value);
         node.setAttribute('aria-valuetext', (slider.spoken ?? slider.label)(value));
       }
       slider.shown = value;
-      if (this.#isAnswered(node, now)) node.value = String(slider.place(value));
+      if (this.#isAnswered(node, now)) put(node, 'value', String(slider.place(value)));
     }
     if (!state) return;
     const profile = this.#profiles[state.controls.profile];
-    if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) profile.checked = true;
-    if (this.#isAnswered(input('record'), now)) input('record').checked = state.recording;
+    if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) put(profile, 'checked', true);
+    if (this.#isAnswered(input('record'), now)) put(input('record'), 'checked', state.recording);
     this.#showRate(state.planner_rate_hz, mayChoose, now);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     write(element('playback-now', HTMLOutputElement), list.selectedOptions[0]?.textContent ?? '');
     write(element('rate-now', HTMLOutputElement), `${state.planner_rate_hz.toFixed(0)} Hz`);
+    if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
+    this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
     write(element('counters', HTMLElement),
       `Planner ${state.planner_rate_hz.toFixed(0)} Hz, ${state.plans} plans, ${state.rejected_plans} refused; control ${state.cycles} cycles, ${state.missed_deadlines} late. Network there and back ${trip}.`);

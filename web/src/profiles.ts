@@ -27,8 +27,19 @@ export function colorOf({ name, index }: Profile): string {
 }
 
 let probe: HTMLElement | null = null;
+/** Asking for a style makes the browser compute all of them: a colour is asked for once in a theme. */
+const known = new Map<string, string>();
+/** After another theme. */
+export const forgetColors = (): void => known.clear();
+
 /** What a colour of the style sheet is now, for a canvas, which knows no variables. */
 export function resolved(color: string): string {
+  let found = known.get(color);
+  if (found === undefined) known.set(color, found = ask(color));
+  return found;
+}
+
+function ask(color: string): string {
   if (!probe) {
     probe = document.createElement('i');
     probe.hidden = true;

@@ -1,5 +1,6 @@
 import type { Profile } from '../protocol';
 import { colorOf } from '../profiles';
+import { put } from '../element';
 import { meanOffText, secondsText, sloshText } from '../figures';
 import type { History } from './history';
 
@@ -51,15 +52,12 @@ export class Comparison {
     let shown = 0;
     for (const { row, cells, index } of this.#rows) {
       const { led, felt, most, off } = totalsOf(history, index);
-      row.hidden = led <= 0;
+      put(row, 'hidden', led <= 0);
       if (row.hidden) continue;
       ++shown;
-      cells[0]!.textContent = sloshText(felt);
-      cells[1]!.textContent = sloshText(most);
-      cells[2]!.textContent = meanOffText(off);
-      cells[3]!.textContent = secondsText(led);
+      [sloshText(felt), sloshText(most), meanOffText(off), secondsText(led)].forEach((text, i) => put(cells[i]!, 'textContent', text));
     }
-    this.note.hidden = shown < 2;
+    put(this.note, 'hidden', shown < 2);
   }
 }
 

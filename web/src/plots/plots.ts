@@ -1,6 +1,6 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { element, onResize } from '../element';
+import { element, onResize, put } from '../element';
 import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { latencyText, offText, planningText, sloshText } from '../figures';
@@ -14,7 +14,8 @@ const HEIGHT = 40, TIMES = 17;
 const AXIS = 34;
 
 interface Line { label: string; color: string; dash?: number[] }
-interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number; write(value: Measure | undefined): string }
+/** `width`: px, 0 where it is not shown; asked for in a picture it would make the browser lay the whole page out. */
+interface Row { history: History; plot: uPlot; box: HTMLElement; values: HTMLElement; lines: Line[]; height: number; width: number; write(value: Measure | undefined): string }
 
 /** Nothing was measured yet where it is 0. */
 const milli = (value: Measure): number | null => (value ? value / 1000 : null);
@@ -31,6 +32,8 @@ export class Plots {
   readonly #own: (number | null)[];
   readonly #event: (number | null)[] = [0, 0, 0, 0];
   #turn = 0;
+  /** The table was told last time: every other time is enough. */
+  #told = false;
   #next = 0;
   #missed = -1;
   /** s, negative, where the pointer is; null: nowhere. */
@@ -50,7 +53,8 @@ export class Plots {
     this.#make('latency', 'Latency', 'ms', 'From the hand to the command made of it: median, and p99 dashed', spread, 10, latencyText);
     this.#make('solve', 'Planning', 'ms', 'How long a plan takes: median, and p99 dashed', spread, 0.2, planningText, true);
     this.#inTurn = Object.values(this.#rows);
-    onResize(root, () => this.resize());
+    for (const { box } of this.#inTurn) onResize(box, () => this.resize());
+    this.resize();
   }
 
   #frame(name: string, title: string, unit: string, meaning: string): HTMLElement {
@@ -82,7 +86,7 @@ export class Plots {
       hooks: { setCursor: [(u) => { this.#pointed = u.cursor.idx ?? null; }] },
       series: [{}, ...lines.map(({ label, color, dash }) => ({ label, stroke: () => resolved(color), width: 1.5, points: { show: false }, ...(dash && { dash }) }))],
     }, history.data as uPlot.AlignedData, box);
-    this.#rows[name] = { history, plot, box, values, lines, height, write };
+    this.#rows[name] = { history, plot, box, values, lines, height, write, width: 0 };
   }
 
   take(state: StateMessage): void {
@@ -112,25 +116,25 @@ export class Plots {
     return this.#own;
   }
 
-  /** One row at a time, so that no picture waits for all of them; states and table with the first. */
+  /** One row at a time, so that no picture waits for all of them; states with the first. */
   drawNext(): void {
     const row = this.#inTurn[this.#turn]!;
-    if (row.box.offsetParent !== null) {
-      row.plot.setData(row.history.data as uPlot.AlignedData);
-      this.#tell(row);
-    }
-    if (this.#turn === 0) {
-      this.#strip.draw(this.#events);
-      this.#comparison.draw(this.#led);
-    }
+    if (row.width > 0) row.plot.setData(row.history.data as uPlot.AlignedData);
+    if (this.#turn === 0) this.#strip.draw(this.#events);
     this.#turn = (this.#turn + 1) % this.#inTurn.length;
+  }
+
+  /** Values and table; with all other words, so that the browser lays out once. */
+  tell(): void {
+    for (const row of this.#inTurn) if (row.width > 0) this.#tell(row);
+    if ((this.#told = !this.#told)) this.#comparison.draw(this.#led);
   }
 
   /** The values under the pointer, or else the newest ones. */
   #tell({ history, values, lines, write }: Row): void {
     const at = this.#pointed ?? history.times.length - 1;
     const shown = lines.flatMap((_line, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [write(value)]; }).join(' · ');
-    if (values.textContent !== shown) values.textContent = shown;
+    put(values, 'textContent', shown);
   }
 
   /** After another theme. */
@@ -140,10 +144,16 @@ export class Plots {
   }
 
   resize(): void {
-    for (const { plot, box, height } of this.#inTurn) {
-      if (box.clientWidth > 0) plot.setSize({ width: box.clientWidth, height });
+    let changed = false;
+    for (const row of this.#inTurn) {
+      const { clientWidth } = row.box;
+      if (clientWidth === row.width) continue;
+      row.width = clientWidth;
+      changed = true;
+      if (clientWidth > 0) row.plot.setSize({ width: clientWidth, height: row.height });
     }
-    const width = Math.max(...this.#inTurn.map(({ box }) => box.clientWidth)) - AXIS - 14; // one whose arm holds no glass is hidden
+    if (!changed) return;
+    const width = Math.max(...this.#inTurn.map((row) => row.width)) - AXIS - 14; // one whose arm holds no glass is hidden
     if (width > 0) {
       this.#strip.canvas.style.width = `${width}px`;
       this.#strip.resize(width);
