@@ -11,7 +11,7 @@ import { address, browser, finish, open, PATIENCE, PROGRAM, ROOT, start, startPr
 
 const FOLDER = process.env.STEADYHAND_PICTURES ?? join(ROOT, 'docs/pictures');
 /** Of the movie: s between its pictures, s in all, pixels of each half. */
-const STEP = 0.1, LENGTH = 10.6, HALF = { width: 400, height: 380 };
+const STEP = 0.15, LENGTH = 10.6, HALF = { width: 400, height: 380 };
 /** Of the page, px. */
 const PAGE = { width: 1280, height: 800 };
 const FINER = 2; // drawn so much larger, and reduced: a browser without a graphics card smooths no edges
@@ -181,11 +181,11 @@ async function arm(tracking, waiter) {
       const title = i === 0 ? ['Tracking', 'as close to the hand as the limits allow'] : ['Waiter', 'spares the liquid'];
       shots.push({ data: (await halves[i].shot()).toString('base64'), title: [...title, spilled ? 'spilled' : ''] });
     }
-    pictures.push(await compose(shots, HALF, 'image/webp', 0.66));
+    pictures.push(await compose(shots, HALF, 'image/webp', 0.42));
     if (process.env.STEADYHAND_KEEP) writeFileSync(join(process.env.STEADYHAND_KEEP, `${pictures.length}.webp`), pictures.at(-1));
   }
   const file = movie(pictures, { width: 2 * HALF.width, height: HALF.height }, 1000 * STEP);
-  assert.ok(file.length < 2e6, `${file.length} bytes are too many for a README`);
+  assert.ok(file.length < 600 * 1024, `${file.length} bytes are too many for a README`);
   writeFileSync(join(FOLDER, 'arm.webp'), file);
 }
 

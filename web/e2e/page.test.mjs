@@ -386,7 +386,7 @@ test('the page is laid out anew with its words, and not with each plot or pictur
   const begin = await layouts();
   await page.waitForTimeout(4000);
   const each = ((await layouts()) - begin) / 4;
-  assert.ok(each < 12, `${each} times a second; words come seven times`);
+  assert.ok(each < 12, `${each} times a second; words come five times`);
 });
 
 test('sliders tell who hears them units and words', async () => {

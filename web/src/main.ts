@@ -171,6 +171,8 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', repaint);
 
 onResize(canvas, fit);
 
+/** s between two looks at all words and values. */
+const WORDS_EVERY = 0.2;
 /** s between two plots that are drawn: each of four comes four times a second, and moves by a point of the screen. */
 const PLOT_EVERY = 1 / 16;
 
@@ -189,7 +191,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
-  if (t - lastWords > 0.15) {
+  if (t - lastWords > WORDS_EVERY) {
     lastWords = t;
     panel.draw(t);
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);

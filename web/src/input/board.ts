@@ -42,8 +42,11 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
 
   write(title: string, color: string, warning: string, lines: string[], items: Item[]): void {
     this.text = [title, ...lines, warning].join('\n');
+    // One more may stand before it: what is chosen stays chosen, not its number.
+    const kept = this.items[this.chosen], same = kept ? items.findIndex(({ row, label }) => row === kept.row && label === kept.label) : -1;
     this.items = items;
-    if (this.chosen >= items.length) this.chosen = -1;
+    if (same >= 0) this.chosen = same;
+    else if (this.chosen >= items.length) this.chosen = -1;
     const shown = [this.text, color, this.chosen, ...items.map(({ row, label, on }) => `${row}/${label}/${on}`)].join('\n');
     if (shown === this.#shown) return;
     this.#shown = shown;

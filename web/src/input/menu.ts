@@ -27,6 +27,7 @@ export function itemsOf(session: Session, asks: Asks): Item[] {
   if (session.mayReset) add('Now', 'Reset', false, () => asks.reset());
   add('Now', 'Recentre', false, () => asks.recentre());
   add('Now', state.recording ? 'Recording' : 'Record', state.recording, () => asks.command('record', { value: state.recording ? 0 : 1 }));
+  if (session.spill()) add('Now', 'Fill the glass', false, () => asks.command('refill', {}));
   for (const profile of inOrder(welcome.profiles)) {
     add('Profile', profile.label.replace(/ \(P\d+\)/, ''), state.controls.profile === profile.index, () => asks.command('profile', { text: profile.name }));
   }

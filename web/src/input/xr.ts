@@ -315,7 +315,7 @@ export class Headset {
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
-      !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || (facts.hasGlass && state.liquid.spilled ? 'spilled' : facts.wasRefilled(now) ? 'full glass again' : ''),
+      !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || facts.spill() || (facts.wasRefilled(now) ? 'full glass again' : ''),
       [facts.reason(now),
         asks ? 'Look forward, and press A.' : facts.advice(now, this.hand.heldFor),
         present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : '',
