@@ -11,7 +11,7 @@ import { address, browser, finish, open, PATIENCE, PROGRAM, ROOT, start, startPr
 
 const FOLDER = process.env.STEADYHAND_PICTURES ?? join(ROOT, 'docs/pictures');
 /** Of the movie: s between its pictures, s in all, pixels of each half. */
-const STEP = 0.15, LENGTH = 10.6, HALF = { width: 400, height: 380 };
+const STEP = 0.16, LENGTH = 10.6, HALF = { width: 400, height: 380 };
 /** Of the page, px. */
 const PAGE = { width: 1280, height: 800 };
 const FINER = 2; // drawn so much larger, and reduced: a browser without a graphics card smooths no edges
@@ -164,9 +164,9 @@ async function still(name, heard, time, context, prepare) {
 }
 
 const SCENE_ALONE = 'aside, footer, main > :not(canvas) { display: none !important } main { position: fixed; inset: 0; width: 100vw; height: 100vh } canvas { width: 100% !important; height: 100% !important }';
-async function arm(tracking, waiter) {
+async function arm(tracking, carry) {
   const halves = [];
-  for (const heard of [tracking, waiter]) {
+  for (const heard of [tracking, carry]) {
     halves.push(await replica(heard, { viewport: HALF }, async (page) => {
       await page.addStyleTag({ content: SCENE_ALONE });
       await page.evaluate(() => { globalThis.steadyhand.drag.show(false); globalThis.steadyhand.drag.show = () => {}; }); // no handles
@@ -175,13 +175,13 @@ async function arm(tracking, waiter) {
   const compose = await workshop(), pictures = [];
   for (let t = 0; t < LENGTH; t += STEP) {
     const shots = [];
-    for (const [i, heard] of [tracking, waiter].entries()) {
+    for (const [i, heard] of [tracking, carry].entries()) {
       await halves[i].until(heard.begin + t);
       const { spilled } = (await halves[i].page.evaluate(() => globalThis.steadyhand.session.state)).liquid;
-      const title = i === 0 ? ['Tracking', 'as close to the hand as the limits allow'] : ['Waiter', 'spares the liquid'];
+      const title = i === 0 ? ['Tracking', 'as close to the hand as the limits allow'] : ['Carry', 'the closest that spills nothing'];
       shots.push({ data: (await halves[i].shot()).toString('base64'), title: [...title, spilled ? 'spilled' : ''] });
     }
-    pictures.push(await compose(shots, HALF, 'image/webp', 0.42));
+    pictures.push(await compose(shots, HALF, 'image/webp', 0.28));
     if (process.env.STEADYHAND_KEEP) writeFileSync(join(process.env.STEADYHAND_KEEP, `${pictures.length}.webp`), pictures.at(-1));
   }
   const file = movie(pictures, { width: 2 * HALF.width, height: HALF.height }, 1000 * STEP);
@@ -193,9 +193,10 @@ await start();
 try {
   if (wanted('report')) await report();
   const tracking = ['page_dark', 'arm'].some(wanted) && await listen('tracking', LENGTH);
-  if (wanted('page_light')) await still('page_light', await listen('carry', LENGTH), 6);
+  const carry = ['page_light', 'arm'].some(wanted) && await listen('carry', LENGTH);
+  if (wanted('page_light')) await still('page_light', carry, 6);
   if (wanted('page_dark')) await still('page_dark', tracking, 9, { colorScheme: 'dark' });
-  if (wanted('arm')) await arm(tracking, await listen('waiter', LENGTH));
+  if (wanted('arm')) await arm(tracking, carry);
 } finally {
   await finish();
 }
