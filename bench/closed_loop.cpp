@@ -69,7 +69,7 @@ void ClosedLoop::pose() {
   }
   warm_start_.shift(instance_.x0, now);
   const auto before = std::chrono::steady_clock::now();
-  obstacle_rows_.choose(obstacles_, now, 2e-3, arm_, warm_start_, instance_);
+  obstacle_rows_.choose(obstacles_, now, arm_, warm_start_, instance_);
   choosing_us_ = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before).count();
 }
 
