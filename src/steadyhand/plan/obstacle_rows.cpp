@@ -71,10 +71,20 @@ void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& gues
                         [&](int body, int obstacle) { add_pair(sweep, body, obstacle); });
   for (int k = 1; k <= ocp_.horizon(); ++k) {
     scratch.set_position(guess.x[k].head(ocp_.dof()));
+    const Pair* whole = nullptr;
+    double apart = 0.0;  // m, of that: its corners, which follow it, are no nearer
     for (Pair& pair : pairs_) {
+      const double least = std::min(pair.gap, kNear);
+      const bool of_whole = pair.corner >= 0 && whole && whole->body == pair.body && whole->obstacle == pair.obstacle;
+      if (of_whole && apart >= least) continue;
       const auto [other, there] = against(scratch, sweep, pair.body, pair.obstacle, k * ocp_.dt());
       const auto [shape, at] = moved(scratch, sweep.obstacles(), pair.body, pair.obstacle, pair.corner);
-      pair.gap = std::min(pair.gap, distance(other, there, shape, at));
+      const double here = is_further(least, other, there, shape, at) ? least : distance(other, there, shape, at);
+      pair.gap = std::min(pair.gap, here);
+      if (pair.corner < 0) {
+        whole = &pair;
+        apart = here;
+      }
     }
   }
   std::erase_if(pairs_, [](const Pair& pair) { return !(pair.gap < kNear); });
