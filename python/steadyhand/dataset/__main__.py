@@ -43,10 +43,11 @@ def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tupl
     options = dict(options)
     try:
         session = read_session(path)
+        name = robot or session.metadata.get("run", {}).get("robot")
+        if not name:
+            raise ValueError("does not name its robot; --robot must")
         videos = {} if options.pop("no_video") else read_videos(path)
-        return cut(session, Robot(robot or session.metadata["run"]["robot"]), videos=videos, **options)
-    except KeyError:
-        return [], [f"{path}: does not name its robot; --robot must"]
+        return cut(session, Robot(name), videos=videos, **options)
     except (ValueError, OSError) as error:
         return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
 

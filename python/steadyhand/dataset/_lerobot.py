@@ -10,11 +10,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
+import fcntl
 import json
 import os
 import shutil
+import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,23 +53,47 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
     info = new_info(episodes[0])
     for episode in episodes:
         _must_match(new_info(episode), info, f"{episode.session} at {episode.start:.1f} s", "the first episode")
-    if folder.exists() and any(folder.iterdir()):
-        before = read_info(folder)
-        episodes = [_without(episode, lacking(folder)) for episode in episodes]
-        info = new_info(episodes[0])
-        _must_match(info, before, "what is to be appended", str(folder))
-        info = before
     folder.parent.mkdir(parents=True, exist_ok=True)
-    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
-    try:
-        if info["total_episodes"]:
-            shutil.copytree(folder, beside, dirs_exist_ok=True, copy_function=_link)
-        _append(beside, info, episodes)
-        os.chmod(beside, 0o777 & ~umask())
-        _put_in_place(beside, folder)
-    finally:
-        shutil.rmtree(beside, ignore_errors=True)
+    with _alone(folder.parent):
+        for left in folder.parent.glob(f"{_beside(folder)}*"):  # by a run that was killed: who is at work has the lock
+            shutil.rmtree(left, ignore_errors=True)
+        if folder.exists() and any(folder.iterdir()):
+            before = read_info(folder)
+            episodes = [_without(episode, lacking(folder)) for episode in episodes]
+            info = new_info(episodes[0])
+            _must_match(info, before, "what is to be appended", str(folder))
+            info = before
+        beside = Path(tempfile.mkdtemp(prefix=_beside(folder), dir=folder.parent))
+        try:
+            if info["total_episodes"]:
+                shutil.copytree(folder, beside, dirs_exist_ok=True, copy_function=_link)
+            _append(beside, info, episodes)
+            os.chmod(beside, 0o777 & ~umask())
+            _put_in_place(beside, folder)
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
     return info
+
+
+def _beside(folder: Path) -> str:
+    """How names of what is being written begin, in the same folder."""
+    return f".{folder.name}.being-written."
+
+
+@contextlib.contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One run at a time writes data sets into this folder: of two that append at once, each would take the other's episodes away."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        with contextlib.suppress(OSError):  # a file system without locks
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                print(f"steadyhand: waiting for another run that writes a data set into {folder}", file=sys.stderr)
+                fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def lacking(folder: str | os.PathLike[str]) -> list[str]:
@@ -240,13 +268,24 @@ def umask() -> int:
 
 
 def _put_in_place(new: Path, folder: Path) -> None:
-    before = new.with_name(new.name + ".before")
-    if folder.exists():
-        folder.rename(before)
-    try:
+    """In one step where the system can exchange two folders, so that a run that is killed leaves the one or the other."""
+    if not folder.exists():
         new.rename(folder)
-    except OSError:
-        if before.exists():
+    elif not _exchange(new, folder):
+        before = new.with_name(new.name + ".before")
+        folder.rename(before)
+        try:
+            new.rename(folder)
+        except OSError:
             before.rename(folder)
-        raise
-    shutil.rmtree(before, ignore_errors=True)
+            raise
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Whether it was done: Linux alone can, on most of its file systems."""
+    here, swap = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
+    try:
+        return ctypes.CDLL(None).renameat2(here, os.fsencode(one), here, os.fsencode(other), swap) == 0
+    except (AttributeError, OSError):
+        return False

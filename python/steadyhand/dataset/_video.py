@@ -6,6 +6,7 @@ import base64
 import json
 import os
 import re
+import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -73,34 +74,50 @@ class Film:
 
 
 def read_videos(path: str | os.PathLike[str]) -> dict[str, Video]:
-    """By the cameras' names, of a session's recording; of one whose writer was killed, up to then. Needs the PyPI package mcap."""
+    """By the cameras' names, of a session's recording; of one whose writer was killed, up to then. Needs the PyPI package mcap.
+
+    Raises ValueError for a camera whose channel does not say what it films.
+    """
+    videos: dict[str, Video] = {}
+    for topic, about, data in _camera_messages(path):
+        name = topic.removeprefix(_TOPIC)
+        try:
+            if name not in videos:
+                videos[name] = Video(int(about["width"]), int(about["height"]), float(about["rate_hz"]))
+            said = json.loads(data)
+            exposed, packet = said["timestamp"]["sec"] + 1e-9 * said["timestamp"]["nsec"], base64.b64decode(said["data"], validate=True)
+        except (ValueError, KeyError, TypeError) as error:
+            raise ValueError(f"{topic} has a message that is no picture: {error!r}") from None
+        videos[name].t.append(exposed)
+        videos[name].packets.append(packet)
+    return videos
+
+
+def _camera_messages(path: str | os.PathLike[str]) -> Iterator[tuple[str, dict[str, str], bytes]]:
+    """Topic, metadata of the channel, message; up to where the file is cut off."""
+    import zstandard
     from mcap.exceptions import McapError
     from mcap.reader import NonSeekingReader, make_reader
 
-    videos: dict[str, Video] = {}
+    cut_off = McapError, struct.error, zstandard.ZstdError, EOFError, RuntimeError, MemoryError, OverflowError, UnicodeDecodeError
     with Path(path).open("rb") as file:
         try:
             summary = make_reader(file).get_summary()
-        except McapError:
+        except cut_off:
             summary = None
-        if summary and not any(channel.topic.startswith(_TOPIC) for channel in summary.channels.values()):
-            return {}
-        file.seek(0)
         topics = [channel.topic for channel in summary.channels.values() if channel.topic.startswith(_TOPIC)] if summary else None
+        if topics == []:
+            return
+        file.seek(0)
         reader = make_reader(file) if summary else NonSeekingReader(file)
         messages = reader.iter_messages(topics=topics, log_time_order=bool(summary))
         while True:
             try:
                 _, channel, message = next(messages)
-            except (StopIteration, McapError):
-                return videos
-            if not channel.topic.startswith(_TOPIC):
-                continue
-            said = json.loads(message.data)
-            about = channel.metadata
-            video = videos.setdefault(channel.topic.removeprefix(_TOPIC), Video(int(about["width"]), int(about["height"]), float(about["rate_hz"])))
-            video.t.append(said["timestamp"]["sec"] + 1e-9 * said["timestamp"]["nsec"])
-            video.packets.append(base64.b64decode(said["data"]))
+            except (StopIteration, *cut_off):
+                return
+            if channel.topic.startswith(_TOPIC):
+                yield channel.topic, channel.metadata, message.data
 
 
 def lay(name: str, video: Video, t: Array, longest: float = PICTURE_PAUSE) -> Film:

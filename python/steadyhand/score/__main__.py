@@ -51,7 +51,9 @@ def _scores_of(path: Path, robot: str | None, profiles: Sequence[str], rate: flo
     found = []
     try:
         session = read_session(path)
-        name = robot or session.metadata["run"]["robot"]
+        name = robot or session.metadata.get("run", {}).get("robot")
+        if not name:
+            raise ValueError("does not name its robot; --robot must")
         model = Robot(name)
         if not profiles:
             return [score(session, model)], []
@@ -62,8 +64,6 @@ def _scores_of(path: Path, robot: str | None, profiles: Sequence[str], rate: flo
                 if keep:
                     _keep(made, keep / f"{path.stem}-{Path(profile).stem}.mcap")
         return found, []
-    except KeyError:
-        return [], [f"{path}: does not name its robot; --robot must"]
     except (ValueError, OSError) as error:
         return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
 
