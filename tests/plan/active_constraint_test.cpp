@@ -24,13 +24,14 @@ struct Standing : testing::Test {
     reference.nodes = 8;
     reach = {Vector3::Zero(), arm.p().norm() + 0.1};
   }
-  ActiveConstraint active() { return active_constraint(plan, 8, reference, reach, arm); }
+  ActiveConstraint active() { return active_constraint(plan, 8, instance, reach, arm); }
 
   std::mt19937 random;
   RobotModel model;
   Kinematics arm;
   Plan plan;
-  Reference reference;
+  OcpInstance instance;
+  Reference& reference = instance.reference;
   Reach reach;
 };
 
@@ -58,6 +59,14 @@ TEST_F(Standing, NamesThePairThatTouches) {
   const ActiveConstraint found = active();
   EXPECT_EQ(found.kind, ConstraintKind::kSelfCollision);
   EXPECT_EQ(found.first, i);
+}
+
+/// Plans keep bodies apart by the instance's clearance: what stands at it is what holds the arm back.
+TEST_F(Standing, APairAtItsClearanceIsTouched) {
+  instance.clearance = clearance(arm) - 5e-4;
+  EXPECT_EQ(active().kind, ConstraintKind::kSelfCollision);
+  instance.clearance = clearance(arm) - 2e-3;
+  EXPECT_EQ(active().kind, ConstraintKind::kNone);
 }
 
 TEST_F(Standing, AReferenceThatWasClippedIsTheReach) {

@@ -42,7 +42,7 @@ def test_the_arm_stays_out_of_what_is_in_its_way(robot, shape):
     _, through = glide(Planner(robot), robot, target)
     plans, around = glide(Planner(robot, cell=[it]), robot, target)
     assert min(blind.distances(robot, q)["it"] for q in through) < 0
-    assert min(blind.distances(robot, q)["it"] for q in around) > 0.01 - 0.002
+    assert min(blind.distances(robot, q)["it"] for q in around) > 0.01 - 2e-5
     held = [plan for plan in plans if plan.active == "obstacle"]
     assert held and all(plan.active_names[1] == "it" for plan in held)
     assert {plan.active_names[0] for plan in held} <= {body["name"] for body in robot.description["bodies"]}
@@ -51,7 +51,7 @@ def test_the_arm_stays_out_of_what_is_in_its_way(robot, shape):
 def test_a_floor_holds_the_glass_up(robot):
     _, configurations = glide(Planner(robot, cell=[FLOOR]), robot, ahead(robot, z=-0.6))
     lowest = min(Cell([FLOOR]).distances(robot, q)["floor"] for q in configurations)
-    assert 0.008 < lowest < 0.03 < Cell([FLOOR]).distances(robot, robot.home)["floor"]
+    assert 0.01 - 2e-5 < lowest < 0.03 < Cell([FLOOR]).distances(robot, robot.home)["floor"]
 
 
 def test_objects_come_and_go(robot):
@@ -73,7 +73,7 @@ def test_what_is_carried_is_a_part_of_the_arm(robot):
     _, alone = glide(Planner(robot, cell=[FLOOR]), robot, ahead(robot, z=-0.6))
     plans, way = glide(Planner(robot, cell=taken), robot, ahead(robot, z=-0.6))
     assert min(taken.distances(robot, q)["floor"] for q in alone) < -0.02
-    assert min(taken.distances(robot, q)["floor"] for q in way) > 0.008
+    assert min(taken.distances(robot, q)["floor"] for q in way) > 0.01 - 2e-5
     assert ("rod", "floor") in {plan.active_names for plan in plans}
     left = taken.detach("rod", robot, way[-1]).description["objects"][1]
     expected = robot.fk(way[-1]) @ np.linalg.inv(robot.fk(robot.home)) @ rod.T_base_object

@@ -242,8 +242,8 @@ void PlanningStage::plan_following(Time start) {
   view_.reference = scaled_.planner->instance().reference;
   if (!solved) return;
   send(scaled_.planner->plan());
-  view_.constraint = active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance().reference,
-                                       reach_, scaled_.arm, settings_.planner.obstacles);
+  view_.constraint = active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance(), reach_,
+                                       scaled_.arm, settings_.planner.obstacles);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, or finds no rest in

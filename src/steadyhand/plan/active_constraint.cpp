@@ -10,7 +10,7 @@ namespace steadyhand {
 namespace {
 
 /// How near counts as touching: solvers stop a little inside.
-constexpr double kGap = 1e-3;           // m, between bodies, and of the reach
+constexpr double kGap = 1e-3;           // m, beyond the clearance of bodies, and of the reach
 constexpr double kPosition = 2e-3;      // rad (m)
 constexpr double kShareOfLimit = 0.99;  // of velocity and acceleration
 
@@ -21,14 +21,15 @@ ActiveConstraint at_limit(ConstraintKind kind, const JointVector& value, const J
   return most >= kShareOfLimit ? ActiveConstraint{kind, joint, -1} : ActiveConstraint{};
 }
 
-ActiveConstraint touching_pair(const Kinematics& arm, const Obstacles& obstacles) {
+ActiveConstraint touching_pair(const Kinematics& arm, const Obstacles& obstacles, double clearance) {
   const NearestPair nearest = nearest_pair(arm, obstacles);
-  if (nearest.gap < kGap) return {ConstraintKind::kSelfCollision, nearest.first, nearest.second};
+  if (nearest.gap < clearance + kGap) return {ConstraintKind::kSelfCollision, nearest.first, nearest.second};
   return {};
 }
 
 /// A body and an obstacle that touch at a node.
-ActiveConstraint touching_obstacle(const Plan& plan, int nodes, const Obstacles& obstacles, Kinematics& arm) {
+ActiveConstraint touching_obstacle(const Plan& plan, int nodes, const Obstacles& obstacles, double clearance,
+                                   Kinematics& arm) {
   ActiveConstraint found;
   if (obstacles.count == 0) return found;
   ObstacleSweep sweep(arm.model(), obstacles, plan.start);
@@ -36,13 +37,13 @@ ActiveConstraint touching_obstacle(const Plan& plan, int nodes, const Obstacles&
     arm.set_position(plan.x[k].head(arm.dof()));
     sweep.pass(arm);
   }
-  sweep.find(nodes * plan.dt, kGap, LinkLengths::Zero());
+  sweep.find(nodes * plan.dt, clearance + kGap, LinkLengths::Zero());
   for (int k = 1; k <= nodes && found.kind == ConstraintKind::kNone; ++k) {
     arm.set_position(plan.x[k].head(arm.dof()));
     sweep.for_each_near([&](int body, int obstacle) {
       const Solid part = solid(arm, obstacles, body);
       const Placed there = sweep.placed(obstacle, k * plan.dt);
-      if (distance(sweep.shape(obstacle), there, part.shape, part.at) < kGap) {
+      if (distance(sweep.shape(obstacle), there, part.shape, part.at) < clearance + kGap) {
         found = {ConstraintKind::kObstacle, body, obstacle};
       }
     });
@@ -61,8 +62,9 @@ ActiveConstraint at_position_limit(const RobotModel& model, const JointVector& q
 
 }  // namespace
 
-ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference& reference, const Reach& reach,
+ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstance& instance, const Reach& reach,
                                    Kinematics& kinematics, const Obstacles& obstacles) {
+  const Reference& reference = instance.reference;
   const RobotModel& model = kinematics.model();
   const int n = model.dof(), last = std::min(nodes, plan.intervals);
   for (int k = 0; k < reference.nodes; ++k) {
@@ -72,7 +74,7 @@ ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference&
   for (int k = 1; k <= last; ++k) {
     const JointVector q = plan.x[k].head(n), dq = plan.x[k].tail(n);
     kinematics.set_position(q);
-    if (pair.kind == ConstraintKind::kNone) pair = touching_pair(kinematics, obstacles);
+    if (pair.kind == ConstraintKind::kNone) pair = touching_pair(kinematics, obstacles, instance.clearance);
     if (position.kind == ConstraintKind::kNone) position = at_position_limit(model, q);
     if (velocity.kind == ConstraintKind::kNone) velocity = at_limit(ConstraintKind::kVelocity, dq, model.velocity_max);
     if (acceleration.kind == ConstraintKind::kNone) {
@@ -80,7 +82,7 @@ ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference&
     }
   }
   for (const ActiveConstraint& found :
-       {pair, touching_obstacle(plan, last, obstacles, kinematics), position, velocity}) {
+       {pair, touching_obstacle(plan, last, obstacles, instance.clearance, kinematics), position, velocity}) {
     if (found.kind != ConstraintKind::kNone) return found;
   }
   return acceleration;

@@ -5,6 +5,7 @@
 
 #include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/arrows.hpp"
+#include "steadyhand/ocp/ocp.hpp"
 #include "steadyhand/robot/gaps.hpp"
 #include "steadyhand/robot/reach.hpp"
 
@@ -30,9 +31,10 @@ struct ActiveConstraint {
   int second = -1;                              ///< second body of the pair, or index of the obstacle
 };
 
-/// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, in the order reach (the
-/// reference was clipped to it), self-collision, obstacle, position, velocity, acceleration limit. Allocates nothing.
-ActiveConstraint active_constraint(const Plan& plan, int nodes, const Reference& reference, const Reach& reach,
+/// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, with the clearance of the
+/// instance that it solves, in the order reach (the instance's reference was clipped to it), self-collision, obstacle,
+/// position, velocity, acceleration limit. Allocates nothing.
+ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstance& instance, const Reach& reach,
                                    Kinematics& kinematics, const Obstacles& obstacles = kNoObstacles);
 
 }  // namespace steadyhand

@@ -195,7 +195,7 @@ class Stages {
     const int nodes = planner.ocp().horizon();
     return {planner.plan(),
             nodes,
-            active_constraint(planner.plan(), nodes, planner.instance().reference, reach_, arm_, obstacles_),
+            active_constraint(planner.plan(), nodes, planner.instance(), reach_, arm_, obstacles_),
             planner.fault(),
             solution.time_us,
             solution.objective,
