@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Callable
 from typing import NoReturn
 
 
@@ -11,3 +13,12 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         raise ValueError(message)
+
+
+def exit_code(command: Callable[[list[str]], int], words: list[str]) -> int:
+    """That of the command; bad input is told, and is 2."""
+    try:
+        return command(words)
+    except (ValueError, OSError) as error:
+        print(f"steadyhand: {error}", file=sys.stderr)
+        return 2

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from ._command_line import Parser
+from ._replay import Session
 
 Answer = TypeVar("Answer")
 _MOST_WORKERS = 64
@@ -65,6 +66,14 @@ def sessions_of(words: Sequence[str]) -> list[Path]:
             raise ValueError(f"{path}: named twice")
         seen.add(path.resolve())
     return files
+
+
+def robot_of(session: Session) -> str:
+    """The robot that a session names, by name or file. Raises ValueError where it names none."""
+    name = session.metadata.get("run", {}).get("robot")
+    if not name:
+        raise ValueError("does not name its robot; --robot must")
+    return name
 
 
 def do_each(job: Callable[[Path], Answer], files: Sequence[Path], workers: Workers) -> dict[Path, Answer]:

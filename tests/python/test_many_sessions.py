@@ -107,7 +107,7 @@ def test_a_full_disk_leaves_the_rows_that_were_there(recorded, tmp_path, monkeyp
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("csv.writer", full)
+    monkeypatch.setattr("os.fsync", full)
     assert run(recorded, "--out", tmp_path / "rows.csv") == 2 and "No space left" in capsys.readouterr().err
     assert (tmp_path / "rows.csv").read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
 

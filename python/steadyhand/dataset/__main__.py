@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .._command_line import Parser
-from .._jobs import Workers, add_workers, do_each, sessions_of, workers_of
+from .._command_line import Parser, exit_code
+from .._jobs import Workers, add_workers, do_each, robot_of, sessions_of, workers_of
 from .._replay import read_session
 from .._robot import Robot
 from ._episodes import ACTIONS, EPISODES, Episode, cut
@@ -43,9 +43,7 @@ def _episodes_of(path: Path, robot: str | None, options: dict[str, Any]) -> tupl
     options = dict(options)
     try:
         session = read_session(path)
-        name = robot or session.metadata.get("run", {}).get("robot")
-        if not name:
-            raise ValueError("does not name its robot; --robot must")
+        name = robot or robot_of(session)
         videos = {} if options.pop("no_video") else read_videos(path)
         return cut(session, Robot(name), videos=videos, **options)
     except (ValueError, OSError) as error:
@@ -125,13 +123,9 @@ def run(words: list[str]) -> int:
     return 0
 
 
-def main(words: list[str], command: Callable[[list[str]], int] = run) -> int:
+def main(words: list[str]) -> int:
     """The command's exit code; bad input is told."""
-    try:
-        return command(words)
-    except (ValueError, OSError) as error:
-        print(f"steadyhand: {error}", file=sys.stderr)
-        return 2
+    return exit_code(run, words)
 
 
 if __name__ == "__main__":

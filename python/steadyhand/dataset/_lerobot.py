@@ -28,6 +28,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from .._files import umask
 from ._episodes import Episode
 from ._video import QUANTILES, feature, together, write_video
 
@@ -258,13 +259,6 @@ def _write_table(path: Path, table: pa.Table) -> None:
 
 def _write_json(path: Path, value: Any) -> None:
     _replace(path, lambda new: new.write_text(json.dumps(value, indent=4) + "\n", encoding="utf-8"))
-
-
-def umask() -> int:
-    """Of this process."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _put_in_place(new: Path, folder: Path) -> None:

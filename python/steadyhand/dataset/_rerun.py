@@ -20,8 +20,8 @@ import numpy as np
 import rerun as rr
 
 from .._arrays import Array
+from .._files import umask
 from ._episodes import Episode
-from ._lerobot import umask
 
 _APPLICATION = "steadyhand"
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from .._files import umask
 from ._episodes import Episode
-from ._lerobot import umask
 
 _GYM = 2
 """Of robomimic's kinds of environment: which makes one by its name, if a policy is to be tried there. We have none of that name."""

@@ -10,7 +10,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .__main__ import append, main, read_sessions, tell_left_out
+from .._command_line import exit_code
+from .__main__ import append, read_sessions, tell_left_out
 from ._episodes import ACTIONS
 from ._lerobot import new_info, read_info
 
@@ -91,4 +92,4 @@ def run(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:], run))
+    sys.exit(exit_code(run, sys.argv[1:]))

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from .._command_line import Parser
-from .._jobs import add_workers, do_each, sessions_of, workers_of
+from .._command_line import Parser, exit_code
+from .._files import csv_of, write_whole
+from .._jobs import add_workers, do_each, robot_of, sessions_of, workers_of
 from .._replay import read_session
 from .._robot import Robot
 from ._scores import Score, score, table
@@ -51,9 +50,7 @@ def _scores_of(path: Path, robot: str | None, profiles: Sequence[str], rate: flo
     found = []
     try:
         session = read_session(path)
-        name = robot or session.metadata.get("run", {}).get("robot")
-        if not name:
-            raise ValueError("does not name its robot; --robot must")
+        name = robot or robot_of(session)
         model = Robot(name)
         if not profiles:
             return [score(session, model)], []
@@ -62,20 +59,10 @@ def _scores_of(path: Path, robot: str | None, profiles: Sequence[str], rate: flo
                 made = _replayed(path, name, profile, rate, Path(folder))
                 found.append(score(read_session(made), model, Path(profile).stem)._replace(session=session.name))
                 if keep:
-                    _keep(made, keep / f"{path.stem}-{Path(profile).stem}.mcap")
+                    write_whole(keep / f"{path.stem}-{Path(profile).stem}.mcap", made.read_bytes())
         return found, []
     except (ValueError, OSError) as error:
         return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
-
-
-def _keep(made: Path, place: Path) -> None:
-    """There whole, or not at all."""
-    part = place.with_name(f".{place.name}.{os.getpid()}")
-    try:
-        shutil.copyfile(made, part)
-        os.replace(part, place)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def run(words: list[str]) -> int:
@@ -108,30 +95,14 @@ def run(words: list[str]) -> int:
     if not scores:
         raise ValueError("no session could be scored")
     if arguments.out:
-        _write_rows(Path(arguments.out), scores)
+        write_whole(Path(arguments.out), csv_of(Score._fields, scores))
     print(table(scores))
     return 0
 
 
-def _write_rows(path: Path, scores: Sequence[Score]) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(Score._fields)
-            writer.writerows(scores)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
 def main(words: list[str]) -> int:
     """The command's exit code; bad input is told."""
-    try:
-        return run(words)
-    except (ValueError, OSError) as error:
-        print(f"steadyhand: {error}", file=sys.stderr)
-        return 2
+    return exit_code(run, words)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .._arrays import Array
+from .._files import csv_of, write_whole
 from . import statistics as st
 from .measures import BY_NAME, MEASURES, Measure
 from .questionnaires import TLX_SCALES, sus_score, tlx_score, tlx_weights
-from .record import Folder, _csv, trial_rows, write_whole
+from .record import Folder, trial_rows
 from .run import schedule_of
 from .study_file import Study, StudyError, load_study
 from .tasks import Task
@@ -207,8 +208,8 @@ def write_tables(results: Results, out: Path) -> None:
             contrasts.append((each.task, each.measure.name, "mixed model", contrast.name, contrast.reference, *map(float, contrast.difference), contrast.p, "", ""))
         for pair in each.pairs:
             contrasts.append((each.task, each.measure.name, "pair", pair.a, pair.b, *map(float, pair.difference), pair.p, pair.p_holm, pair.n))
-    write_whole(Path(out) / "summary.csv", _csv(("task", "measure", "unit", "condition", "mean", "low", "high", "n"), rows))
-    write_whole(Path(out) / "contrasts.csv", _csv(("task", "measure", "by", "condition", "reference", "difference", "low", "high", "p", "p_holm", "n"), contrasts))
+    write_whole(Path(out) / "summary.csv", csv_of(("task", "measure", "unit", "condition", "mean", "low", "high", "n"), rows))
+    write_whole(Path(out) / "contrasts.csv", csv_of(("task", "measure", "by", "condition", "reference", "difference", "low", "high", "p", "p_holm", "n"), contrasts))
 
 
 __all__ = ["Analysed", "FittsLine", "Results", "Task", "analyse", "fitts_line", "open_study", "read_trials", "write_tables"]

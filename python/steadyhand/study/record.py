@@ -21,6 +21,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .._files import csv_of, write_whole
 from .measures import Row
 from .study_file import Study, StudyError
 from .trial import Condition, Track
@@ -54,29 +55,6 @@ AGAIN = ". Take the file away, and the same command does that trial again"
 
 
 ANSWERS = ("participant", "condition", "key", "value")
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """All of it or nothing, also if the program or the machine stops on the way."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(path.name + ".tmp")
-    try:
-        with open(beside, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(beside, path)
-    except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise OSError(error.errno, error.strerror, str(path)) from None  # what writes does not name it
-
-
-def _csv(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return out.getvalue().encode()
 
 
 class TrialRow(NamedTuple):
@@ -151,7 +129,7 @@ class Folder:
         for who in dict.fromkeys(each.participant for each in rows):
             self.consented(who)
             self.answers(who)
-        write_whole(self.path / "schedule.csv", _csv(Planned._fields, rows))
+        write_whole(self.path / "schedule.csv", csv_of(Planned._fields, rows))
         write_whole(kept, head + study.text.encode())
 
     def has_room(self) -> None:
@@ -176,7 +154,7 @@ class Folder:
         head = (planned.participant, planned.number, planned.period, planned.condition, condition.profile, condition.scale, condition.latency,
                 condition.path, planned.task, planned.repetition)  # fmt: skip
         write_whole(self.trial(planned, ".mcap"), mcap)
-        write_whole(self.trial(planned, ".csv"), _csv(COLUMNS, ((*head, row.goal, row.measure, repr(float(row.value)), row.unit) for row in rows)))
+        write_whole(self.trial(planned, ".csv"), csv_of(COLUMNS, ((*head, row.goal, row.measure, repr(float(row.value)), row.unit) for row in rows)))
 
     def write_consent(self, who: str, text: str, agreed: bool, when: str) -> None:
         write_whole(self.participant(who) / "consent.json", json.dumps({"text": text, "agreed": agreed, "when": when}, indent=1).encode())
@@ -207,7 +185,7 @@ class Folder:
     def add_answers(self, who: str, condition: str, answers: dict[str, int]) -> None:
         rows = [tuple(row.values()) for row in self.answers(who) if row["condition"] != condition or row["key"] not in answers]
         rows += [(who, condition, key, str(value)) for key, value in answers.items()]
-        write_whole(self.participant(who) / "answers.csv", _csv(ANSWERS, rows))
+        write_whole(self.participant(who) / "answers.csv", csv_of(ANSWERS, rows))
 
     def delete(self, who: str) -> None:
         """Everything of a participant, for good; that there was one is kept, so that the id is not given again."""

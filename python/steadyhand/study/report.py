@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from .._files import write_whole
 from . import statistics as st
 from .analysis import Analysed, Results
 from .measures import MEASURES
 from .order import rows_of
-from .record import write_whole
 from .trial import ONE_INSTANT_IK
 
 PLOTTED = ("completion_time", "throughput", "spilled_share", "tracking_error", "tlx_raw", "sus")
