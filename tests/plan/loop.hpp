@@ -7,6 +7,7 @@
 #include "robot/random_arm.hpp"
 #include "steadyhand/plan/planner.hpp"
 #include "steadyhand/robot/gaps.hpp"
+#include "steadyhand/track/sample.hpp"
 
 namespace steadyhand {
 
@@ -41,5 +42,21 @@ struct Loop {
   JointVector direction;
   std::unique_ptr<Planner> planner;
 };
+
+/// Joints that go 4.7 mrad up within an interval, back to where they were, and rest a little below.
+inline Plan up_and_back(const JointVector& home) {
+  Plan plan;
+  stand(home, Time(0), plan);
+  plan.intervals = 2;
+  const JointVector up = JointVector::Constant(6, 14.0);
+  plan.x[0].tail(6) = 0.5 * plan.dt * up;
+  for (int k = 0; k < 2; ++k) {
+    plan.u[k] = k == 0 ? JointVector(-up) : JointVector(0.5 * up);
+    plan.x[k + 1].resize(12);
+    plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
+        plan.x[k].tail(6) + plan.dt * plan.u[k];
+  }
+  return plan;
+}
 
 }  // namespace steadyhand

@@ -410,17 +410,7 @@ TEST(Obstacles, PairsKeepTheirRows) {
 /// Where it was let overlap by 2 mm a plan led a bottle 1.5 mm into the upper arm (bench/contacts.py, seed 43).
 TEST(Obstacles, WhatIsCarriedDoesNotTouchTheArmBetweenNodes) {
   Loop loop(10);
-  Plan plan;  // an interval up and back, and to rest
-  stand(loop.model.home, Time(0), plan);
-  plan.intervals = 2;
-  const JointVector up = JointVector::Constant(6, 14.0);
-  plan.x[0].tail(6) = 0.5 * plan.dt * up;
-  for (int k = 0; k < 2; ++k) {
-    plan.u[k] = k == 0 ? JointVector(-up) : JointVector(0.5 * up);
-    plan.x[k + 1].resize(12);
-    plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
-        plan.x[k].tail(6) + plan.dt * plan.u[k];
-  }
+  const Plan plan = up_and_back(loop.model.home);
   int tried = 0;
   for (std::size_t body = 0; body < loop.model.bodies.size(); ++body) {
     if (loop.model.bodies[body].link == 6) continue;

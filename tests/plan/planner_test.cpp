@@ -394,20 +394,9 @@ TEST(PlanCheck, LetsAPlanLeadBackFromBeyondALimitAndNoFurther) {
   EXPECT_EQ(fault(touching, deeper), PlanFault::kSelfCollision);
 }
 
-/// Joints that go 4.7 mrad up within an interval, back to where they were, and rest a little below.
 TEST(PlanCheck, LooksBetweenNodes) {
   Loop loop(10);
-  Plan plan;
-  stand(loop.model.home, Time(0), plan);
-  plan.intervals = 2;
-  const JointVector up = JointVector::Constant(6, 14.0);
-  plan.x[0].tail(6) = 0.5 * plan.dt * up;
-  for (int k = 0; k < 2; ++k) {
-    plan.u[k] = k == 0 ? JointVector(-up) : JointVector(0.5 * up);
-    plan.x[k + 1].resize(12);
-    plan.x[k + 1] << plan.x[k].head(6) + plan.dt * plan.x[k].tail(6) + 0.5 * plan.dt * plan.dt * plan.u[k],
-        plan.x[k].tail(6) + plan.dt * plan.u[k];
-  }
+  const Plan plan = up_and_back(loop.model.home);
   RobotModel model = loop.model;
   EXPECT_EQ(check_plan(plan, plan.x[0], {}, loop.arm), PlanFault::kNone);
   model.position_max = model.home.array() + 0.002;
