@@ -1,4 +1,4 @@
-import { element } from './element';
+import { element, put } from './element';
 import { isTyped } from './input/shortcuts';
 
 /** Where the browser keeps that the first steps were seen. */
@@ -48,13 +48,13 @@ export class FirstSteps {
   draw(why: string, plays: boolean, past: boolean): void {
     if (this.#first.hidden) return;
     if (past) return this.#dismiss();
-    this.#first.dataset.plays = String(plays);
+    put(this.#first.dataset, 'plays', String(plays));
     const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Begin it anew' : 'Show me a motion';
-    demo.disabled = why !== '';
-    if (demo.textContent !== does) demo.textContent = does;
+    put(demo, 'disabled', why !== '');
+    put(demo, 'textContent', does);
     const words = element('first-why', HTMLElement);
-    if (words.textContent !== why) words.textContent = why;
-    words.hidden = why === '';
+    put(words, 'textContent', why);
+    put(words, 'hidden', why === '');
   }
 
   /** What the card of the first steps covers of the scene, at its right or at its top, as shares of it. */
