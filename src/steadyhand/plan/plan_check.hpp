@@ -11,8 +11,7 @@ namespace steadyhand {
 /// What a plan may do. The limits of joints and the pairs of bodies are the model's.
 struct PlanCheckSettings {
   double command_rate_hz = 500.0;  ///< limits are checked at every command
-  double tolerance =
-      1e-5;  ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit counts as inside; m: the same of gaps
+  double tolerance = 1e-5;         ///< rad, rad/s, rad/s^2 (m...): how far beyond a limit, or in contact, is none
   /// m/s, of the tool at nodes and half-way, where the arm's own safety system has such a limit; 0: none.
   double tool_speed_max = 0.0;
   double elbow_speed_max = 0.0;  ///< m/s, the same of the elbow (the third joint)
