@@ -17,7 +17,6 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-SPEED = 1.0  # of its position, a second
 TURN = 0.02  # s
 
 
@@ -30,6 +29,7 @@ class Gripper(Node):
         self.position = 0.0
         self.newest = None
         self.rejects = self.gives_up = False
+        self.speed = 1.0  # of its position, a second
         self.object_at = None  # no further than there
         self.goals, self.ends = [], []
         group = ReentrantCallbackGroup()
@@ -65,7 +65,7 @@ class Gripper(Node):
                 return self.end(handle.abort, "stalled" if stalled else "given up", result)
             if result.reached_goal:
                 return self.end(handle.succeed, "reached", result)
-            step = max(-SPEED * TURN, min(SPEED * TURN, goal - self.position))
+            step = max(-self.speed * TURN, min(self.speed * TURN, goal - self.position))
             self.position += step
             if self.object_at is not None and self.position > self.object_at:
                 self.position, stalled = self.object_at, True
@@ -84,6 +84,7 @@ class Gripper(Node):
         self.rejects = order.get("rejects", self.rejects)
         self.gives_up = order.get("gives_up", self.gives_up)
         self.object_at = order.get("object_at", self.object_at)
+        self.speed = order.get("speed", self.speed)
         if "topics" in order:
             self.tell(topics=[self.describe(kind, name) for kind, name in order["topics"]])
 
