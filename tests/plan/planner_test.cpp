@@ -502,7 +502,8 @@ TEST(PlanCheck, LooksAtAllTimesForEveryShape) {
 }
 
 /// A small body on an arm of 1 m that turns at 3 rad/s flies past another one: half-way between two moments it is
-/// nearest, at constant velocity, so that no acceleration tells of it.
+/// nearest, at constant velocity, so that no acceleration tells of it. Sharp bodies have no distance between cores to
+/// go by once they overlap.
 TEST(PlanCheck, SeesWhatFliesPastBetweenTwoLooks) {
   RobotModel model;
   model.name = "one joint";
@@ -526,18 +527,28 @@ TEST(PlanCheck, SeesWhatFliesPastBetweenTwoLooks) {
         plan.x[k][1] + plan.dt * plan.u[k][0];
   }
   const double quarter = 0.25 * plan.dt * kSpeed;  // rad, between two looks
-  const auto fault = [&](double nearest, const Shape& other) {
-    const Vector3 there = (1.0 + 2.0 * kRadius + nearest) * Vector3(std::cos(quarter), std::sin(quarter), 0.0);
-    model.bodies = {Body{"post", 0, other, Eigen::Isometry3d(Eigen::Translation3d(there))},
-                    Body::sphere("tip", 1, {1.0, 0.0, 0.0}, kRadius)};
+  const auto fault = [&](double nearest, const Shape& tip, const Shape& post) {
+    const Eigen::AngleAxisd turned(quarter, Vector3::UnitZ());
+    const Vector3 there = turned * Vector3(1.0 + 2.0 * kRadius + nearest, 0.0, 0.0);
+    model.bodies = {Body{"post", 0, post, Eigen::Translation3d(there) * Eigen::Isometry3d(turned)},
+                    Body{"tip", 1, tip, Eigen::Isometry3d(Eigen::Translation3d(1.0, 0.0, 0.0))}};
     model.pairs = {{0, 1}};
     Kinematics arm(model);
     return check_plan(plan, plan.x[0], {}, arm);
   };
-  for (const Shape& post : {Shape::sphere(kRadius), Shape::capsule(0.05, kRadius)}) {
-    EXPECT_EQ(fault(-0.01, post), PlanFault::kSelfCollision);
-    EXPECT_EQ(fault(-1e-4, post), PlanFault::kSelfCollision);
-    EXPECT_EQ(fault(1e-4, post), PlanFault::kNone);
+  const Shape ball = Shape::sphere(kRadius), sharp = Shape::box(Vector3::Constant(kRadius)),
+              disc = Shape::cylinder(kRadius, 0.002);
+  for (const auto& [tip, post] : std::vector<std::pair<Shape, Shape>>{{ball, ball},
+                                                                      {ball, Shape::capsule(0.05, kRadius)},
+                                                                      {ball, sharp},
+                                                                      {sharp, sharp},
+                                                                      {disc, sharp},
+                                                                      {sharp, disc},
+                                                                      {disc, disc}}) {
+    for (const double nearest : {-0.015, -0.01, -1e-3, -1e-4})
+      EXPECT_EQ(fault(nearest, tip, post), PlanFault::kSelfCollision) << nearest;
+    // Half of the way in the shortest span that is looked at, 0.3 mm, is all that is known of sharp ones.
+    EXPECT_EQ(fault(tip.radius + post.radius > 0.0 ? 1e-4 : 5e-4, tip, post), PlanFault::kNone);
   }
 }
 

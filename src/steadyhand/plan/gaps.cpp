@@ -86,17 +86,20 @@ Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVec
   return most;
 }
 
-/// The smallest that gaps can be in the time h between two moments, of bodies with round edges.
+/// The smallest that gaps can be in the time h between two moments, by what the distances of cores tell; -kFar where
+/// they tell nothing: cores that may overlap have no distance, and of those that nearly touch others may come nearer
+/// than the nearest.
 LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const LinkPairs& radii, const Motion& most,
                         double h) {
   const LinkPairs way = h * most.speed;
-  const LinkPairs from = (first + radii).max(0.0), to = (last + radii).max(0.0);  // between cores
+  const LinkPairs from = first + radii, to = last + radii;  // between cores
   const LinkPairs furthest = 0.5 * (from + to + way);
   const LinkPairs bend = way * way + h * h * furthest * most.acceleration;
   const LinkPairs a = from * from, b = to * to, least = a.min(b), most_uneven = (b - a).abs();
   const LinkPairs squared =
       (most_uneven >= bend).select(least, 0.5 * (a + b) - 0.25 * (bend + most_uneven * most_uneven / bend));
-  return squared.max(0.0).sqrt() - radii;
+  const auto tells = squared > 0.0 && from.min(to) > (0.25 * h * h) * most.acceleration;
+  return tells.select(squared.max(0.0).sqrt() - radii, -kFar);
 }
 
 }  // namespace
@@ -130,11 +133,12 @@ PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest) {
 }
 
 GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,
-                         const LinkPairs& smallest)
+                         const LinkPairs& smallest, double tolerance)
     : kinematics_(kinematics),
       obstacles_(obstacles),
       levers_(levers),
       smallest_(smallest),
+      tolerance_(tolerance),
       radii_(least_radii(kinematics.model(), obstacles.obstacles())) {}
 
 LinkPairs GapsBetween::gaps_at(const Moment& moment, const LinkPairsMask& wanted) {
@@ -169,6 +173,8 @@ PlanFault GapsBetween::look_closer(const Moment& first, const Moment& last, cons
   LinkPairs least = 0.5 * (first.gaps + last.gaps - h * most.speed);
   if (contact(least, smallest_) == PlanFault::kNone) return PlanFault::kNone;
   least = least.max(least_between(first.gaps, last.gaps, radii_, most, h));
+  // Where cores may overlap, as they did when the plan began, no bound leads out of it; the moments have to do.
+  least = (smallest_ + radii_ < -tolerance_).select(smallest_, least);
   const PlanFault untold = contact(least, smallest_);
   if (untold == PlanFault::kNone || halvings == 0) return untold;
   Moment middle{first.t + s, first.q + s * first.dq + (0.5 * s * s) * acceleration, first.dq + s * acceleration, {}};

@@ -43,8 +43,9 @@ PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest);
 class GapsBetween {
  public:
   /// @param smallest m; all references must outlive it
+  /// @param tolerance m; gaps that may be smaller than its negative are of what overlaps at the beginning
   GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,
-              const LinkPairs& smallest);
+              const LinkPairs& smallest, double tolerance);
 
   /// Tells last.gaps, and first.gaps better where it has to look.
   /// @param acceleration of the joints from `first` to `last`, rad/s^2 (m/s^2)
@@ -57,6 +58,7 @@ class GapsBetween {
   Kinematics& kinematics_;
   const ObstacleSweep& obstacles_;
   const LinkPairs &levers_, &smallest_;
+  double tolerance_;
   LinkPairs radii_;  ///< m, least sum of the radii of two bodies
 };
 

@@ -154,7 +154,7 @@ PlanFault check_way(const Plan& plan, Time from, const PlanCheckSettings& settin
   const auto cap = [](double most, double now) { return most > 0.0 ? std::max(most, now + 1e-6) : kAnySpeed; };
   const double tool_most = cap(settings.tool_speed_max, tool_speed(kinematics, start.dq));
   const double elbow_most = cap(settings.elbow_speed_max, elbow_speed(model, start.q, start.dq));
-  GapsBetween gaps_between(kinematics, sweep, reach, smallest);
+  GapsBetween gaps_between(kinematics, sweep, reach, smallest, settings.tolerance);
   const bool speeds_count = std::min(tool_most, elbow_most) < kAnySpeed;
   const auto too_fast = [&](const Moment& moment) {
     if (!speeds_count) return PlanFault::kNone;
