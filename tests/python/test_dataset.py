@@ -106,7 +106,7 @@ def test_appends_and_refuses_what_is_of_another_kind(recorded, tmp_path, capsys)
     assert stats["count"] == [len(table)] and np.allclose(stats["mean"], column(table, "observation.state").mean(axis=0), atol=1e-6)
     capsys.readouterr()
     before = {path: path.read_bytes() for path in (tmp_path / "set").rglob("*") if path.is_file()}
-    for words, reason in ((["--fps", 20], "fps"), (["--action", "pose"], "features")):
+    for words, reason in ((["--fps", 20], "fps"), (["--action", "pose"], "action differs")):
         assert make(recorded, "--out", tmp_path / "set", *words) == 2
         assert reason in capsys.readouterr().err
     assert before == {path: path.read_bytes() for path in (tmp_path / "set").rglob("*") if path.is_file()}
@@ -162,14 +162,16 @@ def test_a_broken_session_and_a_worker_that_is_killed_take_no_other_with_them(re
     (["SESSION", "--out", "set", "--robot", "gen3"], "the robot gen3 has"),
     (["HAND", "--out", "set"], "hand.csv"),
     (["SESSION", "--out", "OTHER"], "no data set"),
+    (["SESSION", "--out", "FILE"], "notes.txt is a file; a data set is a folder"),
 ])  # fmt: skip
 def test_bad_input(recorded, tmp_path, monkeypatch, capsys, words, reason):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "other").mkdir()
     (tmp_path / "other/notes.txt").write_text("mine")
-    names = {"SESSION": str(recorded), "HAND": str(recorded.parents[2] / "hand.csv"), "OTHER": "other"}
+    names = {"SESSION": str(recorded), "HAND": str(recorded.parents[2] / "hand.csv"), "OTHER": "other", "FILE": "other/notes.txt"}
     assert make(*(names.get(word, word) for word in words)) == 2
     assert reason in capsys.readouterr().err
+    assert (tmp_path / "other/notes.txt").read_text() == "mine"
     assert not Path("set").exists() and os.listdir("other") == ["notes.txt"]
 
 

@@ -106,7 +106,7 @@ def test_sessions_without_video_beside_others_are_refused(tmp_path):
     with pytest.raises(ValueError, match="what is to be appended lacks observation.images.front"):
         dataset.write(tmp_path / "set", [episode(None, number=1)])
     small = lay("front", video(np.arange(30) / 15, 32, 24), 0.2 + np.arange(20) / 30)
-    with pytest.raises(ValueError, match="features differ"):
+    with pytest.raises(ValueError, match="observation.images.front differs"):
         dataset.write(tmp_path / "set", [episode(small, number=1)])
     assert len(shown(tmp_path / f"set/videos/{KEY}/chunk-000/file-000.mp4")) == 20
 

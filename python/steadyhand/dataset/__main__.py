@@ -112,6 +112,8 @@ def run(words: list[str]) -> int:
         raise ValueError(f"{error}; pip install steadyhand[{extra}] brings what a data set is written with") from None
     if write and Path(arguments.out).exists():
         raise ValueError(f"{arguments.out} is there already; --format {arguments.format} makes a new one: name another")
+    if not write:
+        _lerobot.is_there(Path(arguments.out))  # what is no data set is told before sessions are read
     options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
     episodes, left_out = read_sessions(sessions_of(arguments.sessions), arguments.robot, options, workers)
     tell_left_out(left_out)

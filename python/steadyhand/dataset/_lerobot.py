@@ -58,7 +58,7 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
     with _alone(folder.parent):
         for left in folder.parent.glob(f"{_beside(folder)}*"):  # by a run that was killed: who is at work has the lock
             shutil.rmtree(left, ignore_errors=True)
-        if folder.exists() and any(folder.iterdir()):
+        if is_there(folder):
             before = read_info(folder)
             episodes = [_without(episode, lacking(folder)) for episode in episodes]
             info = new_info(episodes[0])
@@ -100,7 +100,7 @@ def _alone(folder: Path) -> Iterator[None]:
 def lacking(folder: str | os.PathLike[str]) -> list[str]:
     """Which of ADDED the data set lacks; none, where there is none yet."""
     folder = Path(folder)
-    if not folder.exists() or not any(folder.iterdir()):
+    if not is_there(folder):
         return []
     return [name for name in ADDED if name not in read_info(folder).get("features", {})]
 
@@ -129,6 +129,16 @@ def new_info(episode: Episode) -> dict[str, Any]:
     }
 
 
+def is_there(folder: Path) -> bool:
+    """There is a data set, not only a place for one. Raises ValueError where something else is."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; a data set is a folder: name another")
+    if not folder.exists() or not any(folder.iterdir()):
+        return False
+    read_info(folder)
+    return True
+
+
 def read_info(folder: Path) -> dict[str, Any]:
     path = folder / "meta/info.json"
     try:
@@ -147,9 +157,10 @@ def _must_match(one: dict[str, Any], other: dict[str, Any], what: str, where: st
         if key == "features" and (apart := set(one[key]) ^ set(other.get(key, {}))):
             words = ", ".join(f"{'has' if name in one[key] else 'lacks'} {name}" for name in sorted(apart))
             raise ValueError(f"{what} {words}; {where} does not: one data set holds one kind (--no-video leaves pictures out)")
+        if key == "features" and (apart := {name for name, feature in one[key].items() if feature != other[key][name]}):
+            raise ValueError(f"{what}: {', '.join(sorted(apart))} differs; {where} has another: one data set holds one kind")
         if one[key] != other.get(key):
-            mine, its = (list(info.get(key, {})) if key == "features" else info.get(key) for info in (one, other))
-            raise ValueError(f"{what}: {key} {'differ' if mine == its else f'is {mine}'}; {where} has {'others' if mine == its else its}: one data set holds one kind")
+            raise ValueError(f"{what}: {key} is {one[key]}; {where} has {other.get(key)}: one data set holds one kind")
 
 
 def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> None:

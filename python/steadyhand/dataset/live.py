@@ -13,7 +13,7 @@ from typing import Any
 from .._command_line import exit_code
 from .__main__ import append, read_sessions, tell_left_out
 from ._episodes import ACTIONS
-from ._lerobot import new_info, read_info
+from ._lerobot import is_there, new_info, read_info
 
 _FPS = 30
 
@@ -58,7 +58,7 @@ def _lead(words: list[str]) -> tuple[int, list[Path]]:
 def _options(folder: Path, files: list[Path]) -> dict[str, Any]:
     """As the data set was made that is there, so that it can be appended to."""
     options: dict[str, Any] = {"fps": _FPS, "action": "joints", "task": "", "episodes": "marked", "shortest": 1.0, "no_video": False}
-    if not (folder.exists() and any(folder.iterdir())):
+    if not is_there(folder):
         return options
     info = read_info(folder)
     options |= {"fps": int(info["fps"]), "no_video": not any(name.startswith("observation.images.") for name in info["features"])}
@@ -72,8 +72,7 @@ def _options(folder: Path, files: list[Path]) -> dict[str, Any]:
 def run(words: list[str]) -> int:
     """The command; its exit code. Raises ValueError for bad input."""
     folder, rest = _take_folder(words)
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        read_info(folder)  # what is no data set is told before anybody leads
+    is_there(folder)  # what is no data set is told before anybody leads
     code, files = _lead(rest)
     if not files:
         return code
