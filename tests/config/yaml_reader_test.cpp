@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/robot/kinematics.hpp"
 #ifdef STEADYHAND_MUJOCO
 #include "steadyhand/config/robot_file.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 
 namespace steadyhand {
 

@@ -64,7 +64,7 @@ void add_keep_in(YamlMap map, double margin, Cell& cell) {
 /// Whether the file's poses are in the frame of the URDF's root.
 bool read_frame(YamlMap& map) {
   const std::string frame = map.text("frame", "base");
-  if (frame != "base" && frame != "root") map.fail("frame", "must be base or root");
+  if (frame != "base" && frame != "root") map.fail("frame", fmt::format("is '{}'; it must be base or root", frame));
   return frame == "root";
 }
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/config/yaml_reader.hpp"
 #include "steadyhand/ocp/term.hpp"
 #include "steadyhand/solve/solver.hpp"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 
 namespace steadyhand {
 

@@ -11,7 +11,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 
 namespace steadyhand {
 

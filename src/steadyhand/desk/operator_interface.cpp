@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/live/hand_delay.hpp"
 #include "steadyhand/record/cell_json.hpp"
 

@@ -14,6 +14,7 @@
 
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/fit/fit.hpp"
+#include "steadyhand/robot/urdf_chain.hpp"
 #include "steadyhand/robot/urdf_file.hpp"
 #include "steadyhand/robot/xacro.hpp"
 
@@ -154,7 +155,10 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
       fit = std::move(shown);
     }
   }
-  if (!fit) return Error{fmt::format("no bodies could be fitted: {} (--no-fit goes without)", fit.error().message)};
+  if (!fit) {
+    if (const auto chain = read_urdf_chain(*file, tip); !chain) return chain.error();  // no arm without bodies either
+    return Error{fmt::format("no bodies could be fitted: {} (--no-fit goes without)", fit.error().message)};
+  }
   const std::string text = robot_file(*fit, "steadyhand fit " + file->filename().string(), folder);
   const bool stays = !folder.empty() && keep(kept, text);
   say(fmt::format("{}: {} bodies fitted to its meshes, {:.1f} % of the free configurations refused; {}", name,

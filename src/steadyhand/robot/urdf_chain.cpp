@@ -10,6 +10,7 @@
 #include <cmath>
 #include <set>
 
+#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/robot/urdf_file.hpp"
 
 namespace steadyhand {
@@ -248,8 +249,7 @@ Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::
   if (tool == nullptr) {
     std::vector<std::string> names;
     for (const auto& [name, link] : model.links_) names.push_back(name);
-    return Error{
-        fmt::format("{} has no link '{}' to carry the tool; its links: {}", file, tool_link, fmt::join(names, ", "))};
+    return Error{fmt::format("{} has no link '{}' to carry the tool; {}", file, tool_link, suggestion(tool_link, names))};
   }
 
   UrdfChain chain;

@@ -88,6 +88,12 @@ Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::str
   } catch (const std::exception& exception) {
     reason = exception.what();
   }
+  // What it cannot read of a link's solids it leaves out; nothing would be kept clear of that.
+  constexpr std::string_view kLeftOut = "Could not parse collision element";
+  if (model && messages.text().find(kLeftOut) != std::string::npos) {
+    return Error{fmt::format("{}: {}: a <collision> needs a <geometry> with its sizes, and finite numbers",
+                             file.string(), messages.text())};
+  }
   if (model) return model;
   if (!messages.text().empty()) reason = messages.text();
   if (reason.empty()) reason = "not well-formed XML";

@@ -1,4 +1,4 @@
-#include "steadyhand/config/nearest.hpp"
+#include "steadyhand/core/nearest.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
