@@ -204,13 +204,26 @@ test('letters lead the arm also after a slider, a choice or a list was touched',
   }
 });
 
-test('a lease that comes while the grip is held moves nothing; a fresh grip does', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
+test('a key takes the free lease and leads in one press', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
   const page = await open(), watcher = await watch();
   await ready(page);
   await say(page, { type: 'release' });
   await until(async () => !(await facts(page)).yours, 'the lease to be free');
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.down('KeyQ');
+  await until(() => isEngaged(watcher), 'the key to lead the arm');
+  await page.keyboard.up('KeyQ');
+  await inState(watcher, 'ready');
+});
+
+test('a lease that comes while the grip is held moves nothing; a fresh grip does', { ...IN_CHROMIUM, ...NEEDS_PROGRAM }, async () => {
+  const other = await open(), page = await open(), watcher = await watch();
+  await ready(other);
+  await page.bringToFront();
+  await page.keyboard.down('KeyQ'); // takes nothing: the other has the lease
+  await say(other, { type: 'release' });
+  await until(async () => !(await facts(other)).yours, 'the lease to be free');
+  await say(page, { type: 'take' });
   await until(async () => (await facts(page)).yours, 'the lease');
   await staysPut(watcher, 700, 'the grip began before the lease');
   await until(async () => (await page.textContent('#advice')).includes('Let go'), 'the words');

@@ -4,6 +4,8 @@ import type { ClientMessage, Pose, Quat, Vec3 } from './protocol';
 
 /** s for which letting go is said again and again: one that is lost or late must not leave the arm following. */
 const REPEATED = 0.3;
+/** s within which the lease comes that a grip took: it counts from then on. */
+const TAKEN_WITHIN = 1;
 
 type Sample = Extract<ClientMessage, { type: 'sample' }>;
 
@@ -22,12 +24,17 @@ export class Hand {
   #clutch = false;
   #gripped = -Infinity;
   #released = -Infinity;
+  /** s, when the grip took the lease, which has not come yet. */
+  #tookAt = -Infinity;
   #sequence = 0;
   #gripper: number | null = null;
   readonly #pose = rest();
   readonly #origin = rest();
 
-  /** @param allowed whether this hand may lead the arm now. A grip counts only if it was so from the grip's begin on */
+  /**
+   * @param allowed whether this hand may lead the arm now. A grip counts only if it was so from the grip's begin on, or
+   * if it took the lease itself, and that came at once
+   */
   constructor(private readonly connection: Pick<Connection, 'send'>, private readonly now: () => number,
               private readonly allowed: () => boolean) {}
 
@@ -37,13 +44,14 @@ export class Hand {
   /** s for which a way in has had it; 0: none has. */
   get heldFor(): number { return this.#source === null ? 0 : this.now() - this.#gripped; }
 
-  /** A way in takes the hand, which was open until now; false while another one has it. */
-  grab(source: string): boolean {
+  /** A way in takes the hand, which was open until now; false while another one has it. @param takes it took the lease, which nobody had */
+  grab(source: string, takes = false): boolean {
     if (this.#source !== null) return this.#source === source;
     this.#source = source;
     this.#gripped = this.now();
     copy(this.#pose, this.#origin);
     this.#clutch = this.allowed();
+    this.#tookAt = takes && !this.#clutch ? this.#gripped : -Infinity;
     if (this.#clutch) this.#sample(false, true, false);
     return true;
   }
@@ -52,6 +60,7 @@ export class Hand {
   release(source: string): void {
     if (this.#source !== source) return;
     this.#source = null;
+    this.#tookAt = -Infinity;
     if (!this.#clutch) return;
     this.#clutch = false;
     this.#released = this.now();
@@ -98,11 +107,19 @@ export class Hand {
 
   #close(tracked: boolean, emulated: boolean, lead: number, eventTime?: number): void {
     this.#clutch &&= this.allowed();
-    if (!this.#clutch) return;
+    if (!this.#clutch) return this.#begin();
     this.#sample(true, tracked, emulated, lead);
     if (eventTime === undefined) return;
     this.delays.push(this.now() - eventTime);
     if (this.delays.length > 600) this.delays.shift();
+  }
+
+  /** A grip that waits for the lease it took is open until that has come; the next pose is closed. */
+  #begin(): void {
+    if (this.now() - this.#tookAt > TAKEN_WITHIN || !this.allowed()) return;
+    this.#tookAt = -Infinity;
+    this.#clutch = true;
+    this.#sample(false, true, false);
   }
 
   #sample(clutch: boolean, tracked: boolean, emulated: boolean, lead = 0): void {

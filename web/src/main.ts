@@ -95,10 +95,10 @@ const panel = new Panel(session, connection, hand);
 const episodes = new EpisodePanel(session, panel);
 const firstSteps = new FirstSteps(() => panel.playFirst(), () => hand.letGo(), () => fit());
 const fit = () => stage.resize(canvas.clientWidth, canvas.clientHeight, firstSteps.room(canvas));
-/** Whoever takes hold sees the scene. */
+/** Whoever takes hold sees the scene. True: that took the lease. */
 const wantLease = () => {
   firstSteps.closeHelp();
-  panel.takeOver();
+  return panel.takeOver();
 };
 /** Whatever is open: the arm first, then what might lie over Reset. */
 const stop = () => {

@@ -183,13 +183,17 @@ export class Panel {
     this.connection.send({ type: yours || asks ? 'release' : mayTake ? 'take' : 'ask' });
   }
 
-  /** If nobody has it; the server decides. A recording that leads the arm goes on, from its begin: a new lease ends it. */
-  takeLease(): void {
+  /**
+   * If nobody has it; the server decides. A recording that leads the arm goes on, from its begin: a new lease ends it.
+   * Returns whether it was asked for.
+   */
+  takeLease(): boolean {
     const { yours, mayTake, welcome, state } = this.session;
-    if (yours || !mayTake) return;
+    if (yours || !mayTake) return false;
     this.connection.send({ type: 'take' });
     const text = welcome?.recordings[state?.controls.playback ?? -1];
     if (text !== undefined) this.ask('playback', { text });
+    return true;
   }
 
   /** The first recorded hand leads the arm. */
@@ -200,11 +204,12 @@ export class Panel {
     this.ask('playback', { text });
   }
 
-  /** The operator's own hand begins: the lease, and an end to the recording that leads the arm. */
-  takeOver(): void {
-    if (this.session.past) return;
-    this.takeLease();
+  /** The operator's own hand begins: the lease, and an end to the recording that leads the arm. Returns whether the lease was asked for. */
+  takeOver(): boolean {
+    if (this.session.past) return false;
+    const takes = this.takeLease();
     if (this.session.mayTake && (this.session.state?.controls.playback ?? -1) >= 0) this.ask('playback', { text: '' });
+    return takes;
   }
 
   ask(kind: RequestKind, more: Asked = {}): void {

@@ -327,6 +327,26 @@ describe('hand', () => {
     expect(clutches()).toEqual([false, true]);
   });
 
+  it('counts a grip that took the lease itself, from when that came, if it came at once', () => {
+    for (const [after, counts] of [[0.3, true], [1.5, false]] as const) {
+      sent.length = 0;
+      allowed = false;
+      hand.grab('keys', true);
+      hand.lead('keys', [0.1, 0, 0], [0, 0, 0, 1], 1, 0);
+      expect(sent).toEqual([]);
+      time += after;
+      allowed = true;
+      for (let i = 0; i < 2; ++i) hand.lead('keys', [0.2, 0, 0], [0, 0, 0, 1], 1, 0);
+      expect(clutches()).toEqual(counts ? [false, true] : []);
+      allowed = false;
+      hand.lead('keys', ...still);
+      allowed = true;
+      hand.lead('keys', ...still);
+      hand.release('keys');
+      expect(clutches()).toEqual(counts ? [false, true] : []);
+    }
+  });
+
   it('never goes on with a grip during which it was not allowed', () => {
     hand.grab('keys');
     hand.lead('keys', ...still);

@@ -28,7 +28,7 @@ export class Drag {
   #holding = false;
 
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly session: Session,
-              private readonly wantLease: () => void, private readonly canvas: HTMLCanvasElement) {
+              private readonly wantLease: () => boolean, private readonly canvas: HTMLCanvasElement) {
     stage.base.add(this.#proxy);
     this.controls = new TransformControls(stage.view.camera, canvas);
     clearTheMiddle(this.controls);
@@ -88,8 +88,7 @@ export class Drag {
     if (held === this.#holding) return;
     this.stage.view.orbit.enabled = !held;
     if (held) {
-      this.wantLease();
-      this.hand.grab('drag');
+      this.hand.grab('drag', this.wantLease());
       this.#holding = true;
       this.#start.copy(this.#proxy.position);
       this.#startTurn.copy(this.#proxy.quaternion);

@@ -23,7 +23,7 @@ abstract class RateInput {
   #held = false;
 
   constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
-              private readonly wantLease: () => void) {}
+              private readonly wantLease: () => boolean) {}
 
   /** @param dt s; @param eventTime s, of the event that this follows at once */
   protected advance(dt: number, held: boolean, eventTime?: number): void {
@@ -35,8 +35,7 @@ abstract class RateInput {
     if (!this.#held) {
       // If another way in has the hand, this grip is lost on it, also when it lets go.
       this.#held = true;
-      this.wantLease();
-      this.hand.grab(this.name);
+      this.hand.grab(this.name, this.wantLease());
       this.#shift.fill(0);
       this.#spin.fill(0);
       this.#spin[3] = 1;
@@ -58,7 +57,7 @@ export class Keys extends RateInput {
     this.rates[key[0]]! += key[1];
   };
 
-  constructor(hand: Hand, session: Session, wantLease: () => void) {
+  constructor(hand: Hand, session: Session, wantLease: () => boolean) {
     super('keys', hand, session, wantLease);
     addEventListener('keydown', (event) => {
       if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
@@ -108,7 +107,7 @@ export class Gamepads extends RateInput {
   #heard = -Infinity;
   #plugged = false;
 
-  constructor(hand: Hand, session: Session, wantLease: () => void, private readonly onStop: () => void,
+  constructor(hand: Hand, session: Session, wantLease: () => boolean, private readonly onStop: () => void,
               private readonly onGripper: (closed: number) => void, private readonly now: () => number) {
     super('gamepad', hand, session, wantLease);
     // Asked 90 times a second, the browser makes its list anew each time.
