@@ -8,6 +8,10 @@ import { clearTheMiddle, sizeOf } from './handles';
 
 /** s; mice that tell of their motion more often than this are asked this often. */
 const RAW_EVERY = 0.004;
+/** m/s and rad/s of the hand: half of what is taken for a jump. A busy browser tells of a mouse's whole way at once. */
+const FASTEST = 3, FASTEST_TURN = 15;
+/** s, of a pause that the hand makes up for. */
+const PAUSE = 0.05;
 
 /** Handles on the target for mouse and touch: pressing one engages, letting go releases. */
 export class Drag {
@@ -18,6 +22,11 @@ export class Drag {
   readonly #start = new THREE.Vector3();
   readonly #startTurn = new THREE.Quaternion();
   readonly #turn = new THREE.Quaternion();
+  /** What the hand was told, on its way to where the handle is. */
+  readonly #toldShift = new THREE.Vector3();
+  readonly #toldTurn = new THREE.Quaternion();
+  readonly #left = new THREE.Vector3();
+  #toldAt = 0; // s
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
   /** As TransformControls takes it: place in the picture, and no button that changed. */
@@ -92,6 +101,9 @@ export class Drag {
       this.#holding = true;
       this.#start.copy(this.#proxy.position);
       this.#startTurn.copy(this.#proxy.quaternion);
+      this.#toldShift.setScalar(0);
+      this.#toldTurn.identity();
+      this.#toldAt = performance.now() / 1000;
       if (this.controls.mode === 'rotate' && this.controls.axis !== 'Z' && this.session.staysUpright) this.session.hint(STAYS_UPRIGHT, performance.now() / 1000);
       this.lead(true);
     } else {
@@ -104,12 +116,15 @@ export class Drag {
     const controls = this.session.state?.controls;
     if (!this.#holding || !controls || (!idle && this.#eventTime <= this.#ledTime)) return;
     if (!idle) this.#ledTime = this.#eventTime;
+    const now = performance.now() / 1000, passed = Math.min(now - this.#toldAt, PAUSE);
+    this.#toldAt = now;
     this.#turn.copy(this.#startTurn).invert().premultiply(this.#proxy.quaternion);
-    const p = this.#proxy.position;
-    this.#shift[0] = p.x - this.#start.x;
-    this.#shift[1] = p.y - this.#start.y;
-    this.#shift[2] = p.z - this.#start.z;
-    this.#turn.toArray(this.#spin);
+    this.#toldTurn.rotateTowards(this.#turn, FASTEST_TURN * passed);
+    // The hand moves by more than the tool where the scale is below 1.
+    const left = this.#left.subVectors(this.#proxy.position, this.#start).sub(this.#toldShift);
+    this.#toldShift.add(left.clampLength(0, FASTEST * controls.scale * passed));
+    this.#toldShift.toArray(this.#shift);
+    this.#toldTurn.toArray(this.#spin);
     this.hand.lead('drag', this.#shift, this.#spin, controls.scale, controls.yaw, idle ? undefined : this.#eventTime);
   }
 }
