@@ -193,7 +193,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   objects.draw();
   if (t - lastWords > WORDS_EVERY) {
     lastWords = t;
-    panel.draw(t);
+    panel.draw(t, objects.chosen);
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();
     if (session.state) joints?.draw(session.state);

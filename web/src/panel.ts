@@ -315,14 +315,14 @@ export class Panel {
   /** Whether the server's word may replace what this control shows. */
   #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
 
-  /** A few times a second; now in s of performance.now(). */
-  draw(now: number): void {
+  /** A few times a second; now in s of performance.now(). @param chosen the object that the buttons for one act on; empty: none */
+  draw(now: number, chosen: string): void {
     const focused = document.activeElement;
-    this.#draw(now);
+    this.#draw(now, chosen);
     this.#keepFocus(focused);
   }
 
-  #draw(now: number): void {
+  #draw(now: number, chosen: string): void {
     const { session } = this;
     const state = session.state;
     const live = session.status === 'open' && !session.isStale(now), present = live && !session.past, reached = !session.isGone(now) && !session.past;
@@ -371,12 +371,13 @@ export class Panel {
     const mayChoose = reached && session.mayTake;
     put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
     put(input('record'), 'disabled', !mayChoose);
-    for (const id of ['add-box', 'carry-object', 'remove-object']) put(button(id), 'disabled', !mayChoose);
+    put(button('add-box'), 'disabled', !mayChoose);
+    for (const id of ['carry-object', 'remove-object']) put(button(id), 'disabled', !mayChoose || chosen === '');
     for (const choice of this.#profiles) put(choice, 'disabled', !mayChoose);
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, reached));
     put(why, 'hidden', why.textContent === '');
-    write(element('objects-hint', HTMLElement), why.textContent || 'Drag them over the floor: the arm keeps away.');
+    write(element('objects-hint', HTMLElement), why.textContent || `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`);
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
       put(node, 'disabled', !mayChoose);

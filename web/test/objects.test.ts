@@ -86,8 +86,17 @@ describe('objects', () => {
       page.objects.draw();
     }
     const far = page.told.map(({ object }) => Math.hypot(...object!.p));
-    expect(Math.max(...far)).toBeLessThan(5.1);
-    expect(Math.max(...far)).toBeGreaterThan(4.9);
+    expect(Math.max(...far)).toBeLessThan(2.1);
+    expect(Math.max(...far)).toBeGreaterThan(1.9);
+  });
+
+  it('are chosen for the buttons by being dragged', () => {
+    expect(page.objects.chosen).toBe('');
+    page.pointer('pointerdown', 200, 150);
+    page.pointer('pointerup', 200, 150);
+    expect(page.objects.chosen).not.toBe('');
+    page.surroundings.setCell({ name: 'test', objects: [] });
+    expect(page.objects.chosen).toBe('');
   });
 
   it.each(['mayTake', 'past'] as const)('stand where the server has them when the arm is no longer ours: %s', (fact) => {

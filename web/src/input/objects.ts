@@ -9,8 +9,8 @@ import type { Drag } from './drag';
 const TELL_EVERY = 0.05;
 /** Of a box that is added, m, and where. */
 const SIZE = 0.2, BESIDE = new THREE.Vector3(0.45, 0.45, 0.1);
-/** m from the base: up to where objects are dragged. A pointer near the horizon is on the floor a mile away. */
-const FURTHEST = 5;
+/** m from the base: up to where objects are dragged. A pointer near the horizon is on the floor a mile away, or before the camera. */
+const FURTHEST = 2;
 
 /** What the server takes back of what it tells; it refuses every other member, and whoever goes on sending them. */
 const TAKEN = ['shape', 'radius', 'length', 'size', 'rounding', 'margin'];
@@ -38,6 +38,12 @@ export class Objects {
     addEventListener('pointermove', (event) => this.#move(event, canvas));
     for (const end of ['pointerup', 'pointercancel'] as const) addEventListener(end, (event) => { if (event.pointerId === this.#pointerId) this.#release(); });
     addEventListener('blur', () => this.#release());
+  }
+
+  /** The one that the tool carries, or else that was added or dragged last and is still there; empty: none. */
+  get chosen(): string {
+    const { objects } = this.stage.surroundings;
+    return objects.find(({ attached, name }) => attached || name === this.#last)?.name ?? '';
   }
 
   get #may(): boolean { return this.session.mayTake && !this.session.past; }
