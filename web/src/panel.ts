@@ -335,6 +335,9 @@ export class Panel {
     const constraint = present ? session.constraint() : '';
     put(element('held', HTMLElement), 'hidden', !constraint);
     write(element('held', HTMLElement), constraint);
+    const slow = session.slow(now);
+    put(element('slow', HTMLElement), 'hidden', !slow);
+    write(element('slow', HTMLElement), slow);
     const spill = session.spill();
     put(element('spill', HTMLElement), 'hidden', !spill);
     write(element('spill-words', HTMLElement), spill);

@@ -23,6 +23,8 @@ const COMES_TO_REST = 0.02;
 const LEANS = 0.009;
 /** s for which a hint stands. */
 const HINTED_FOR = 4;
+/** s over which late commands are counted, and the share of them from which on the computer is too slow. */
+const COUNTED_OVER = 5, TOO_MANY_LATE = 0.01;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -89,6 +91,9 @@ export class Session {
   #spilledInStop = false;
   #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
+  /** Of the window that is counted, its first state; and the share of commands that were late in the one before. */
+  #counted: StateMessage | null = null;
+  #lateShare = 0;
   /** s, of the last picture, if the page was held up in it. */
   #heldUp = 0;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
@@ -118,6 +123,7 @@ export class Session {
           this.#spilledInStop = message.state === 'stopping' || message.state === 'holding';
         }
         if (this.state?.state === 'stopping' && message.state !== 'stopping') this.#hint.at = -Infinity;
+        this.#countLate(message);
         this.state = message;
         this.#stateAt = now;
         ++this.statesReceived;
@@ -137,6 +143,21 @@ export class Session {
       case 'error': this.lastError = { code: message.code, message: message.message, at: now }; break;
       case 'pong': break;
     }
+  }
+
+  #countLate(message: StateMessage): void {
+    const since = message.now_s - (this.#counted?.now_s ?? NaN);
+    if (since >= 0 && since < COUNTED_OVER) return;
+    const cycles = message.cycles - (this.#counted?.cycles ?? NaN);
+    // A program that began anew, or a gap in the news, tells nothing.
+    this.#lateShare = since < 2 * COUNTED_OVER && cycles > 0 ? (message.missed_deadlines - this.#counted!.missed_deadlines) / cycles : 0;
+    this.#counted = message;
+  }
+
+  /** That the computer of the program cannot keep up, and what that means; empty: it can. */
+  slow(now: number): string {
+    if (this.past || this.isStale(now) || this.#lateShare < TOO_MANY_LATE) return '';
+    return `The computer is too slow now: ${percentText(this.#lateShare)} % of the commands come late.${this.hasGlass ? ' Any profile may spill.' : ''}`;
   }
 
   /** A glass that had spilled is full again, or has another level. */

@@ -370,6 +370,24 @@ describe('hand', () => {
 });
 
 describe('session', () => {
+  it('says that the computer is too slow while commands come late, and not of one that began anew', () => {
+    const session = new Session(), state = server.state as { now_s: number };
+    session.connectionBecame('open');
+    let now = 0;
+    const goOn = (late: number): string => {
+      for (let i = 0; i < 21; ++i) {
+        now += 0.5;
+        session.take({ ...state, now_s: state.now_s + now, cycles: 500 * now, missed_deadlines: late * 500 * now } as unknown as ServerMessage, now);
+      }
+      return session.slow(now);
+    };
+    expect(goOn(0)).toBe('');
+    expect(goOn(0.05)).toMatch(/^The computer is too slow now: \d+\.\d % of the commands/);
+    expect(session.slow(now + 2 * STALE_AFTER)).toBe('');
+    session.take({ ...state, now_s: 0, cycles: 0, missed_deadlines: 0 } as unknown as ServerMessage, now);
+    expect(session.slow(now)).toBe('');
+  });
+
   it('lets nobody drive without the lease, with old news, or when stopped', () => {
     const session = new Session();
     session.connectionBecame('open');
