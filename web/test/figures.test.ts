@@ -50,6 +50,13 @@ describe('the last minute', () => {
 });
 
 describe('the plots of a young session', () => {
+  it('draws no line over a time of which nothing is known', () => {
+    const history = new History(1);
+    for (const t of [0, 0.5, 1, 9, 9.5]) history.push(t, [1]);
+    expect(history.series[0]).toEqual([1, 1, 1, null, 1, 1]);
+    expect(history.times[3]).toBeLessThan(1.2);
+  });
+
   it('grow with it to a minute', () => {
     const history = new History(1), spans: number[] = [];
     for (let t = 100; t <= 200; ++t) {

@@ -1,6 +1,8 @@
 export const SPAN = 60; // s shown
 export const RATE = 15; // points a second
 const POINTS = SPAN * RATE;
+/** s without a row after which nothing is known of the time between: no line goes over it. */
+const GAP = 1;
 /** s, by which what is shown of a young session grows. */
 const STEP = 10;
 
@@ -28,6 +30,10 @@ export class History {
     const { times, series } = this;
     // A session that began anew has no past.
     if (time < this.newest) for (const row of [times, ...series]) row.length = 0;
+    if (times.length > 0 && time - this.newest > GAP) {
+      times.push(this.newest + 1 / RATE);
+      for (const row of series) row.push(null);
+    }
     times.push(time);
     for (let i = 0; i < series.length; ++i) series[i]!.push(values[i] ?? null);
     while (times.length > POINTS || time - times[0]! > SPAN) {
