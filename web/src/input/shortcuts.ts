@@ -7,8 +7,11 @@ const isPressed = (target: EventTarget | null): target is HTMLButtonElement | HT
   target instanceof HTMLButtonElement || (target instanceof HTMLInputElement && (target.type === 'checkbox' || target.type === 'radio'));
 const hasOwnEnter = (target: EventTarget | null): boolean => isTyped(target) || target instanceof HTMLAnchorElement || target instanceof HTMLSelectElement || (target instanceof HTMLElement && target.tagName === 'SUMMARY');
 
+/** A choice that is made already: Enter has nothing to do there. */
+const isChosen = (target: EventTarget | null): boolean => target instanceof HTMLInputElement && target.type === 'radio' && target.checked;
+
 /** Whether Enter does something here, and so does not reset. */
-export const takesEnter = (target: EventTarget | null): boolean => isPressed(target) || hasOwnEnter(target);
+export const takesEnter = (target: EventTarget | null): boolean => (isPressed(target) && !isChosen(target)) || hasOwnEnter(target);
 
 /**
  * One rule for the page, whatever has the focus: Space and Escape stop the arm; while it stands, Space in a text is a blank. Enter does what Space does elsewhere: it presses or toggles
@@ -26,7 +29,7 @@ export function listenForShortcuts(stop: () => void, reset: () => void, stands: 
     }
     if (event.key !== 'Enter') return;
     const { target } = event;
-    if (isPressed(target)) {
+    if (isPressed(target) && !isChosen(target)) {
       event.preventDefault(); // not every browser's Enter presses every button
       if (!event.repeat) target.click();
       return;
