@@ -109,7 +109,6 @@ export class Headset {
     }
     this.session = session;
     this.#meansBefore = this.facts.means;
-    this.facts.means = IN_HEADSET;
     session.addEventListener('end', () => this.#left());
     session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
     xr.getReferenceSpace()?.addEventListener('reset', () => this.#recentred());
@@ -126,6 +125,7 @@ export class Headset {
     this.#letGo();
     this.session = null;
     this.facts.means = this.#meansBefore;
+    if (this.#isScaled) this.facts.hint('Scale and heading stay as they were in VR.', performance.now() / 1000);
     this.#rig.visible = false;
     if (this.#mouse) this.#mouse.running = false;
     this.stage.present(null);
@@ -143,6 +143,13 @@ export class Headset {
   #recentred(): void {
     this.#letGo();
     this.#isForwardKnown = false;
+    this.#advise();
+  }
+
+  /** One first step at a time, on the board and on the page beside it. */
+  #advise(): void {
+    const lead = `Look forward, and press A${this.simulated ? ' (here: F)' : ''}.`;
+    this.facts.means = this.#isForwardKnown ? IN_HEADSET : { ...IN_HEADSET, lead, takeOver: lead, again: lead };
   }
 
   /** Every frame of the headset. */
@@ -267,6 +274,7 @@ export class Headset {
     this.acts.wantLease();
     this.connection.send({ type: 'request', kind: 'yaw', value: -heading(toRobotRotation(viewer.transform.orientation)) });
     this.#isForwardKnown = true;
+    this.#advise();
     if (!this.#isScaled) this.connection.send({ type: 'request', kind: 'scale', value: 1 });
     this.#isScaled = true;
   }
@@ -311,13 +319,12 @@ export class Headset {
     const ms = (us: number | null) => latencyText(us === null ? null : us / 1000);
     const { p50, p99 } = state.latency_us, title = facts.title(now);
     const wave = present ? facts.wave() : null;
-    const asks = present && facts.mayTake && !this.#isForwardKnown && !facts.mayReset;
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
       !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || facts.spill() || (facts.wasRefilled(now) ? 'full glass again' : ''),
       [facts.reason(now),
-        asks ? 'Look forward, and press A.' : facts.advice(now, this.hand.heldFor),
+        facts.advice(now, this.hand.heldFor),
         present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : '',
         wave ? waveText(wave) : ''],
       live ? itemsOf(facts, this.#asks) : []);
