@@ -183,7 +183,7 @@ export class Session {
   /** The arm tells where its gripper is, or has one by its file: behind some controllers it is not told before it moved. */
   get hasGripper(): boolean { return typeof this.state?.gripper === 'number' || (this.state !== null && !this.hasGlass); }
   /** The glass was filled anew a moment ago, and somebody should hear of it. */
-  wasRefilled(now: number): boolean { return this.hasGlass && now - this.#refilledAt < REFILL_TOLD; }
+  wasRefilled(now: number): boolean { return this.hasGlass && !this.state?.liquid.spilled && now - this.#refilledAt < REFILL_TOLD; }
 
   /** Why it does what it does; of a connection that is gone, since when. */
   reason(now: number): string {
