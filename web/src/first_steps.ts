@@ -49,6 +49,7 @@ export class FirstSteps {
     if (this.#first.hidden) return;
     if (past) return this.#dismiss();
     put(this.#first.dataset, 'plays', String(plays));
+    put(this.#first.dataset, 'waits', String(why !== ''));
     const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Begin it anew' : 'Show me a motion';
     put(demo, 'disabled', why !== '');
     put(demo, 'textContent', does);
@@ -60,7 +61,9 @@ export class FirstSteps {
   /** What the card of the first steps covers of the scene, at its right or at its top, as shares of it. */
   room(scene: HTMLElement): [number, number] {
     if (this.#first.hidden) return [0, 0];
-    const card = this.#first.getBoundingClientRect(), { left, top, width, height } = scene.getBoundingClientRect();
+    const card = this.#first.getBoundingClientRect();
+    if (card.width === 0) return [0, 0];
+    const { left, top, width, height } = scene.getBoundingClientRect();
     if (card.top >= top + height) return [0, 0]; // below it
     return card.width > 0.6 * width ? [0, Math.max(0, card.bottom - top) / height] : [Math.max(0, left + width - card.left) / width, 0];
   }
