@@ -407,6 +407,46 @@ TEST(Obstacles, PairsKeepTheirRows) {
   EXPECT_EQ(moved, 0);
 }
 
+/// Pressed flat onto a larger box, a box has rows for its corners alone; where it stands out over the edge, the whole's
+/// beside them. With the whole's row, whose derivative jumps from edge to edge, no end was found.
+TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
+  for (const double aside : {0.0, 0.19}) {
+    Loop loop(3, 0.2, kUsualObstacleRows);
+    loop.model.pairs.clear();
+    loop.model.bodies = {{"tray", 6, Shape::box({0.06, 0.06, 0.02})}};
+    loop.model.bodies[0].origin = loop.model.tool.origin;
+    loop.arm = Kinematics(loop.model);
+    loop.planner = std::move(*Planner::make(loop.model, loop.settings, {}));
+    loop.planner->reset(loop.model.home, Time(0));
+    loop.arm.set_position(loop.model.home);
+    const Placed tray = loop.arm.body(0);
+    const auto beside = [&](double x, double z) { return Vector3(tray.p + x * tray.R.col(0) + z * tray.R.col(2)); };
+    Obstacles top = cell({obstacle(Shape::box({0.2, 0.2, 0.05}), beside(aside, -0.1))});
+    top.list[0].at.R = tray.R;
+    ASSERT_TRUE(loop.planner->set_obstacles(top));
+    int wholes = 0, corners = 0, solved = 0, most = 0;
+    for (int i = 0; i < 100; ++i) {
+      Reference into = loop.reference(from_seconds(0.02 * i));
+      for (int k = 0; k < into.nodes; ++k) {
+        into.p[k] = beside(0.01 * std::sin(0.2 * i), -0.1);
+        into.R[k] = tray.R;
+      }
+      (void)loop.planner->update(into);
+      solved += loop.planner->plan().origin == PlanOrigin::kSolved;
+      most = std::max(most, loop.planner->solution().iterations);
+      for (const NearObstacle& near : loop.planner->instance().near) {
+        wholes += near.body >= 0 && near.corner < 0;
+        corners += near.body >= 0 && near.corner >= 0;
+      }
+    }
+    EXPECT_EQ(wholes > 0, aside > 0.0) << aside;
+    EXPECT_GE(corners, 400) << aside;
+    if (aside > 0.0) continue;
+    EXPECT_GE(solved, 99);
+    EXPECT_LT(most, 60);
+  }
+}
+
 /// Where it was let overlap by 2 mm a plan led a bottle 1.5 mm into the upper arm (bench/contacts.py, seed 43).
 TEST(Obstacles, WhatIsCarriedDoesNotTouchTheArmBetweenNodes) {
   Loop loop(10);

@@ -11,7 +11,8 @@ namespace steadyhand {
 
 namespace {
 
-constexpr int kMostParts = 9;  // of a body: the whole and its corners
+constexpr int kMostParts = 9;   // of a body: the whole and its corners
+constexpr double kSame = 1e-6;  // m
 constexpr double kNear = 0.1;  // m; within a solve a plan goes further from its guess only where it is not yet near one
 
 using Solids = std::pair<Shape, Placed>;
@@ -59,7 +60,8 @@ void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) 
                                 : sweep.shape(body - kMaxBodies);
   const int corners = moves.corners();
   const ShapeKind other = carried ? model.bodies[body].shape.kind : sweep.shape(obstacle).kind;
-  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kInfinity});
+  const bool flat = moves.kind == ShapeKind::kBox && other == ShapeKind::kBox;
+  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kInfinity, !flat});
   if (other != ShapeKind::kHalfSpace && other != ShapeKind::kBox) return;
   for (int corner = 0; corner < corners; ++corner) pairs_.push_back({body, obstacle, corner, kInfinity});
 }
@@ -71,23 +73,32 @@ void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& gues
                         [&](int body, int obstacle) { add_pair(sweep, body, obstacle); });
   for (int k = 1; k <= ocp_.horizon(); ++k) {
     scratch.set_position(guess.x[k].head(ocp_.dof()));
-    const Pair* whole = nullptr;
-    double apart = 0.0;  // m, of that: its corners, which follow it, are no nearer
+    Pair* whole = nullptr;
+    double apart = 0.0, of_corners = 0.0;  // m, of that: its corners, which follow it, are no nearer
+    const auto judge = [&] {
+      if (whole && apart < kNear && of_corners > apart + kSame) whole->counts = true;
+    };
     for (Pair& pair : pairs_) {
-      const double least = std::min(pair.gap, kNear);
       const bool of_whole = pair.corner >= 0 && whole && whole->body == pair.body && whole->obstacle == pair.obstacle;
-      if (of_whole && apart >= least) continue;
+      double least = pair.counts ? std::min(pair.gap, kNear) : kNear;
+      if (of_whole && !whole->counts && apart < kNear)
+        least = std::max(least, apart + 2.0 * kSame);
+      else if (of_whole && apart >= least)
+        continue;
       const auto [other, there] = against(scratch, sweep, pair.body, pair.obstacle, k * ocp_.dt());
       const auto [shape, at] = moved(scratch, sweep.obstacles(), pair.body, pair.obstacle, pair.corner);
       const double here = is_further(least, other, there, shape, at) ? least : distance(other, there, shape, at);
       pair.gap = std::min(pair.gap, here);
-      if (pair.corner < 0) {
-        whole = &pair;
-        apart = here;
-      }
+      if (of_whole) of_corners = std::min(of_corners, here);
+      if (pair.corner >= 0) continue;
+      judge();
+      whole = &pair;
+      apart = here;
+      of_corners = std::numeric_limits<double>::infinity();
     }
+    judge();
   }
-  std::erase_if(pairs_, [](const Pair& pair) { return !(pair.gap < kNear); });
+  std::erase_if(pairs_, [](const Pair& pair) { return !pair.counts || !(pair.gap < kNear); });
   std::sort(pairs_.begin(), pairs_.end(), [](const Pair& a, const Pair& b) { return a.gap < b.gap; });
   pairs_.erase(pairs_.begin() + std::min(pairs_.size(), by_row_.size()), pairs_.end());
 }

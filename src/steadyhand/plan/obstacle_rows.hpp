@@ -28,6 +28,9 @@ class ObstacleRows {
     int obstacle;
     int corner;  ///< NearObstacle::corner
     double gap;  ///< m, the smallest on the guess
+    /// Of a whole box to a box: whether somewhere on the guess no corner of it is as near. Else they tell all, and the
+    /// whole would tell it again with a derivative that jumps from edge to edge while it lies flat.
+    bool counts = true;
   };
   void add_pair(const ObstacleSweep& sweep, int body, int obstacle);
   void find_pairs(const ObstacleSweep& sweep, const Trajectory& guess, Kinematics& scratch);
