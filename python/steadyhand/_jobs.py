@@ -49,6 +49,12 @@ def workers_of(arguments: Namespace) -> Workers:
     return Workers(arguments.workers, arguments.ray)
 
 
+def _repeats(path: Path) -> bool:
+    """It is what led to a fault (docs/recordings.md) of a session that is beside it, and would be there twice."""
+    session, fault, number = path.stem.rpartition("-fault-")
+    return bool(fault) and number.isdigit() and path.with_stem(session).exists()
+
+
 def sessions_of(words: Sequence[str]) -> list[Path]:
     """Sessions that are named, and those of folders that are. Raises ValueError for what is not there, or twice."""
     files: list[Path] = []
@@ -56,7 +62,7 @@ def sessions_of(words: Sequence[str]) -> list[Path]:
         path = Path(word)
         if not path.exists():
             raise ValueError(f"{path}: there is no such file or folder")
-        inside = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        inside = [each for each in sorted(path.glob("*.mcap")) if not _repeats(each)] if path.is_dir() else [path]
         if not inside:
             raise ValueError(f"{path}: has no session (*.mcap)")
         files += inside

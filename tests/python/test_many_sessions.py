@@ -101,6 +101,15 @@ def test_bad_input(recorded, tmp_path, monkeypatch, capsys, words, reason):
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
 
 
+def test_of_a_folder_what_led_to_a_fault_is_left_out_where_its_session_is_there(tmp_path):
+    from steadyhand._jobs import sessions_of
+
+    for name in ("one", "one-fault-1", "two-fault-12"):
+        (tmp_path / f"{name}.mcap").touch()
+    assert [path.stem for path in sessions_of([str(tmp_path)])] == ["one", "two-fault-12"]
+    assert [path.stem for path in sessions_of([str(tmp_path / "one-fault-1.mcap")])] == ["one-fault-1"]
+
+
 def test_a_full_disk_leaves_the_rows_that_were_there(recorded, tmp_path, monkeypatch, capsys):
     (tmp_path / "rows.csv").write_text("mine")
 
