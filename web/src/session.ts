@@ -15,8 +15,8 @@ const CARRIED = 128;
 const SAID_FOR = 10;
 /** rad/s (m/s) below which a joint counts as at rest. */
 const AT_REST = 0.005;
-/** s for which a refill is told. */
-const REFILL_TOLD = 4;
+/** s for which a refill is told, and where it spilled again meanwhile. */
+const REFILL_TOLD = 4, REFILL_TOLD_AT_LEAST = 1;
 /** rad/s (m/s) above which an arm that nobody leads is still coming to rest; sensors of an arm that stands say less. */
 const COMES_TO_REST = 0.02;
 /** rad, from which on the glass leans with the hand. */
@@ -183,7 +183,9 @@ export class Session {
   /** The arm tells where its gripper is, or has one by its file: behind some controllers it is not told before it moved. */
   get hasGripper(): boolean { return typeof this.state?.gripper === 'number' || (this.state !== null && !this.hasGlass); }
   /** The glass was filled anew a moment ago, and somebody should hear of it. */
-  wasRefilled(now: number): boolean { return this.hasGlass && !this.state?.liquid.spilled && now - this.#refilledAt < REFILL_TOLD; }
+  wasRefilled(now: number): boolean {
+    return this.hasGlass && now - this.#refilledAt < (this.state?.liquid.spilled ? REFILL_TOLD_AT_LEAST : REFILL_TOLD);
+  }
 
   /** Why it does what it does; of a connection that is gone, since when. */
   reason(now: number): string {
