@@ -185,11 +185,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "link='a'/><child link='b'/>"
                 "</joint></robot>",
                 "joint 'j' is not fixed; a cell stands still"},
-        BadCell{"urdf_size", "a.urdf",
-                "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision>"
-                "<collision><geometry><box/></geometry></collision></link></robot>",
-                "a.urdf: Box shape has no size attribute; Could not parse collision element for Link [a]: a <collision> "
-                "needs a <geometry> with its sizes"},
+        BadCell{
+            "urdf_size", "a.urdf",
+            "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision>"
+            "<collision><geometry><box/></geometry></collision></link></robot>",
+            "a.urdf: Box shape has no size attribute; Could not parse collision element for Link [a]: a <collision> "
+            "needs a <geometry> with its sizes"},
         BadCell{"urdf_nan", "a.urdf",
                 "<robot name='a'><link name='a'><collision><origin xyz='0 nan 0'/><geometry><sphere radius='1'/>"
                 "</geometry></collision></link></robot>",

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/config/yaml_reader.hpp"
+#include "steadyhand/core/nearest.hpp"
 #include "steadyhand/ocp/term.hpp"
 #include "steadyhand/solve/solver.hpp"
 

@@ -249,7 +249,8 @@ Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::
   if (tool == nullptr) {
     std::vector<std::string> names;
     for (const auto& [name, link] : model.links_) names.push_back(name);
-    return Error{fmt::format("{} has no link '{}' to carry the tool; {}", file, tool_link, suggestion(tool_link, names))};
+    return Error{
+        fmt::format("{} has no link '{}' to carry the tool; {}", file, tool_link, suggestion(tool_link, names))};
   }
 
   UrdfChain chain;
