@@ -4,6 +4,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -35,10 +36,11 @@ def run(command, environment):
 # The headset is emulated by a package, in whichever browser: once is enough.
 @pytest.mark.parametrize("browser, file", [
     *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset", "first_quest"),
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "data", tier=[pytest.mark.long]),
     *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops", tier=[pytest.mark.long]),
 ])
 def test_page_in_a_browser(browser, file):
-    environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser}
+    environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser, "STEADYHAND_PYTHON": sys.executable}
     done = run([NODE, "--test", f"e2e/{file}.test.mjs"], environment)
     # Chromium without a graphics card has once stopped drawing for good, on a machine that compiled beside it: only a hang is tried again.
     done = done or run([NODE, "--test", f"e2e/{file}.test.mjs"], environment)

@@ -21,8 +21,8 @@ export const PATIENCE = Number(process.env.STEADYHAND_PATIENCE ?? 180_000); // m
 export const SITE = process.env.STEADYHAND_SITE;
 /** For tests of what only a program has: other clients, a wire, recordings. */
 export const NEEDS_PROGRAM = SITE ? { skip: 'needs a program behind the page' } : {};
-export let browser, address;
-let program, sessions, newest, output, screen;
+export let browser, address, sessions;
+let program, newest, output, screen;
 
 /** The newest address with its code, from the terminal. */
 export const newestAddress = () => (SITE ? address : [...output.matchAll(/^open\s+(http:\S+)/gm)].at(-1)?.[1]);
@@ -65,7 +65,7 @@ export async function startProgram(...more) {
   address = await until(newestAddress, 'the program to print its address');
 }
 
-async function stopProgram() {
+export async function stopProgram() {
   program?.kill('SIGINT');
   if (program?.exitCode === null) await new Promise((done) => program.once('close', done));
 }

@@ -1,0 +1,83 @@
+// From a hand to a data set (README.md): the mouse carries the glass onto its mark in an episode that is kept, and `dataset` makes a set of it.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import test, { after, before } from 'node:test';
+import { BROWSER, PROGRAM, ROOT, closePages, distance, finish, open, ready, rest, sessions, start, startProgram, state, stopProgram, terminal, until, withoutPixels } from './harness.mjs';
+
+const MODULE = join(dirname(PROGRAM), 'python'), PYTHON = process.env.STEADYHAND_PYTHON ?? join(ROOT, '.deps/venv/bin/python');
+const CASE = { skip: BROWSER ? (existsSync(join(MODULE, 'steadyhand')) ? false : 'the Python package is not built') : 'no browser on this machine', timeout: 360_000 };
+before(start);
+after(finish);
+
+/** Pixels at which the mouse feels a handle, if there are any. */
+const findHandle = (of, handle) => of.evaluate((wanted) => {
+  const { stage, drag: { controls } } = globalThis.steadyhand;
+  const box = stage.renderer.domElement.getBoundingClientRect(), found = [];
+  for (let x = 4; x < box.width; x += 4) {
+    for (let y = 4; y < box.height; y += 4) {
+      controls.pointerHover({ x: (2 * x) / box.width - 1, y: 1 - (2 * y) / box.height, button: -1 });
+      if (controls.axis === wanted) found.push([box.left + x, box.top + y]);
+    }
+  }
+  return found[Math.floor(found.length / 2)];
+}, handle);
+
+/** Pixels of a place, m in the base. */
+const pixel = (of, place) => of.evaluate((at) => {
+  const { stage } = globalThis.steadyhand;
+  const p = stage.ghost.position.clone().fromArray(at).applyMatrix4(stage.base.matrixWorld).project(stage.view.camera);
+  const box = stage.renderer.domElement.getBoundingClientRect();
+  return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
+}, place);
+
+/** Drags a handle until the tool is there, m; anew where perspective or a busy machine that lost the hand left it elsewhere. */
+const dragTo = (of, handle, wanted, close) => until(async () => {
+  await ready(of); // with the lease, which a page that draws slowly may lose
+  const { tool, target } = await state(of);
+  const there = (p) => p.map((x, i) => (handle.includes('XYZ'[i]) ? wanted[i] : x));
+  if (distance(tool.p, there(tool.p)) < close) return true;
+  const grip = await findHandle(of, handle);
+  if (!grip) return false;
+  const begin = await pixel(of, target.p), end = await pixel(of, there(target.p)), steps = Math.ceil(distance(there(target.p), target.p) / 0.004);
+  await of.mouse.move(...grip);
+  await of.waitForTimeout(300);
+  await of.mouse.down();
+  for (let k = 1; k <= steps; ++k) {
+    await of.mouse.move(grip[0] + ((end[0] - begin[0]) * k) / steps, grip[1] + ((end[1] - begin[1]) * k) / steps);
+    await of.waitForTimeout(40);
+  }
+  await rest(of);
+  await of.mouse.up();
+  return false;
+}, `the tool at ${wanted} by ${handle}`);
+
+test('an episode by mouse becomes a data set', CASE, async () => {
+  // A hand may be silent for as long as a page that is drawn in software on a busy machine is.
+  const patient = ['gate.gap_max=2', 'supervision.hold_after=2', 'supervision.disengage_after=4'].flatMap((each) => ['--set', each]);
+  await startProgram('--arm', 'mujoco', '--task', 'carry', '--set', 'mujoco.seed=3', ...patient);
+  const page = await open({ prepare: withoutPixels });
+  await ready(page);
+  const mark = await until(() => page.evaluate(() => globalThis.steadyhand.session.welcome.cell.objects.find((each) => each.name === 'mark')?.origin.map((row) => row[3])), 'the mark');
+  // A key is for what the page has drawn by then.
+  const press = (key, done, what) => until(async () => (await done()) || (await page.keyboard.press(key), await page.waitForTimeout(500), false), what);
+  await press('KeyB', async () => (await state(page)).episode.running, 'an episode');
+  await dragTo(page, 'XY', mark, 0.01);
+  await dragTo(page, 'Z', [0, 0, mark[2] + 0.05], 0.007); // a little into the table, which holds the glass up
+  await press('KeyN', async () => (await state(page)).episode.kept === 1, 'the episode to be kept');
+  assert.deepEqual(page.complaints, []);
+  const { success, spilled, time } = (await state(page)).task;
+  await closePages();
+  await stopProgram();
+  console.log(`success ${success} after ${time} s, spilled ${spilled}\n${terminal()}`);
+
+  const data = process.env.STEADYHAND_DATA_SET ?? join(sessions, 'data'); // it stays where it is asked for
+  // A busy machine loses pictures.
+  const done = spawnSync(PYTHON, ['-m', 'steadyhand.dataset', sessions, '--out', data, '--picture-pause', '60'], { env: { ...process.env, PYTHONPATH: MODULE, STEADYHAND_PROGRAM: PROGRAM }, encoding: 'utf8' });
+  console.log(done.stdout, done.stderr);
+  assert.equal(done.status, 0, done.stderr);
+  const info = JSON.parse(readFileSync(join(data, 'meta/info.json'), 'utf8'));
+  assert.equal(info.total_episodes, 1);
+  for (const key of ['observation.images.front', 'observation.images.wrist', 'next.success', 'action']) assert.ok(key in info.features, key);
+});
