@@ -156,6 +156,47 @@ TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
   EXPECT_NE(page.find("<td>74.4</td>"), std::string::npos);
 }
 
+TEST(Page, NamesTheWorstSpillsFirst) {
+  ReportInput input = test::sample_input();
+  input.story.emplace();
+  input.story->knows_liquid = true;
+  for (const double share : {0.002, 0.0001, 0.036, 1.0, 0.007, 0.006, 0.9996}) {
+    input.story->spills.push_back({double(input.story->spills.size()), share, 0.0, "because"});
+  }
+  const std::string page = write_and_read(input), verdict = page.substr(page.find("<div class=\"verdict"));
+  std::size_t before = 0;
+  for (const char* told :
+       {">Spilled 7 times.", "<b>100 %</b> <a href=\"#t=3.000\">", "<b>100 %</b> <a href=\"#t=6.000\">", "<b>3.6 %</b>",
+        "<b>0.7 %</b>", "<b>0.6 %</b>", "<li>2 more, of at most 0.2 %, in the list"}) {
+    const std::size_t at = verdict.find(told);
+    ASSERT_NE(at, std::string::npos) << told;
+    EXPECT_GT(at, before) << told;
+    before = at;
+  }
+  input.story->spills = {{1.0, 0.036, 0.0, "because"}, {2.0, 0.0001, 0.0, "because"}};
+  EXPECT_NE(write_and_read(input).find("<li>1 more, of less than 0.1 %, in the list below</li>"), std::string::npos);
+  input.story->spills = {{2.0, 0.0001, 0.0, "because"}};
+  EXPECT_NE(write_and_read(input).find("<b>less than 0.1 %</b>"), std::string::npos);
+}
+
+/// 6 in half a minute are more than 7 in three: who led longer did not do worse for it.
+TEST(Page, CallsNoCountOfSpillsBestButThatPerMinute) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(2);
+  input.profiles[0].spills = 7;
+  input.profiles[0].led_s = 180.0;
+  input.profiles[1].spills = 6;
+  input.profiles[1].led_s = 30.0;
+  input.story.emplace();
+  const std::string page = write_and_read(input);
+  EXPECT_NE(page.find("Spills</th><td>7</td><td>6</td>"), std::string::npos);
+  EXPECT_NE(
+      page.find(
+          "Spills per minute led</th><td class=\"best\">2.33<span class=\"hidden\"> (best)</span></td><td>12.00</td>"),
+      std::string::npos);
+  EXPECT_NE(page.find("<dt>spills per minute led</dt><dd><b>12.00</b>"), std::string::npos);
+}
+
 TEST(PageData, TargetsOfTheirOwnAreShown) {
   ReportInput input = test::sample_input();
   input.profiles[2].steps.back().X_base_target.p.y() += 0.01;

@@ -104,9 +104,9 @@ TEST_F(Told, ASpillIsExplained) {
   ASSERT_EQ(story.spills.size(), 3u);
   EXPECT_DOUBLE_EQ(story.spills[0].share, 0.744);
   EXPECT_DOUBLE_EQ(story.spills[0].lateral, 12.6);
-  EXPECT_EQ(story.spills[0].cause, "tracking does not keep the liquid in; sideways force up to 12.60 m/s²");
-  EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways force up to 3.00 m/s²");
-  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways force up to 3.00 m/s²");
+  EXPECT_EQ(story.spills[0].cause, "tracking does not keep the liquid in; sideways acceleration up to 12.60 m/s²");
+  EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways acceleration up to 3.00 m/s²");
+  EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways acceleration up to 3.00 m/s²");
   const auto told =
       std::find_if(story.events.begin(), story.events.end(), [](const auto& e) { return e.kind == "spill"; });
   EXPECT_EQ(told->why, story.spills[0].cause);

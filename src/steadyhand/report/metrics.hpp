@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-/// The sideways force on the liquid over a few moments, m/s^2.
+/// The sideways acceleration on the liquid over a few moments, m/s^2.
 struct Felt {
   double sum = 0.0, largest = 0.0;
   int count = 0;
@@ -50,8 +50,9 @@ struct Metrics {
   double speed_ratio_max = 0;         ///< largest |dq| / limit over joints and commands; 1 is at the limit
   double acceleration_ratio_max = 0;  ///< largest |ddq| / limit
   // ---- of a live session; not a number where nobody knows
-  double spills = std::numeric_limits<double>::quiet_NaN();         ///< how often the liquid went over the rim
-  double spilled_share = std::numeric_limits<double>::quiet_NaN();  ///< of the liquid, most of these times
+  double spills = std::numeric_limits<double>::quiet_NaN();             ///< how often the liquid went over the rim
+  double spilled_share = std::numeric_limits<double>::quiet_NaN();      ///< of the liquid, most of these times
+  double spills_per_minute = std::numeric_limits<double>::quiet_NaN();  ///< in which the hand led
 };
 
 /// @pre steps is not empty and has at least one joint; limits and commands are of the same arm

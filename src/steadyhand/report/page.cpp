@@ -11,6 +11,7 @@
 
 #include "steadyhand/report/page_data.hpp"
 #include "steadyhand/report/report.hpp"
+#include "steadyhand/report/session_story.hpp"
 #include "steadyhand/report/table.hpp"
 
 namespace steadyhand {
@@ -76,9 +77,9 @@ std::string compared(double value, double first, const ReportInput& input, std::
                      escape(input.profiles.front().label));
 }
 
-/// "2", or "2, at most 74.4 %".
+/// "2, at most 74.4", of which the unit is %, or "0".
 std::string spills_text(const Metrics& m) {
-  return m.spills > 0 ? fmt::format("{:.0f}, at most {:.1f}", m.spills, 1e2 * m.spilled_share) : "0";
+  return m.spills > 0 ? fmt::format("{:.0f}, at most {}", m.spills, percent_text(m.spilled_share)) : "0";
 }
 
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
@@ -95,6 +96,10 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
     if (input.story) {  // in the words and figures of the operator's page
       rows += row("led", fmt::format("{:.1f}", profile.led_s), "s", 0.0, 0.0);
       if (m.spills >= 0) rows += row("spilled", spills_text(m), m.spills > 0 ? "%" : "", 0.0, 0.0);
+      if (m.spills > 0 && m.spills_per_minute > 0.0) {
+        rows += row("spills per minute led", fmt::format("{:.2f}", m.spills_per_minute), "", m.spills_per_minute,
+                    first.spills_per_minute);
+      }
       rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
       rows += row("slosh, peak", fmt::format("{:.2f}", m.lateral_max), "m/s²", m.lateral_max, first.lateral_max);
       rows += row("off target, mean", fmt::format("{:.1f}", 1e3 * m.position_mean), "mm", m.position_mean,
@@ -171,20 +176,30 @@ std::string meanings(const std::vector<Metrics>& metrics) {
   return html;
 }
 
-/// Whether the glass kept its liquid, how much it lost, and why: the first that one wants to know of a session.
+/// Whether the glass kept its liquid, how much it lost, and why, the worst first: what one wants to know of a session.
 std::string verdict(const std::optional<SessionStory>& story) {
   if (!story || !story->knows_liquid) return "";
   if (story->spills.empty()) return "<p class=\"verdict\">Nothing spilled.</p>\n";
   constexpr std::size_t kMostTold = 5;
-  const std::size_t count = story->spills.size();
+  constexpr double kTrace = 0.0005;  // of the liquid
+  std::vector<SessionStory::Spill> spills = story->spills;
+  const std::size_t count = spills.size();
+  std::stable_sort(spills.begin(), spills.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
+  // What rounds to nothing is told only where it is all there is.
+  while (spills.size() > 1 && spills.back().share < kTrace) spills.pop_back();
+  const std::size_t told = std::min(spills.size(), kMostTold);
   std::string html = fmt::format("<div class=\"verdict spilled\"><p>Spilled {}.</p><ul>\n",
                                  count == 1 ? "once" : fmt::format("{} times", count));
-  for (std::size_t i = 0; i < std::min(count, kMostTold); ++i) {
-    const SessionStory::Spill& spill = story->spills[i];
-    html += fmt::format("<li><b>{:.1f} %</b> <a href=\"#t={:.3f}\">at {:.2f} s</a>: {}</li>\n", 1e2 * spill.share,
+  for (std::size_t i = 0; i < told; ++i) {
+    const SessionStory::Spill& spill = spills[i];
+    html += fmt::format("<li><b>{} %</b> <a href=\"#t={:.3f}\">at {:.2f} s</a>: {}</li>\n", percent_text(spill.share),
                         spill.t_s, spill.t_s, escape(spill.cause));
   }
-  if (count > kMostTold) html += fmt::format("<li>{} more, in the list below</li>\n", count - kMostTold);
+  if (told < count) {
+    const std::string most = told < spills.size() ? fmt::format("at most {}", percent_text(spills[told].share))
+                                                  : std::string("less than 0.1");
+    html += fmt::format("<li>{} more, of {} %, in the list below</li>\n", count - told, most);
+  }
   return html + "</ul></div>\n";
 }
 

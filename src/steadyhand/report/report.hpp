@@ -22,7 +22,7 @@ struct ProfileResult {
   std::vector<JointCommand> commands;  ///< what the tracker sent; may be empty
   int commands_merged = 1;             ///< of them that each stands for, by the largest |dq| and |ddq|
   // ---- of a live session, while the hand led
-  std::vector<Felt> felt{};  ///< the sideways force as it was measured; empty: not recorded
+  std::vector<Felt> felt{};  ///< the sideways acceleration as it was measured; empty: not recorded
   double led_s = 0;
   int spills = -1;           ///< how often the liquid went over the rim; -1: not known
   double spilled_share = 0;  ///< of the liquid, most of these times
@@ -43,9 +43,9 @@ struct SessionStory {
   /// A time at which the liquid went over the rim.
   struct Spill {
     double t_s = 0;
-    double share = 0;                      ///< of the liquid
-    double lateral = 0;                    ///< m/s^2, largest sideways force of the moment before; 0: not recorded
-    std::string cause;                     ///< in words
+    double share = 0;    ///< of the liquid
+    double lateral = 0;  ///< m/s^2, largest sideways acceleration of the moment before; 0: not recorded
+    std::string cause;   ///< in words
     std::optional<double> full_again_s{};  ///< absent: not in this session
   };
   double begin_s = 0, end_s = 0;  ///< of the recording

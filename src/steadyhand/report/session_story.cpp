@@ -135,7 +135,7 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   } else {
     spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while no hand led");
   }
-  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.2f} m/s²", spill.lateral);
+  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways acceleration up to {:.2f} m/s²", spill.lateral);
   return spill;
 }
 
@@ -149,7 +149,7 @@ void tell_spills(const SessionFile& session, SessionStory& story) {
   story.knows_liquid = !session.liquid.empty();
   story.spills = spills_of(session);
   for (const SessionStory::Spill& spill : story.spills) {
-    story.events.push_back({spill.t_s, "spill", fmt::format("spilled {:.1f} % of the liquid", 100.0 * spill.share),
+    story.events.push_back({spill.t_s, "spill", fmt::format("spilled {} % of the liquid", percent_text(spill.share)),
                             spill.cause, spill.share});
     if (spill.full_again_s) story.events.push_back({*spill.full_again_s, "refill", "a full glass", ""});
   }
@@ -267,6 +267,11 @@ void merge_the_briefest(std::vector<ProfileResult>& results) {
 }
 
 }  // namespace
+
+std::string percent_text(double share) {
+  const std::string text = fmt::format("{:.1f}", 100.0 * share);
+  return text == "100.0" ? "100" : text == "0.0" && share > 0.0 ? "less than 0.1" : text;
+}
 
 SessionStory tell_story(const SessionFile& session) {
   SessionStory story;

@@ -7,6 +7,9 @@
 
 namespace steadyhand {
 
+/// %, of a share of the liquid: "3.6", "100", "less than 0.1"; as the operator's page rounds it (web/src/figures.ts).
+std::string percent_text(double share);
+
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
 SessionStory tell_story(const SessionFile& session);
 

@@ -26,8 +26,10 @@ constexpr MetricRow kRows[] = {
      Best::kLowest, "The same at its worst."},
     {kGlass, "Vertical specific force, smallest", "m/s²", [](const Metrics& m) { return m.vertical_min; }, 2,
      Best::kHighest, "What holds the liquid down: 9.81 at rest, 0 in free fall."},
-    {kGlass, "Spills", "", [](const Metrics& m) { return m.spills; }, 0, Best::kLowest,
+    {kGlass, "Spills", "", [](const Metrics& m) { return m.spills; }, 0, Best::kNone,
      "How often the liquid went over the rim, of a glass that was full again in between."},
+    {kGlass, "Spills per minute led", "", [](const Metrics& m) { return m.spills_per_minute; }, 2, Best::kLowest,
+     "The same per minute in which the hand led, so that profiles that led for different times compare."},
     {kGlass, "Spilled at once, most", "%", [](const Metrics& m) { return 1e2 * m.spilled_share; }, 1, Best::kLowest,
      "Share of the liquid that one of these spills lost, at most."},
     {kTracking, "Position error, RMS", "mm", [](const Metrics& m) { return 1e3 * m.position_rms; }, 1, Best::kLowest,
@@ -99,6 +101,7 @@ Metrics metrics_of(const ProfileResult& profile) {
   if (profile.spills >= 0) {
     metrics.spills = profile.spills;
     metrics.spilled_share = profile.spilled_share;
+    if (profile.led_s > 0.0) metrics.spills_per_minute = profile.spills / (profile.led_s / 60.0);
   }
   return metrics;
 }
