@@ -4,6 +4,8 @@
 {
   const { story } = data;
   const NAMES = { state: 'state', spill: 'spill', limit: 'limit', setting: 'setting', missed: 'deadlines', gap: 'gap', rest: 'rest', refill: 'refill' };
+  /** As page.css has them. */
+  const PRINTED = ['state', 'spill'];
   function stateSpans({ events, begin, end }) {
     const states = events.filter(({ kind }) => kind === 'state');
     return states.map(({ t, what }, i) => ({ from: t, to: states[i + 1]?.t ?? end, state: what })).filter(({ to }) => to >= begin);
@@ -56,16 +58,33 @@
       label.append(` ${NAMES[kind] ?? kind} (${count})`);
       box.onchange = () => rows.querySelectorAll(`[data-kind="${kind}"]`).forEach((row) => { row.hidden = !box.checked; });
     }
+    const list = root.querySelector('.scroll');
+    /** The row of this time, or what came last before it, of those that are listed. */
+    const rowAt = (t) => [...rows.children].filter((row) => !row.hidden && Number(row.querySelector('a').hash.slice(3)) <= t + 0.0005).pop();
     const follow = () => {
-      const at = /#t=([\d.]+)/.exec(location.hash);
-      for (const row of rows.children) row.ariaCurrent = at && row.querySelector('a').hash === at[0] ? 'true' : null;
+      const at = /#t=([\d.]+)/.exec(location.hash), exact = at && [...rows.children].find((row) => !row.hidden && row.querySelector('a').hash === at[0]);
+      const current = at ? (exact ?? rowAt(Number(at[1]))) : undefined;
+      for (const row of rows.children) row.ariaCurrent = row === current ? 'true' : null;
       if (!at) return;
+      if (current) list.scrollTop += current.getBoundingClientRect().top - list.getBoundingClientRect().top - (list.clientHeight - current.offsetHeight) / 2;
       lookAt(Number(at[1]));
       document.querySelector('.uplot').scrollIntoView({ block: 'center' });
     };
     addEventListener('hashchange', follow);
+    printsShort(root, rows);
     root.querySelector('#whole').onclick = () => { history.replaceState(null, '', '#'); follow(); lookAt(null); };
     setTimeout(follow);
+  }
+
+  /** Paper has the plots first, and of the events those that one looks for; page.css leaves out the others. */
+  function printsShort(root, rows) {
+    const note = root.querySelector('.left-out'), after = root.nextElementSibling;
+    addEventListener('beforeprint', () => {
+      const left = [...rows.children].filter(({ dataset, hidden }) => hidden || !PRINTED.includes(dataset.kind)).length;
+      note.textContent = left > 0 ? `${left} more events are not printed: of limits, settings, deadlines and the like. They are in the report itself.` : '';
+      root.parentElement.append(root);
+    });
+    addEventListener('afterprint', () => after.before(root));
   }
 
   function showLatency({ latency }) {
