@@ -130,6 +130,7 @@ void SessionRecorder::sum_up(const SessionSnapshot& now) {
                   {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
                   {"spilled", tally_.spilled ? "yes" : "no"},
                   {"spilled_share", number(tally_.spilled_share)},
+                  {"spilled_profile", tally_.worst_profile},
                   {"profiles", profiles_that_led()}});
   if (!added) notice("the recording has no summary: " + added.error().message);
 }
@@ -312,8 +313,13 @@ void SessionRecorder::look(const SessionSnapshot& now) {
   }
   if (at < Time(0)) return;
   if (const std::optional<double> lost = tally_.liquid.see(now.liquid)) {
+    if (!tally_.spilling) tally_.spill_profile = operator_settings_ ? operator_settings_->profile : "";
+    if (!tally_.spilled || *lost > tally_.spilled_share) tally_.worst_profile = tally_.spill_profile;
     tally_.spilled = true;
     tally_.spilled_share = std::max(tally_.spilled_share, *lost);
+    tally_.spilling = true;
+  } else {
+    tally_.spilling = false;
   }
   if (now.state == SupervisionState::kEngaged && operator_settings_ && !operator_settings_->profile.empty()) {
     tally_.led_by[operator_settings_->profile] += to_seconds(at - tally_.last);
@@ -428,6 +434,7 @@ void SessionRecorder::finish(const LiveSummary& s) {
                                                        {"in_contact", fmt::format("{}", s.monitor.in_contact)},
                                                        {"spilled", tally_.spilled ? "yes" : "no"},
                                                        {"spilled_share", number(tally_.spilled_share)},
+                                                       {"spilled_profile", tally_.worst_profile},
                                                        {"profiles", profiles_that_led()},
                                                        {"held_back", holds}});
   if (!added) notice("the recording ended: " + added.error().message);

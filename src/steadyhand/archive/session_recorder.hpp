@@ -127,7 +127,9 @@ class SessionRecorder {
   struct Tally {
     Time begin{0}, last{0}, engaged{0};
     bool spilled = false;
-    double spilled_share = 0;  ///< of the liquid, most at once
+    double spilled_share = 0;                  ///< of the liquid, most at once
+    std::string spill_profile, worst_profile;  ///< in force when the last spill, and the largest, began
+    bool spilling = false;
     std::uint64_t missed_before = 0;
     std::map<std::string, double> led_by;  ///< s, by name of the profile
     SpillWatch liquid;                     ///< since the file began
