@@ -6,7 +6,7 @@ type Known = number | null | undefined;
 
 const digits = (value: Known, count: number): string => (value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(count));
 
-/** m/s^2, sideways force on the liquid, also as a mean or a peak. */
+/** m/s^2, sideways acceleration of the liquid, also as a mean or a peak. */
 export const sloshText = (value: Known): string => digits(value, 2);
 /** mm, from target to glass, at a time. */
 export const offText = (value: Known): string => digits(value, 0);
@@ -20,8 +20,15 @@ export const planningText = (value: Known): string => digits(value, 2);
 export const secondsText = (value: Known): string => digits(value, 1);
 /** Of the hand's motion: three figures, as the report has them. */
 export const scaleText = (value: number): string => String(Number(value.toPrecision(3)));
-/** %, of a share. */
-export const percentText = (share: number): string => digits(100 * share, 1);
+/** %, of a share: "3.6", "100", "less than 0.1". */
+export function percentText(share: number): string {
+  const text = digits(100 * share, 1);
+  return text === '100.0' ? '100' : text === '0.0' && share > 0 ? 'less than 0.1' : text;
+}
+/** So many times, and how often that is in a minute of these seconds. */
+export function rateText(count: number, seconds: number): string {
+  return seconds > 0 ? `${count} ×, ${digits((60 * count) / seconds, 1)} a minute` : `${count} ×`;
+}
 
 /** Seconds with tenths, and from a minute on as a clock. */
 export function spanText(seconds: number): string {

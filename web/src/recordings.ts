@@ -1,8 +1,11 @@
-import { element } from './element';
+import { Busy, openTab } from './busy';
+import { element, put } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { waveOf, waveText } from './session';
 import { clock, latencyText, percentText, scaleText, spanText } from './figures';
+import { fine, Happened, seenAt, worstSpill } from './replay/happened';
+import { isTyped } from './input/shortcuts';
 import { Player, type Motion } from './replay/player';
 import { betterOf, summaryOf, type Figure } from './replay/summary';
 import { Track } from './replay/track';
@@ -20,13 +23,14 @@ export interface RecordedSession {
   summary: Record<string, string>;
 }
 
+/** What people may do with a recording. */
+type Change = 'label' | 'rename' | 'delete';
 /** Speeds that a press of the button goes through. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
-/** Events that are listed at most: the gravest kinds come first. */
-const LISTED = 300;
 /** Sessions that are listed at first, and so many more with each press. */
 const SHOWN = 6, MORE = 20;
-const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
+/** How often the list is asked for what came of a change. */
+const TRIES = 20;
 /** s, after which the list is asked for again while a session is written. */
 const ANEW = 10;
 
@@ -42,8 +46,15 @@ export function titleOf(name: string, now: Date): string {
 /** Whether all words of what is looked for are in what is told of a session. */
 export const isFound = (told: string, wanted: string): boolean => wanted.toLowerCase().split(/\s+/).every((word) => told.toLowerCase().includes(word));
 
-/** With tenths. */
-const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
+/** When it began, where its title does not say so; empty: it does, or nobody knows. */
+export function beganOf({ name, label, run }: RecordedSession, now: Date): string {
+  const named = titleOf(name, now), known = named !== name;
+  if (known) return label ? named : '';
+  return run.started ? titleOf(run.started.replace(/ UTC$/, ''), now) : '';
+}
+
+/** s: the length of what is being written, which never shrinks. @param told by the server, `age` s ago @param before as it was shown last */
+export const grown = (told: number, age: number, before: number): number => Math.max(told + age, before);
 
 /** The profiles that led in it, the longest first; of a session that does not say so the one that it began with; empty: not known. */
 export function profilesOf({ run, summary }: RecordedSession, profiles: readonly Profile[]): string {
@@ -51,11 +62,14 @@ export function profilesOf({ run, summary }: RecordedSession, profiles: readonly
   return led.length > 0 ? led.map((name) => profiles.find((profile) => profile.name === name)?.label ?? name).join(', ') : (run.label ?? '');
 }
 
-/** How much went over the rim at once, at most; empty: nothing, or nobody knows. */
-export function spillOf({ summary }: RecordedSession): string {
+/** How much went over the rim at once, at most, and under which profile; empty: nothing, or nobody knows. */
+export function spillOf(session: RecordedSession, profiles: readonly Profile[] = []): string {
+  const { summary } = session;
   if (summary.spilled !== 'yes') return '';
-  const share = Number.parseFloat(summary.spilled_share ?? '');
-  return share > 0 ? `spilled ${percentText(share)} %` : 'spilled, share not recorded';
+  const share = Number.parseFloat(summary.spilled_share ?? ''), name = summary.spilled_profile;
+  // Sessions of before that was recorded: one profile alone leaves no doubt.
+  const profile = name ? (profiles.find((each) => each.name === name)?.label ?? name) : /^[^,]+$/.test(summary.profiles ?? '') ? profilesOf(session, profiles) : '';
+  return `${share > 0 ? `spilled ${percentText(share)} %` : 'spilled, share not recorded'}${profile ? `${share > 0 ? '' : ','} under ${profile}` : ''}`;
 }
 
 /** Length and figures of a session in a line. */
@@ -70,7 +84,7 @@ export function figures(session: RecordedSession, now: number | null = null, pro
   const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
   if (Number.isFinite(number('engaged_s'))) words.push(`led ${spanText(number('engaged_s'))}`);
   if (Number.isFinite(number('latency_p50_ms'))) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
-  if (spill) words.push(...[spillOf(session)].filter(Boolean));
+  if (spill) words.push(...[spillOf(session, profiles)].filter(Boolean));
   words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)} MB`);
   if (!session.complete && now === null) words.push('not closed');
   return words.join(' · ');
@@ -98,15 +112,21 @@ export class Recordings {
   /** Where no program has them. */
   readonly kept = new KeptRecordings(() => this.#showKept());
   #keptShown = '';
-  /** s, of the page's clock, when the list came. */
+  /** s, of the page's clock, when the list that is shown was asked for, and the last one. */
   #listedAt = 0;
+  #askedAt = 0;
+  /** s, that the one that is being written was last said to be long. */
+  #told = { name: '', length: 0 };
+  readonly #busy: Busy;
+  readonly #happened = new Happened(element('past-events', HTMLOListElement), element('past-kinds', HTMLParagraphElement));
   /** Whether the session of now is written to a file. */
   #writes = false;
   #line: HTMLElement | null = null;
 
   /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
-              private readonly change: (kind: 'label' | 'rename' | 'delete', name: string, to?: string) => void) {
+              private readonly change: (kind: Change, name: string, to?: string) => void) {
+    this.#busy = new Busy(list);
     const press = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
     press('past-play', () => this.player?.toggle());
     press('past-back', () => this.player?.step(-1));
@@ -137,10 +157,10 @@ export class Recordings {
   }
 
   async refresh(): Promise<void> {
-    const answer = await fetch('./sessions').catch(() => null);
+    const asked = this.#askedAt = performance.now() / 1000, answer = await fetch('./sessions').catch(() => null);
     if (!answer?.ok) return this.#say('No list of recordings to be had.');
     this.#sessions = ((await answer.json()) as { sessions: RecordedSession[] }).sessions;
-    this.#listedAt = performance.now() / 1000;
+    this.#listedAt = asked;
     if (this.#sessions.length === 0) return this.#say('Nothing recorded yet.');
     this.#showList();
   }
@@ -148,8 +168,10 @@ export class Recordings {
   /** The one that is being written: the newest that is not closed. */
   get #written(): RecordedSession | undefined { return this.#writes ? this.#sessions.find(({ complete }) => !complete) : undefined; }
 
-  /** A few times a second: what is being written grows, and now and then the list is asked for. @param writes whether the session of now is recorded */
-  grow(writes: boolean): void {
+  /** A few times a second: what is being written grows, and now and then the list is asked for. @param writes whether the session of now is recorded @param moves the arm does */
+  grow(writes: boolean, moves: boolean): void {
+    const warning = this.list.querySelector<HTMLElement>('.edit .space');
+    if (warning) put(warning, 'hidden', !moves || !isTyped(document.activeElement) || !this.list.contains(document.activeElement));
     if (writes !== this.#writes) {
       this.#writes = writes;
       if (this.#sessions.length > 0) this.#showList();
@@ -160,13 +182,18 @@ export class Recordings {
       const words = this.#tell(session, age);
       if (this.#line.textContent !== words) this.#line.textContent = words;
     }
-    if (age < ANEW || this.#edited || this.list.contains(document.activeElement)) return; // who works with the list keeps it
-    this.#listedAt = performance.now() / 1000;
+    if (performance.now() / 1000 - this.#askedAt < ANEW || this.#edited || this.list.contains(document.activeElement)) return; // who works with the list keeps it
     void this.refresh();
   }
 
   #tell(session: RecordedSession, age: number): string {
-    return figures(session, session === this.#written ? session.duration_s + age : null, this.profiles, false);
+    const began = beganOf(session, new Date());
+    let length: number | null = null;
+    if (session === this.#written) {
+      length = grown(session.duration_s, age, this.#told.name === session.name ? this.#told.length : 0);
+      this.#told = { name: session.name, length };
+    }
+    return [...(began ? [began] : []), figures(session, length, this.profiles, false)].join(' · ');
   }
 
   #showList(): void {
@@ -187,23 +214,45 @@ export class Recordings {
     this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt) });
-      const title = Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), spilled = spillOf(session);
-      if (spilled) title.append(' ', Object.assign(document.createElement('b'), { textContent: spilled }));
+      const title = Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), spilled = spillOf(session, this.profiles);
       words.append(title, told);
+      if (spilled) {
+        const pill = this.#slow('replay', 'Reading…', name, spilled, `${spilled}: replay ${name} at this spill`, () => this.#openAtSpill(name));
+        pill.className = 'spilled';
+        words.append(pill);
+      }
       if (session === this.#written) this.#line = told;
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
       report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
+      this.#busy.sign(report, `report ${name}`, 'Making…');
+      report.onclick = (event) => {
+        if (event.ctrlKey || event.metaKey || event.shiftKey) return;
+        const opened = this.#busy.isRunning(`report ${name}`) ? Promise.resolve() : openTab(report.href);
+        if (!opened) return; // then the link itself does it
+        event.preventDefault();
+        void this.#busy.run(`report ${name}`, () => opened);
+      };
       if (this.player?.motion.name === name) item.dataset.shown = 'first';
       if (this.other?.motion.name === name) item.dataset.shown = 'other';
       item.title = name;
       row.className = 'row';
-      row.append(button('Replay', `Replay ${name} in the scene`, () => void this.open(name)), report);
-      if (this.player && this.player.motion.name !== name) row.append(button('Compare', `Show ${name} beside the one that plays`, () => void this.compare(name)));
-      row.append(button('Edit', `Label, rename, delete or download ${name}`, () => { this.#edited = this.#edited === name ? '' : name; this.#showList(); }));
+      row.append(this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${name} in the scene`, () => this.open(name)), report);
+      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Show ${name} beside the one that plays`, () => this.compare(name)));
+      row.append(this.#busy.sign(button('Edit', `Label, rename, delete or download ${name}`, () => {
+        if (this.#busy.isRunning(`change ${name}`)) return;
+        this.#edited = this.#edited === name ? '' : name;
+        this.#showList();
+      }), `change ${name}`, 'Changing…'));
       item.append(words, row);
       if (this.#edited === name) item.append(this.#editor(session));
       return item;
     }), ...notes);
+  }
+
+  /** A button of what takes a while. */
+  #slow(kind: string, words: string, name: string, text: string, label: string, act: () => Promise<unknown>): HTMLButtonElement {
+    const key = `${kind} ${name}`;
+    return this.#busy.sign(button(text, label, () => void this.#busy.run(key, act)), key, words);
   }
 
   /** A line beneath the sessions, and what it offers. */
@@ -255,25 +304,38 @@ export class Recordings {
       return input;
     };
     const labelled = field('Label', label ?? ''), named = field('Name', name);
-    const row = form.appendChild(document.createElement('div')), gone = this.#surely(name, () => this.#do('delete', name));
+    const warning = form.appendChild(Object.assign(document.createElement('p'), { className: 'hint space', textContent: 'Space stops the arm while it moves.', hidden: true }));
+    warning.setAttribute('role', 'status');
+    const row = form.appendChild(document.createElement('div')), gone = this.#surely(name, () => this.#do(name, ['delete']));
     row.className = 'row';
     const load = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/session.mcap`, download: `${name}.mcap`, textContent: 'Download' });
     load.setAttribute('aria-label', `Download ${name} as MCAP`);
-    row.append(Object.assign(document.createElement('button'), { textContent: 'Save' }), load, gone);
+    row.append(this.#busy.sign(Object.assign(document.createElement('button'), { textContent: 'Save' }), `change ${name}`, 'Saving…'), load, this.#busy.sign(gone, `change ${name}`, 'Deleting…'));
     form.onsubmit = (event) => {
       event.preventDefault();
-      if (labelled.value.trim() !== (label ?? '')) this.#do('label', name, labelled.value.trim());
-      if (named.value.trim() !== name) this.#do('rename', name, named.value.trim());
+      const called = labelled.value.trim(), to = named.value.trim(), changes: [Change, string][] = [];
+      if (called !== (label ?? '')) changes.push(['label', called]);
+      if (to !== name) changes.push(['rename', to]);
+      if (changes.length > 0) this.#do(name, ...changes);
     };
     return form;
   }
 
-  /** The disk may take a moment. */
-  #do(kind: 'label' | 'rename' | 'delete', name: string, to?: string): void {
+  /** The disk may take a moment: until the list has it, or nothing seems to come of it. */
+  #do(name: string, ...changes: [kind: Change, to?: string][]): void {
+    const isDone = (): boolean => {
+      const session = this.#sessions.find((each) => each.name === name);
+      return !session || changes.every(([kind, to]) => kind === 'label' && (session.label ?? '') === to);
+    };
     this.#edited = '';
-    if (this.player?.motion.name === name && kind !== 'label') this.close();
-    this.change(kind, name, to);
-    setTimeout(() => void this.refresh(), 300);
+    if (this.player?.motion.name === name && changes.some(([kind]) => kind !== 'label')) this.close();
+    for (const [kind, to] of changes) this.change(kind, name, to);
+    void this.#busy.run(`change ${name}`, async () => {
+      for (let i = 0; i < TRIES && (i === 0 || !isDone()); ++i) {
+        await new Promise((done) => setTimeout(done, 300));
+        if (!this.#edited) await this.refresh();
+      }
+    });
   }
 
   async #load(name: string): Promise<Player | null> {
@@ -296,9 +358,18 @@ export class Recordings {
     document.body.dataset.past = 'true';
     this.onShown(true);
     element('past-at', HTMLInputElement).max = String(player.duration);
-    this.#showEvents(player);
+    this.#happened.show(player);
     this.#layOut();
     element('past-play', HTMLButtonElement).focus();
+  }
+
+  /** Where it lost most. */
+  async #openAtSpill(name: string): Promise<void> {
+    if (this.player?.motion.name !== name) await this.open(name);
+    const { player } = this, spill = player?.motion.name === name ? worstSpill(player.motion.events) : undefined;
+    if (!player || !spill) return;
+    player.playing = false;
+    player.seek(seenAt(spill.t_s, player.begin));
   }
 
   async compare(name: string): Promise<void> {
@@ -356,19 +427,10 @@ export class Recordings {
     return `${this.#calledOf(name)}${profile ? ` · ${profile}` : ''}`;
   }
 
-  #showEvents({ motion, begin }: Player): void {
-    const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
-    element('past-events', HTMLOListElement).replaceChildren(...listed.map(({ t_s, kind, what, why }) => {
-      const item = document.createElement('li'), at = Math.max(0, t_s - begin);
-      item.dataset.kind = kind === 'state' ? what : kind;
-      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${(Math.ceil(at * 100) / 100).toFixed(2)}`, textContent: fine(at) }), ` ${why ? `${what}: ${why}` : what}`);
-      return item;
-    }));
-  }
-
   close(): void {
     this.player = this.other = this.#track = null;
     this.line.hidden = true;
+    element('past-compare', HTMLElement).hidden = true;
     delete document.body.dataset.past;
     if (location.hash.startsWith('#replay=')) history.replaceState(null, '', location.pathname + location.search);
     this.onShown(false);
@@ -394,6 +456,7 @@ export class Recordings {
     element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
     element('past-facts', HTMLElement).textContent = facts.join(' · ');
+    this.#happened.follow(at);
     this.#track?.draw();
   }
 

@@ -15,6 +15,13 @@ describe('colours', () => {
     }
   });
 
+  it('of the button that deletes can be read, whatever else colours the buttons of the list', () => {
+    const rule = /#recordings button\[data-sure\] \{ background: var\(--(state-\w+)\); color: #fff; \}/.exec(page), channels = (hex: string): number[] => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255);
+    const light = (hex: string): number => channels(hex).map((c) => (c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)).reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i]!, 0);
+    const { [rule?.[1] ?? '']: background } = colorsOf(page, 'state');
+    expect(1.05 / (light(background!) + 0.05)).toBeGreaterThan(4.5);
+  });
+
   it('have one meaning each', () => {
     const all = [...Object.values(colorsOf(page, 'profile')), ...Object.values(colorsOf(page, 'state'))];
     expect(new Set(all).size).toBe(all.length);

@@ -1,8 +1,10 @@
 import { describe, expect, it } from 'vitest';
-import { figures, isFound, spillOf, titleOf } from '../src/recordings';
-import { clock } from '../src/figures';
+import { Busy } from '../src/busy';
+import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recordings';
+import { clock, percentText, rateText } from '../src/figures';
 import { betterOf, summaryOf } from '../src/replay/summary';
 import { indexAt, Player, type Motion } from '../src/replay/player';
+import { currentOf, seenAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
@@ -103,7 +105,65 @@ describe('list', () => {
   });
 });
 
+describe('a spill in the list', () => {
+  const session = { name: 'x', duration_s: 61, bytes: 2_340_000, complete: true, run: { label: 'Waiter' }, summary: {} as Record<string, string> };
+  const profiles = [{ index: 0, name: 'tracking', label: 'Tracking (P1)', weights: [] }];
+  it('says under which profile, where that is known', () => {
+    const of = (summary: Record<string, string>) => spillOf({ ...session, summary: { spilled: 'yes', ...summary } }, profiles);
+    expect(of({ spilled_share: '1', spilled_profile: 'tracking', profiles: 'carry, tracking' })).toBe('spilled 100 % under Tracking (P1)');
+    expect(of({ spilled_share: '0.036', profiles: 'tracking' })).toBe('spilled 3.6 % under Tracking (P1)');
+    expect(of({ spilled_share: '0.0001', profiles: 'carry, tracking' })).toBe('spilled less than 0.1 %');
+    expect([percentText(0), percentText(0.9996), percentText(0.9994)]).toEqual(['0.0', '100', '99.9']);
+  });
+  it('is the largest, and seen at the time that is opened', () => {
+    const spill = (t_s: number, amount: number) => ({ t_s, kind: 'spill', what: '', why: '', amount });
+    expect(worstSpill([spill(1, 0.2), spill(2, 1), { t_s: 3, kind: 'refill', what: '', why: '' }, spill(4, 1)])?.t_s).toBe(2);
+    expect(worstSpill([])).toBeUndefined();
+    expect(seenAt(7.123, 5)).toBeCloseTo(2.13, 9);
+    expect(seenAt(4, 5)).toBe(0);
+  });
+});
+
+describe('the list of events', () => {
+  it('goes along with the time, and leaves out what is not wanted', () => {
+    const entries = [{ at: 0, kind: 'state' }, { at: 1, kind: 'limit' }, { at: 2, kind: 'spill' }];
+    expect([-1, 0, 1.5, 9].map((at) => currentOf(entries, new Set(), at))).toEqual([-1, 0, 1, 2]);
+    expect([1.5, 9].map((at) => currentOf(entries, new Set(['limit', 'spill']), at))).toEqual([0, 0]);
+  });
+});
+
+describe('what takes a while', () => {
+  it('runs once at a time, and its button says so meanwhile', async () => {
+    const attributes = new Map<string, string>([['aria-label', 'Replay x']]);
+    const made = {
+      dataset: {} as Record<string, string>, textContent: 'Replay', getAttribute: (name: string) => attributes.get(name) ?? null,
+      setAttribute: (name: string, value: string) => attributes.set(name, value), removeAttribute: (name: string) => attributes.delete(name),
+    } as unknown as HTMLElement;
+    const busy = new Busy({ querySelectorAll: () => [made] } as unknown as ParentNode);
+    let runs = 0, done = (): void => {};
+    busy.sign(made, 'replay x', 'Reading…');
+    const act = (): Promise<void> => { ++runs; return new Promise((resolve) => { done = resolve; }); };
+    const first = busy.run('replay x', act);
+    await busy.run('replay x', act);
+    expect([runs, made.textContent, attributes.get('aria-busy'), attributes.get('aria-label')]).toEqual([1, 'Reading…', 'true', 'Reading… Replay x']);
+    done();
+    await first;
+    expect([made.textContent, attributes.has('aria-busy'), attributes.get('aria-label'), busy.isRunning('replay x')]).toEqual(['Replay', false, 'Replay x', false]);
+  });
+});
+
 describe('names', () => {
+  it('do not replace the date', () => {
+    const now = new Date(2026, 10, 25, 0, 20), session = { name: '2026-11-25_00-10-07', duration_s: 1, bytes: 1, complete: true, run: { started: '2026-11-24_23-00-00 UTC' }, summary: {} };
+    expect(beganOf(session, now)).toBe('');
+    expect(beganOf({ ...session, label: 'calm' }, now)).toBe('Today 00:10:07');
+    expect(beganOf({ ...session, name: 'short' }, now)).toBe('Yesterday 23:00:00');
+    expect(beganOf({ ...session, name: 'short', run: {} }, now)).toBe('');
+  });
+  it('and the length of what is being written never shrinks', () => {
+    expect(grown(589, 3, 637)).toBe(637);
+    expect(grown(640, 3, 637)).toBe(643);
+  });
   it('say when a session began, as people say it', () => {
     const now = new Date(2026, 10, 25, 0, 20);
     expect(titleOf('2026-11-25_00-10-07', now)).toBe('Today 00:10:07');
@@ -132,7 +192,7 @@ describe('figures of a session', () => {
     expect(figures.get('Off target, mm')).toBe('20.0');
     expect(figures.get('Led')).toBe('10.0 s');
     expect(figures.get('Spilled')).toBe('at 0:01');
-    expect(figures.get('Held by a limit')).toBe('1 ×');
+    expect(figures.get('Held by a limit')).toBe('1 ×, 6.0 a minute');
   });
   it('are of what was measured, where that was recorded', () => {
     const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [5, 5.1, 5.2, 5.3], mean: [0.5, 1, 1.5, 1], largest: [1, 2, 6, 3] } };
@@ -152,9 +212,16 @@ describe('figures of a session', () => {
     const spilling = (...spills: [number, number][]): Player => new Player({ ...some([1]), events: [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, ...spills.map(([t_s, amount]) => ({ t_s, kind: 'spill', what: '', why: '', amount }))] });
     const of = (player: Player) => summaryOf(player).find(([what]) => what === 'Spilled')!;
     expect([spilling(), spilling([7, 0.744]), spilling([7, 0.5], [9, 1]), spilling([6, 0.1], [7, 0.2], [8, 0.3], [9, 0.05])].map((player) => of(player)[1]))
-      .toEqual(['no', '74.4 % at 0:02', '2 times: 50.0, 100.0 % at 0:02, 0:04', '4 times, at most 30.0 %']);
+      .toEqual(['no', '74.4 % at 0:02', '2 ×, 12.0 a minute: 50.0, 100 % at 0:02, 0:04', '4 ×, 24.0 a minute, at most 30.0 %']);
     expect([betterOf(of(spilling([7, 1])), of(spilling())), betterOf(of(spilling()), of(spilling([7, 0.1]))), betterOf(of(spilling()), of(spilling()))]).toEqual([1, 0, -1]);
     expect(betterOf(['Length', '0:10', null, ''], ['Length', '0:12', null, ''])).toBe(-1);
+  });
+  it('are compared by the minute that was led, not by counts', () => {
+    const led = (seconds: number, limits: number): Player => new Player({ ...motion, t_s: [0, seconds], q: [[0], [1]], events: [{ t_s: 0, kind: 'state', what: 'engaged', why: '' }, ...Array.from({ length: limits }, (_, i) => ({ t_s: i, kind: 'limit', what: 'reach', why: '' }))] });
+    const held = [led(196, 124), led(796, 467)].map((player) => summaryOf(player).find(([what]) => what === 'Held by a limit')!);
+    expect(held.map(([, text]) => text)).toEqual(['124 ×, 38.0 a minute', '467 ×, 35.2 a minute']);
+    expect(betterOf(held[0]!, held[1]!)).toBe(1);
+    expect(rateText(2, 0)).toBe('2 ×');
   });
   it('are told in words to who cannot see the curves', () => {
     const player = new Player(some([1, 1, 1, 1, 1]));

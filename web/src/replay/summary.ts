@@ -1,4 +1,4 @@
-import { clock, meanOffText, percentText, sloshText, spanText } from '../figures';
+import { clock, meanOffText, percentText, rateText, sloshText, spanText } from '../figures';
 import type { Player, StoryEvent } from './player';
 
 /** s, of a stretch without a plan that is not counted as driven. */
@@ -47,13 +47,14 @@ function feltOf(player: Player): { mean: number; most: number; known: boolean } 
 /** Spills that are told each with its time. */
 const TOLD = 3;
 
-/** When the liquid went over the rim, and how much of it. */
-function spillText(spills: readonly StoryEvent[], begin: number): string {
+/** When the liquid went over the rim, and how much of it. @param led s */
+function spillText(spills: readonly StoryEvent[], begin: number, led: number): string {
   if (spills.length === 0) return 'no';
   const shares = spills.flatMap(({ amount }) => (amount === undefined ? [] : [amount])), times = spills.map(({ t_s }) => clock(Math.max(0, t_s - begin)));
   const how = shares.length === spills.length ? `${shares.slice(0, TOLD).map(percentText).join(', ')} % ` : '';
-  if (spills.length > TOLD) return `${spills.length} times${how ? `, at most ${percentText(Math.max(...shares))} %` : ''}`;
-  return `${spills.length > 1 ? `${spills.length} times: ` : ''}${how}at ${times.join(', ')}`;
+  const often = rateText(spills.length, led);
+  if (spills.length > TOLD) return `${often}${how ? `, at most ${percentText(Math.max(...shares))} %` : ''}`;
+  return `${spills.length > 1 ? `${often}: ` : ''}${how}at ${times.join(', ')}`;
 }
 
 /** A recorded session in figures that two sessions may be compared by. */
@@ -64,14 +65,16 @@ export function summaryOf(player: Player): Figure[] {
   const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? [], target?.error_mm ?? []);
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
   const stops = events.filter(({ kind, what }) => kind === 'state' && what === 'stopping').length, lost = spills.reduce((sum, { amount = 1 }) => sum + amount, 0);
+  // Who was led longer did not do worse for it: what happened is compared by the minute.
+  const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : sum === 0 ? 0 : null);
   return [
     ['Length', clock(duration), null, ''],
     ['Led', spanText(led), null, 'How long a hand led the arm'],
-    ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean sideways force on the liquid while a hand led'],
+    ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean sideways acceleration of the liquid while a hand led'],
     ['Slosh peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
     ['Off target, mm', off.known ? meanOffText(off.mean) : '–', off.known ? off.mean : null, 'Mean distance from the target to the glass'],
-    ['Spilled', spillText(spills, begin), lost, 'How often the liquid went over the rim, how much of it, and when'],
-    ['Held by a limit', `${count('limit')} ×`, count('limit'), 'How often a limit of the arm, or something near it, held it back'],
+    ['Spilled', spillText(spills, begin, led), perMinute(lost), 'How often the liquid went over the rim, how much of it, and when; compared is what was lost per minute led'],
+    ['Held by a limit', rateText(count('limit'), led), perMinute(count('limit')), 'How often a limit of the arm, or something near it, held it back; compared is how often per minute led'],
     ['Stops', String(stops), null, 'How often somebody or something stopped the arm'],
   ];
 }

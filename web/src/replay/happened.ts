@@ -1,0 +1,82 @@
+import type { Player, StoryEvent } from './player';
+
+/** Events that are listed at most: the gravest kinds come first. */
+const LISTED = 300;
+const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
+/** As the session's report calls them. */
+const NAMES: Readonly<Record<string, string>> = { missed: 'deadlines' };
+
+/** With tenths. */
+export const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
+
+/** s from the begin, in hundredths, at which what happened at `t_s` is seen. */
+export const seenAt = (t_s: number, begin: number): number => Math.ceil(Math.max(0, t_s - begin) * 100) / 100;
+
+/** The spill that lost most, the first of equals. */
+export function worstSpill(events: readonly StoryEvent[] | undefined): StoryEvent | undefined {
+  return events?.filter(({ kind }) => kind === 'spill').reduce<StoryEvent | undefined>((worst, each) => (worst && (worst.amount ?? 0) >= (each.amount ?? 0) ? worst : each), undefined);
+}
+
+/** Of entries in the order of time, the last one that is shown and not after `at`; -1: none. */
+export function currentOf(entries: readonly { at: number; kind: string }[], hidden: ReadonlySet<string>, at: number): number {
+  for (let i = entries.length - 1; i >= 0; --i) if (entries[i]!.at <= at + 1e-6 && !hidden.has(entries[i]!.kind)) return i;
+  return -1;
+}
+
+/** What happened in a recording, in a list that goes along with its time; kinds of it may be left out. */
+export class Happened {
+  readonly #hidden = new Set<string>();
+  #entries: { item: HTMLLIElement; at: number; kind: string }[] = [];
+  #current = -1;
+
+  constructor(private readonly list: HTMLElement, private readonly kinds: HTMLElement) {}
+
+  show({ motion, begin }: Player): void {
+    const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
+    this.#entries = listed.map(({ t_s, kind, what, why }) => {
+      const item = document.createElement('li'), at = seenAt(t_s, begin);
+      item.dataset.kind = kind === 'state' ? what : kind;
+      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${why ? `${what}: ${why}` : what}`);
+      return { item, at, kind };
+    });
+    this.#current = -1;
+    this.list.replaceChildren(...this.#entries.map(({ item }) => item));
+    this.list.scrollTop = 0;
+    const counts = new Map<string, number>();
+    for (const { kind } of listed) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+    this.kinds.hidden = counts.size < 2;
+    this.kinds.replaceChildren(...[...counts].map(([kind, count]) => {
+      const label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: !this.#hidden.has(kind) });
+      label.className = 'check';
+      label.append(box, ` ${NAMES[kind] ?? kind} (${count})`);
+      box.onchange = () => {
+        if (box.checked) this.#hidden.delete(kind); else this.#hidden.add(kind);
+        this.#hide();
+      };
+      return label;
+    }));
+    this.#hide();
+  }
+
+  #hide(): void {
+    for (const { item, kind } of this.#entries) item.hidden = this.#hidden.has(kind);
+    this.#mark(-1);
+  }
+
+  /** A few times a second. @param at s from the begin */
+  follow(at: number): void {
+    const now = currentOf(this.#entries, this.#hidden, at);
+    if (now !== this.#current) this.#mark(now);
+  }
+
+  /** The row of now is marked and comes into the list's sight; the page around it stays where it is. */
+  #mark(now: number): void {
+    this.#entries[this.#current]?.item.removeAttribute('aria-current');
+    this.#current = now;
+    const item = this.#entries[now]?.item;
+    if (!item) return;
+    item.setAttribute('aria-current', 'true');
+    const row = item.getBoundingClientRect(), { list } = this, frame = list.getBoundingClientRect();
+    if (row.top < frame.top || row.bottom > frame.bottom) list.scrollTop += row.top - frame.top - (frame.height - row.height) / 2;
+  }
+}
