@@ -199,7 +199,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     if (session.state) joints?.draw(session.state);
     plots?.tell();
     recordings.draw();
-    if (!alone) recordings.grow(session.state?.recording === true && !session.isStale(t), !session.rests);
+    if (!alone) recordings.grow(session.state?.recording === true && !session.isStale(t), !session.stands(t));
   }
   if (t - lastPlot > PLOT_EVERY) {
     lastPlot = t;

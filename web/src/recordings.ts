@@ -168,7 +168,7 @@ export class Recordings {
   /** The one that is being written: the newest that is not closed. */
   get #written(): RecordedSession | undefined { return this.#writes ? this.#sessions.find(({ complete }) => !complete) : undefined; }
 
-  /** A few times a second: what is being written grows, and now and then the list is asked for. @param writes whether the session of now is recorded @param moves the arm does */
+  /** A few times a second: what is being written grows, and now and then the list is asked for. @param writes whether the session of now is recorded @param moves the arm does, or may soon: Space stops it */
   grow(writes: boolean, moves: boolean): void {
     const warning = this.list.querySelector<HTMLElement>('.edit .space');
     if (warning) put(warning, 'hidden', !moves || !isTyped(document.activeElement) || !this.list.contains(document.activeElement));
