@@ -698,13 +698,13 @@ test('a spill is told alike in the list, the replay and the report, whose link o
   await report.emulateMedia({ media: 'print' });
   const printed = await report.evaluate(() => {
     dispatchEvent(new Event('beforeprint'));
-    const rows = [...document.querySelectorAll('#story tbody tr')], seen = rows.filter((each) => each.offsetHeight > 0);
+    const rows = [...document.querySelectorAll('#story .scroll tbody tr')], seen = rows.filter((each) => each.offsetHeight > 0);
     const told = { kinds: [...new Set(seen.map(({ dataset }) => dataset.kind))].sort(), left: rows.length - seen.length, words: document.querySelector('.left-out').textContent, last: document.querySelector('main').lastElementChild.id };
     dispatchEvent(new Event('afterprint'));
     return { ...told, back: document.querySelector('#story').nextElementSibling.getAttribute('aria-labelledby') };
   });
   assert.deepEqual([printed.kinds, printed.last, printed.back], [['spill', 'state'], 'story', 'motion']);
-  assert.ok(printed.left > 0 && printed.words.startsWith(`${printed.left} more events`), JSON.stringify(printed));
+  assert.ok(printed.left > 0 && printed.words.startsWith(`${printed.left} more event`), JSON.stringify(printed));
   await report.close();
   await page.evaluate((hash) => { location.hash = hash; }, link.replace(/^.*#/, '#'));
   await until(() => page.evaluate((t) => Math.abs((globalThis.steadyhand.recordings.player?.at ?? -9) - t) < 0.01, at), 'the replay at that time');

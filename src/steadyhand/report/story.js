@@ -13,7 +13,8 @@
 
   /** All plots over time show what is around t, with a line there, or everything. */
   function lookAt(t) {
-    const { begin, end } = story, near = t === null ? [begin, end] : [Math.max(begin, t - 3), Math.min(end, t + 3)];
+    const { begin, end } = story, at = Math.min(end, Math.max(begin, t ?? begin)); // what happened may be told of a time just outside
+    const near = t === null ? [begin, end] : [Math.max(begin, at - 3), Math.min(end, at + 3)];
     const overTime = charts.filter(({ spec }) => !spec.x);
     for (const { plot } of overTime) plot.setScale('x', { min: near[0], max: near[1] });
     requestAnimationFrame(() => { // scales are of the next picture
@@ -81,7 +82,7 @@
     const note = root.querySelector('.left-out'), after = root.nextElementSibling;
     addEventListener('beforeprint', () => {
       const left = [...rows.children].filter(({ dataset, hidden }) => hidden || !PRINTED.includes(dataset.kind)).length;
-      note.textContent = left > 0 ? `${left} more events are not printed: of limits, settings, deadlines and the like. They are in the report itself.` : '';
+      note.textContent = left > 0 ? `${left} more ${left === 1 ? 'event is' : 'events are'} not printed: of limits, settings, deadlines and the like. The report itself lists them.` : '';
       root.parentElement.append(root);
     });
     addEventListener('afterprint', () => after.before(root));
