@@ -20,4 +20,34 @@ describe('menu of the headset', () => {
     fill()!.act();
     expect(asked).toEqual(['refill']);
   });
+
+  it('begins, judges and sets up as the page does', () => {
+    const session = new Session(), asked: unknown[] = [], asks = { command: (kind: string, more: object) => { asked.push({ kind, ...more }); }, reset: () => {}, recentre: () => {} };
+    session.connectionBecame('open');
+    session.paired = session.yours = true;
+    const see = (task: boolean, recording: boolean, episode: object) => {
+      session.take({ ...server.welcome!, ...(task ? {} : { task: null }) } as ServerMessage, 0);
+      session.take({ ...server.state!, recording, episode: { running: false, number: 0, time: 0, kept: 0, discarded: 0, success: null, ...episode } } as ServerMessage, 1);
+      session.paired = session.yours = true;
+    };
+    const row = () => itemsOf(session, asks).filter(({ row }) => row.startsWith('Episode'));
+    const labels = () => row().map(({ label }) => label);
+    const hasScene = () => itemsOf(session, asks).some(({ label }) => label === 'New scene');
+    see(false, false, {});
+    expect([labels(), hasScene()]).toEqual([[], false]);
+    see(false, true, {});
+    expect([labels(), hasScene()]).toEqual([['Begin'], false]);
+    see(true, true, { running: true, number: 1 });
+    expect([labels(), hasScene()]).toEqual([['Keep', 'Success', 'Failure', 'Discard'], false]);
+    row().forEach(({ act }) => act());
+    see(true, true, { number: 1, kept: 1, success: false });
+    expect([labels(), hasScene()]).toEqual([['Begin', 'Keep', 'Success', 'Failure', 'Discard'], true]);
+    expect([row()[0]!.row, row().filter(({ on }) => on).map(({ label }) => label)]).toEqual(['Episodes: 1 kept', ['Failure']]);
+    row()[0]!.act();
+    itemsOf(session, asks).find(({ label }) => label === 'New scene')!.act();
+    expect(asked).toEqual([
+      { kind: 'episode', text: 'keep' }, { kind: 'episode', text: 'keep', success: true }, { kind: 'episode', text: 'keep', success: false },
+      { kind: 'episode', text: 'discard' }, { kind: 'episode', text: 'begin' }, { kind: 'set_up' },
+    ]);
+  });
 });

@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import type { Item } from './menu';
 
 /** px of the canvas, and m of the board. */
-const WIDTH = 1024, HEIGHT = 940, METRES = 0.72;
+const WIDTH = 1024, HEIGHT = 1044, METRES = 0.72;
 const MENU = 500, ROW = 104, BUTTON = 60, LEFT = 56, GAP = 14;
 
 /** Where an item stands, px from the top left. */

@@ -8,7 +8,7 @@ import { weightText } from '../weights';
 export interface Item { row: string; label: string; on: boolean; act: () => void }
 
 export interface Asks {
-  command(kind: RequestKind, more: { text?: string; value?: number }): void;
+  command(kind: RequestKind, more: { text?: string; value?: number; success?: boolean }): void;
   reset(): void;
   recentre(): void;
 }
@@ -18,16 +18,34 @@ const LEVELS = [0, 0.3, 1, 3, 10, 20];
 /** Demonstrations that have room. */
 const SHOWN = 3;
 
+type Add = (row: string, label: string, on: boolean, act: () => void) => void;
+
+/** What the page's panel of episodes offers, as far as it can be said without words. */
+function addEpisode({ welcome, state }: Session, add: Add, { command }: Asks): void {
+  if (!welcome || !state) return;
+  const { running, number, kept, success } = state.episode;
+  if (welcome.task && !running) add('Now', 'New scene', false, () => command('set_up', {}));
+  const row = running ? `Episode ${number} runs` : number ? `Episodes: ${kept} kept` : 'Episodes';
+  if (state.recording && !running) add(row, 'Begin', false, () => command('episode', { text: 'begin' }));
+  if (!running && !number) return;
+  add(row, 'Keep', false, () => command('episode', { text: 'keep' }));
+  for (const [label, succeeded] of [['Success', true], ['Failure', false]] as const) {
+    add(row, label, success === succeeded, () => command('episode', { text: 'keep', success: succeeded }));
+  }
+  add(row, 'Discard', false, () => command('episode', { text: 'discard' }));
+}
+
 /** Row by row; what cannot be asked for now is not there. */
 export function itemsOf(session: Session, asks: Asks): Item[] {
   const { welcome, state } = session;
   if (!welcome || !state || session.past || !session.mayTake) return [];
   const items: Item[] = [];
-  const add = (row: string, label: string, on: boolean, act: () => void): void => { items.push({ row, label, on, act }); };
+  const add: Add = (row, label, on, act) => { items.push({ row, label, on, act }); };
   if (session.mayReset) add('Now', 'Reset', false, () => asks.reset());
   add('Now', 'Recentre', false, () => asks.recentre());
   add('Now', state.recording ? 'Recording' : 'Record', state.recording, () => asks.command('record', { value: state.recording ? 0 : 1 }));
   if (session.spill()) add('Now', 'Fill the glass', false, () => asks.command('refill', {}));
+  addEpisode(session, add, asks);
   for (const profile of inOrder(welcome.profiles)) {
     add('Profile', profile.label.replace(/ \(P\d+\)/, ''), state.controls.profile === profile.index, () => asks.command('profile', { text: profile.name }));
   }

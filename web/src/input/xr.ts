@@ -23,7 +23,7 @@ export interface Acts {
   wantLease(): void;
   stop(): void;
   reset(): void;
-  command(kind: RequestKind, more: { text?: string; value?: number }): void;
+  command(kind: RequestKind, more: { text?: string; value?: number; success?: boolean }): void;
 }
 
 /** What the headset said last of the hand. */
@@ -299,7 +299,7 @@ export class Headset {
   }
 
   readonly #asks = {
-    command: (kind: RequestKind, more: { text?: string; value?: number }): void => this.acts.command(kind, more),
+    command: (kind: RequestKind, more: { text?: string; value?: number; success?: boolean }): void => this.acts.command(kind, more),
     reset: (): void => this.acts.reset(),
     recentre: (): void => { this.#wantsForward = true; },
   };
