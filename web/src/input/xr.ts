@@ -109,6 +109,7 @@ export class Headset {
     }
     this.session = session;
     this.#meansBefore = this.facts.means;
+    this.facts.hint('', -Infinity); // what was told of the page, or of the last time
     session.addEventListener('end', () => this.#left());
     session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
     xr.getReferenceSpace()?.addEventListener('reset', () => this.#recentred());
