@@ -96,6 +96,11 @@ export function headingText(heading: number): string {
   return `${angle}, to the ${heading > 0 ? 'left' : 'right'}`;
 }
 
+/** What objects are for. @param chosen the one that the buttons act on; empty: none */
+function objectsHint(chosen: string): string {
+  return `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
+}
+
 /** What a slider's two ends mean. */
 function ends(low: string, high: string): HTMLElement {
   const line = Object.assign(document.createElement('span'), { className: 'ends' });
@@ -120,6 +125,8 @@ export class Panel {
   #weights: Slider[] = [];
   #unfocused: HTMLElement | null = null;
   #countersAt = -Infinity;
+  #chosen = '';
+  #objectsHint = objectsHint('');
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('reset').onclick = () => this.reset();
@@ -380,7 +387,8 @@ export class Panel {
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, reached));
     put(why, 'hidden', why.textContent === '');
-    write(element('objects-hint', HTMLElement), why.textContent || `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`);
+    if (chosen !== this.#chosen) this.#objectsHint = objectsHint(this.#chosen = chosen); // words that are made anew only then
+    write(element('objects-hint', HTMLElement), why.textContent || this.#objectsHint);
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
       put(node, 'disabled', !mayChoose);

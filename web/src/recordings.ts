@@ -122,6 +122,8 @@ export class Recordings {
   /** Whether the session of now is written to a file. */
   #writes = false;
   #line: HTMLElement | null = null;
+  /** When that began, in words. */
+  #began = '';
 
   /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
@@ -179,15 +181,14 @@ export class Recordings {
     const session = this.#written, age = performance.now() / 1000 - this.#listedAt;
     if (!writes || document.hidden) return;
     if (session && this.#line) {
-      const words = this.#tell(session, age);
+      const words = this.#tell(session, age, this.#began);
       if (this.#line.textContent !== words) this.#line.textContent = words;
     }
     if (performance.now() / 1000 - this.#askedAt < ANEW || this.#edited || this.list.contains(document.activeElement)) return; // who works with the list keeps it
     void this.refresh();
   }
 
-  #tell(session: RecordedSession, age: number): string {
-    const began = beganOf(session, new Date());
+  #tell(session: RecordedSession, age: number, began: string): string {
     let length: number | null = null;
     if (session === this.#written) {
       length = grown(session.duration_s, age, this.#told.name === session.name ? this.#told.length : 0);
@@ -213,7 +214,7 @@ export class Recordings {
     ];
     this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
-      const told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt) });
+      const began = beganOf(session, new Date()), told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt, began) });
       const title = Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), spilled = spillOf(session, this.profiles);
       words.append(title, told);
       if (spilled) {
@@ -221,7 +222,10 @@ export class Recordings {
         pill.className = 'spilled';
         words.append(pill);
       }
-      if (session === this.#written) this.#line = told;
+      if (session === this.#written) {
+        this.#line = told;
+        this.#began = began;
+      }
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
       report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
       this.#busy.sign(report, `report ${name}`, 'Making…');

@@ -41,10 +41,7 @@ export class Objects {
   }
 
   /** The one that the tool carries, or else that was added or dragged last and is still there; empty: none. */
-  get chosen(): string {
-    const { objects } = this.stage.surroundings;
-    return objects.find(({ attached, name }) => attached || name === this.#last)?.name ?? '';
-  }
+  get chosen(): string { return this.stage.surroundings.carriedOr(this.#last); }
 
   get #may(): boolean { return this.session.mayTake && !this.session.past; }
 

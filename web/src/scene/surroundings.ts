@@ -114,6 +114,17 @@ export class Surroundings extends THREE.Group {
     this.#touched = index;
   }
 
+  /** What the tool carries, or else the one of this name, if it is there; empty: neither. Makes nothing anew. */
+  carriedOr(name: string): string {
+    let found = '';
+    for (let i = 0; i < this.#solids.length; ++i) {
+      const { object } = this.#solids[i]!;
+      if (object.attached) return object.name;
+      if (object.name === name) found = name;
+    }
+    return found;
+  }
+
   get objects(): CellObject[] { return this.#solids.map((solid) => solid.object); }
   solid(name: string): THREE.Object3D | undefined { return this.#solids.find((solid) => solid.object.name === name); }
   /** Where the server has it. */
