@@ -26,7 +26,7 @@ def run(command, environment):
     with subprocess.Popen(command, cwd=ROOT / "web", env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           start_new_session=True) as process:
         try:
-            output, _ = process.communicate(timeout=400)
+            output, _ = process.communicate(timeout=700)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             return None

