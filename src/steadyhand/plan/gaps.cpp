@@ -98,7 +98,7 @@ LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const Lin
   const LinkPairs a = from * from, b = to * to, least = a.min(b), most_uneven = (b - a).abs();
   const LinkPairs squared =
       (most_uneven >= bend).select(least, 0.5 * (a + b) - 0.25 * (bend + most_uneven * most_uneven / bend));
-  const auto tells = squared > 0.0 && from.min(to) > (0.25 * h * h) * most.acceleration;
+  const LinkPairsMask tells = squared > 0.0 && from.min(to) > (0.25 * h * h) * most.acceleration;
   return tells.select(squared.max(0.0).sqrt() - radii, -kFar);
 }
 

@@ -12,7 +12,7 @@ namespace steadyhand {
 namespace {
 
 constexpr int kMostParts = 9;   // of a body: the whole and its corners
-constexpr double kSame = 1e-6;  // m
+constexpr double kSame = 1e-6;  // m; gaps that differ by less are the same
 constexpr double kNear = 0.1;  // m; within a solve a plan goes further from its guess only where it is not yet near one
 
 using Solids = std::pair<Shape, Placed>;
@@ -60,8 +60,8 @@ void ObstacleRows::add_pair(const ObstacleSweep& sweep, int body, int obstacle) 
                                 : sweep.shape(body - kMaxBodies);
   const int corners = moves.corners();
   const ShapeKind other = carried ? model.bodies[body].shape.kind : sweep.shape(obstacle).kind;
-  const bool flat = moves.kind == ShapeKind::kBox && other == ShapeKind::kBox;
-  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kInfinity, !flat});
+  const bool box_on_box = moves.kind == ShapeKind::kBox && other == ShapeKind::kBox;
+  if (corners == 0 || other != ShapeKind::kHalfSpace) pairs_.push_back({body, obstacle, -1, kInfinity, !box_on_box});
   if (other != ShapeKind::kHalfSpace && other != ShapeKind::kBox) return;
   for (int corner = 0; corner < corners; ++corner) pairs_.push_back({body, obstacle, corner, kInfinity});
 }
@@ -81,10 +81,11 @@ void ObstacleRows::find_pairs(const ObstacleSweep& sweep, const Trajectory& gues
     for (Pair& pair : pairs_) {
       const bool of_whole = pair.corner >= 0 && whole && whole->body == pair.body && whole->obstacle == pair.obstacle;
       double least = pair.counts ? std::min(pair.gap, kNear) : kNear;
-      if (of_whole && !whole->counts && apart < kNear)
-        least = std::max(least, apart + 2.0 * kSame);
-      else if (of_whole && apart >= least)
+      if (of_whole && !whole->counts && apart < kNear) {
+        least = std::max(least, apart + 2.0 * kSame);  // told exactly where it is as near as the whole
+      } else if (of_whole && apart >= least) {
         continue;
+      }
       const auto [other, there] = against(scratch, sweep, pair.body, pair.obstacle, k * ocp_.dt());
       const auto [shape, at] = moved(scratch, sweep.obstacles(), pair.body, pair.obstacle, pair.corner);
       const double here = is_further(least, other, there, shape, at) ? least : distance(other, there, shape, at);
