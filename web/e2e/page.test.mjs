@@ -361,17 +361,22 @@ test('a recording appears in the list, its report opens, and it replays in the s
     await until(async () => (await page.$('.edit')) ?? (await page.click('#recordings li:first-child button:has-text("Edit")'), false), 'the form');
     await act();
   };
-  await edit(async () => { await page.focus('.edit input');
+  await edit(async () => {
+    await page.focus('.edit input');
     assert.deepEqual(await page.evaluate(() => [true, false].map((moves) => { globalThis.steadyhand.recordings.grow(false, moves); return !document.querySelector('.edit .space').hidden; })), [true, false], 'the word on Space');
-    await page.fill('.edit input >> nth=0', 'short & <b>calm</b>'); await page.click('.edit button:has-text("Save")'); });
+    await page.fill('.edit input >> nth=0', 'short & <b>calm</b>');
+    await page.click('.edit button:has-text("Save")');
+  });
   await until(async () => /short & <b>calm<\/b>Today \d\d:/.test((await listed())[0]), 'the label, and the date');
   await edit(async () => { await page.fill('.edit input >> nth=1', 'short'); await page.click('.edit button:has-text("Save")'); });
   await until(() => page.$('#recordings a[href="./sessions/short/report.html"]'), 'the name');
   const file = await page.evaluate(async () => new Uint8Array(await (await fetch('./sessions/short/session.mcap')).arrayBuffer()).slice(1, 5).join());
   assert.equal(file, [...'MCAP'].map((c) => c.charCodeAt(0)).join(), 'the file itself');
-  await edit(async () => { await page.click('.edit button:has-text("Delete")');
+  await edit(async () => {
+    await page.click('.edit button:has-text("Delete")');
     assert.deepEqual(await page.$eval('[data-sure]', (gone) => [getComputedStyle(gone).color, getComputedStyle(gone).backgroundColor]), ['rgb(255, 255, 255)', 'rgb(198, 40, 40)'], 'white on red, under the mouse');
-    await page.click('.edit button:has-text("Really delete")'); });
+    await page.click('.edit button:has-text("Really delete")');
+  });
   await until(async () => (await count()) === before, 'it to be gone');
   await record(page, true);
   assert.deepEqual(page.complaints, []);

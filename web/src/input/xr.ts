@@ -3,14 +3,13 @@ import type { Hand } from '../hand';
 import { latencyText, scaleText } from '../figures';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { Connection } from '../connection';
-import type { RequestKind } from '../protocol';
 import { IN_HEADSET, type Means, ON_PAGE, type Session, waveText } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { Board } from './board';
 import { A, B, Buttons, GRIP, isController, STICK, TRIGGER } from './controllers';
 import type { EmulatedHand } from './emulator';
 import { Guide } from './guide';
-import { itemsOf } from './menu';
+import { itemsOf, type Asks } from './menu';
 import { Pointer } from './pointer';
 
 /** Hz, asked of the headset: more pictures would leave too little time for each. */
@@ -23,7 +22,7 @@ export interface Acts {
   wantLease(): void;
   stop(): void;
   reset(): void;
-  command(kind: RequestKind, more: { text?: string; value?: number; success?: boolean }): void;
+  command: Asks['command'];
 }
 
 /** What the headset said last of the hand. */
@@ -299,10 +298,10 @@ export class Headset {
     this.#constrained = constrained;
   }
 
-  readonly #asks = {
-    command: (kind: RequestKind, more: { text?: string; value?: number; success?: boolean }): void => this.acts.command(kind, more),
-    reset: (): void => this.acts.reset(),
-    recentre: (): void => { this.#wantsForward = true; },
+  readonly #asks: Asks = {
+    command: (kind, more) => this.acts.command(kind, more),
+    reset: () => this.acts.reset(),
+    recentre: () => { this.#wantsForward = true; },
   };
 
   /** What the person must see wherever they look. */
