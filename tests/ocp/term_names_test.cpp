@@ -33,7 +33,8 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/record/problem_json.cpp", {"obstacles", "velocity"}},
     {"src/steadyhand/record/cell_json.cpp", {"velocity"}},
     {"src/steadyhand/record/cell_json.hpp", {"velocity"}},
-    {"src/steadyhand/desk/messages.cpp", {"velocity", "lateral"}},
+    {"src/steadyhand/desk/client_messages.cpp", {"velocity"}},
+    {"src/steadyhand/desk/messages.cpp", {"lateral"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/python/stages.cpp", {"velocity"}},
     // members of a pose, Foxglove's and A-Frame's, the speed of a scene's things, and the force on the liquid
