@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace steadyhand {
 
@@ -200,12 +201,10 @@ Features<S> least_overlap(const Vector3& a, const PlacedOf<S>& A, const Vector3&
   return best;
 }
 
-/// A box and a segment that does not enter it: where the distance along the segment, which is convex and quadratic in
-/// pieces, is least.
+/// Where on the segment c + t u, |t| <= length, in a box's frame, it is nearest to the box, which it does not enter:
+/// the distance along the segment is convex and quadratic in pieces.
 template <typename S>
-Features<S> box_and_segment(const Vector3& half, const PlacedOf<S>& box, const Vector3Of<S>& center,
-                            const Vector3Of<S>& axis, double length) {
-  const Vector3Of<S> c = box.R.transpose() * (center - box.p), u = box.R.transpose() * axis;
+S nearest_to_box(const Vector3& half, const Vector3Of<S>& c, const Vector3Of<S>& u, double length) {
   const auto slope = [&](S t) {
     S sum = 0.0;
     for (int i = 0; i < 3; ++i) {
@@ -244,6 +243,15 @@ Features<S> box_and_segment(const Vector3& half, const PlacedOf<S>& box, const V
     t = select(slope_low > S(-kZero), S(-length), t);
     t = select(level_low < level_high + kZero, 0.5 * (level_low + level_high), t);
   }
+  return t;
+}
+
+/// A box and a segment that does not enter it.
+template <typename S>
+Features<S> box_and_segment(const Vector3& half, const PlacedOf<S>& box, const Vector3Of<S>& center,
+                            const Vector3Of<S>& axis, double length) {
+  const Vector3Of<S> c = box.R.transpose() * (center - box.p), u = box.R.transpose() * axis;
+  const S t = nearest_to_box<S>(half, c, u, length);
   Features<S> f;
   const Vector3Of<S> x = c + t * u;
   Vector3Of<S> y, apart;
@@ -298,6 +306,37 @@ Features<S> box_and_box(const Vector3& a, const PlacedOf<S>& A, const Vector3& b
   const auto overlap = best.distance < S(kTouching);
   if (any(overlap)) best = merge(overlap, least_overlap(a, A, b, B), best);
   return best;
+}
+
+/// The distance of two boxes' cores; kTouching or less where they overlap. As box_and_box, with the edges of one
+/// direction side by side in lanes.
+double distance_of_boxes(const Vector3& a, const Placed& A, const Vector3& b, const Placed& B) {
+  double least = std::numeric_limits<double>::infinity();  // squared
+  const auto try_edges = [&](const Vector3& box, const Placed& at, const Vector3& half, const Placed& there) {
+    const Vector3Of<Lanes> p = (at.R.transpose() * (there.p - at.p)).cast<Lanes>();
+    const Matrix3Of<Lanes> R = (at.R.transpose() * there.R).cast<Lanes>();
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      for (int corner = 0; corner < 4; corner += kLanes) {
+        Lanes along_j, along_k;
+        for (int lane = 0; lane < kLanes; ++lane) {
+          along_j.set(lane, ((corner + lane) & 1) ? half[j] : -half[j]);
+          along_k.set(lane, ((corner + lane) & 2) ? half[k] : -half[k]);
+        }
+        const Vector3Of<Lanes> c = p + along_j * R.col(j) + along_k * R.col(k);
+        const Lanes t = nearest_to_box<Lanes>(box, c, R.col(i), half[i]);
+        Lanes squared = 0.0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const Lanes out = max(abs(c[axis] + t * R(axis, i)) - box[axis], Lanes(0.0));
+          squared += out * out;
+        }
+        least = std::min(least, -largest(-squared));
+      }
+    }
+  };
+  try_edges(a, A, b, B);
+  try_edges(b, B, a, A);
+  return std::sqrt(least);
 }
 
 // ---- Cylinders and half-spaces
@@ -463,6 +502,12 @@ S distance(const Shape& first, const PlacedOf<S>& at, const Shape& second, const
   const double radii = first.radius + second.radius;
   if (first.is_round() && second.is_round())
     return sqrt(S(closest(first, at, second, there).between.squaredNorm())) - radii;
+  if constexpr (std::is_same_v<S, double>) {
+    if (first.kind == ShapeKind::kBox && second.kind == ShapeKind::kBox) {
+      const double apart = distance_of_boxes(first.core, at, second.core, there);
+      if (apart > kTouching) return apart - radii;
+    }
+  }
   return nearest(first, at, second, there).distance - radii;
 }
 
