@@ -1,6 +1,6 @@
 # The hot rooms and their tests for other processors than the preset's, each level with a vector width of its own (core/lanes.hpp).
-# Whatever the host has, they are compiled, but for the level that the preset is for; they run where it can, and elsewhere ctest says that they were skipped. Under
-# ASan they are among the long tests.
+# Whatever the host has, the rooms are compiled, but for the level that the preset is for; their tests are compiled and run where it can, and elsewhere ctest says that
+# they were skipped. Under ASan they are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
 file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/collision/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
 file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/solve/*.cpp src/steadyhand/solve/*/*.cpp src/steadyhand/track/*.cpp src/steadyhand/plan/*.cpp)
@@ -20,19 +20,21 @@ function(steadyhand_processor level lanes flag)
   if(STEADYHAND_NATIVE AND lanes EQUAL STEADYHAND_LANES)
     return()  # the preset's own tests are of this level
   endif()
-  add_executable(test_${level} EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers} ${hot_tests} ${hot_solver_tests})
+  if("${host_flags} " MATCHES " ${flag} ")
+    add_executable(test_${level} EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers} ${hot_tests} ${hot_solver_tests})
+    target_link_libraries(test_${level} PRIVATE GTest::gtest_main)
+    add_test(NAME ${level} COMMAND test_${level} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
+  else()
+    add_library(test_${level} OBJECT EXCLUDE_FROM_ALL ${hot_sources} ${hot_solvers})
+    steadyhand_untested(${level} "this processor is not of the level ${level}")
+  endif()
   set_target_properties(test_${level} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
   target_compile_options(test_${level} PRIVATE -march=${level} ${STEADYHAND_WARM_OPTIONS})
   target_compile_definitions(test_${level} PRIVATE STEADYHAND_LANES=${lanes} STEADYHAND_FATROP
                              STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}" STEADYHAND_DEPS="${STEADYHAND_DEPS}")
   steadyhand_public(test_${level})
   target_include_directories(test_${level} PRIVATE tests)
-  target_link_libraries(test_${level} PRIVATE Eigen3::Eigen fmt::fmt urdf fatrop GTest::gtest_main)
-  if("${host_flags} " MATCHES " ${flag} ")
-    add_test(NAME ${level} COMMAND test_${level} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
-  else()
-    steadyhand_untested(${level} "this processor is not of the level ${level}")
-  endif()
+  target_link_libraries(test_${level} PRIVATE Eigen3::Eigen fmt::fmt urdf fatrop)
   if(STEADYHAND_SANITIZE)
     set_tests_properties(${level} PROPERTIES LABELS long)
     set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_${level})
