@@ -127,8 +127,10 @@ TEST(Messages, WritesTheServersFixtures) {
                  {"calm", "Lateral specific force", "s^3/m^2", 1, 0.0, 20.0, false, true}};
   facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
   facts.recordings = {"reach"};
+  facts.cameras = {{"front", 320, 240, 15.0}};
   facts.task = {"carry", "Carry the glass to the mark.", 30.0, {"glass at mark"}, {"mark", "glass"}};
   EXPECT_EQ(Json::parse(welcome_message(facts, facts.cell, 3)), expected["welcome"]);
+  EXPECT_EQ(Json::parse(cameras_message({"", "film.mp4: the video ended"})), expected["cameras"]);
   EXPECT_EQ(Json::parse(study_message(R"({"text":"Reach each target."})")), expected["study"]);
   EXPECT_EQ(Json::parse(reply_message(R"({"key":"tlx_mental","value":12})", 3)), expected["reply"]);
   EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);

@@ -29,6 +29,7 @@ class ServerTest : public testing::Test {
     ServerFacts facts;
     facts.robot = R"({"name":"arm"})";
     facts.profiles = {{"tracking", "Tracking", {0.0}}};
+    facts.cameras = cameras_;
     ServerCallbacks callbacks;
     callbacks.now = [this] {
       if (timeless_) throw std::bad_alloc();
@@ -108,6 +109,7 @@ class ServerTest : public testing::Test {
             {"tracked", true},  {"emulated", false}};
   }
 
+  std::vector<CameraInfo> cameras_;
   std::vector<Answer> unanswered_;
   std::mutex mutex_;
   std::condition_variable told_;

@@ -120,6 +120,16 @@ Json SocketClient::hear(const std::string& type) {
   }
 }
 
+std::string SocketClient::hear_bytes() {
+  for (;;) {
+    beast::flat_buffer buffer;
+    error_code error;
+    impl_->socket.read(buffer, error);
+    if (error) return {};
+    if (impl_->socket.got_binary()) return beast::buffers_to_string(buffer.data());
+  }
+}
+
 bool SocketClient::part() {
   error_code error;
   impl_->socket.close(websocket::close_code::normal, error);

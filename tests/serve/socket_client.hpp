@@ -40,6 +40,8 @@ class SocketClient {
   Json hear();
   /// The next message of this type; null at the end of the connection.
   Json hear(const std::string& type);
+  /// The next message that is no text; empty at the end of the connection.
+  std::string hear_bytes();
   /// Whether the connection ends within this time, whatever comes until then. Nothing can be heard afterwards.
   bool ends_within(Time span);
   /// Whether the server answers a farewell with its own.

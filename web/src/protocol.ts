@@ -22,6 +22,7 @@ export type ClientMessage =
   | { type: 'reply'; content: { key: string; value: number } }
   | { type: 'policy'; name: string; period_s: number }
   | { type: 'target'; of_s: number; p: Vec3 | null; q: Quat | null; gripper?: number }
+  | { type: 'watch'; cameras: readonly string[] }
   | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
 
 export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
@@ -149,6 +150,9 @@ export interface Cell { name: string; at_s?: number; objects: CellObject[] }
 /** The glass and its liquid, m; radius and height are inside. */
 export interface GlassSize { radius: number; height: number; fill: number }
 
+/** A camera of the session; pixels, pictures a second. */
+export interface CameraFacts { name: string; width: number; height: number; rate_hz: number }
+
 export interface WelcomeMessage {
   type: 'welcome';
   version: number;
@@ -157,6 +161,8 @@ export interface WelcomeMessage {
   terms: Term[];
   profiles: Profile[];
   recordings: string[];
+  /** In the order in which pictures count them. */
+  cameras: CameraFacts[];
   /** What is to be done in a simulated scene. */
   task: { name: string; instruction: string; time_limit: number; conditions: string[]; things: string[] } | null;
   glass: GlassSize;
@@ -179,6 +185,7 @@ export type ServerMessage =
   | WelcomeMessage
   | StateMessage
   | { type: 'cell'; cell: Cell }
+  | { type: 'cameras'; ended: string[] }
   | { type: 'study'; content: StudyContent | null }
   | { type: 'reply'; client: number; content: object }
   | { type: 'paired'; token: string }
@@ -186,7 +193,19 @@ export type ServerMessage =
   | { type: 'pong'; t_s: number; now_s: number }
   | { type: 'error'; code: Refusal; message: string };
 
-const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error', 'study', 'reply']);
+const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error', 'study', 'reply', 'cameras']);
+
+/** Bytes before a picture's H.264. */
+export const PICTURE_HEAD = 16;
+/** `exposed`: s, of the session's clock. */
+export interface PictureHead { camera: number; isKey: boolean; exposed: number }
+
+/** null: nothing that a server of this version says. */
+export function pictureHead(message: ArrayBuffer): PictureHead | null {
+  if (message.byteLength <= PICTURE_HEAD) return null;
+  const head = new DataView(message, 0, PICTURE_HEAD);
+  return head.getUint8(0) === 1 ? { camera: head.getUint16(2, true), isKey: (head.getUint8(1) & 1) !== 0, exposed: head.getFloat64(8, true) } : null;
+}
 
 /** null: nothing that a server of this version says. */
 export function decode(text: string): ServerMessage | null {

@@ -20,6 +20,7 @@ namespace steadyhand {
 namespace {
 
 constexpr Time kPublishPeriod = std::chrono::milliseconds(16);
+constexpr Time kCamerasPeriod = std::chrono::milliseconds(500);  ///< between two looks at whether they have ended
 
 /// Where there is a desktop; whether it works is no concern of the session. Every user of this machine can read the
 /// address among the arguments of the programs that open it.
@@ -139,6 +140,7 @@ Status LiveConsole::open_page() {
     facts.task = {task->name, task->instruction, task->time_limit, {}, task->things};
     for (const Condition& condition : task->success) facts.task->conditions.push_back(condition.text);
   }
+  if (settings_.cameras != nullptr) facts.cameras = settings_.cameras->cameras();
   auto server = Server::start(settings_.server, std::move(facts), std::move(callbacks));
   if (!server) return server.error();
   server_ = *std::move(server);
@@ -162,7 +164,10 @@ Status LiveConsole::start() {
   operator_interface_->on_record([this](bool record) { recorder_->ask(record); });
   session_->start(recorder_->taps());
   if (settings_.cameras != nullptr) {
-    settings_.cameras->start([this](VideoPacket packet) { recorder_->film(std::move(packet)); });
+    settings_.cameras->start([this, show = server_ ? server_->pictures() : nullptr](VideoPacket packet) {
+      if (show) show(packet);
+      recorder_->film(std::move(packet));
+    });
   }
   started_ = true;
   return Done{};
@@ -210,6 +215,15 @@ Status LiveConsole::mark_episode(EpisodeMark mark) {
   return Done{};
 }
 
+void LiveConsole::look_at_cameras(Time now) {
+  if (settings_.cameras == nullptr || now - cameras_seen_ < kCamerasPeriod) return;
+  cameras_seen_ = now;
+  std::vector<std::string> ended;
+  for (CameraState& state : settings_.cameras->states()) ended.push_back(std::move(state.ended));
+  if (cameras_ended_ && *cameras_ended_ == ended) return;
+  cameras_ended_ = std::make_shared<const std::vector<std::string>>(std::move(ended));
+}
+
 /// What the scene did since, for its task and the recording.
 void LiveConsole::look_at_scene(const SessionSnapshot& snapshot) {
   SceneState scene;
@@ -246,8 +260,9 @@ Time LiveConsole::poll(Time now) {
     if (judge_) look_at_scene(snapshot);
     const std::optional<TaskProgress> progress = judge_ ? std::optional(judge_->progress()) : std::nullopt;
     if (server_) {
+      look_at_cameras(now);
       server_->publish({snapshot, operator_interface_->controls(), recorder_->recording(), progress, seen_,
-                        episodes_.view(now), operator_interface_->cell()});
+                        episodes_.view(now), operator_interface_->cell(), cameras_ended_});
     }
   }
   return due;

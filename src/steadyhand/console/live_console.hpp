@@ -93,6 +93,7 @@ class LiveConsole {
   Status apply(const OperatorRequest& request);
   Status set_up_scene(double seed);
   Status mark_episode(EpisodeMark mark);
+  void look_at_cameras(Time now);
   void look_at_scene(const SessionSnapshot& snapshot);
   void say(const std::string& text) const {
     if (callbacks_.say) callbacks_.say(text);
@@ -110,12 +111,14 @@ class LiveConsole {
   std::optional<SessionRecorder> recorder_;
   Episodes episodes_;
   std::optional<TaskJudge> judge_;
-  std::atomic<bool> episode_begins_{false};  ///< the judge has not heard of it
-  std::optional<SceneThings> things_;        ///< ConsoleSettings::things
-  SceneState seen_;                          ///< newest look at the scene
-  Mutex scene_;                              ///< of what follows
-  std::optional<bool> decided_;              ///< how the scene's task ended
-  std::uint64_t seed_ = 0;                   ///< of the scene's places
+  std::atomic<bool> episode_begins_{false};                        ///< the judge has not heard of it
+  std::optional<SceneThings> things_;                              ///< ConsoleSettings::things
+  SceneState seen_;                                                ///< newest look at the scene
+  Mutex scene_;                                                    ///< of what follows
+  std::optional<bool> decided_;                                    ///< how the scene's task ended
+  std::uint64_t seed_ = 0;                                         ///< of the scene's places
+  std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< as OperatorView has it
+  Time cameras_seen_{0};
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
   Time shown_{0};

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -164,6 +165,19 @@ PolicyMessage read_policy(Reader& reader) {
   return message;
 }
 
+WatchMessage read_watch(Reader& reader) {
+  WatchMessage message;
+  const Json* names = reader.member("cameras");
+  const bool is_list = names && names->is_array() && names->size() <= WatchMessage::kMost &&
+                       std::all_of(names->begin(), names->end(), [](const Json& name) { return name.is_string(); });
+  if (is_list) {
+    message.cameras = names->get<std::vector<std::string>>();
+  } else {
+    reader.fail(fmt::format("'cameras' must be a list of at most {} names", WatchMessage::kMost));
+  }
+  return message;
+}
+
 struct RequestName {
   const char* name;
   RequestKind kind;
@@ -319,11 +333,12 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
   }
   if (name == "study") return finished(reader, StudyMessage{read_content(reader, true)});
   if (name == "reply") return finished(reader, ReplyMessage{read_content(reader, false)});
+  if (name == "watch") return finished(reader, read_watch(reader));
   if (name == "policy") return finished(reader, read_policy(reader));
   if (name == "target") return finished(reader, read_target(reader));
   return Error{
       "'type' must be one of hello, pair, take, release, ask, answer, "
-      "sample, request, ping, study, reply, policy, target"};
+      "sample, request, ping, study, reply, policy, target, watch"};
 }
 
 }  // namespace steadyhand

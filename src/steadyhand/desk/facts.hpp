@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/core/video.hpp"
 #include "steadyhand/desk/operator.hpp"
 #include "steadyhand/desk/policy_hand.hpp"
 
@@ -45,6 +46,7 @@ struct ServerFacts {
   };
   std::optional<Task> task;
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
+  std::vector<CameraInfo> cameras;      ///< that film, as VideoPacket::camera counts them
 };
 
 /// A page that is made when it is asked for.

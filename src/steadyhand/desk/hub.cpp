@@ -132,11 +132,29 @@ void Hub::broadcast_state(const OperatorView& view) {
       if (client.greeted && !client.closed) send(client, changed);
     }
   }
+  if (view.cameras_ended && view.cameras_ended != cameras_ended_) {
+    cameras_ended_ = view.cameras_ended;
+    const std::string changed = cameras_message(*cameras_ended_);
+    for (auto& [id, client] : clients_) {
+      if (client.greeted && !client.closed) send(client, changed);
+    }
+  }
   std::shared_ptr<const std::string> message;
   for (auto& [id, client] : clients_) {
     if (!client.greeted || client.closed) continue;
     if (!message) message = std::make_shared<const std::string>(state_message(view));
     if (client.outbox->send_state(message)) ++states_skipped;
+  }
+}
+
+void Hub::broadcast_picture(int camera, bool is_key, const std::shared_ptr<const std::string>& message) {
+  using Watch = Client::Watch;
+  for (auto& [id, client] : clients_) {
+    if (client.closed || camera >= std::ssize(client.watches)) continue;
+    Watch& watch = client.watches[static_cast<std::size_t>(camera)];
+    if (watch == Watch::kNot || (watch == Watch::kFromKey && !is_key)) continue;
+    watch = client.outbox->send_picture(message, camera, is_key) ? Watch::kAll : Watch::kFromKey;
+    pictures_skipped += watch == Watch::kFromKey;
   }
 }
 
@@ -161,6 +179,7 @@ void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, 
     send(client, paired_message(client.token));
   }
   send(client, lease_message(lease_of(id, client, now)));
+  if (cameras_ended_) send(client, cameras_message(*cameras_ended_));
   if (!study_.empty()) send(client, study_message(study_));
 }
 
@@ -298,6 +317,27 @@ void Hub::handle(std::uint64_t id, Client& client, const TargetMessage& message,
                     now);
   }
   callbacks_.on_target(message.target);
+}
+
+/// Cameras show people, and cost more than states: not for everybody who may watch.
+void Hub::handle(std::uint64_t, Client& client, const WatchMessage& message, Time now) {
+  using Watch = Client::Watch;
+  if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
+  std::vector<Watch> watches(facts_.cameras.size(), Watch::kNot);
+  for (const std::string& name : message.cameras) {
+    const auto found = std::find_if(facts_.cameras.begin(), facts_.cameras.end(),
+                                    [&](const CameraInfo& camera) { return camera.name == name; });
+    if (found == facts_.cameras.end()) {
+      std::string known;
+      for (const CameraInfo& camera : facts_.cameras) known += (known.empty() ? "" : ", ") + camera.name;
+      return complain(client, Refusal::kUnknown,
+                      known.empty() ? "this session has no cameras" : "no camera has this name; there are " + known,
+                      now);
+    }
+    const auto i = static_cast<std::size_t>(found - facts_.cameras.begin());
+    watches[i] = i < client.watches.size() && client.watches[i] == Watch::kAll ? Watch::kAll : Watch::kFromKey;
+  }
+  client.watches = std::move(watches);
 }
 
 void Hub::tell_study(std::string content) {

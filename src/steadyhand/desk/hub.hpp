@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "steadyhand/desk/access.hpp"
 #include "steadyhand/desk/client_clock.hpp"
@@ -23,6 +24,9 @@ class Outbox {
   virtual void send(std::shared_ptr<const std::string> message) = 0;
   /// The newest state; it replaces one that has not been sent yet. True if it did.
   virtual bool send_state(std::shared_ptr<const std::string> message) = 0;
+  /// A picture of a camera, when there is nothing else to send; a key picture replaces those of its camera that have
+  /// not been sent. False: the client is behind, or takes no pictures, and this one is dropped.
+  virtual bool send_picture(std::shared_ptr<const std::string>, int /*camera*/, bool /*is_key*/) { return false; }
   /// After what was sent before, but soon. No further message of this client reaches the hub.
   virtual void close() = 0;
   /// Whether the client is a program of the same user on this machine.
@@ -62,6 +66,8 @@ class Hub {
   /// What time brings: the lease of a client that fell silent ends, who asked gets it. Several times a second.
   void tick(Time now);
   void broadcast_state(const OperatorView& view);
+  /// To who watches its camera. Who is behind gets none before the next key picture.
+  void broadcast_picture(int camera, bool is_key, const std::shared_ptr<const std::string>& message);
   /// Forgets every client without a word or a callback.
   void shut_down();
 
@@ -70,6 +76,7 @@ class Hub {
   std::size_t clients() const { return clients_.size(); }
 
   std::uint64_t samples = 0, samples_dropped = 0, refused_messages = 0, states_skipped = 0;
+  std::uint64_t pictures_skipped = 0;
 
  private:
   struct Client {
@@ -92,7 +99,9 @@ class Hub {
     int wrong_codes = 0;
     Time next_code{0};                ///< no code of it is looked at before
     std::optional<std::string> code;  ///< that waits for this
-    Time ask_after{0};                ///< the holder refused it: until then it need not ask again
+    enum class Watch : std::uint8_t { kNot, kFromKey, kAll };
+    std::vector<Watch> watches;  ///< of each camera; empty: none
+    Time ask_after{0};           ///< the holder refused it: until then it need not ask again
   };
 
   void handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now);
@@ -106,6 +115,7 @@ class Hub {
   void handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const WatchMessage& message, Time now);
   void tell_study(std::string content);
   bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
   bool make_room(const Address& newcomer);
@@ -127,6 +137,7 @@ class Hub {
 
   const ServerFacts& facts_;
   std::shared_ptr<const std::string> cell_;  ///< the newest that clients know; null: that of the facts
+  std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< the newest that clients know
   const ServerCallbacks& callbacks_;
   double max_rate_hz_;
   std::size_t max_clients_;

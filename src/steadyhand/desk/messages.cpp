@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <bit>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -114,6 +116,17 @@ std::string welcome_message(const ServerFacts& facts, std::string_view cell, std
   }
   json->end_array();
   json->member("recordings", facts.recordings);
+  json->key("cameras");
+  json->begin_array();
+  for (const CameraInfo& camera : facts.cameras) {
+    json->begin_object();
+    json->member("name", camera.name);
+    json->member("width", camera.width);
+    json->member("height", camera.height);
+    json->member("rate_hz", camera.rate_hz);
+    json->end_object();
+  }
+  json->end_array();
   json->key("glass");
   json->begin_object();
   json->member("radius", facts.glass.radius);
@@ -144,6 +157,25 @@ std::string cell_message(std::string_view cell) {
   json->key("cell");
   json->raw(cell);
   return json.end();
+}
+
+std::string cameras_message(const std::vector<std::string>& ended) {
+  Message json("cameras");
+  json->member("ended", ended);
+  return json.end();
+}
+
+std::string picture_message(const VideoPacket& packet) {
+  static_assert(std::endian::native == std::endian::little, "numbers of a picture's head are little-endian");
+  constexpr std::size_t kHead = 16;
+  const auto camera = static_cast<std::uint16_t>(packet.camera);
+  const double exposed = to_seconds(packet.stamp.hand);
+  std::string message(kHead, '\0');
+  message[0] = 1;  // what follows is a picture
+  message[1] = packet.is_key ? 1 : 0;
+  std::memcpy(&message[2], &camera, sizeof(camera));
+  std::memcpy(&message[8], &exposed, sizeof(exposed));
+  return message += packet.data;
 }
 
 std::string paired_message(std::string_view token) {

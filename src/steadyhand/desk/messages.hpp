@@ -5,8 +5,10 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/core/video.hpp"
 #include "steadyhand/desk/facts.hpp"
 #include "steadyhand/desk/policy_hand.hpp"
 
@@ -64,9 +66,14 @@ struct TargetMessage {
   double of = 0.0;  ///< s, `now_s` of the state that it was made of
   PolicyTarget target;
 };
+/// Of which cameras the client wants to see pictures from now on.
+struct WatchMessage {
+  static constexpr std::size_t kMost = 32;  ///< cameras of one client
+  std::vector<std::string> cameras;
+};
 using ClientMessage =
     std::variant<HelloMessage, PairMessage, LeaseMessage, AnswerMessage, SampleMessage, RequestMessage, PingMessage,
-                 StudyMessage, ReplyMessage, PolicyMessage, TargetMessage>;
+                 StudyMessage, ReplyMessage, PolicyMessage, TargetMessage, WatchMessage>;
 
 /// Errors: not JSON, an unknown type, a member that is missing, unknown, of the wrong kind, not finite or out of range.
 /// The message names it. Never throws, whatever the bytes.
@@ -79,6 +86,10 @@ enum class Refusal { kMalformed, kVersion, kUnpaired, kCode, kNoLease, kTaken, k
 std::string welcome_message(const ServerFacts& facts, std::string_view cell, std::uint64_t client);
 /// It has changed.
 std::string cell_message(std::string_view cell);
+/// @param ended as OperatorView::cameras_ended
+std::string cameras_message(const std::vector<std::string>& ended);
+/// A picture for who watches its camera: not JSON, see docs/protocol.md.
+std::string picture_message(const VideoPacket& packet);
 std::string paired_message(std::string_view token);
 std::string study_message(std::string_view content);
 std::string reply_message(std::string_view content, std::uint64_t client);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "steadyhand/desk/episodes.hpp"
 #include "steadyhand/live/snapshot.hpp"
@@ -71,6 +72,8 @@ struct OperatorView : SessionSnapshot {
   SceneState scene;                  ///< of that task; no things: not known
   EpisodeView episode;
   std::shared_ptr<const std::string> cell;  ///< what stands around the arm, as ServerFacts::cell; null: as that
+  /// Of each of ServerFacts::cameras why no more pictures come, empty: they do; null: of all of them they do.
+  std::shared_ptr<const std::vector<std::string>> cameras_ended;
 };
 
 }  // namespace steadyhand

@@ -1,11 +1,13 @@
 #include "steadyhand/serve/server.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -18,6 +20,7 @@
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/serve/certificate.hpp"
 #include "steadyhand/serve/connection.hpp"
+#include "steadyhand/serve/picture_inlet.hpp"
 
 namespace steadyhand {
 
@@ -109,7 +112,30 @@ struct Server::Impl {
 
   void count() {
     const std::lock_guard lock(mutex);
-    counters = {hub.clients(), hub.samples, hub.samples_dropped, hub.refused_messages, hub.states_skipped};
+    counters = {hub.clients(),        hub.samples,        hub.samples_dropped,
+                hub.refused_messages, hub.states_skipped, hub.pictures_skipped};
+  }
+
+  Status open_pictures() {
+    if (facts.cameras.empty()) return Done{};
+    auto made = PictureInlet::make(facts.cameras.size());
+    if (!made) return made.error();
+    pictures = *std::move(made);
+    error_code error;
+    picture_waits.assign(::dup(pictures->descriptor()), error);
+    if (error) return Error{"cannot show cameras at the page: " + error.message()};
+    await_pictures();
+    return Done{};
+  }
+
+  void await_pictures() {
+    picture_waits.async_wait(asio::posix::stream_descriptor::wait_read, [this](error_code error) {
+      if (error) return;
+      pictures->hear();
+      await_pictures();
+      for (PictureInlet::Message each; pictures->take(each);)
+        hub.broadcast_picture(each.camera, each.is_key, each.text);
+    });
   }
 
   std::vector<std::string> make_urls() const {
@@ -165,6 +191,7 @@ struct Server::Impl {
     shared.accept_missing_origin = settings.accept_non_browser_clients;
     shared.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
     if (callbacks.on_fetch) offer_fetching();
+    if (Status s = open_pictures(); !s) return s;
     if (Status s = listen(local, {asio::ip::address_v4::loopback(), settings.port}); !s) return s;
     port = local.local_endpoint().port();
     if (settings.lan) {
@@ -207,6 +234,7 @@ struct Server::Impl {
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   std::string fingerprint;
   std::uint16_t port = 0, lan_port = 0;
+  std::shared_ptr<PictureInlet> pictures;  // null: no cameras
   LatestValue<OperatorView> newest;
   OperatorView view;  // the server thread's
   std::atomic<bool> waiting{false};
@@ -217,6 +245,7 @@ struct Server::Impl {
   asio::io_context io{1};
   tcp::acceptor local{io}, lan{io};
   asio::steady_timer timer{io};
+  asio::posix::stream_descriptor picture_waits{io};
   std::thread thread;
 };
 
@@ -236,6 +265,11 @@ void Server::publish(const OperatorView& view) {
   if (!impl_->waiting.exchange(true, std::memory_order_acq_rel)) {
     asio::post(impl_->io, [p = impl_.get()] { p->send_newest(); });
   }
+}
+
+std::function<void(const VideoPacket&)> Server::pictures() const {
+  if (!impl_->pictures) return {};
+  return [inlet = impl_->pictures](const VideoPacket& packet) { inlet->put(packet); };
 }
 
 std::vector<std::string> Server::urls() const {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -34,6 +35,7 @@ struct ServerCounters {
   std::uint64_t samples_dropped = 0;   ///< old, out of order, or without the lease
   std::uint64_t refused_messages = 0;  ///< malformed, not permitted, or too many
   std::uint64_t states_skipped = 0;    ///< not sent because the client had not taken the one before
+  std::uint64_t pictures_skipped = 0;  ///< of cameras, likewise
 };
 
 /// One thread of its own. Newest wins in both directions: no client can make the session wait.
@@ -50,6 +52,10 @@ class Server {
 
   /// Sends it to every client that has taken the one before. From one thread at a time; does not block.
   void publish(const OperatorView& view);
+
+  /// What takes the pictures of ServerFacts::cameras to who watches them, those of a camera from one thread at a time;
+  /// it does not block. May be called after the server's end, when it leads nowhere. Empty: there are no cameras.
+  std::function<void(const VideoPacket& packet)> pictures() const;
 
   /// Addresses that pair with the code that is valid now: loopback first, then the LAN's. Any thread.
   std::vector<std::string> urls() const;

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/write.hpp>
@@ -22,12 +23,13 @@ using boost::system::error_code;
 
 constexpr Time kFarewell = std::chrono::milliseconds(200);  // for one that is thrown out to hear why
 constexpr std::size_t kMaxQueued = 64;                      // messages other than states
+constexpr std::ptrdiff_t kMostPictures = 4;                 // of a camera
 constexpr int kSendBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
 /// Bytes that a client may send without a message or control frame in them. Beast reads over frames that hold nothing.
 constexpr std::size_t kMaxHollow = 4 * kMaxClientMessage;
 
-/// A client of the hub: at most one write is under way; behind it wait a bounded queue of messages and the newest
-/// state.
+/// A client of the hub: at most one write is under way; behind it wait a bounded queue of messages, the newest state,
+/// and few pictures.
 class WebSocketClient final : public Outbox, public std::enable_shared_from_this<WebSocketClient> {
  public:
   WebSocketClient(Stream stream, ConnectionsShared& shared)
@@ -44,7 +46,6 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     socket_.set_option(websocket::stream_base::timeout{shared_.timeout, shared_.timeout, true});
     socket_.read_message_max(kMaxClientMessage);
     socket_.auto_fragment(false);
-    socket_.text(true);
     // Not by shared pointers: the socket is a member, and they would keep it for good.
     socket_.control_callback([this](websocket::frame_type, beast::string_view) {
       hollow_ = 0;
@@ -84,11 +85,26 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     return replaced;
   }
 
+  bool send_picture(std::shared_ptr<const std::string> message, int camera, bool is_key) override {
+    if (closing_) return false;
+    if (stuck()) {
+      drop();
+      return false;
+    }
+    const auto of_camera = [camera](const Picture& picture) { return picture.camera == camera; };
+    if (is_key) std::erase_if(pictures_, of_camera);
+    if (std::count_if(pictures_.begin(), pictures_.end(), of_camera) >= kMostPictures) return false;
+    pictures_.push_back({camera, std::move(message)});
+    write();
+    return true;
+  }
+
   /// Until it answers, what a client sends is read for nothing: not for long, and whether it reads or not.
   void close() override {
     if (closing_) return;
     closing_ = true;
     state_ = nullptr;
+    pictures_.clear();
     farewell_.expires_after(kFarewell);
     farewell_.async_wait([weak = weak_from_this()](error_code cancelled) {
       if (const auto self = weak.lock(); self && !cancelled) self->end();
@@ -112,11 +128,16 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
 
   void write() {
     if (writing_ || ended_) return;
+    bool is_text = true;
     if (!queue_.empty()) {
       output_ = std::move(queue_.front());
       queue_.pop_front();
     } else if (state_) {
       output_ = std::exchange(state_, nullptr);
+    } else if (!pictures_.empty()) {
+      output_ = std::move(pictures_.front().message);
+      pictures_.pop_front();
+      is_text = false;
     } else {
       if (!closing_) return;
       writing_ = true;
@@ -126,6 +147,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     }
     writing_ = true;
     written_ = shared_.now();
+    socket_.text(is_text);
     socket_.async_write(asio::buffer(*output_), [self = shared_from_this()](error_code error, std::size_t) {
       self->writing_ = false;
       if (error) return self->end();
@@ -151,6 +173,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   void drop() {
     closing_ = true;
     queue_.clear();
+    pictures_.clear();
     asio::post(socket_.get_executor(), [self = shared_from_this()] { self->end(); });
   }
 
@@ -175,6 +198,11 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   std::shared_ptr<const std::string> output_;  // under way
   std::deque<std::shared_ptr<const std::string>> queue_;
   std::shared_ptr<const std::string> state_;
+  struct Picture {
+    int camera;
+    std::shared_ptr<const std::string> message;
+  };
+  std::deque<Picture> pictures_;
   Time written_{0};
   std::size_t hollow_ = 0;  // bytes since the last message or control frame
   bool writing_ = false, closing_ = false, ended_ = false;
