@@ -4,6 +4,7 @@ import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import test, { after, before } from 'node:test';
+import { findsNothing } from './axe.mjs';
 import { BROWSER, PROGRAM, ROOT, closePages, distance, finish, open, ready, rest, sessions, start, startProgram, state, stopProgram, terminal, until, withoutPixels } from './harness.mjs';
 
 const MODULE = join(dirname(PROGRAM), 'python'), PYTHON = process.env.STEADYHAND_PYTHON ?? join(ROOT, '.deps/venv/bin/python');
@@ -53,12 +54,41 @@ const dragTo = (of, handle, wanted, close) => until(async () => {
   return false;
 }, `the tool at ${wanted} by ${handle}`);
 
+/** What the cameras see is drawn, and stops where nobody looks. */
+async function seesCameras(page) {
+  const drawn = () => page.evaluate(() => globalThis.steadyhand.cameras.views.map((view) => view.drawn));
+  const more = async (than, what) => until(async () => (await drawn()).every((count, i) => count > than[i] + 3), what);
+  await more([0, 0], 'pictures of both cameras');
+  const { names, shades, latency, off } = await page.evaluate(() => {
+    const { cameras, connection } = globalThis.steadyhand;
+    const shadesOf = ({ canvas }) => new Set(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data).size;
+    return { names: cameras.views.map(({ facts }) => facts.name), shades: cameras.views.map(shadesOf), latency: cameras.latency.value(), off: connection.clock.uncertainty };
+  });
+  assert.deepEqual(names, ['front', 'wrist']);
+  assert.ok(shades.every((count) => count > 30), `something is seen: ${shades} shades`);
+  assert.ok(latency > -off && latency < 10, `${latency} s from glass to glass`);
+  console.log(`from glass to glass ${(1000 * latency).toFixed(0)} ms in the median, ${(1000 * off).toFixed(1)} ms uncertain`);
+  await until(() => page.evaluate(() => /^\d+ ms$/.test(document.querySelector('#cameras-latency').textContent)), 'the latency on the page');
+  await findsNothing(page, 'the panel of cameras');
+  await page.evaluate(() => globalThis.steadyhand.connection.send({ type: 'watch', cameras: ['ceiling'] }));
+  await until(() => page.evaluate(() => globalThis.steadyhand.session.lastError?.message.includes('there are front, wrist')), 'a camera that is not there to be refused');
+  await more(await drawn(), 'those that were asked for before');
+  await page.click('#cameras summary');
+  await page.waitForTimeout(1000);
+  const folded = await drawn();
+  await page.waitForTimeout(1000);
+  assert.deepEqual(await drawn(), folded, 'nothing is sent for a folded panel');
+  await page.click('#cameras summary');
+  await more(folded, 'pictures after the next key picture');
+}
+
 test('an episode by mouse becomes a data set', CASE, async () => {
   // A hand may be silent for as long as a page that is drawn in software on a busy machine is.
   const patient = ['gate.gap_max=2', 'supervision.hold_after=2', 'supervision.disengage_after=4'].flatMap((each) => ['--set', each]);
   await startProgram('--arm', 'mujoco', '--task', 'carry', '--set', 'mujoco.seed=3', ...patient);
   const page = await open({ prepare: withoutPixels });
   await ready(page);
+  await seesCameras(page);
   const mark = await until(() => page.evaluate(() => globalThis.steadyhand.session.welcome.cell.objects.find((each) => each.name === 'mark')?.origin.map((row) => row[3])), 'the mark');
   // A key is for what the page has drawn by then.
   const press = (key, done, what) => until(async () => (await done()) || (await page.keyboard.press(key), await page.waitForTimeout(500), false), what);

@@ -1,6 +1,7 @@
 import { decode, encode, PROTOCOL_VERSION, type ClientMessage, type ServerMessage, type StateMessage } from './protocol';
 import { hasSimd } from './worker/module';
 import { PortSocket, type Socket } from './worker/port_socket';
+import { ServerClock } from './server_clock';
 import type { Kept } from './worker/worker';
 
 export type ConnectionStatus = 'connecting' | 'open' | 'lost' | 'refused';
@@ -22,7 +23,11 @@ export function browserSurroundings(): Surroundings {
   const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
   const key = 'steadyhand-token';
   return {
-    open: () => new WebSocket(`${scheme}://${location.host}/live`),
+    open: () => {
+      const socket = new WebSocket(`${scheme}://${location.host}/live`);
+      socket.binaryType = 'arraybuffer';
+      return socket;
+    },
     now: () => performance.now() / 1000,
     after: (seconds, act) => window.setTimeout(act, seconds * 1000),
     cancel: (timer) => window.clearTimeout(timer),
@@ -58,6 +63,10 @@ export class Connection {
   /** s, of the last pong; NaN before the first. */
   roundTrip = NaN;
   bytesReceived = 0;
+  /** The session's. */
+  readonly clock = new ServerClock();
+  /** Takes pictures of cameras that were asked for. */
+  onPicture: ((message: ArrayBuffer) => void) | null = null;
   #socket: Socket | null = null;
   #attempts = 0;
   #timer = 0;
@@ -84,7 +93,7 @@ export class Connection {
       this.#ping();
     };
     this.#watchLater();
-    socket.onmessage = (event) => this.#take(String(event.data));
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => (typeof event.data === 'string' ? this.#take(event.data) : this.#see(event.data));
     socket.onclose = () => this.#lost();
   }
 
@@ -101,6 +110,12 @@ export class Connection {
     this.send({ type: 'pair', code });
   }
 
+  #see(picture: ArrayBuffer): void {
+    this.bytesReceived += picture.byteLength;
+    this.#heard = this.around.now();
+    this.onPicture?.(picture);
+  }
+
   #take(text: string): void {
     this.bytesReceived += text.length;
     this.#heard = this.around.now();
@@ -108,6 +123,7 @@ export class Connection {
     if (!message) return;
     if (message.type === 'welcome') {
       this.#attempts = 0;
+      this.clock.forget();
       this.#become('open');
       if (this.code) this.pair(this.code);
       this.code = ''; // from then on there is the token
@@ -117,7 +133,9 @@ export class Connection {
       this.#echo = (message as StateMessage).now_s;
       this.#echoAt = this.around.now();
     } else if (message.type === 'pong') {
-      this.roundTrip = this.around.now() - message.t_s;
+      const now = this.around.now();
+      this.roundTrip = now - message.t_s;
+      this.clock.take(message, now);
     } else if (message.type === 'error' && message.code === 'version') {
       this.#become('refused');
     }

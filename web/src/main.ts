@@ -1,5 +1,6 @@
 import './style.css';
 import { browserSurroundings, Connection, workerSurroundings } from './connection';
+import { Cameras } from './cameras';
 import { FirstSteps } from './first_steps';
 import { Hand } from './hand';
 import { Drag } from './input/drag';
@@ -54,6 +55,11 @@ const connection = new Connection(surroundings, code, (message) => delay.take(me
   recordings.kept.cut(); // the Worker goes with its connection
 });
 
+const cameras = new Cameras(connection.clock, (names) => connection.send({ type: 'watch', cameras: names }));
+connection.onPicture = (message) => cameras.take(message, now(), delay.seconds);
+const tellCameras = () => cameras.tell(now(), session.paired, session.status === 'open' && !session.past, headset.session !== null);
+document.addEventListener('visibilitychange', tellCameras);
+
 function take(message: ServerMessage): void {
   session.take(message, now());
   if (message.type === 'study') study.take(message.content);
@@ -66,9 +72,11 @@ function take(message: ServerMessage): void {
     if (message.recording !== recorded && !alone) void recordings.refresh();
     recorded = message.recording;
   }
+  if (message.type === 'cameras') cameras.end(message.ended);
   if (message.type === 'cell') stage.setCell(message.cell);
   if (message.type !== 'welcome') return;
   panel.offer(message);
+  cameras.offer(message.cameras);
   const { robot, cell, glass, profiles } = message, told = JSON.stringify([robot?.name, glass, profiles]);
   stage.setCell(cell);
   // The same server after a lost connection: what is drawn goes on.
@@ -184,7 +192,8 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   ++frames;
   session.drew(dt);
   delay.release(t);
-  headset.update(frame, t);
+  cameras.draw(now());
+  headset.update(frame, t, cameras.views);
   drag.show(!headset.session && session.mayLead(t));
   drag.follow();
   recordings.advance(dt);
@@ -196,6 +205,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     panel.draw(t, objects.chosen);
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();
+    tellCameras();
     if (session.state) joints?.draw(session.state);
     plots?.tell();
     recordings.draw();
@@ -228,4 +238,4 @@ void offerHeadset();
 connection.start();
 
 /** For tests and the curious: what the page knows. */
-Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, recordings, frames: () => frames } });
+Object.assign(window, { steadyhand: { session, connection, hand, stage, drag, headset, recordings, cameras, frames: () => frames } });

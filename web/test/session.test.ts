@@ -14,7 +14,7 @@ class FakeSocket {
   bufferedAmount = 0;
   sent: ClientMessage[] = [];
   onopen: (() => void) | null = null;
-  onmessage: ((event: { data: string }) => void) | null = null;
+  onmessage: ((event: { data: string | ArrayBuffer }) => void) | null = null;
   onclose: (() => void) | null = null;
   closed = false;
   close(): void { this.closed = true; }
@@ -230,6 +230,16 @@ describe('connection', () => {
       around.socket.says({ type: 'pong', t_s: around.time, now_s: 1 });
     }
     expect(around.sockets.length).toBe(1);
+  });
+
+  it('hands pictures on as they came, and counts them as words', () => {
+    const seen: ArrayBuffer[] = [], picture = new ArrayBuffer(20);
+    connection.onPicture = (message) => seen.push(message);
+    for (let i = 0; i < 20; ++i) {
+      around.pass(0.5);
+      around.socket.onmessage?.({ data: picture });
+    }
+    expect([seen.length, seen[0] === picture, connection.bytesReceived, around.sockets.length]).toEqual([20, true, 400, 1]);
   });
 
   it('does not come back to a server of another version', () => {

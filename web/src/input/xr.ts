@@ -2,6 +2,7 @@ import * as THREE from 'three';
 import type { Hand } from '../hand';
 import { latencyText, scaleText } from '../figures';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
+import type { CameraView } from '../camera_view';
 import type { Connection } from '../connection';
 import { IN_HEADSET, type Means, ON_PAGE, type Session, waveText } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
@@ -11,6 +12,7 @@ import type { EmulatedHand } from './emulator';
 import { Guide } from './guide';
 import { itemsOf, type Asks } from './menu';
 import { Pointer } from './pointer';
+import { Screens } from './screens';
 
 /** Hz, asked of the headset: more pictures would leave too little time for each. */
 const RATE = 72;
@@ -39,6 +41,8 @@ export class Headset {
   simulated = false;
   session: XRSession | null = null;
   readonly board = new Board();
+  /** The session's cameras. */
+  readonly screens = new Screens(this.board.geometry.parameters.height / 2 + 0.02);
   /** s, by which the headset predicted its newest poses; for the figures in docs/page.md. */
   readonly leads: number[] = [];
   readonly guide = new Guide();
@@ -67,6 +71,7 @@ export class Headset {
   constructor(private readonly stage: Stage, private readonly hand: Hand, private readonly facts: Session,
               private readonly connection: Connection, private readonly acts: Acts, private readonly onChange: () => void) {
     this.board.position.set(-0.6, 1.5, -1.2);
+    this.board.add(this.screens);
     this.#rig.add(this.board, this.#pointer, this.guide.notice);
     this.#rig.visible = false;
     stage.scene.add(this.#rig);
@@ -152,10 +157,12 @@ export class Headset {
     this.facts.means = this.#isForwardKnown ? IN_HEADSET : { ...IN_HEADSET, lead, takeOver: lead, again: lead };
   }
 
-  /** Every frame of the headset. */
-  update(frame: XRFrame | undefined, now: number): void {
+  /** Every frame of the headset. @param cameras what they see, drawn */
+  update(frame: XRFrame | undefined, now: number, cameras: readonly CameraView[]): void {
     const { session } = this;
     if (!session || !frame) return;
+    this.screens.visible = !this.facts.past;
+    this.screens.update(cameras);
     this.#mouse?.fit(this.stage.renderer.getPixelRatio());
     this.#write(now);
     if (session.visibilityState !== 'visible') return;
@@ -329,6 +336,7 @@ export class Headset {
         wave ? waveText(wave) : ''],
       live ? itemsOf(facts, this.#asks) : []);
     this.guide.notice.say(this.#lost(live));
+    this.screens.write();
     // It turns to whoever looks.
     this.stage.renderer.xr.getCamera().getWorldPosition(this.#eye);
     this.board.lookAt(this.#eye);

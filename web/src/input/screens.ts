@@ -1,0 +1,73 @@
+import * as THREE from 'three';
+import type { CameraView } from '../camera_view';
+import { Words } from './board';
+
+/** m: of the board's width, which all screens share, and of the space between them. */
+const ALL = 0.72, GAP = 0.02;
+/** m, of a screen at most. */
+const WIDEST = 0.5;
+
+/** What a camera sees, in the headset. */
+class Screen extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
+  readonly words: Words;
+  #shown = -1;
+
+  constructor(readonly view: CameraView, width: number) {
+    const map = new THREE.CanvasTexture(view.canvas);
+    map.colorSpace = THREE.SRGBColorSpace;
+    map.generateMipmaps = false;
+    map.minFilter = THREE.LinearFilter;
+    super(new THREE.PlaneGeometry(width, (width * view.canvas.height) / view.canvas.width), new THREE.MeshBasicMaterial({ map, toneMapped: false }));
+    this.words = new Words('rgba(16, 20, 25, 0.92)', '#e8edf3', 1, width);
+    this.words.position.y = -this.geometry.parameters.height / 2 - this.words.geometry.parameters.height / 2;
+    this.add(this.words);
+  }
+
+  /** The texture is uploaded where another picture was drawn. */
+  update(): void {
+    const { view } = this, { map } = this.material;
+    if (view.drawn !== this.#shown) map!.needsUpdate = true;
+    this.#shown = view.drawn;
+  }
+
+  free(): void {
+    for (const each of [this, this.words]) {
+      each.geometry.dispose();
+      each.material.map!.dispose();
+      each.material.dispose();
+    }
+  }
+}
+
+/** The cameras above the board, side by side; they go with it. */
+export class Screens extends THREE.Group {
+  #of: readonly CameraView[] = [];
+  readonly screens: Screen[] = [];
+
+  /** @param bottom m, where they stand */
+  constructor(private readonly bottom: number) { super(); }
+
+  /** @param views those of the page, another list where the cameras are others */
+  update(views: readonly CameraView[]): void {
+    if (views !== this.#of) this.#build(views);
+    for (const screen of this.screens) screen.update();
+  }
+
+  /** Names, and what became of a camera. */
+  write(): void {
+    for (const { view, words } of this.screens) words.say([view.ended ? `${view.facts.name}: ended` : view.facts.name]);
+  }
+
+  #build(views: readonly CameraView[]): void {
+    this.#of = views;
+    for (const screen of this.screens) screen.free();
+    this.clear();
+    const width = Math.min(WIDEST, (ALL - GAP * (views.length - 1)) / views.length);
+    this.screens.splice(0, Infinity, ...views.map((view, i) => {
+      const screen = new Screen(view, width), { height } = screen.geometry.parameters;
+      screen.position.set((width + GAP) * (i - (views.length - 1) / 2), this.bottom + screen.words.geometry.parameters.height + height / 2, 0);
+      return screen;
+    }));
+    this.add(...this.screens);
+  }
+}
