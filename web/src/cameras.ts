@@ -27,7 +27,9 @@ export class Cameras {
   readonly #late: { due: number; message: ArrayBuffer }[] = [];
 
   /** @param watch asks for the pictures of these */
-  constructor(private readonly clock: ServerClock, private readonly watch: (names: string[]) => void) {}
+  constructor(private readonly clock: ServerClock, private readonly watch: (names: string[]) => void) {
+    if (matchMedia('(max-width: 60rem)').matches) this.#panel.open = false; // it would lie over the arm
+  }
 
   /** What the session has; of a connection that is new. */
   offer(cameras: CameraFacts[]): void {
