@@ -91,3 +91,7 @@ def test_its_own_class_shows_our_pictures(tmp_path):
     assert found["cameras"] == [KEY] and found["picture"] == [3, 48, 64]
     shown = [grey(int(np.argmin(np.abs(np.array(filmed.t) - t)))) for begin in begins for t in begin + np.arange(20) / 30]
     np.testing.assert_allclose(found["greys"], shown, atol=2.9)  # 6 apart
+    for name, each in (("one", episodes[:2]), ("other", episodes[2:])):
+        dataset.write(tmp_path / name, each)
+    dataset.merge(tmp_path / "merged", [tmp_path / "one", tmp_path / "other"])
+    assert read(tmp_path / "merged", tmp_path) | {"opened_s": 0} == found | {"opened_s": 0}

@@ -19,11 +19,11 @@ from ._video import PICTURE_PAUSE, read_videos
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand dataset",
-        description="Makes a data set in LeRobot's format v3.0, robomimic's or Rerun's, of recorded sessions, or appends them to one (docs/datasets.md).",
+        description="Makes a data set in LeRobot's format v3.0, robomimic's or Rerun's, of recorded sessions, or appends them to one; merges data sets (docs/datasets.md).",
         epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )
-    parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, or a folder of them")
+    parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, a folder of them, or a data set of LeRobot's format, which is merged with the others, before all sessions")
     parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there. With other formats a new file (robomimic) or folder (rerun)")
     parser.add_argument("--format", choices=("lerobot", "robomimic", "rerun"), default="lerobot", help="LeRobot's v3.0, one HDF5 file as robomimic reads it, without pictures, or a recording of each episode (.rrd) as Rerun shows it (lerobot)")
     parser.add_argument("--fps", type=int, default=30, metavar="N", help="frames a second, 1 to 500 (30)")
@@ -73,6 +73,13 @@ def append(folder: str | Path, episodes: list[Episode]) -> None:
     print(f"{folder}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
 
 
+def _merge(folder: str, sets: list[str], episodes: list[Episode]) -> None:
+    from ._merge import merge
+
+    info = merge(folder, sets, episodes)
+    print(f"{folder}: {len(sets)} data sets and {len(episodes)} episodes of sessions; {info['total_episodes']} and {info['total_frames']} frames in all")
+
+
 def _writer(format: str) -> Callable[[str, list[Episode]], int] | None:
     """Of a format that is made anew each time; None: LeRobot's, which can be appended to."""
     if format == "robomimic":
@@ -106,6 +113,7 @@ def run(words: list[str]) -> int:
             import mcap  # noqa: F401
 
         from . import _lerobot  # noqa: F401
+        from ._merge import is_set
 
         write = _writer(arguments.format)
     except ImportError as error:
@@ -114,14 +122,21 @@ def run(words: list[str]) -> int:
         raise ValueError(f"{arguments.out} is there already; --format {arguments.format} makes a new one: name another")
     if not write:
         _lerobot.is_there(Path(arguments.out))  # what is no data set is told before sessions are read
+    sets = [word for word in arguments.sessions if is_set(word)]
+    if sets and (write or no_video):
+        raise ValueError(f"{sets[0]} is a data set: sets are merged into LeRobot's format, with all that they have; leave out {'--no-video' if not write else '--format'}")
+    sessions = [word for word in arguments.sessions if word not in sets]
     options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
-    episodes, left_out = read_sessions(sessions_of(arguments.sessions), arguments.robot, options, workers)
+    episodes, left_out = read_sessions(sessions_of(sessions), arguments.robot, options, workers) if sessions else ([], [])
     tell_left_out(left_out)
     if write:
         frames = write(arguments.out, episodes)
         print(f"{arguments.out}: {len(episodes)} episodes, {frames} frames")
         return 0
-    append(arguments.out, episodes)
+    if sets:
+        _merge(arguments.out, sets, episodes)
+    else:
+        append(arguments.out, episodes)
     return 0
 
 

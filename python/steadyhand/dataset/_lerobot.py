@@ -15,6 +15,7 @@ import ctypes
 import fcntl
 import json
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -51,29 +52,45 @@ def write(folder: str | os.PathLike[str], episodes: Sequence[Episode]) -> dict[s
     folder = Path(folder)
     if not episodes:
         raise ValueError("there is no episode to write")
-    info = new_info(episodes[0])
-    for episode in episodes:
-        _must_match(new_info(episode), info, f"{episode.session} at {episode.start:.1f} s", "the first episode")
+    first = info_of(episodes)
+    with being_written(folder) as (beside, before):
+        info = before or first
+        add(beside, info, episodes, str(folder))
+    return info
+
+
+@contextlib.contextmanager
+def being_written(folder: Path) -> Iterator[tuple[Path, dict[str, Any] | None]]:
+    """A copy of the data set `folder` and what its info.json holds, or an empty folder and None where there is none yet. It takes the
+    place of `folder` as a whole, at the end; where anything fails, that stays as it was. One at a time."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _alone(folder.parent):
         for left in folder.parent.glob(f"{_beside(folder)}*"):  # by a run that was killed: who is at work has the lock
             shutil.rmtree(left, ignore_errors=True)
-        if is_there(folder):
-            before = read_info(folder)
-            episodes = [_without(episode, lacking(folder)) for episode in episodes]
-            info = new_info(episodes[0])
-            _must_match(info, before, "what is to be appended", str(folder))
-            info = before
+        before = read_info(folder) if is_there(folder) else None
         beside = Path(tempfile.mkdtemp(prefix=_beside(folder), dir=folder.parent))
         try:
-            if info["total_episodes"]:
-                shutil.copytree(folder, beside, dirs_exist_ok=True, copy_function=_link)
-            _append(beside, info, episodes)
+            if before:
+                shutil.copytree(folder, beside, dirs_exist_ok=True, copy_function=link)
+            yield beside, before
             os.chmod(beside, 0o777 & ~umask())
             _put_in_place(beside, folder)
         finally:
             shutil.rmtree(beside, ignore_errors=True)
-    return info
+
+
+def add(folder: Path, info: dict[str, Any], episodes: Sequence[Episode], where: str) -> None:
+    """Appends the episodes, if there are any, to what is being written, and makes the statistics of all. `where`: what they must match, for people."""
+    if episodes:
+        absent = [name for name in ADDED if name not in info.get("features", {})]
+        episodes = [_without(episode, absent) for episode in episodes]
+        must_match(new_info(episodes[0]), info, "what is to be appended", where)
+        _append(folder, info, episodes)
+    frames = pa.concat_tables(pq.read_table(path) for path in sorted(folder.glob("data/*/*.parquet")))
+    cameras = [name for name, feature in info["features"].items() if feature["dtype"] == "video"]
+    _write_json(folder / "meta/stats.json", statistics(frames) | {name: _statistics_of_pictures(folder, name) for name in cameras})
+    info["splits"] = {"train": f"0:{info['total_episodes']}"}
+    _write_json(folder / "meta/info.json", info)
 
 
 def _beside(folder: Path) -> str:
@@ -107,6 +124,14 @@ def lacking(folder: str | os.PathLike[str]) -> list[str]:
 
 def _without(episode: Episode, names: list[str]) -> Episode:
     return replace(episode, features={name: frames for name, frames in episode.features.items() if name not in names})
+
+
+def info_of(episodes: Sequence[Episode]) -> dict[str, Any]:
+    """Of a new data set of these. Raises ValueError where they do not fit together."""
+    first = new_info(episodes[0])
+    for episode in episodes:
+        must_match(new_info(episode), first, f"{episode.session} at {episode.start:.1f} s", "the first episode")
+    return first
 
 
 def new_info(episode: Episode) -> dict[str, Any]:
@@ -152,7 +177,7 @@ def read_info(folder: Path) -> dict[str, Any]:
     return info
 
 
-def _must_match(one: dict[str, Any], other: dict[str, Any], what: str, where: str) -> None:
+def must_match(one: dict[str, Any], other: dict[str, Any], what: str, where: str) -> None:
     for key in ("robot_type", "fps", "features"):
         if key == "features" and (apart := set(one[key]) ^ set(other.get(key, {}))):
             words = ", ".join(f"{'has' if name in one[key] else 'lacks'} {name}" for name in sorted(apart))
@@ -164,8 +189,7 @@ def _must_match(one: dict[str, Any], other: dict[str, Any], what: str, where: st
 
 
 def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> None:
-    tasks = pd.read_parquet(folder / "meta/tasks.parquet") if info["total_tasks"] else pd.DataFrame({"task_index": pd.Series(dtype="int64")})
-    number = {str(words): int(index) for words, index in tasks["task_index"].items()}
+    number = read_tasks(folder, info)
     for episode in episodes:
         number.setdefault(episode.task, len(number))
     place = _next_file(folder, info["chunks_size"])
@@ -179,20 +203,27 @@ def _append(folder: Path, info: dict[str, Any], episodes: Sequence[Episode]) -> 
         rows.append(
             {"episode_index": k, "tasks": [episode.task], "length": len(episode), "dataset_from_index": first, "dataset_to_index": info["total_frames"]}
             | {f"{kind}/{key}": value for kind in ("data", "meta/episodes") for key, value in place.items()}
-            | {f"stats/{name}/{key}": value for name, stats in _statistics(table).items() for key, value in stats.items()}
+            | {f"stats/{name}/{key}": value for name, stats in statistics(table).items() for key, value in stats.items()}
             | {key: value for of_camera in filmed.values() for key, value in of_camera[k - info["total_episodes"]].items()}
             | {"session": episode.session, "session_start_s": episode.start, "success": episode.success, "notes": episode.notes}
         )  # fmt: skip
-    info |= {"total_episodes": info["total_episodes"] + len(episodes), "total_tasks": len(number)}
-    info["splits"] = {"train": f"0:{info['total_episodes']}"}
-    _write_table(folder / DATA.format(**place), pa.concat_tables(tables))
+    info["total_episodes"] += len(episodes)
+    write_table(folder / DATA.format(**place), pa.concat_tables(tables))
     table = pa.Table.from_pylist(rows)
     at = table.column_names.index("success")
-    _write_table(folder / EPISODES.format(**place), table.set_column(at, "success", table.column(at).cast(pa.bool_())))
+    write_table(folder / EPISODES.format(**place), table.set_column(at, "success", table.column(at).cast(pa.bool_())))
+    write_tasks(folder, info, number)
+
+
+def read_tasks(folder: Path, info: dict[str, Any]) -> dict[str, int]:
+    """Numbers of the tasks in words."""
+    tasks = pd.read_parquet(folder / "meta/tasks.parquet") if info["total_tasks"] else pd.DataFrame({"task_index": pd.Series(dtype="int64")})
+    return {str(words): int(index) for words, index in tasks["task_index"].items()}
+
+
+def write_tasks(folder: Path, info: dict[str, Any], number: dict[str, int]) -> None:
+    info["total_tasks"] = len(number)
     _replace(folder / "meta/tasks.parquet", lambda path: pd.DataFrame({"task_index": list(number.values())}, index=list(number)).to_parquet(path))
-    frames = pa.concat_tables(pq.read_table(path) for path in sorted(folder.glob("data/*/*.parquet")))
-    _write_json(folder / "meta/stats.json", _statistics(frames) | {name: _statistics_of_pictures(folder, name) for name in filmed})
-    _write_json(folder / "meta/info.json", info)
 
 
 def _write_videos(folder: Path, name: str, episodes: Sequence[Episode], place: dict[str, int]) -> list[dict[str, Any]]:
@@ -219,8 +250,14 @@ def _statistics_of_pictures(folder: Path, name: str) -> dict[str, Any]:
 
 
 def _next_file(folder: Path, per_chunk: int) -> dict[str, int]:
-    count = len(list(folder.glob("data/*/*.parquet")))
-    return {"chunk_index": count // per_chunk, "file_index": count % per_chunk}
+    number = next_number(folder, per_chunk)
+    return {"chunk_index": number // per_chunk, "file_index": number % per_chunk}
+
+
+def next_number(folder: Path, per_chunk: int) -> int:
+    """Of a file that no kind has yet, counted through the chunks: what others made has more files of one kind than of another."""
+    taken = [re.fullmatch(r"chunk-(\d+)/file-(\d+)\.\w+", f"{path.parent.name}/{path.name}") for path in folder.glob("**/chunk-*/file-*")]
+    return max((int(match[1]) * per_chunk + int(match[2]) + 1 for match in taken if match), default=0)
 
 
 def _table(episode: Episode, number: int, first: int, task: int) -> pa.Table:
@@ -238,7 +275,7 @@ def _table(episode: Episode, number: int, first: int, task: int) -> pa.Table:
     return pa.table(columns)
 
 
-def _statistics(table: pa.Table) -> dict[str, dict[str, list[float]]]:
+def statistics(table: pa.Table) -> dict[str, dict[str, list[float]]]:
     """Of each number of each column."""
     found = {}
     for name in table.column_names:
@@ -249,7 +286,7 @@ def _statistics(table: pa.Table) -> dict[str, dict[str, list[float]]]:
     return found
 
 
-def _link(source: str, target: str) -> None:
+def link(source: str, target: str) -> None:
     """What is there already is never changed in place, so both may share it."""
     try:
         os.link(source, target)
@@ -264,7 +301,7 @@ def _replace(path: Path, write_to: Any) -> None:
     write_to(path)
 
 
-def _write_table(path: Path, table: pa.Table) -> None:
+def write_table(path: Path, table: pa.Table) -> None:
     _replace(path, lambda new: pq.write_table(table, new, compression="snappy"))
 
 
