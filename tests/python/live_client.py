@@ -81,6 +81,7 @@ class Client:
         self.socket.sendall(
             f"GET /live HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
+        self.pictures = []  # of cameras that it watches: when each came, and the message
         self.parts = b""  # of a message in several frames
         self.buffer, self.state, self.closed, self.sequence = b"", None, False, 0
         self.echo = None  # of the newest pong: its now_s, when it came
@@ -123,6 +124,8 @@ class Client:
             self.buffer = self.buffer[start + size:]
             if opcode == 8:
                 self.closed = True
+            elif opcode == 2:
+                self.pictures.append((time.monotonic(), payload))
             elif opcode <= 1:
                 self.parts += payload
                 if not final:

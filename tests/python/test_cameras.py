@@ -3,6 +3,7 @@
 import re
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ import time
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from live_client import Client, Demo
 from sample import PROGRAM, ROOT
 
 av = pytest.importorskip("av", reason="setup/requirements-dataset.txt is not installed")
@@ -74,6 +76,31 @@ def test_a_file_that_ends_is_a_camera_that_was_unplugged_and_the_arm_goes_on(tmp
     assert 1 <= len(video.t) <= 10
 
 
+def test_who_watches_sees_what_is_filmed_and_that_a_camera_ended(tmp_path):
+    short = film(tmp_path / "short.mp4", pictures=5)
+    program = Demo(tmp_path, "--no-recording", "--camera", f"table={film(tmp_path / 'film.mp4', pictures=900)}", "--camera", f"short={short}")
+    watches, other = program.client(), program.client()
+    watches.send(type="watch", cameras=["ceiling"])
+    assert "there are table, short" in watches.wait_for("error", code="unknown")["message"]
+    watches.send(type="watch", cameras=["table"])
+    while len(watches.pictures) < 20:
+        watches.messages(0.1)
+        other.messages()
+    Client(program.port).wait_for("cameras", ended=["", f"{short}: the video ended"])
+    program.end()
+    assert not other.pictures
+    decoder = av.CodecContext.create("h264", "r")
+    exposed = []
+    for k, (came, message) in enumerate(watches.pictures[:20]):
+        kind, key, camera, at = struct.unpack_from("<BBH4xd", message)
+        assert (kind, camera) == (1, 0) and (key == 1 or k > 0)
+        assert at < came  # one clock on one machine
+        exposed.append(at)
+        frames = decoder.decode(av.Packet(message[16:]))
+        assert [frame.width for frame in frames] == [320]
+    assert np.all(np.diff(exposed) > 0.0)
+
+
 def test_pictures_survive_a_kill(tmp_path):
     command = [PROGRAM, "demo", "--headless", "--set", f"recording.folder={tmp_path}", "--camera", f"table={film(tmp_path / 'film.mp4', pictures=400)}"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
@@ -99,6 +126,7 @@ def test_pictures_survive_a_kill(tmp_path):
         (["--camera", "a=FILM", "--set", "camera.width=161"], "camera 'a' has 161 x 240 pixels; both must be even"),
         (["--camera", "a=FILM", "--set", "camera.rate=0"], "camera.rate"),
         (["--camera", "a=TEXT"], "text.mp4: "),
+        (["--camera", "a=/dev/null"], "camera 'a': /dev/null: is no camera that Video4Linux2 knows"),
     ],
 )
 def test_bad_input_moves_nothing(tmp_path, words, reason):

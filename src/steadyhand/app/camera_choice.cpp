@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <utility>
 #ifdef STEADYHAND_CAMERA
 #include "steadyhand/camera/camera_set.hpp"
 #include "steadyhand/camera/file_source.hpp"
+#include "steadyhand/camera/v4l2_source.hpp"
 #endif
 #ifdef STEADYHAND_RENDER
 #include "steadyhand/render/scene_cameras.hpp"
@@ -18,7 +20,7 @@ namespace {
 /// One --camera, taken apart.
 struct NamedCamera {
   CameraInfo camera;
-  std::string file;  ///< empty: it is of the scene
+  std::string file;  ///< or device; empty: it is of the scene
 };
 
 Result<std::vector<NamedCamera>> take_apart(const std::vector<std::string>& words, const CameraInfo& like) {
@@ -52,6 +54,15 @@ Source of_scene(const std::vector<CameraInfo>&, Arm&, Clock&) {
 }
 #endif
 
+/// A device of hardware, or a file that plays.
+Source of_file(const NamedCamera& each, Clock& clock) {
+  std::error_code none;
+  if (!std::filesystem::is_character_file(each.file, none)) return open_file_source(each.file, each.camera, clock);
+  auto device = open_v4l2_device(each.file);
+  if (!device) return device.error();
+  return make_v4l2_source(each.file, *std::move(device), each.camera, clock);
+}
+
 Result<std::unique_ptr<Cameras>> make_cameras(const std::vector<NamedCamera>& named, Arm& arm, Clock& clock) {
   std::vector<std::unique_ptr<PictureSource>> sources;
   std::vector<CameraInfo> in_scene;
@@ -60,7 +71,7 @@ Result<std::unique_ptr<Cameras>> make_cameras(const std::vector<NamedCamera>& na
       in_scene.push_back(each.camera);
       continue;
     }
-    auto source = open_file_source(each.file, each.camera, clock);
+    auto source = of_file(each, clock);
     if (!source) return Error{fmt::format("camera '{}': {}", each.camera.name, source.error().message)};
     sources.push_back(*std::move(source));
   }
@@ -84,9 +95,11 @@ Result<std::unique_ptr<Cameras>> make_cameras(const std::vector<NamedCamera>&, A
 }  // namespace
 
 void add_camera_options(CommandLine& command, CameraChoice& choice) {
-  command.add_option("--camera", choice.cameras,
-                     "NAME, a camera of the task's scene, or NAME=FILE, a video file that plays as a camera; may be "
-                     "given again; none: no camera. Default: those of the task. Size and rate: settings camera.*");
+  command.add_option(
+      "--camera", choice.cameras,
+      "NAME, a camera of the task's scene, NAME=/dev/videoN, one of hardware, or NAME=FILE, a video file "
+      "that plays as a camera; may be given again; none: no camera. Default: those of the task. Size and "
+      "rate: settings camera.*");
 }
 
 Result<std::unique_ptr<Cameras>> open_cameras(const CameraChoice& choice, const Task& task, const CameraInfo& like,

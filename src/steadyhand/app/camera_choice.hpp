@@ -14,7 +14,7 @@ namespace steadyhand {
 
 /// Which cameras film, as the command line says it: --camera, again and again.
 struct CameraChoice {
-  std::vector<std::string> cameras;  ///< NAME or NAME=FILE, or only "none"; empty: those of the task
+  std::vector<std::string> cameras;  ///< NAME, NAME=DEVICE or NAME=FILE, or only "none"; empty: those of the task
 };
 
 void add_camera_options(CommandLine& command, CameraChoice& choice);
