@@ -5,6 +5,8 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,6 +14,32 @@
 #include <cstring>
 
 namespace steadyhand {
+
+namespace {
+
+/// What sched_setattr(2) takes; C libraries have had it for a short time only.
+struct SchedulingAttributes {
+  std::uint32_t size = sizeof(SchedulingAttributes), policy = SCHED_OTHER;
+  std::uint64_t flags = 0;
+  std::int32_t nice = 0;
+  std::uint32_t priority = 0;
+  std::uint64_t runtime = 0, deadline = 0, period = 0;  // ns
+};
+
+/// Without a right to more: shorter turns (Linux 6.12 and newer), so that what wakes waits for nobody's long one, and
+/// as much of the processor as this user may have.
+void ask_for_short_turns() {
+  constexpr std::uint64_t kShortest = 100'000;  // ns, that Linux takes
+  constexpr int kMost = -15;
+  const auto thread = static_cast<id_t>(syscall(SYS_gettid));
+  (void)setpriority(PRIO_PROCESS, thread, kMost);
+  SchedulingAttributes wanted;
+  wanted.runtime = kShortest;
+  wanted.nice = getpriority(PRIO_PROCESS, thread);
+  (void)syscall(SYS_sched_setattr, thread, &wanted, 0);
+}
+
+}  // namespace
 
 std::string lock_memory() {
   // MCL_ONFAULT: only what is touched, so that the unused stacks of threads cost nothing.
@@ -24,6 +52,7 @@ std::string make_realtime(int priority) {
   parameters.sched_priority = priority;
   const int failed = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
   if (failed == 0) return {};
+  ask_for_short_turns();
   return fmt::format("no real-time priority ({}); raise `rtprio` in /etc/security/limits.conf", std::strerror(failed));
 }
 
