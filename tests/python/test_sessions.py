@@ -148,7 +148,7 @@ def test_a_killed_session_loses_at_most_a_second_and_opens(tmp_path):
     process = subprocess.Popen(demo(tmp_path), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
         deadline = time.monotonic() + 60.0
-        while not any(p.stat().st_size > 100_000 for p in tmp_path.glob("*.mcap")):
+        while not any(p.stat().st_size > 100_000 and b"spilled_profile" in p.read_bytes() for p in tmp_path.glob("*.mcap")):
             assert time.monotonic() < deadline and process.poll() is None
             time.sleep(0.05)
     finally:

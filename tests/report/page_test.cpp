@@ -150,10 +150,21 @@ TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
   input.profiles[0].spilled_share = 0.744;
   input.story->spills = {{2.1, 0.744, 12.6, "Tracking does not keep the liquid in"}};
   page = write_and_read(input);
-  EXPECT_NE(page.find("a &lt;label&gt;</h1>"), std::string::npos);
+  EXPECT_NE(page.find("a &lt;label&gt;, 25 November 2026, 15:20:10</h1>"), std::string::npos);
   EXPECT_NE(page.find("Spilled once."), std::string::npos);
-  EXPECT_NE(page.find("<b>74.4 %</b> <a href=\"#t=2.100\">at 2.10 s</a>: Tracking does not keep"), std::string::npos);
+  EXPECT_NE(page.find("<b>74.4 %</b> <a href=\"#t=2.100\">at 0:02.10</a>: Tracking does not keep"), std::string::npos);
   EXPECT_NE(page.find("<td>74.4</td>"), std::string::npos);
+  EXPECT_NE(page.find("<dt>spilled</dt><dd><b>once, 74.4</b>"), std::string::npos);
+  input.recording = "renamed";
+  EXPECT_NE(write_and_read(input).find(">a &lt;label&gt;</h1>"), std::string::npos);
+  input.recorded = "2026-11-26_01-02-03 UTC";
+  input.scales = "0.5, 1";
+  input.profiles[0].spills = 2;
+  input.profiles[0].spilled_share = 1e-4;
+  page = write_and_read(input);
+  EXPECT_NE(page.find(">a &lt;label&gt;, 26 November 2026, 01:02:03 UTC</h1>"), std::string::npos);
+  EXPECT_NE(page.find("<dt>scale of the hand</dt><dd>0.5, 1</dd>"), std::string::npos);
+  EXPECT_NE(page.find("<dt>spilled</dt><dd><b>2 ×, each less than 0.1</b>"), std::string::npos);
 }
 
 TEST(Page, NamesTheWorstSpillsFirst) {

@@ -118,6 +118,57 @@ TEST_F(Told, ASpillIsExplained) {
   EXPECT_DOUBLE_EQ(results[1].spilled_share, 0.3);
 }
 
+TEST_F(Told, EachProfileHasWhatItSpilled) {
+  const auto lose = [&](double t, double share, const char* profile) {
+    LiquidState liquid;
+    liquid.spilled = share > 0.0;
+    liquid.spilled_share = share;
+    session.liquid.emplace_back(from_seconds(t), liquid);
+    session.spills.see(from_seconds(t), liquid, profile);
+  };
+  lose(1.0, 0.0, "carry");
+  lose(2.0, 0.001, "carry");
+  lose(3.0, 0.001, "tracking");  // it has lost nothing yet
+  lose(4.0, 0.11, "tracking");
+  lose(5.0, 1.0, "tracking");
+  lose(6.0, 1.0, "carry");
+  lose(7.0, 0.0, "carry");
+  EXPECT_EQ(of("spill"), (Lines{"2.0 spilled 0.1 % of the liquid", "4.0 spilled 99.9 % of the liquid"}));
+  EXPECT_EQ(of("refill"), Lines{"7.0 a full glass"});
+  ASSERT_NE(session.spills.worst(), nullptr);
+  EXPECT_EQ(session.spills.worst()->profile, "tracking");
+}
+
+TEST_F(Told, APlannerThatWasLateIsWhatASpillCameOf) {
+  SettingsChange settings;
+  settings.profile = "carry";
+  settings.no_spill = true;
+  session.settings.push_back(settings);
+  change(1.0, "engaged");
+  for (const double t : {3.0, 10.0}) {
+    see(t - 0.1, 0.0);
+    see(t, 0.2);
+  }
+  see(11.0, 0.0);
+  const auto causes = [&] {
+    std::vector<std::string> found;
+    for (const auto& spill : tell_story(session).spills) found.push_back(spill.cause.substr(0, spill.cause.find(':')));
+    return found;
+  };
+  const Lines innocent(2, "carry should have kept the liquid in");
+  EXPECT_EQ(causes(), innocent);
+  session.changes.push_back({from_seconds(9.5), "engaged", "holding", "the planner is late"});
+  session.changes.push_back({from_seconds(9.6), "holding", "engaged", ""});
+  EXPECT_EQ(causes(), (Lines{innocent.front(), "the planner was late"}));
+  for (const double t : {1.0, 2.0, 2.5, 4.0}) {
+    SessionStatistics counted;
+    counted.now = from_seconds(t);
+    counted.rejected_plans = t > 2.0 ? 7 : 0;
+    session.statistics.push_back(counted);
+  }
+  EXPECT_EQ(causes(), Lines(2, "the planner was late"));
+}
+
 TEST_F(Told, WhatWasSpilledBeforeIsNotOfThisRecording) {
   see(1.0, 0.4), see(2.0, 0.4), see(3.0, 0.0), see(4.0, 0.0);
   EXPECT_EQ(of("spill"), Lines());

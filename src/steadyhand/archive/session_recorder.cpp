@@ -72,6 +72,7 @@ void SessionRecorder::begin_file() {
     if (const std::string why = place_->no_room(); !why.empty()) return Error{why};
     auto opened = place_->open([&](int i) { return i == 1 ? stem_ : fmt::format("{}_{}", stem_, i); });
     if (!opened) return opened.error();
+    metadata_["run"]["recorded"] = date_and_time() + " UTC";  // a program makes several
     Result<Recorder> recorder = create(std::move(opened->sink));
     if (!recorder) return recorder.error();
     {
@@ -116,10 +117,11 @@ std::string SessionRecorder::profiles_that_led() const {
   return names;
 }
 
-/// What is known when a file ends before its session does.
+/// What is known of a file while its session goes on; of several summaries the last one counts.
 void SessionRecorder::sum_up(const SessionSnapshot& now) {
   if (!file_) return;
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  const SpillLog::Spill* worst = tally_.liquid.worst();
   Time engaged = tally_.engaged;
   if (engaged_since_) engaged += std::max(Time(0), tally_.last - std::max(*engaged_since_, tally_.begin));
   const Status added = file_->add_metadata(
@@ -128,9 +130,9 @@ void SessionRecorder::sum_up(const SessionSnapshot& now) {
                   {"latency_p50_ms", number(1e-3 * now.latency_us.p50)},
                   {"latency_p99_ms", number(1e-3 * now.latency_us.p99)},
                   {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
-                  {"spilled", tally_.spilled ? "yes" : "no"},
-                  {"spilled_share", number(tally_.spilled_share)},
-                  {"spilled_profile", tally_.worst_profile},
+                  {"spilled", worst ? "yes" : "no"},
+                  {"spilled_share", number(worst ? worst->share : 0.0)},
+                  {"spilled_profile", worst ? worst->profile : ""},
                   {"profiles", profiles_that_led()}});
   if (!added) notice("the recording has no summary: " + added.error().message);
 }
@@ -312,15 +314,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     end_file();
   }
   if (at < Time(0)) return;
-  if (const std::optional<double> lost = tally_.liquid.see(now.liquid)) {
-    if (!tally_.spilling) tally_.spill_profile = operator_settings_ ? operator_settings_->profile : "";
-    if (!tally_.spilled || *lost > tally_.spilled_share) tally_.worst_profile = tally_.spill_profile;
-    tally_.spilled = true;
-    tally_.spilled_share = std::max(tally_.spilled_share, *lost);
-    tally_.spilling = true;
-  } else {
-    tally_.spilling = false;
-  }
+  tally_.liquid.see(at, now.liquid, operator_settings_ ? operator_settings_->profile : "");
   if (now.state == SupervisionState::kEngaged && operator_settings_ && !operator_settings_->profile.empty()) {
     tally_.led_by[operator_settings_->profile] += to_seconds(at - tally_.last);
   }
@@ -344,6 +338,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     next_statistics_ = at + kStatisticsPeriod;
     write(SessionStatistics{at, now.latency_us, now.solve_us, now.wake_us, now.samples, now.plans, now.rejected_plans,
                             now.cycles, now.missed_deadlines, now.planner_rate_hz});
+    if (!begins) sum_up(now);  // a program that is killed tells no more
     if (const std::string why = file_ ? place_->no_room() : ""; !why.empty()) {
       wanted_ = false;
       sum_up(now);
@@ -418,6 +413,7 @@ void SessionRecorder::finish(const LiveSummary& s) {
     holds += fmt::format("{}{} x {}", holds.empty() ? "" : "; ", count, reason);
   }
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  const SpillLog::Spill* worst = tally_.liquid.worst();
   const Status added = file_->add_metadata("summary", {{"duration_s", number(s.duration)},
                                                        {"engaged_s", number(s.engaged)},
                                                        {"engagements", fmt::format("{}", s.engagements)},
@@ -432,9 +428,9 @@ void SessionRecorder::finish(const LiveSummary& s) {
                                                        {"dropped_messages", fmt::format("{}", s.tap_drops)},
                                                        {"beyond_limits", fmt::format("{}", s.monitor.beyond_limits)},
                                                        {"in_contact", fmt::format("{}", s.monitor.in_contact)},
-                                                       {"spilled", tally_.spilled ? "yes" : "no"},
-                                                       {"spilled_share", number(tally_.spilled_share)},
-                                                       {"spilled_profile", tally_.worst_profile},
+                                                       {"spilled", worst ? "yes" : "no"},
+                                                       {"spilled_share", number(worst ? worst->share : 0.0)},
+                                                       {"spilled_profile", worst ? worst->profile : ""},
                                                        {"profiles", profiles_that_led()},
                                                        {"held_back", holds}});
   if (!added) notice("the recording ended: " + added.error().message);

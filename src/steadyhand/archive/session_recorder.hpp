@@ -126,13 +126,9 @@ class SessionRecorder {
   /// Of the file that is written, for the list of recordings, where the session goes on behind it.
   struct Tally {
     Time begin{0}, last{0}, engaged{0};
-    bool spilled = false;
-    double spilled_share = 0;                  ///< of the liquid, most at once
-    std::string spill_profile, worst_profile;  ///< in force when the last spill, and the largest, began
-    bool spilling = false;
     std::uint64_t missed_before = 0;
     std::map<std::string, double> led_by;  ///< s, by name of the profile
-    SpillWatch liquid;                     ///< since the file began
+    SpillLog liquid;                       ///< since the file began
   };
   Tally tally_;
   std::optional<Time> engaged_since_;  ///< the hand leads

@@ -302,7 +302,7 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   } else if (is(parts.liquid, "/liquid")) {
     LiquidState liquid = liquid_state(parsed());
     add_felt(message.log, liquid.lateral, parts.felt_period, session.felt);
-    session.spills.see(message.log, liquid);
+    session.spills.see(message.log, liquid, session.settings.empty() ? "" : session.settings.back().profile);
     const bool soon =
         !session.liquid.empty() && to_seconds(message.log - session.liquid.back().first) < parts.state_period - 1e-9;
     if (!soon || liquid.spilled != session.liquid.back().second.spilled)
@@ -394,8 +394,13 @@ std::vector<SessionEntry> list_sessions(const fs::path& folder) {
     entry.summary = std::move(overview->metadata["summary"]);
     entries.push_back(std::move(entry));
   }
+  // A name tells when it began until somebody gives it another.
+  const auto begun = [](const SessionEntry& entry) {
+    const auto recorded = entry.run.find("recorded");
+    return std::pair(recorded == entry.run.end() ? entry.name : recorded->second, entry.name);
+  };
   std::sort(entries.begin(), entries.end(),
-            [](const SessionEntry& a, const SessionEntry& b) { return a.name > b.name; });
+            [&](const SessionEntry& a, const SessionEntry& b) { return begun(a) > begun(b); });
   return entries;
 }
 

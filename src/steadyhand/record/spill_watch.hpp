@@ -4,6 +4,8 @@
 #include <cmath>
 #include <deque>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -36,32 +38,52 @@ class SpillLog {
  public:
   struct Spill {
     Time at{0};
-    double share = 0.0;              ///< of the liquid, until the glass was full again
+    std::string profile;             ///< in force; each has what was lost while it was
+    double share = 0.0;              ///< of the liquid, until the glass was full again or another profile led
     double lateral = 0.0;            ///< m/s^2, the largest sideways force in the half second before; 0: not recorded
     std::optional<Time> full_again;  ///< absent: not in this session
   };
 
-  /// In the order of time.
-  void see(Time at, const LiquidState& liquid) {
+  /// In the order of time. @param profile in force; empty: nobody knows
+  void see(Time at, const LiquidState& liquid, std::string_view profile = {}) {
     if (std::isfinite(liquid.lateral)) felt_.emplace_back(at, liquid.lateral);
     while (!felt_.empty() && to_seconds(at - felt_.front().first) > kBefore) felt_.pop_front();
     const std::optional<double> lost = watch_.see(liquid);
-    if (lost && !spilled_) {
-      Spill& begun = spills_.emplace_back();
-      begun.at = at;
-      for (const auto& [when, lateral] : felt_) begun.lateral = std::max(begun.lateral, lateral);
+    if (lost && !spilled_) begin(at, profile, 0.0);
+    if (lost && spills_.back().profile.empty()) spills_.back().profile = profile;
+    if (lost && profile != spills_.back().profile && *lost > booked_ + kMore) begin(at, profile, booked_);
+    if (lost && profile == spills_.back().profile) {
+      booked_ = std::max(booked_, *lost);
+      spills_.back().share = booked_ - before_;
     }
-    if (lost) spills_.back().share = std::max(spills_.back().share, *lost);
     if (spilled_ && !lost) spills_.back().full_again = at;
     spilled_ = lost.has_value();
   }
   const std::vector<Spill>& spills() const { return spills_; }
+  /// That lost most; null: none.
+  const Spill* worst() const {
+    const auto most = std::max_element(spills_.begin(), spills_.end(),
+                                       [](const Spill& a, const Spill& b) { return a.share < b.share; });
+    return most == spills_.end() ? nullptr : &*most;
+  }
 
  private:
   static constexpr double kBefore = 0.5;  ///< s, in which the liquid was pushed over the rim
+  static constexpr double kMore = 5e-4;   ///< of the liquid, that another profile must have lost to be named
+
+  void begin(Time at, std::string_view profile, double before) {
+    Spill& begun = spills_.emplace_back();
+    begun.at = at;
+    begun.profile = profile;
+    for (const auto& [when, lateral] : felt_) begun.lateral = std::max(begun.lateral, lateral);
+    before_ = booked_ = before;
+  }
+
   SpillWatch watch_;
   std::vector<Spill> spills_;
   std::deque<std::pair<Time, double>> felt_;
+  double before_ = 0.0;  ///< share that was lost under earlier profiles
+  double booked_ = 0.0;  ///< share that was lost under all
   bool spilled_ = false;
 };
 

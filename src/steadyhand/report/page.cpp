@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -77,9 +78,18 @@ std::string compared(double value, double first, const ReportInput& input, std::
                      escape(input.profiles.front().label));
 }
 
-/// "2, at most 74.4", of which the unit is %, or "0".
+/// "2 ×, at most 74.4", of which the unit is %, "once, 3.6", or "0".
 std::string spills_text(const Metrics& m) {
-  return m.spills > 0 ? fmt::format("{:.0f}, at most {}", m.spills, percent_text(m.spilled_share)) : "0";
+  if (!(m.spills > 0)) return "0";
+  const std::string share = percent_text(m.spilled_share), many = fmt::format("{:.0f} ×, ", m.spills);
+  if (share.rfind("less", 0) == 0) return (m.spills > 1 ? many + "each " : "once, ") + share;
+  return m.spills > 1 ? many + "at most " + share : "once, " + share;
+}
+
+/// m:ss.ss, as the operator's page has times.
+std::string clock_text(double seconds) {
+  const auto hundredths = std::llround(100.0 * std::max(0.0, seconds));
+  return fmt::format("{}:{:05.2f}", hundredths / 6000, static_cast<double>(hundredths % 6000) / 100.0);
 }
 
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
@@ -94,7 +104,7 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
     };
     std::string rows;
     if (input.story) {  // in the words and figures of the operator's page
-      rows += row("led", fmt::format("{:.1f}", profile.led_s), "s", 0.0, 0.0);
+      rows += row("led", clock_text(profile.led_s), "", 0.0, 0.0);
       if (m.spills >= 0) rows += row("spilled", spills_text(m), m.spills > 0 ? "%" : "", 0.0, 0.0);
       if (m.spills > 0 && m.spills_per_minute > 0.0) {
         rows += row("spills per minute led", fmt::format("{:.2f}", m.spills_per_minute), "", m.spills_per_minute,
@@ -192,8 +202,8 @@ std::string verdict(const std::optional<SessionStory>& story) {
                                  count == 1 ? "once" : fmt::format("{} times", count));
   for (std::size_t i = 0; i < told; ++i) {
     const SessionStory::Spill& spill = spills[i];
-    html += fmt::format("<li><b>{} %</b> <a href=\"#t={:.3f}\">at {:.2f} s</a>: {}</li>\n", percent_text(spill.share),
-                        spill.t_s, spill.t_s, escape(spill.cause));
+    html += fmt::format("<li><b>{} %</b> <a href=\"#t={:.3f}\">at {}</a>: {}</li>\n", percent_text(spill.share),
+                        spill.t_s, clock_text(spill.t_s), escape(spill.cause));
   }
   if (told < count) {
     const std::string most = told < spills.size() ? fmt::format("at most {}", percent_text(spills[told].share))
@@ -203,18 +213,24 @@ std::string verdict(const std::optional<SessionStory>& story) {
   return html + "</ul></div>\n";
 }
 
-/// "25 November 2026, 15:20:10" of a name that was made then; other names stay.
-std::string title_of(const ReportInput& input) {
-  if (!input.title.empty()) return input.title;
+/// "25 November 2026, 15:20:10" of a name that was made then; empty of other names.
+std::string date_of(const std::string& name) {
   constexpr const char* kMonths[] = {"January", "February", "March",     "April",   "May",      "June",
                                      "July",    "August",   "September", "October", "November", "December"};
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0, length = 0;
-  const bool made = std::sscanf(input.recording.c_str(), "%4d-%2d-%2d_%2d-%2d-%2d%n", &year, &month, &day, &hour,
+  const bool made = std::sscanf(name.c_str(), "%4d-%2d-%2d_%2d-%2d-%2d%n", &year, &month, &day, &hour,
                                 &minute, &second, &length) == 6;
-  if (!made || month < 1 || month > 12) return input.recording;
-  const std::string rest = input.recording.substr(static_cast<std::size_t>(length));  // "_2": of the same program
+  if (!made || month < 1 || month > 12) return {};
+  const std::string rest = name.substr(static_cast<std::size_t>(length));  // "_2": of the same program
   return fmt::format("{} {} {}, {:02}:{:02}:{:02}{}", day, kMonths[month - 1], year, hour, minute, second,
                      rest.size() > 1 && rest.front() == '_' ? " (" + rest.substr(1) + ")" : rest);
+}
+
+/// What people call it, and when it was made, as far as that is known.
+std::string title_of(const ReportInput& input) {
+  const std::string named = date_of(input.recording), date = named.empty() ? date_of(input.recorded) : named;
+  const std::string called = input.title.empty() && named.empty() ? input.recording : input.title;
+  return called.empty() ? date : called + (date.empty() ? "" : ", " + date);
 }
 
 std::string thinning_note(const Thinning& thinning, int commands_merged, bool live) {
@@ -248,9 +264,10 @@ Result<std::string> report_page(const ReportInput& input) {
   if (input.story) duration = input.story->end_s - input.story->begin_s;
   const Thinning thinning = choose_thinning(input);
   const std::string recording = escape(input.recording), rate = fmt::format("{:g} Hz", input.rate_hz),
-                    scale = fmt::format("{:g}", input.scale),
-                    length = fmt::format("{:.1f} s", duration) +
-                             (input.story ? fmt::format(", {:.1f} s of it led", input.story->led_s) : ""),
+                    scale = input.scales.empty() ? fmt::format("{:g}", input.scale) : input.scales,
+                    length = input.story ? fmt::format("{}, {} of it led", clock_text(duration),
+                                                       clock_text(input.story->led_s))
+                                         : fmt::format("{:.1f} s", duration),
                     command = escape(input.command), card_html = cards(input, metrics),
                     table_html = tables(input, metrics), meaning_html = meanings(metrics),
                     title = escape(title_of(input)), verdict_html = verdict(input.story),

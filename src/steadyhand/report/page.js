@@ -27,7 +27,12 @@ function format(value, unit, digits = 3) {
   const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(Math.max(Math.abs(value), 10 ** (1 - digits)))));
   return value.toFixed(Math.min(decimals, digits)) + (unit ? `\u00a0${unit}` : '');
 }
-const seconds = (value) => (value == null ? '–' : `${value.toFixed(2)}\u00a0s`);
+/** m:ss.ss, as the operator's page has times. */
+const seconds = (value) => {
+  if (value == null) return '–';
+  const hundredths = Math.round(100 * Math.max(0, value));
+  return `${Math.floor(hundredths / 6000)}:${((hundredths % 6000) / 100).toFixed(2).padStart(5, '0')}`;
+};
 
 /**
  * Joins curves [{t, values}] with times of their own into the columns of one plot: undefined where a curve has no value
@@ -283,13 +288,25 @@ function stacked(profile) {
   return columns(layers.reverse().map((values) => ({ t, values })));
 }
 
+/** From 0 to what all but a few points stay below: a spike leaves the others to be read. `say` gets what is cut off, or nothing. */
+const withoutSpikes = (values, max, say) => {
+  const known = values.filter((value) => value != null).sort((a, b) => a - b), usual = known[Math.floor(0.98 * (known.length - 1))] ?? 0;
+  const cut = usual > 0 && max > 5 * usual;
+  say(cut ? `Cut off above: peaks of up to ${format(max)}.` : '');
+  return [0, cut ? 2 * usual : 1.05 * max || 1];
+};
+
 const objectiveCharts = profiles.map((profile, i) => {
-  const terms = profile.terms.length;
+  const terms = profile.terms.length, figure = addFigure('objective', i), note = figure.appendChild(document.createElement('p'));
+  note.className = 'lead cut';
   const chart = addChart({
-    figure: addFigure('objective', i),
+    figure,
     columns: stacked(profile),
     gridOnTop: true,
-    range: (u, min, max) => [0, relative ? 100 : 1.05 * max || 1],
+    range: (u, min, max) => {
+      const [from, to] = u.series[0].idxs ?? [0, u.data[0].length - 1];
+      return relative ? [0, 100] : withoutSpikes(u.data[1].slice(from, to + 1), max, (words) => { note.textContent = words; });
+    },
     series: profile.terms
       .map((label, term) => ({
         label,

@@ -111,6 +111,12 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   report.recording = session.name;
   report.rate_hz = number_or(session.run("rate_hz"), 20.0);
   report.scale = number_or(session.run("scale"), 1.0);
+  report.recorded = session.run("recorded").empty() ? session.run("started") : session.run("recorded");
+  std::vector<double> scales;
+  for (const SettingsChange& change : session.settings) {
+    if (std::find(scales.begin(), scales.end(), change.scale) == scales.end()) scales.push_back(change.scale);
+  }
+  for (const double scale : scales) report.scales += fmt::format("{}{:.3g}", report.scales.empty() ? "" : ", ", scale);
   report.command = command;
   report.story = tell_story(session);
   report.profiles = split_by_settings(std::move(session));

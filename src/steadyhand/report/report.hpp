@@ -62,8 +62,10 @@ struct SessionStory {
 struct ReportInput {
   std::string recording;  ///< its name
   std::string title;      ///< what people call it; empty: its name
+  std::string recorded;   ///< when, as in a name that was made then; empty: not known
   double rate_hz = 0;     ///< re-planning
   double scale = 1;       ///< of the hand's translation
+  std::string scales;     ///< all that led, where there were several
   std::string command;    ///< what to type to get this report again
   std::vector<ProfileResult> profiles;
   std::optional<SessionStory> story;  ///< of a live session

@@ -111,6 +111,21 @@ void tell_limits(const SessionFile& session, SessionStory& story) {
   }
 }
 
+/// In the second before, plans or commands came too late: the arm held, or went on by an older plan.
+bool was_late(const SessionFile& session, Time at) {
+  constexpr Time kBefore = std::chrono::seconds(1);
+  for (const SessionFile::Change& change : session.changes) {
+    if (change.at > at - kBefore && change.at <= at && change.reason == "the planner is late") return true;
+  }
+  const SessionStatistics *before = nullptr, *after = nullptr;
+  for (const SessionStatistics& counted : session.statistics) {
+    if (counted.now <= at - kBefore || !before) before = &counted;
+    after = &counted;
+    if (counted.now >= at) break;
+  }
+  return before && (after->rejected_plans > before->rejected_plans || after->missed_deadlines > before->missed_deadlines);
+}
+
 /// What was in force, what the arm did, and how hard the liquid was pushed when it went over the rim.
 SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Spill& seen) {
   SessionStory::Spill spill;
@@ -132,6 +147,8 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
     spill.cause = "in a stop, under " + profile;
   } else if (!spares) {
     spill.cause = "under " + profile;
+  } else if (was_late(session, at)) {
+    spill.cause = "the planner was late: " + profile + " cannot keep the liquid in on a computer that is too slow";
   } else {
     spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while no hand led");
   }
