@@ -267,6 +267,7 @@ TEST_F(ServerTest, StopsWithClientsConnected) {
   ASSERT_EQ(b.connect(), 101u);
   server_.reset();
   EXPECT_TRUE(a.hear("state").is_null());
+  EXPECT_EQ(a.farewell(), 1001u) << "going away";
 }
 
 }  // namespace

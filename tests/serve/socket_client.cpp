@@ -136,6 +136,8 @@ bool SocketClient::part() {
   return !error;
 }
 
+unsigned SocketClient::farewell() const { return impl_->socket.reason().code; }
+
 const std::string& SocketClient::pong() const { return impl_->pong; }
 
 bool SocketClient::ends_within(Time span) {

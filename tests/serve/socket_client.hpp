@@ -44,6 +44,8 @@ class SocketClient {
   std::string hear_bytes();
   /// Whether the connection ends within this time, whatever comes until then. Nothing can be heard afterwards.
   bool ends_within(Time span);
+  /// The code that the server's farewell had; 0: it said none.
+  unsigned farewell() const;
   /// Whether the server answers a farewell with its own.
   bool part();
   /// What came with the newest pong, as far as was read.

@@ -158,6 +158,11 @@ void Hub::broadcast_picture(int camera, bool is_key, const std::shared_ptr<const
   }
 }
 
+std::size_t Hub::say_farewell() {
+  for (auto& [id, client] : clients_) close(client);
+  return clients_.size();
+}
+
 void Hub::shut_down() {
   clients_.clear();
   holder_ = asker_ = study_leader_ = policy_ = 0;

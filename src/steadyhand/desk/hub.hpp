@@ -68,6 +68,8 @@ class Hub {
   void broadcast_state(const OperatorView& view);
   /// To who watches its camera. Who is behind gets none before the next key picture.
   void broadcast_picture(int camera, bool is_key, const std::shared_ptr<const std::string>& message);
+  /// Closes every connection. @return how many there were
+  std::size_t say_farewell();
   /// Forgets every client without a word or a callback.
   void shut_down();
 

@@ -24,7 +24,8 @@ struct ConnectionsShared {
   std::function<Time()> now;
   std::vector<std::string> hosts;  ///< names under which this machine may be asked
   bool accept_missing_origin = true;
-  Time timeout{0};  ///< with a peer that says or takes nothing
+  Time timeout{0};      ///< with a peer that says or takes nothing
+  bool ending = false;  ///< the program: who is sent away then did nothing wrong
 
   /// Those that ask for files, or that have not asked yet; clients of the hub are not among them.
   struct Visitor {

@@ -11,6 +11,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -212,7 +213,20 @@ struct Server::Impl {
     return Done{};
   }
 
+  /// Every client hears that this is the end, if it listens now.
+  void say_farewell() {
+    constexpr std::chrono::milliseconds kSoon{50};
+    const auto told = std::make_shared<std::promise<std::size_t>>();
+    std::future<std::size_t> clients = told->get_future();
+    asio::post(io, [this, told] {
+      shared.ending = true;
+      told->set_value(hub.say_farewell());
+    });
+    if (clients.wait_for(kSoon) == std::future_status::ready && clients.get() > 0) std::this_thread::sleep_for(kSoon);
+  }
+
   ~Impl() {
+    if (thread.joinable()) say_farewell();
     io.stop();
     if (thread.joinable()) thread.join();
     {

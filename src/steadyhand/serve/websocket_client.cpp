@@ -141,7 +141,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     } else {
       if (!closing_) return;
       writing_ = true;
-      socket_.async_close(websocket::close_code::policy_error,
+      socket_.async_close(shared_.ending ? websocket::close_code::going_away : websocket::close_code::policy_error,
                           [self = shared_from_this()](error_code) { self->end(); });
       return;
     }
