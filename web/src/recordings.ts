@@ -1,4 +1,5 @@
 import { Busy, openTab } from './busy';
+import { editForm, editOf, surely, type Change, type Edit } from './edit_form';
 import { element, put } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
@@ -6,7 +7,7 @@ import { waveOf, waveText } from './session';
 import { clock, latencyText, percentText, scaleText, spanText } from './figures';
 import { fine, Happened, seenAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
-import { Player, type Motion } from './replay/player';
+import { ledIn, Player, type Motion } from './replay/player';
 import { betterOf, summaryOf, type Figure } from './replay/summary';
 import { Track } from './replay/track';
 
@@ -23,8 +24,6 @@ export interface RecordedSession {
   summary: Record<string, string>;
 }
 
-/** What people may do with a recording. */
-type Change = 'label' | 'rename' | 'delete';
 /** Speeds that a press of the button goes through. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 /** Sessions that are listed at first, and so many more with each press. */
@@ -50,7 +49,7 @@ export const isFound = (told: string, wanted: string): boolean => wanted.toLower
 export function beganOf({ name, label, run }: RecordedSession, now: Date): string {
   const named = titleOf(name, now), known = named !== name;
   if (known) return label ? named : '';
-  return run.started ? titleOf(run.started.replace(/ UTC$/, ''), now) : '';
+  return run.started ? `${label ? `${name} · ` : ''}${titleOf(run.started.replace(/ UTC$/, ''), now)}` : label ? name : '';
 }
 
 /** s: the length of what is being written, which never shrinks. @param told by the server, `age` s ago @param before as it was shown last */
@@ -105,8 +104,8 @@ export class Recordings {
   /** mm, height of the glass inside; 0: there is none. */
   rim = 0;
   #track: Track | null = null;
-  /** Name of the session whose name and label are being changed. */
-  #edited = '';
+  /** Of the session whose name and label are being changed. */
+  #edit: Edit | null = null;
   #sessions: RecordedSession[] = [];
   #most = SHOWN;
   /** Where no program has them. */
@@ -125,9 +124,9 @@ export class Recordings {
   /** When that began, in words. */
   #began = '';
 
-  /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list */
+  /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list @param refusal why nothing came of it; empty: nobody said so */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
-              private readonly change: (kind: Change, name: string, to?: string) => void) {
+              private readonly change: (kind: Change, name: string, to?: string) => void, private readonly refusal: () => string = () => '') {
     this.#busy = new Busy(list);
     const press = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
     press('past-play', () => this.player?.toggle());
@@ -184,7 +183,7 @@ export class Recordings {
       const words = this.#tell(session, age, this.#began);
       if (this.#line.textContent !== words) this.#line.textContent = words;
     }
-    if (performance.now() / 1000 - this.#askedAt < ANEW || this.#edited || this.list.contains(document.activeElement)) return; // who works with the list keeps it
+    if (performance.now() / 1000 - this.#askedAt < ANEW || this.#edit || this.list.contains(document.activeElement)) return; // who works with the list keeps it
     void this.refresh();
   }
 
@@ -244,11 +243,13 @@ export class Recordings {
       if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Show ${name} beside the one that plays`, () => this.compare(name)));
       row.append(this.#busy.sign(button('Edit', `Label, rename, delete or download ${name}`, () => {
         if (this.#busy.isRunning(`change ${name}`)) return;
-        this.#edited = this.#edited === name ? '' : name;
+        this.#edit = this.#edit?.name === name ? null : editOf(name, session.label);
         this.#showList();
+        this.list.querySelector('.edit')?.scrollIntoView({ block: 'nearest' });
+        this.list.querySelector<HTMLInputElement>('.edit input')?.focus({ preventScroll: true });
       }), `change ${name}`, 'Changing…'));
       item.append(words, row);
-      if (this.#edited === name) item.append(this.#editor(session));
+      if (this.#edit?.name === name) item.append(this.#editor(this.#edit, session));
       return item;
     }), ...notes);
   }
@@ -284,62 +285,51 @@ export class Recordings {
       document.createElement('span'), ` · ${downloaded ? 'downloaded' : { open: 'being written', complete: 'gone with this page unless you download it', 'cut short': 'cut short; gone with this page unless you download it' }[state]}`);
     row.className = 'row';
     row.append(button('Download', `Download ${name} as MCAP`, () => this.kept.download(recording)));
-    if (state !== 'open') row.append(this.#surely(name, () => this.kept.forget(recording)));
+    if (state !== 'open') row.append(surely(name, { sure: false }, () => this.kept.forget(recording)));
     item.append(words, row);
     return item;
   }
 
-  /** A button that asks once more. */
-  #surely(name: string, act: () => void): HTMLButtonElement {
-    const gone = button('Delete', `Delete ${name}`, () => {
-      if (gone.dataset.sure) return act();
-      gone.dataset.sure = 'true';
-      gone.textContent = 'Really delete';
+  #editor(edit: Edit, { name, label = '' }: RecordedSession): HTMLElement {
+    return editForm(edit, label, this.#calledOf(name), this.#busy, {
+      save: (changes) => this.#do(name, ...changes),
+      remove: () => this.#do(name, ['delete', '']),
+      cancel: () => {
+        this.#edit = null;
+        this.#showList();
+      },
     });
-    return gone;
   }
 
-  #editor({ name, label }: RecordedSession): HTMLElement {
-    const form = document.createElement('form');
-    form.className = 'edit';
-    const field = (text: string, value: string): HTMLInputElement => {
-      const box = form.appendChild(document.createElement('label')), input = Object.assign(document.createElement('input'), { type: 'text', value, maxLength: 120 });
-      box.append(`${text} `, input);
-      return input;
-    };
-    const labelled = field('Label', label ?? ''), named = field('Name', name);
-    const warning = form.appendChild(Object.assign(document.createElement('p'), { className: 'hint space', textContent: 'Space stops the arm while it moves.', hidden: true }));
-    warning.setAttribute('role', 'status');
-    const row = form.appendChild(document.createElement('div')), gone = this.#surely(name, () => this.#do(name, ['delete']));
-    row.className = 'row';
-    const load = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/session.mcap`, download: `${name}.mcap`, textContent: 'Download' });
-    load.setAttribute('aria-label', `Download ${name} as MCAP`);
-    row.append(this.#busy.sign(Object.assign(document.createElement('button'), { textContent: 'Save' }), `change ${name}`, 'Saving…'), load, this.#busy.sign(gone, `change ${name}`, 'Deleting…'));
-    form.onsubmit = (event) => {
-      event.preventDefault();
-      const called = labelled.value.trim(), to = named.value.trim(), changes: [Change, string][] = [];
-      if (called !== (label ?? '')) changes.push(['label', called]);
-      if (to !== name) changes.push(['rename', to]);
-      if (changes.length > 0) this.#do(name, ...changes);
-    };
-    return form;
-  }
-
-  /** The disk may take a moment: until the list has it, or nothing seems to come of it. */
-  #do(name: string, ...changes: [kind: Change, to?: string][]): void {
-    const isDone = (): boolean => {
-      const session = this.#sessions.find((each) => each.name === name);
-      return !session || changes.every(([kind, to]) => kind === 'label' && (session.label ?? '') === to);
-    };
-    this.#edited = '';
-    if (this.player?.motion.name === name && changes.some(([kind]) => kind !== 'label')) this.close();
-    for (const [kind, to] of changes) this.change(kind, name, to);
+  /** The disk may take a moment: until the list has it, or it was refused. The form stays until it is done. */
+  #do(name: string, ...changes: [kind: Change, to: string][]): void {
+    const to = changes.find(([kind]) => kind === 'rename')?.[1] ?? name, has = (wanted: string) => this.#sessions.find((each) => each.name === wanted);
+    const isDone = ([kind, value]: [Change, string]): boolean => (kind === 'delete' ? !has(name) : kind === 'rename' ? has(value) !== undefined && !has(name) : (has(to) ?? has(name))?.label === value || (value === '' && !(has(to) ?? has(name))?.label));
+    for (const [kind, value] of changes) this.change(kind, name, kind === 'delete' ? undefined : value);
     void this.#busy.run(`change ${name}`, async () => {
-      for (let i = 0; i < TRIES && (i === 0 || !isDone()); ++i) {
+      for (let i = 0; i < TRIES && (i === 0 || !changes.every(isDone)) && !(i > 1 && this.refusal()); ++i) {
         await new Promise((done) => setTimeout(done, 300));
-        if (!this.#edited) await this.refresh();
+        await this.refresh();
       }
+      if (to !== name && has(to)) this.#follow(name, to);
+      if (changes.some(([kind]) => kind === 'delete') && !has(name)) {
+        if (this.player?.motion.name === name) this.close();
+        if (this.other?.motion.name === name) { this.other = null; this.#layOut(); }
+      }
+      if (this.#edit?.name === name) {
+        if (changes.every(isDone)) this.#edit = null;
+        else this.#edit.refusal = `Not changed: ${this.refusal() || 'the program did not answer'}.`;
+      }
+      this.#layOut();
     });
+    this.#showList();
+  }
+
+  /** What is shown has another name now. */
+  #follow(name: string, to: string): void {
+    for (const shown of [this.player, this.other]) if (shown?.motion.name === name) shown.motion.name = to;
+    if (this.#edit?.name === name) this.#edit.name = to;
+    if (location.hash.startsWith(`#replay=${encodeURIComponent(name)}`)) history.replaceState(null, '', `#replay=${encodeURIComponent(to)}`);
   }
 
   async #load(name: string): Promise<Player | null> {
@@ -385,7 +375,7 @@ export class Recordings {
 
   #layOut(): void {
     const { player, other } = this;
-    if (!player) return;
+    if (!player) return this.#showList();
     element('past-name', HTMLElement).textContent = this.#calledOf(player.motion.name);
     element('past-name', HTMLElement).title = player.motion.name;
     element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}` : '';
@@ -417,7 +407,7 @@ export class Recordings {
       return made;
     };
     const what = ([name, , , title]: Figure): HTMLTableCellElement => cell('th', name, { scope: 'row', title });
-    const title = (which: number): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion.name), { scope: 'col', className: which === 0 ? '' : 'other' });
+    const title = (which: number): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion), { scope: 'col', className: which === 0 ? '' : 'other' });
     const corner = cell('th', 'Compared', { scope: 'col' });
     table.replaceChildren(row(corner, title(0), title(1)), ...figures[0]!.map((figure, i) => row(what(figure), value(0, i), value(1, i))));
   }
@@ -425,10 +415,11 @@ export class Recordings {
   /** As in the list. */
   #calledOf(name: string): string { return this.#sessions.find((each) => each.name === name)?.label || titleOf(name, new Date()); }
 
-  /** What people call it, and the profiles that led. */
-  #titleOf(name: string): string {
-    const session = this.#sessions.find((each) => each.name === name), profile = session && profilesOf(session, this.profiles);
-    return `${this.#calledOf(name)}${profile ? ` · ${profile}` : ''}`;
+  /** What people call it, and every profile that led. */
+  #titleOf(motion: Motion): string {
+    const session = this.#sessions.find((each) => each.name === motion.name), names = ledIn(motion);
+    const told = names.map((name) => this.profiles.find((profile) => profile.name === name)?.label ?? name).join(', ') || (session ? profilesOf(session, this.profiles) : '');
+    return `${this.#calledOf(motion.name)}${told ? ` · ${told}` : ''}`;
   }
 
   close(): void {

@@ -3,11 +3,28 @@ import { Busy } from '../src/busy';
 import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recordings';
 import { clock, percentText, rateText } from '../src/figures';
 import { betterOf, summaryOf } from '../src/replay/summary';
-import { indexAt, Player, type Motion } from '../src/replay/player';
-import { currentOf, seenAt, worstSpill } from '../src/replay/happened';
+import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
+import { countsOf, currentOf, seenAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
+
+describe('a recording', () => {
+  it('tells every profile by which a hand led, and no other', () => {
+    const settings = ['carry', 'follow', 'tracking'].map((profile, i) => ({ t_s: 2 * i, profile, scale: 1, fill: 0 }));
+    const target = { t_s: [0, 1, 3, 4, 5], p: [], q: [], engaged: [0, 1, 0, 1, 1], lateral: [], error_mm: [] };
+    expect(ledIn({ ...motion, settings, target })).toEqual(['carry', 'tracking']);
+    expect(ledIn(motion)).toEqual([]);
+  });
+});
+
+describe('events', () => {
+  it('are counted as the report does, also where not all are listed', () => {
+    const event = (kind: string) => ({ t_s: 0, kind, what: '', why: '' }), events = ['state', 'spill', 'state'].map(event);
+    expect([...countsOf(events, events)]).toEqual([['state', '2'], ['spill', '1']]);
+    expect([...countsOf(events, events.slice(1))]).toEqual([['state', '1 of 2'], ['spill', '1']]);
+  });
+});
 
 describe('player', () => {
   it('is where the arm was, in between too, whichever way it seeks', () => {

@@ -1,7 +1,7 @@
 import type { Player, StoryEvent } from './player';
 
 /** Events that are listed at most: the gravest kinds come first. */
-const LISTED = 300;
+const LISTED = 1000;
 const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
 /** As the session's report calls them. */
 const NAMES: Readonly<Record<string, string>> = { missed: 'deadlines' };
@@ -15,6 +15,15 @@ export const seenAt = (t_s: number, begin: number): number => Math.ceil(Math.max
 /** The spill that lost most, the first of equals. */
 export function worstSpill(events: readonly StoryEvent[] | undefined): StoryEvent | undefined {
   return events?.filter(({ kind }) => kind === 'spill').reduce<StoryEvent | undefined>((worst, each) => (worst && (worst.amount ?? 0) >= (each.amount ?? 0) ? worst : each), undefined);
+}
+
+/** How many there are of each kind, in words: "18 of 105" where only some are listed. */
+export function countsOf(events: readonly StoryEvent[], listed: readonly StoryEvent[]): Map<string, string> {
+  const count = (of: readonly StoryEvent[], wanted: string): number => of.filter(({ kind }) => kind === wanted).length;
+  return new Map([...new Set(events.map(({ kind }) => kind))].map((kind) => {
+    const all = count(events, kind), seen = count(listed, kind);
+    return [kind, seen === all ? `${all}` : `${seen} of ${all}`];
+  }));
 }
 
 /** Of entries in the order of time, the last one that is shown and not after `at`; -1: none. */
@@ -42,8 +51,7 @@ export class Happened {
     this.#current = -1;
     this.list.replaceChildren(...this.#entries.map(({ item }) => item));
     this.list.scrollTop = 0;
-    const counts = new Map<string, number>();
-    for (const { kind } of listed) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+    const counts = countsOf(motion.events ?? [], listed);
     this.kinds.hidden = counts.size < 2;
     this.kinds.replaceChildren(...[...counts].map(([kind, count]) => {
       const label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: !this.#hidden.has(kind) });

@@ -23,6 +23,17 @@ export interface Motion {
   events?: StoryEvent[];
 }
 
+/** Names of the profiles by which a hand led, in the order of their first time. */
+export function ledIn({ target, settings = [] }: Motion): string[] {
+  const names = new Set<string>(), { t_s = [], engaged = [] } = target ?? {};
+  for (let i = 0, k = -1; i < t_s.length; ++i) {
+    while (k + 1 < settings.length && settings[k + 1]!.t_s <= t_s[i]!) ++k;
+    if (engaged[i]) names.add(settings[Math.max(k, 0)]?.profile ?? '');
+  }
+  names.delete('');
+  return [...names];
+}
+
 /** The last entry of rising times that is not after `wanted`; -1 before the first. */
 export function indexAt(times: readonly number[], wanted: number): number {
   let low = -1, high = times.length;

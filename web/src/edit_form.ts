@@ -1,0 +1,86 @@
+import type { Busy } from './busy';
+
+/** What people may do with a recording. */
+export type Change = 'label' | 'rename' | 'delete';
+
+/** As session_edits.cpp takes it. */
+const NAME = /^[A-Za-z0-9_-][A-Za-z0-9._-]{0,127}$/;
+const NAME_RULE = 'Letters, digits, “-”, “_” and “.”, which is not first.';
+
+/** Why a recording cannot be called so; empty: it can. */
+export const whyNoName = (name: string): string => (NAME.test(name) ? '' : `“${name}” is no name for a file. ${NAME_RULE}`);
+
+/** What is being typed: it outlives a list that is made anew. */
+export interface Edit { name: string; label: string; to: string; refusal: string; sure: boolean }
+
+export const editOf = (name: string, label = ''): Edit => ({ name, label, to: name, refusal: '', sure: false });
+
+/** What was changed, of what was typed. */
+export function changesOf({ name, label, to }: Edit, before: string): [Change, string][] {
+  const changes: [Change, string][] = [];
+  if (label.trim() !== before) changes.push(['label', label.trim()]);
+  if (to.trim() !== name) changes.push(['rename', to.trim()]); // last: then it has another name
+  return changes;
+}
+
+export interface Acts { save(changes: [Change, string][]): void; cancel(): void; remove(): void }
+
+/** A recording's label and name, to be typed; what cannot be is said beside it. @param before its label @param called how people know it */
+export function editForm(edit: Edit, before: string, called: string, busy: Busy, acts: Acts): HTMLFormElement {
+  const form = document.createElement('form');
+  form.className = 'edit';
+  const key = `change ${edit.name}`;
+  const field = (text: string, value: string, take: (value: string) => void): HTMLInputElement => {
+    const box = form.appendChild(document.createElement('label')), input = Object.assign(document.createElement('input'), { type: 'text', value, maxLength: 120 });
+    input.oninput = () => take(input.value);
+    box.append(`${text} `, input);
+    return input;
+  };
+  const hint = (textContent: string, className: string, hidden = false): HTMLParagraphElement => form.appendChild(Object.assign(document.createElement('p'), { textContent, className: `hint ${className}`, hidden }));
+  field('Label', edit.label, (value) => { edit.label = value; });
+  const named = field('Name of the file', edit.to, (value) => { edit.to = value; });
+  const rule = hint(NAME_RULE, 'rule');
+  rule.id = 'edit-rule';
+  named.setAttribute('aria-describedby', rule.id);
+  const refusal = hint(edit.refusal, 'refusal', edit.refusal === '');
+  refusal.setAttribute('role', 'alert');
+  hint('Space stops the arm while it moves.', 'space', true).setAttribute('role', 'status');
+  const row = form.appendChild(document.createElement('div'));
+  row.className = 'row';
+  const press = (textContent: string, label: string, onclick: () => void): HTMLButtonElement => {
+    const made = Object.assign(document.createElement('button'), { type: 'button', textContent, onclick });
+    made.setAttribute('aria-label', label);
+    return made;
+  };
+  const load = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(edit.name)}/session.mcap`, download: `${edit.name}.mcap`, textContent: 'Download' });
+  load.setAttribute('aria-label', `Download ${edit.name} as MCAP`);
+  row.append(busy.sign(Object.assign(document.createElement('button'), { textContent: 'Save' }), key, 'Saving…'),
+    press('Cancel', `Leave ${edit.name} as it is`, acts.cancel), load, busy.sign(surely(called, edit, acts.remove), key, 'Deleting…'));
+  form.onsubmit = (event) => {
+    event.preventDefault();
+    const changes = changesOf(edit, before);
+    edit.refusal = edit.to.trim() === edit.name ? '' : whyNoName(edit.to.trim());
+    refusal.textContent = edit.refusal;
+    refusal.hidden = edit.refusal === '';
+    if (edit.refusal) return named.focus();
+    if (changes.length === 0) acts.cancel(); else acts.save(changes);
+  };
+  return form;
+}
+
+/** A button that asks once more. @param called what is deleted */
+export function surely(called: string, asked: { sure: boolean }, act: () => void): HTMLButtonElement {
+  const gone = Object.assign(document.createElement('button'), { type: 'button' as const });
+  const show = (): void => {
+    gone.textContent = asked.sure ? `Really delete “${called}”` : 'Delete';
+    gone.setAttribute('aria-label', asked.sure ? `Really delete ${called}, for good` : `Delete ${called}`);
+    if (asked.sure) gone.dataset.sure = 'true';
+  };
+  gone.onclick = () => {
+    if (asked.sure) return act();
+    asked.sure = true;
+    show();
+  };
+  show();
+  return gone;
+}
