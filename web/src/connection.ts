@@ -55,6 +55,8 @@ export function workerSurroundings(onFailure: (why: string) => void, onKept: (ke
 }
 
 const PING_EVERY = 0.5; // s
+/** Of a WebSocket whose far end shuts down in order (RFC 6455). */
+const GOING_AWAY = 1001;
 const RETRY = [0.25, 0.5, 1, 2]; // s
 
 /** One client's end of the WebSocket: greets, pairs, pings, and connects again when the connection is lost. */
@@ -67,6 +69,8 @@ export class Connection {
   readonly clock = new ServerClock();
   /** Takes pictures of cameras that were asked for. */
   onPicture: ((message: ArrayBuffer) => void) | null = null;
+  /** The program said that it ends. */
+  ended = false;
   #socket: Socket | null = null;
   #attempts = 0;
   #timer = 0;
@@ -94,7 +98,10 @@ export class Connection {
     };
     this.#watchLater();
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => (typeof event.data === 'string' ? this.#take(event.data) : this.#see(event.data));
-    socket.onclose = () => this.#lost();
+    socket.onclose = (event) => {
+      if (event?.code === GOING_AWAY) this.ended = true;
+      this.#lost();
+    };
   }
 
   /** False if there is nobody to take it, or so much is waiting that it would arrive late: then it is dropped. */
@@ -124,6 +131,7 @@ export class Connection {
     if (message.type === 'welcome') {
       this.#attempts = 0;
       this.clock.forget();
+      this.ended = false;
       this.#become('open');
       if (this.code) this.pair(this.code);
       this.code = ''; // from then on there is the token

@@ -3,3 +3,12 @@ export function motionTitle(name: string): string {
   const words = name.split(/[-_ ]+/).filter((word) => word !== 'demo' && word !== 'recording').join(' ') || name;
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
+
+/** What the bundled ones show, and how long they are. */
+const SHOWS: Readonly<Record<string, string>> = {
+  'carrying': 'carries things about, 11 s', 'events-demo-recording': 'grabs and stretches, fast, 22 s',
+  'mouse-demo-recording': 'points and clicks, fast, 12 s', 'physics-demo-laser': 'points and throws, fast, 15 s',
+};
+
+/** Its title, and what the hand does. */
+export const motionText = (name: string): string => motionTitle(name) + (SHOWS[name] ? `: ${SHOWS[name]}` : '');

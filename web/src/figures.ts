@@ -40,3 +40,16 @@ export function clock(seconds: number): string {
   const whole = Math.floor(seconds);
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;
 }
+
+/** Ends of a part's name that say what kind of thing a program takes it for. */
+const KIND = /_(joint|link|body|bottom|top)$/;
+/** What is counted on an arm: the number is a part's name. */
+const COUNTED = /(^|_)(wrist|joint|axis|finger)$/;
+
+/** A body or a joint as people call it: "forearm" of forearm_5, "wrist 3" of wrist_3_joint and of wrist_3_0. */
+export function partText(name: string): string {
+  let part = name.replace(KIND, '');
+  const rest = part.replace(/_\d+$/, '');
+  if (rest !== '' && !COUNTED.test(rest)) part = rest;
+  return part.replace(KIND, '').replaceAll('_', ' ');
+}

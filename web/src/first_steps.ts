@@ -25,9 +25,9 @@ export class FirstSteps {
   /** @param onGone the card of the first steps leaves the scene free */
   constructor(show: () => void, private readonly letGo: () => void, private readonly onGone: () => void) {
     this.#first.hidden = seen();
-    element('first-close', HTMLButtonElement).onclick = () => this.#dismiss();
+    element('first-close', HTMLButtonElement).onclick = () => this.dismiss();
     element('first-demo', HTMLButtonElement).onclick = () => {
-      this.#dismiss();
+      this.dismiss();
       show();
     };
     const toggle = () => (this.#help.hidden ? this.#openHelp() : this.closeHelp());
@@ -47,7 +47,7 @@ export class FirstSteps {
   /** @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already @param past a recording is shown */
   draw(why: string, plays: boolean, past: boolean): void {
     if (this.#first.hidden) return;
-    if (past) return this.#dismiss();
+    if (past) return this.dismiss();
     put(this.#first.dataset, 'plays', String(plays));
     put(this.#first.dataset, 'waits', String(why !== ''));
     const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Begin it anew' : 'Show me a motion';
@@ -68,7 +68,9 @@ export class FirstSteps {
     return card.width > 0.6 * width ? [0, Math.max(0, card.bottom - top) / height] : [Math.max(0, left + width - card.left) / width, 0];
   }
 
-  #dismiss(): void {
+  /** It is gone for good. */
+  dismiss(): void {
+    if (this.#first.hidden) return;
     this.#first.hidden = true;
     this.onGone();
     try { localStorage.setItem(SEEN, '1'); } catch { /* it comes again next time */ }

@@ -70,6 +70,11 @@ export class Hand {
   /** Whoever has it. */
   letGo(): void { if (this.#source !== null) this.release(this.#source); }
 
+  /** The grip that is still held begins anew: for one that was lost as the browser could not tell of it. */
+  resume(): void {
+    if (this.#source !== null && this.#clutch && this.allowed()) this.#sample(false, true, false);
+  }
+
   /** Opens (0) or closes (1) the gripper, in a grip of the hand or without one. */
   set gripper(value: number) {
     this.#gripper = Math.min(Math.max(value, 0), 1);

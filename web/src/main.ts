@@ -15,7 +15,7 @@ import { Joints } from './plots/joints';
 import { Plots } from './plots/plots';
 import { forgetColors } from './profiles';
 import { Recordings } from './recordings';
-import { PRESETS, type Preset } from './scene/presets';
+import type { Preset } from './scene/presets';
 import { Stage } from './scene/stage';
 import type { ServerMessage } from './protocol';
 import { ON_TOUCH, Session } from './session';
@@ -49,7 +49,7 @@ const delay = new DisplayDelay((message) => take(message));
 const study = new StudyPanel(stage.base, delay, (key, value) => connection.send({ type: 'reply', content: { key, value } }));
 
 const connection = new Connection(surroundings, code, (message) => delay.take(message, now()), (status) => {
-  session.connectionBecame(status);
+  session.connectionBecame(status, connection.ended);
   if (status === 'open') return;
   hand.letGo();
   recordings.kept.cut(); // the Worker goes with its connection
@@ -84,7 +84,7 @@ function take(message: ServerMessage): void {
   shown = told;
   recordings.profiles = profiles;
   recordings.rim = robot?.gripper ? 0 : 1000 * glass.height;
-  plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles);
+  plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles, message.recordings);
   if (!robot) return;
   joints = new Joints(element('joints', HTMLDivElement), robot);
   void stage.setRobot(robot, glass);
@@ -97,7 +97,10 @@ const recordings = new Recordings(element('recordings', HTMLUListElement), eleme
   if (shown) hand.letGo();
   if (shown) tabs.show('recordings');
   session.past = shown;
-}, (kind, text, to) => panel.command(kind, to === undefined ? { text } : { text, to }));
+}, (kind, text, to) => {
+  session.lastError = null;
+  panel.command(kind, to === undefined ? { text } : { text, to });
+}, () => session.lastError?.message ?? '');
 let recorded: boolean | null = null;
 const panel = new Panel(session, connection, hand);
 const episodes = new EpisodePanel(session, panel);
@@ -136,7 +139,11 @@ async function offerHeadset(): Promise<void> {
 
 const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {
   if (headset.session) void headset.session.end();
-  else headset.enter(mode).then(() => { session.lastError = null; }, (error: unknown) => {
+  else headset.enter(mode).then(() => {
+    session.lastError = null;
+    firstSteps.dismiss(); // the picture of an emulated one lies over it
+    firstSteps.closeHelp();
+  }, (error: unknown) => {
     const why = error instanceof Error ? error.message : String(error);
     session.lastError = { code: 'unknown', message: `The headset was not entered: ${why} Put it on, allow this page to use it, and try again.` };
   });
@@ -154,15 +161,29 @@ mode.onclick = () => {
 };
 element('bodies', HTMLInputElement).onchange = (event) => stage.arm?.showBodies((event.target as HTMLInputElement).checked);
 element('reach', HTMLInputElement).onchange = (event) => stage.showReach((event.target as HTMLInputElement).checked);
-for (const view of document.querySelectorAll<HTMLButtonElement>('[data-view]')) {
-  if (view.dataset.view! in PRESETS) view.onclick = () => stage.view.look(view.dataset.view as Preset);
-}
-const follow = element('follow', HTMLButtonElement);
-follow.onclick = () => {
-  stage.view.follows = !stage.view.follows;
+const views = [...document.querySelectorAll<HTMLButtonElement>('[data-view]')], follow = element('follow', HTMLButtonElement);
+/** From where the scene is seen, until somebody turns it; and whether that goes with the glass. */
+const showView = (chosen: HTMLButtonElement | null) => {
+  for (const view of views) view.setAttribute('aria-pressed', String(view === chosen));
   follow.setAttribute('aria-pressed', String(stage.view.follows));
 };
-element('frame-all', HTMLButtonElement).onclick = () => stage.frameAll();
+for (const view of views) {
+  view.onclick = () => {
+    stage.view.follows = false;
+    stage.view.look(view.dataset.view as Preset);
+    showView(view);
+  };
+}
+showView(views.find(({ dataset }) => dataset.view === 'shoulder') ?? null);
+stage.view.orbit.addEventListener('start', () => showView(null));
+follow.onclick = () => {
+  stage.view.follows = !stage.view.follows;
+  showView(null);
+};
+element('frame-all', HTMLButtonElement).onclick = () => {
+  stage.frameAll();
+  showView(null);
+};
 
 const dark = element('dark', HTMLInputElement);
 dark.checked = matchMedia('(prefers-color-scheme: dark)').matches;
@@ -216,17 +237,26 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     plots?.drawNext();
   }
   stage.keepPace(dt);
-  stage.draw(dt);
+  if (session.isLate) stage.late(t);
+  stage.draw(dt, t);
 });
+
+// What a scene that stands still may look like after it; pictures of it are few.
+for (const type of ['pointerdown', 'pointerup', 'keydown', 'keyup', 'wheel', 'change', 'click']) {
+  addEventListener(type, () => stage.wake(), { capture: true, passive: true });
+}
+canvas.addEventListener('pointermove', () => stage.wake(), { passive: true });
 
 // The hand keeps its pace however slowly the picture is drawn; a page that nobody sees leads nothing.
 let lastHand = now();
 setInterval(() => {
-  const t = now();
-  const dt = Math.min(0.1, t - lastHand);
+  const t = now(), gap = t - lastHand;
+  const dt = Math.min(0.1, gap);
   lastHand = t;
   hand.repeat(); // also of a page that has just been hidden, and let go
   if (document.hidden) return;
+  session.told(gap, hand.source !== null, t);
+  if ((!headset.session || headset.simulated) && session.mayResume(t)) hand.resume();
   keys.update(dt);
   gamepads.update(dt);
   drag.report();

@@ -2,7 +2,7 @@ import { isTyped, takesEnter } from './input/shortcuts';
 import type { Connection } from './connection';
 import { element, put } from './element';
 import { latencyText, offText, scaleText } from './figures';
-import { motionTitle } from './demo_motions';
+import { motionText, motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
 import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
@@ -96,8 +96,9 @@ export function headingText(heading: number): string {
   return `${angle}, to the ${heading > 0 ? 'left' : 'right'}`;
 }
 
-/** What objects are for. @param chosen the one that the buttons act on; empty: none */
-function objectsHint(chosen: string): string {
+/** What objects are for. @param chosen the one that the buttons act on; empty: none @param plays a demo motion leads */
+function objectsHint(chosen: string, plays: boolean): string {
+  if (plays) return 'Drag them over the floor: the arm keeps away. To take or put one down, lead the arm yourself: a demo motion does now.';
   return `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
 }
 
@@ -126,7 +127,8 @@ export class Panel {
   #unfocused: HTMLElement | null = null;
   #countersAt = -Infinity;
   #chosen = '';
-  #objectsHint = objectsHint('');
+  #plays = false;
+  #objectsHint = objectsHint('', false);
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('reset').onclick = () => this.reset();
@@ -274,7 +276,7 @@ export class Panel {
     element('weights', HTMLDivElement).replaceChildren();
     this.#weights = welcome.terms.flatMap((term, index) => (term.offered ? [this.#weight(term, index)] : []));
     const list = element('playback', HTMLSelectElement);
-    show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionTitle(name), name))]);
+    show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
   }
 
   #showRate(rate: number, mayChoose: boolean, now: number): void {
@@ -294,7 +296,8 @@ export class Panel {
     put(element('wave-most', HTMLElement).style, 'left', `${Math.round((100 * wave.most) / wave.room)}%`);
     write(element('wave-words', HTMLElement), `Wave ${offText(this.#peak.of(wave.now, performance.now() / 1000))} of ${offText(wave.room)} mm`);
     put(element('wave', HTMLElement).dataset, 'near', String(wave.most > NEAR_THE_RIM * wave.room));
-    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm`);
+    const { lean } = this.session;
+    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, at rest ${lean.toFixed(1)}° off level` : ''}`);
   }
 
   /** The policy that is connected, and who leads in its turn. */
@@ -382,12 +385,14 @@ export class Panel {
     put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
     put(input('record'), 'disabled', !mayChoose);
     put(button('add-box'), 'disabled', !mayChoose);
-    for (const id of ['carry-object', 'remove-object']) put(button(id), 'disabled', !mayChoose || chosen === '');
+    const plays = (state?.controls.playback ?? -1) >= 0;
+    put(button('carry-object'), 'disabled', !mayChoose || chosen === '' || plays);
+    put(button('remove-object'), 'disabled', !mayChoose || chosen === '');
     for (const choice of this.#profiles) put(choice, 'disabled', !mayChoose);
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, reached));
     put(why, 'hidden', why.textContent === '');
-    if (chosen !== this.#chosen) this.#objectsHint = objectsHint(this.#chosen = chosen); // words that are made anew only then
+    if (chosen !== this.#chosen || plays !== this.#plays) this.#objectsHint = objectsHint(this.#chosen = chosen, this.#plays = plays); // words that are made anew only then
     write(element('objects-hint', HTMLElement), why.textContent || this.#objectsHint);
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();
@@ -407,7 +412,7 @@ export class Panel {
     this.#showRate(state.planner_rate_hz, mayChoose, now);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
-    write(element('playback-now', HTMLOutputElement), list.selectedOptions[0]?.textContent ?? '');
+    write(element('playback-now', HTMLOutputElement), list.value === '' ? 'none: you lead' : motionTitle(list.value));
     write(element('rate-now', HTMLOutputElement), `${state.planner_rate_hz.toFixed(0)} Hz`);
     if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
     this.#countersAt = now + COUNTERS_EVERY;

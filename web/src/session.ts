@@ -1,5 +1,5 @@
 import type { ConnectionStatus } from './connection';
-import { offText, percentText, spanText } from './figures';
+import { offText, partText, percentText, spanText } from './figures';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
 
 /** s without a state after which the scene greys out: what is seen is old. */
@@ -19,12 +19,28 @@ const AT_REST = 0.005;
 const REFILL_TOLD = 4, REFILL_TOLD_AT_LEAST = 1;
 /** rad/s (m/s) above which an arm that nobody leads is still coming to rest; sensors of an arm that stands say less. */
 const COMES_TO_REST = 0.02;
+/** m/s^2; and deg, of a lean that is told. */
+const GRAVITY = 9.81, LEAST_LEAN = 0.5;
 /** rad, from which on the glass leans with the hand. */
 const LEANS = 0.009;
 /** s for which a hint stands. */
 const HINTED_FOR = 4;
 /** s over which late commands are counted, and the share of them from which on the computer is too slow. */
 const COUNTED_OVER = 5, TOO_MANY_LATE = 0.01;
+/** Share of plans that come too late, from which on the page leaves the processor to them. */
+const TOO_MANY_LATE_PLANS = 0.02;
+/** s before a spill in which a late plan is what it came of. */
+const LATE_BEFORE = 1;
+/** Share of the liquid that is told of a profile beside another. */
+const TOLD_SHARE = 5e-4;
+/** As the supervisor says it. */
+const PLANNER_LATE = 'the planner is late';
+/** s without a word of a held hand that the page itself was held up for; and for how long that explains that it was lost. */
+const TOO_LONG = 0.12, EXPLAINS_FOR = 1.5;
+/** s without another such gap, after which all is read that happened in it: what is held still is held. */
+const READ_AFTER = 0.1;
+/** What the arm says of a hand that it did not hear of. */
+const NOT_HEARD = /^(the hand fell silent|no pose of the hand came)/;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -63,6 +79,11 @@ export const IN_HEADSET: Means = {
   pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again.', reset: 'press the thumbstick to reset',
 };
 
+export const IN_EMULATOR: Means = {
+  lead: 'Hold the mouse button in the picture to lead the arm.', takeOver: 'Hold the mouse button in the picture to take over.',
+  pair: 'To drive, leave VR and enter the code.', again: 'Let go of the mouse button, and press it again.', reset: 'press Enter to reset',
+};
+
 /** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */
 export class Session {
   welcome: WelcomeMessage | null = null;
@@ -85,8 +106,12 @@ export class Session {
   failure = '';
   statesReceived = 0;
   #refilledAt = -Infinity;
-  /** Profile that led when the liquid was first seen over the rim; null: no spill, or it was before this page. */
-  #spilledUnder: number | null = null;
+  /** Share of the liquid that was seen to go over the rim under each profile since the glass was full, by index. */
+  readonly #spilledUnder = new Map<number, number>();
+  /** s, of the session's clock: when a plan, or a command, was late last. */
+  #lateAt = -Infinity;
+  /** The planner was late just before it spilled. */
+  #spilledLate = false;
   /** It was while the arm braked. */
   #spilledInStop = false;
   #hint = { words: '', at: -Infinity };
@@ -94,13 +119,23 @@ export class Session {
   /** Of the window that is counted, its first state; and the share of commands that were late in the one before. */
   #counted: StateMessage | null = null;
   #lateShare = 0;
+  #latePlans = 0;
+  /** s, of the page's clock: the browser kept the page from telling of the hand until then; and when the arm lost it. */
+  #keptUntil = -Infinity;
+  #lostAt = -Infinity;
+  #resumedAfter = -Infinity;
+  #ended = false;
+  /** A hand of this page has led. */
+  #hasHeld = false;
   /** s, of the last picture, if the page was held up in it. */
   #heldUp = 0;
   /** s, of the page's clock: then `asker` gets the lease if nothing leads the arm until then. NaN: something does now. */
   #grantAt = NaN;
 
-  connectionBecame(status: ConnectionStatus): void {
+  /** @param ended the program ended, and said so: its arm has come to rest */
+  connectionBecame(status: ConnectionStatus, ended = false): void {
     this.status = status;
+    this.#ended = ended;
     if (status === 'open') {
       this.failure = '';
       return;
@@ -117,13 +152,10 @@ export class Session {
       case 'cell': if (this.welcome) this.welcome = { ...this.welcome, cell: message.cell }; break;
       case 'state':
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
-        if (!message.liquid.spilled) this.#spilledUnder = null;
-        else if (this.state && !this.state.liquid.spilled) {
-          this.#spilledUnder = message.controls.profile;
-          this.#spilledInStop = message.state === 'stopping' || message.state === 'holding';
-        }
+        this.#bookSpill(message);
         if (this.state?.state === 'stopping' && message.state !== 'stopping') this.#hint.at = -Infinity;
         this.#countLate(message);
+        if (NOT_HEARD.test(message.reason) && message.reason !== this.state?.reason) this.#lostAt = now;
         this.state = message;
         this.#stateAt = now;
         ++this.statesReceived;
@@ -145,12 +177,51 @@ export class Session {
     }
   }
 
+  /** Each profile has what went over the rim while it led. */
+  #bookSpill(message: StateMessage): void {
+    const { state: before } = this, { liquid } = message;
+    const grew = (name: 'rejected_plans' | 'missed_deadlines'): boolean => before !== null && message[name] > before[name];
+    if (message.now_s < this.#lateAt) this.#lateAt = -Infinity; // another session
+    if (message.reason === PLANNER_LATE || grew('rejected_plans') || grew('missed_deadlines')) this.#lateAt = message.now_s;
+    if (!liquid.spilled) return this.#spilledUnder.clear();
+    if (!before) return;
+    if (!before.liquid.spilled) {
+      this.#spilledUnder.clear();
+      this.#spilledInStop = message.state === 'stopping' || message.state === 'holding';
+      this.#spilledLate = message.controls.no_spill && message.now_s - this.#lateAt < LATE_BEFORE;
+    }
+    const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0), { profile } = message.controls;
+    if (more > 0 || !before.liquid.spilled) this.#spilledUnder.set(profile, (this.#spilledUnder.get(profile) ?? 0) + Math.max(more, 0));
+  }
+
+  /** The page told of the hand, `gap` s after the time before. @param held a way in has the hand */
+  told(gap: number, held: boolean, now: number): void {
+    if (held && this.yours) this.#hasHeld = true;
+    if (held && gap > TOO_LONG) this.#keptUntil = now;
+  }
+
+  /** The arm lost the hand since this browser did not come to tell of it. */
+  get isLostByBrowser(): boolean { return NOT_HEARD.test(this.state?.reason ?? '') && Math.abs(this.#lostAt - this.#keptUntil) < EXPLAINS_FOR; }
+
+  /** Once for each time that the browser lost the hand, soon after it: whoever holds on may lead on. */
+  mayResume(now: number): boolean {
+    const since = now - this.#keptUntil;
+    if (this.state?.state !== 'ready' || !this.isLostByBrowser || since < READ_AFTER || since > EXPLAINS_FOR || this.#resumedAfter === this.#keptUntil) return false;
+    this.#resumedAfter = this.#keptUntil;
+    return true;
+  }
+
+  /** Plans or commands come late too often. */
+  get isLate(): boolean { return this.#lateShare > TOO_MANY_LATE || this.#latePlans > TOO_MANY_LATE_PLANS || this.state?.reason === PLANNER_LATE; }
+
   #countLate(message: StateMessage): void {
     const since = message.now_s - (this.#counted?.now_s ?? NaN);
     if (since >= 0 && since < COUNTED_OVER) return;
     const cycles = message.cycles - (this.#counted?.cycles ?? NaN);
     // A program that began anew, or a gap in the news, tells nothing.
     this.#lateShare = since < 2 * COUNTED_OVER && cycles > 0 ? (message.missed_deadlines - this.#counted!.missed_deadlines) / cycles : 0;
+    const plans = message.plans - (this.#counted?.plans ?? NaN);
+    this.#latePlans = since < 2 * COUNTED_OVER && plans > 0 ? (message.rejected_plans - this.#counted!.rejected_plans) / plans : 0;
     this.#counted = message;
   }
 
@@ -170,12 +241,19 @@ export class Session {
   /** A hint was given within this many s. */
   hintedWithin(seconds: number, now: number): boolean { return now - this.#hint.at < seconds; }
 
-  /** What was spilled, and under which profile; empty: nothing. */
+  /** What was spilled, under which profiles, and of what where the computer was too slow; empty: nothing. */
   spill(): string {
     const { state, welcome } = this;
     if (this.past || !this.hasGlass || !state?.liquid.spilled) return '';
-    const profile = welcome?.profiles.find(({ index }) => index === this.#spilledUnder)?.label;
-    return `Spilled ${percentText(state.liquid.spilled_share)} %${profile ? ` under ${profile}${this.#spilledInStop ? ', in a stop' : ''}` : ''}`;
+    const whole = `Spilled ${percentText(state.liquid.spilled_share)} %`;
+    const parts = [...this.#spilledUnder].flatMap(([index, share]) => {
+      const label = welcome?.profiles.find((profile) => profile.index === index)?.label;
+      return label === undefined ? [] : [{ label, share }];
+    });
+    const told = parts.length > 1 ? parts.filter(({ share }) => share >= TOLD_SHARE) : parts;
+    const why = this.#spilledLate ? ': the planner was late' : this.#spilledInStop ? ', in a stop' : '';
+    if (told.length > 1) return `${whole}: ${told.map(({ label, share }) => `${percentText(share)} % under ${label}`).join(', ')}`;
+    return told.length > 0 ? `${whole} under ${told[0]!.label}${why}` : whole;
   }
 
   /** The tool holds a glass. */
@@ -195,6 +273,8 @@ export class Session {
     // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
     if (reason === 'grip to move the arm') return '';
     if (reason === 'the hand is back') return 'following again';
+    if (!this.#hasHeld && NOT_HEARD.test(reason)) return ''; // whose hand that was is not here
+    if (this.isLostByBrowser) return 'this browser is too slow, and did not tell of the hand';
     return demoReason(reason, (controls?.playback ?? -1) >= 0);
   }
 
@@ -203,6 +283,12 @@ export class Session {
     const { state, welcome } = this, { freeboard, least_freeboard, spilled } = state?.liquid ?? {};
     if (!this.hasGlass || !state || !welcome || spilled || typeof freeboard !== 'number' || typeof least_freeboard !== 'number') return null;
     return waveOf(1000 * (welcome.glass.height - state.controls.fill), 1000 * freeboard, 1000 * least_freeboard);
+  }
+
+  /** deg by which the glass of an arm that rests leans, as a stop left it: all that the liquid feels then. 0: it moves, or stands upright. */
+  get lean(): number {
+    const felt = this.state?.liquid.lateral ?? 0, angle = (180 / Math.PI) * Math.asin(Math.min(1, felt / GRAVITY));
+    return this.hasGlass && this.rests && angle >= LEAST_LEAN ? angle : 0;
   }
 
   isStale(now: number): boolean { return now - this.#stateAt - this.#heldUp > STALE_AFTER; }
@@ -277,6 +363,7 @@ export class Session {
     const { means } = this;
     if (this.status === 'refused') return this.lastError?.message ?? 'This page is of another version: reload it.';
     if (this.failure) return this.failure;
+    if (this.status !== 'open' && this.#ended) return 'The program has ended, and left the arm at rest. Start it again, and this page goes on.';
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
     const stops = this.state?.state === 'stopping', itself = stops && this.rests ? 'stopped' : this.state?.state ?? 'elsewhere';
@@ -290,7 +377,7 @@ export class Session {
       case 'idle': return 'The arm does not follow yet.';
       case 'ready':
         if (plays) return takeOver;
-        if (this.yours && heldFor > HEARD_AFTER) return `You have the arm now. ${means.again}`;
+        if (this.yours && heldFor > HEARD_AFTER) return `${this.isLostByBrowser ? 'The arm let go, as this browser is too slow.' : 'You have the arm now.'} ${means.again}`;
         return this.yours ? means.lead : `No operator. ${means.lead}`;
       case 'engaged':
         if (plays) return takeOver;
@@ -329,10 +416,10 @@ export class Session {
   constraint(): string {
     const c = this.state?.constraint;
     if (!c) return '';
-    const joint = this.welcome?.robot?.joints[c.first]?.name.replace(/_joint$/, '').replaceAll('_', ' ') ?? `joint ${c.first + 1}`;
+    const joint = partText(this.welcome?.robot?.joints[c.first]?.name ?? `joint ${c.first + 1}`);
     const bodies = this.welcome?.robot?.bodies, objects = this.welcome?.cell?.objects;
     // Behind the arm's bodies come the objects that the tool carries.
-    const solid = (i: number): string => (i < CARRIED ? bodies?.[i] : objects?.[i - CARRIED])?.name ?? `${i}`;
+    const solid = (i: number): string => (i < CARRIED ? partText(bodies?.[i]?.name ?? `${i}`) : objects?.[i - CARRIED]?.name ?? `${i}`);
     switch (c.kind) {
       case 'none': return '';
       case 'position': return `${joint} is at the end of its travel`;

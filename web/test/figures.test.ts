@@ -1,7 +1,9 @@
 import { describe, expect, it } from 'vitest';
-import { clock, latencyText, meanOffText, offText, scaleText, sloshText, spanText } from '../src/figures';
-import { FELT, LED, Moment, MOST, OFF, totalsOf } from '../src/plots/comparison';
+import { clock, latencyText, meanOffText, offText, partText, scaleText, sloshText, spanText } from '../src/figures';
+import { COLUMNS, FELT, LED, Moment, MOST, noteOf, OFF, totalsOf } from '../src/plots/comparison';
 import { History } from '../src/plots/history';
+import { Runs } from '../src/plots/runs';
+import type { StateMessage } from '../src/protocol';
 
 describe('figures', () => {
   it('are written alike wherever they stand, and as a dash where they are not known', () => {
@@ -11,10 +13,17 @@ describe('figures', () => {
   });
 });
 
+describe('parts of an arm', () => {
+  it('are called as people call them', () => {
+    const names = ['forearm_5', 'gripper_body', 'gripper_fingers', 'wrist_3_joint', 'wrist_1_0', 'upper_arm_2', 'glass_bottom', 'base_link_0', 'joint_7', 'shoulder_pan_joint', 'finger_1'];
+    expect(names.map(partText)).toEqual(['forearm', 'gripper', 'gripper fingers', 'wrist 3', 'wrist 1', 'upper arm', 'glass', 'base', 'joint 7', 'shoulder pan', 'finger 1']);
+  });
+});
+
 describe('the last minute', () => {
   /** States 60 times a second, a row of the history after every fourth. @param led whether the hand leads then */
   function minute(seconds: number, led: (t: number) => boolean, profile: (t: number) => number = () => 0): History {
-    const history = new History(5), moment = new Moment();
+    const history = new History(COLUMNS), moment = new Moment();
     for (let k = 0; k <= 60 * seconds; ++k) {
       const t = k / 60;
       if (moment.profile >= 0 && moment.profile !== profile(t)) history.push(t, moment.end());
@@ -39,6 +48,17 @@ describe('the last minute', () => {
     expect(totalsOf(history, 1).led).toBeCloseTo(3, 1);
   });
 
+  it('books what went over the rim on who led then', () => {
+    const history = new History(COLUMNS), moment = new Moment();
+    const at = (t: number, profile: number, out: number) => {
+      if (moment.profile >= 0 && moment.profile !== profile) history.push(t, moment.end());
+      moment.take(t, profile, true, 1, 1, out);
+      history.push(t, moment.end());
+    };
+    [0, 0.1, 0.1, 0, 0.3].forEach((out, i) => at(0.1 * i, i < 2 ? 0 : 1, out));
+    expect([totalsOf(history, 0).spilt, totalsOf(history, 1).spilt]).toEqual([expect.closeTo(0.1), expect.closeTo(0.3)]);
+  });
+
   it('keeps the largest of what came between two rows', () => {
     const moment = new Moment();
     for (const [t, felt] of [[0, 1], [0.01, 7], [0.02, 2]] as const) moment.take(t, 0, true, felt, 10);
@@ -46,6 +66,43 @@ describe('the last minute', () => {
     const row = [...moment.end()];
     expect([row[LED], row[FELT], row[MOST], row[OFF]]).toEqual([expect.closeTo(0.02), expect.closeTo(4.5), 7, expect.closeTo(10)]);
     expect(moment.largest).toBeNull();
+  });
+});
+
+describe('whole demo motions', () => {
+  /** A demo motion of 2 s, led by this profile from its begin or from 1 s on, as states 10 times a second. */
+  class Shown {
+    readonly runs = new Runs();
+    #t = 0;
+    say(state: string, profile: number, reason = '', playback = 0, out = 0): void {
+      this.#t += 0.1;
+      const liquid = { lateral: 2 + profile, spilled_share: out };
+      this.runs.take({ now_s: this.#t, state, reason, controls: { playback, profile }, liquid } as unknown as StateMessage, 10);
+    }
+    run(profile: number, first = profile, end = 'the demo motion ended'): void {
+      this.say('ready', first);
+      for (let i = 0; i < 20; ++i) this.say('engaged', i < 10 ? first : profile, '', 0, i < 5 ? 0 : 0.1 * profile);
+      this.say('ready', profile, end, 0, 0.1 * profile);
+    }
+  }
+  const name = (profile: number): string => ['Carry', 'Tracking'][profile]!, title = (): string => 'Carrying';
+
+  it('are compared once several profiles led all of one', () => {
+    const shown = new Shown();
+    shown.run(0);
+    expect(shown.runs.compared).toBeNull();
+    expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Carry led all of Carrying, Tracking led none to its end');
+    expect(noteOf(null, [0], shown.runs, name, title)).toBe('');
+    shown.run(1, 0);
+    shown.run(1, 1, 'the demo motion was held up');
+    expect(shown.runs.compared).toBeNull();
+    shown.run(1);
+    expect(shown.runs.compared).toBe(0);
+    expect(noteOf(0, [0, 1], shown.runs, name, title)).toBe('Each over its last whole run of the demo motion Carrying.');
+    const { led, felt, off, spilt } = shown.runs.of(0, 1)!;
+    expect([led, felt, off, spilt]).toEqual([expect.closeTo(2, 5), expect.closeTo(3, 5), expect.closeTo(10, 5), expect.closeTo(0.1, 5)]);
+    for (let i = 0; i < 700; ++i) shown.say('ready', 1, '', -1);
+    expect(shown.runs.compared).toBeNull(); // long ago
   });
 });
 

@@ -114,6 +114,15 @@ describe('objects', () => {
     expect(page.x('box')).toBe(0);
   });
 
+  it('that were added stand on the floor, as far as one sees', () => {
+    page.surroundings.floor = -0.6;
+    page.surroundings.setCell({ name: 'test', objects: [box('box 1', 0), box('machine', 1), { ...box('box 2', 2), attached: true }] });
+    const lowest = (name: string): number => new THREE.Box3().setFromObject(page.surroundings.solid(name)!).min.y; // the base's z is up
+    page.surroundings.updateWorldMatrix(true, true);
+    expect(lowest('box 1')).toBeCloseTo(-0.6, 2);
+    expect(lowest('machine')).toBeGreaterThan(-0.05);
+  });
+
   it('are held by one finger: another does not take them along', () => {
     page.pointer('pointerdown', 200, 150, 1);
     page.pointer('pointermove', 210, 150, 1);

@@ -15,7 +15,7 @@ class FakeSocket {
   sent: ClientMessage[] = [];
   onopen: (() => void) | null = null;
   onmessage: ((event: { data: string | ArrayBuffer }) => void) | null = null;
-  onclose: (() => void) | null = null;
+  onclose: ((event?: { code: number }) => void) | null = null;
   closed = false;
   close(): void { this.closed = true; }
   send(text: string): void { this.sent.push(JSON.parse(text) as ClientMessage); }
@@ -73,6 +73,8 @@ describe('words of a session', () => {
   });
   it('say of a demo motion what is true of it, and how old the news are', () => {
     const session = open(), reason = 'the hand fell silent: release and grip again', { controls } = server.state as { controls: object };
+    session.yours = true;
+    session.told(0.01, true, 0);
     session.take(state({ reason, controls: { ...controls, playback: -1 } }), 1);
     expect(session.reason(1)).toBe(reason);
     session.take(state({ reason, controls: { ...controls, playback: 0 } }), 2);
@@ -94,10 +96,80 @@ describe('words of a session', () => {
     expect(session.spill()).toBe('');
     under(1, true, 3);
     under(0, true, 4);
-    expect(session.spill()).toBe(`Spilled 10.0 % under ${profiles.find(({ index }) => index === 1)!.label}`);
+    const label = (of: number): string => profiles.find(({ index }) => index === of)!.label;
+    expect(session.spill()).toBe(`Spilled 10.0 % under ${label(1)}`);
+    session.take(state({ controls: { ...controls, profile: 0 }, liquid: { ...liquid(true), spilled_share: 0.9 } }), 4.5);
+    expect(session.spill()).toBe(`Spilled 90.0 %: 10.0 % under ${label(1)}, 80.0 % under ${label(0)}`);
     under(0, false, 5);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
     expect(session.spill()).toMatch(/, in a stop$/);
+  });
+  it('call a planner that was late what a spill came of, where the profile would have kept the liquid in', () => {
+    const { controls, plans, rejected_plans, now_s } = server.state as { controls: object; plans: number; rejected_plans: number; now_s: number };
+    const spillOf = (no_spill: boolean, late: number, passed: number): string => {
+      const session = open(), at = (t: number, more: object) => session.take(state({ now_s: now_s + t, controls: { ...controls, no_spill }, ...more }), t);
+      at(0, { liquid: liquid(false) });
+      at(0.1, { liquid: liquid(false), rejected_plans: rejected_plans + late });
+      at(0.1 + passed, { liquid: liquid(true), rejected_plans: rejected_plans + late, plans: plans + 1 });
+      return session.spill();
+    };
+    expect(spillOf(true, 1, 0.5)).toMatch(/: the planner was late$/);
+    expect([spillOf(false, 1, 0.5), spillOf(true, 0, 0.5), spillOf(true, 1, 2)].join()).not.toContain('late');
+  });
+  it('tell a program that ended from one that is not to be reached', () => {
+    const session = open();
+    session.take(state({}), 1);
+    session.connectionBecame('lost');
+    expect(session.advice(2)).toContain('it may move');
+    session.connectionBecame('lost', true);
+    expect(session.advice(2)).toMatch(/program has ended, and left the arm at rest/);
+    session.connectionBecame('open');
+    expect(session.advice(2)).not.toContain('ended');
+  });
+  it('tell why the liquid feels something at rest: the glass leans', () => {
+    const session = open(), still = Array<number>(6).fill(0), felt = (lateral: number, dq: number[]): number => {
+      session.take(state({ dq, liquid: { ...liquid(false), lateral } }), 1);
+      return session.lean;
+    };
+    expect(felt(0.39, still)).toBeCloseTo(2.28, 2);
+    expect(felt(0.39, [0.1, 0, 0, 0, 0, 0])).toBe(0);
+    expect(felt(0.02, still)).toBe(0);
+  });
+  it('tell a newcomer nothing of a hand that was not theirs', () => {
+    const session = open(), reason = 'the hand fell silent: release and grip again';
+    session.take(state({ state: 'ready', reason }), 1);
+    expect(session.reason(1)).toBe('');
+    session.yours = true;
+    session.told(0.01, true, 1.1);
+    expect(session.reason(1.1)).toBe(reason);
+  });
+  it('call a browser that did not come to tell of the hand so, and let who holds on lead on, once', () => {
+    const session = open(), lost = 'the hand fell silent: release and grip again';
+    session.yours = true;
+    session.take(state({ state: 'engaged', reason: '' }), 1);
+    session.told(0.4, true, 2);
+    session.take(state({ state: 'ready', reason: lost }), 2.01);
+    expect(session.reason(2.05)).toContain('browser is too slow');
+    expect([session.mayResume(2.05), session.mayResume(2.15), session.mayResume(2.2)]).toEqual([false, true, false]);
+    session.take(state({ state: 'engaged', reason: '' }), 3);
+    session.told(0.4, false, 4); // nobody held on
+    session.take(state({ state: 'ready', reason: lost }), 5);
+    expect([session.reason(5), session.mayResume(5.2)]).toEqual([lost, false]);
+    session.take(state({ state: 'stopping', reason: 'a stop was asked for' }), 6);
+    session.told(0.4, true, 6);
+    expect(session.mayResume(6.2)).toBe(false);
+  });
+  it('know of plans that are late', () => {
+    const session = open(), at = (t: number, plans: number, rejected_plans: number) => session.take(state({ now_s: t, plans, rejected_plans, missed_deadlines: 0, cycles: 500 * t }), t);
+    at(0, 0, 0);
+    at(6, 3000, 10);
+    expect(session.isLate).toBe(false);
+    at(12, 6000, 310);
+    expect(session.isLate).toBe(true);
+    at(18, 9000, 311);
+    expect(session.isLate).toBe(false);
+    session.take(state({ now_s: 18.1, reason: 'the planner is late' }), 18);
+    expect(session.isLate).toBe(true);
   });
   it('are old after half a second, and lost after three; while the page was held up they are not yet called so', () => {
     const session = open();
@@ -186,6 +258,20 @@ describe('connection', () => {
     around.socket.says(server.welcome!);
     expect(around.socket.sent[0]).toEqual({ type: 'hello', version: 2, token: (server.paired as { token: string }).token });
     expect(around.socket.sent.some((message) => message.type === 'pair')).toBe(false);
+  });
+
+  it('knows a program that ended in order, until there is one again', () => {
+    around.socket.says(server.welcome!);
+    around.socket.onclose?.({ code: 1006 });
+    expect(connection.ended).toBe(false);
+    around.pass(0.3);
+    around.socket.onclose?.({ code: 1001 });
+    around.pass(1);
+    around.socket.onclose?.({ code: 1006 }); // nobody is there
+    expect(connection.ended).toBe(true);
+    around.pass(2.1);
+    around.socket.says(server.welcome!);
+    expect(connection.ended).toBe(false);
   });
 
   it('comes back by itself, ever more patiently, and stops pinging in between', () => {
@@ -337,6 +423,22 @@ describe('hand', () => {
     expect(clutches()).toEqual([false, true]);
   });
 
+  it('begins a grip anew that is still held, and none that is not', () => {
+    const sent: { clutch: boolean }[] = [];
+    let allowed = true;
+    const hand = new Hand({ send: (message: ClientMessage) => { sent.push(message as never); return true; } }, () => 1, () => allowed), clutches = (): boolean[] => sent.splice(0).map(({ clutch }) => clutch);
+    hand.resume();
+    expect(clutches()).toEqual([]);
+    hand.grab('drag');
+    hand.lead('drag', [0, 0, 0], [0, 0, 0, 1], 1, 0);
+    clutches();
+    hand.resume();
+    hand.lead('drag', [0, 0, 0], [0, 0, 0, 1], 1, 0);
+    expect(clutches()).toEqual([false, true]);
+    allowed = false;
+    hand.resume();
+    expect(clutches()).toEqual([]);
+  });
   it('counts a grip that took the lease itself, from when that came, if it came at once', () => {
     for (const [after, counts] of [[0.3, true], [1.5, false]] as const) {
       sent.length = 0;

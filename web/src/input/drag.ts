@@ -76,7 +76,7 @@ export class Drag {
   /** Every frame: the handles stay on the target. */
   follow(): void {
     const target = this.session.state?.target;
-    this.controls.size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse);
+    this.controls.size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse, this.canvas.clientHeight);
     if (!target || this.#holding) return;
     // Upright handles: they move along the base's axes.
     this.#proxy.position.set(target.p[0], target.p[1], target.p[2]);

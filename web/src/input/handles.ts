@@ -6,6 +6,10 @@ const SCALE = 0.3;
 /** Of TransformControls' own size: fingers and far views need no smaller handles. */
 const LEAST = { fine: 0.6, coarse: 1 };
 const BEGIN = 0.3, OUT = 0.14;
+/** px, from the middle of the glass: what a finger must hit at least is twice as wide. */
+const FINGER = 24;
+/** Of TransformControls: its size is that of a quarter of this share of the picture's height. */
+const ITS_SHARE = 1.9;
 
 /** The parts of TransformControls that its type does not tell of. */
 interface Gizmo { gizmo: Record<'translate', THREE.Object3D>; picker: Record<'translate', THREE.Object3D> }
@@ -33,8 +37,9 @@ function beginOutside(geometry: THREE.BufferGeometry, axis: number): void {
   for (let i = 0; i < position.count; ++i) if (Math.abs(position.getComponent(i, axis)) < BEGIN) position.setComponent(i, axis, BEGIN);
 }
 
-/** As large as the scene's own things, but never too small to be taken. */
-export function sizeOf(camera: THREE.PerspectiveCamera, at: THREE.Vector3, coarse: boolean): number {
-  const factor = at.distanceTo(camera.position) * Math.min(1.9 * Math.tan((Math.PI * camera.fov) / 360), 7);
-  return Math.max(coarse ? LEAST.coarse : LEAST.fine, (4 * SCALE) / factor);
+/** As large as the scene's own things, but never too small to be taken. @param height px, of the picture */
+export function sizeOf(camera: THREE.PerspectiveCamera, at: THREE.Vector3, coarse: boolean, height = 0): number {
+  const factor = at.distanceTo(camera.position) * Math.min(ITS_SHARE * Math.tan((Math.PI * camera.fov) / 360), 7);
+  const finger = coarse && height > 0 ? (8 * FINGER) / (BEGIN * ITS_SHARE * height) : 0;
+  return Math.max(coarse ? LEAST.coarse : LEAST.fine, finger, (4 * SCALE) / factor);
 }

@@ -4,7 +4,7 @@ import { latencyText, scaleText } from '../figures';
 import { heading, toRobot, toRobotRotation, type MutablePose } from '../frames';
 import type { CameraView } from '../camera_view';
 import type { Connection } from '../connection';
-import { IN_HEADSET, type Means, ON_PAGE, type Session, waveText } from '../session';
+import { IN_EMULATOR, IN_HEADSET, type Means, ON_PAGE, type Session, waveText } from '../session';
 import { STATE_COLORS, type Stage } from '../scene/stage';
 import { Board } from './board';
 import { A, B, Buttons, GRIP, isController, STICK, TRIGGER } from './controllers';
@@ -21,7 +21,8 @@ const LEAD_MAX = 0.1;
 
 /** What the operator may ask for in the headset. */
 export interface Acts {
-  wantLease(): void;
+  /** True: that took the lease. */
+  wantLease(): boolean;
   stop(): void;
   reset(): void;
   command: Asks['command'];
@@ -57,6 +58,8 @@ export class Headset {
   #wantsForward = false;
   /** Somebody has chosen a scale; until then the hand's own is the glass's. */
   #isScaled = false;
+  /** Scale and heading from before this session changed them. */
+  #before: { scale: number; yaw: number } | null = null;
   #scaleAt = 0;
   #chooseAt = 0;
   #constrained = false;
@@ -105,6 +108,7 @@ export class Headset {
     // Without `layers` some browsers have the projection layer that three.js draws to, but no pictures behind it.
     const session = await navigator.xr!.requestSession(mode, { optionalFeatures: ['local-floor', 'layers'] });
     const { xr } = this.stage.renderer;
+    if (this.stage.vrShare < 1) xr.setFramebufferScaleFactor(this.stage.vrShare);
     try {
       await xr.setSession(session);
     } catch (error) {
@@ -130,11 +134,27 @@ export class Headset {
     this.#letGo();
     this.session = null;
     this.facts.means = this.#meansBefore;
-    if (this.#isScaled) this.facts.hint('Scale and heading stay as they were in VR.', performance.now() / 1000);
+    this.#restore();
     this.#rig.visible = false;
     if (this.#mouse) this.#mouse.running = false;
     this.stage.present(null);
     this.onChange();
+  }
+
+  /** The page's own ways in move the arm as they did before. */
+  #restore(): void {
+    const { facts } = this, before = this.#before;
+    this.#before = null;
+    this.#isScaled = false;
+    if (!before || !facts.yours) return;
+    for (const kind of ['scale', 'yaw'] as const) this.connection.send({ type: 'request', kind, value: before[kind] });
+    facts.hint('Scale and heading are as they were before VR.', performance.now() / 1000);
+  }
+
+  /** What is about to change it. */
+  #remember(): void {
+    const controls = this.facts.state?.controls;
+    if (controls) this.#before ??= { scale: controls.scale, yaw: controls.yaw };
   }
 
   /** Whatever is held now must be opened first. */
@@ -153,8 +173,8 @@ export class Headset {
 
   /** One first step at a time, on the board and on the page beside it. */
   #advise(): void {
-    const lead = `Look forward, and press A${this.simulated ? ' (here: F)' : ''}.`;
-    this.facts.means = this.#isForwardKnown ? IN_HEADSET : { ...IN_HEADSET, lead, takeOver: lead, again: lead };
+    const lead = this.simulated ? 'Press F: where you look is forward.' : 'Look forward, and press A.', means = this.simulated ? IN_EMULATOR : IN_HEADSET;
+    this.facts.means = this.#isForwardKnown ? means : { ...means, lead, takeOver: lead, again: lead };
   }
 
   /** Every frame of the headset. @param cameras what they see, drawn */
@@ -163,7 +183,7 @@ export class Headset {
     if (!session || !frame) return;
     this.screens.visible = !this.facts.past;
     this.screens.update(cameras);
-    this.#mouse?.fit(this.stage.renderer.getPixelRatio());
+    this.#mouse?.fit(this.stage.renderer.getPixelRatio() * this.stage.vrShare);
     this.#write(now);
     if (session.visibilityState !== 'visible') return;
     const space = this.stage.renderer.xr.getReferenceSpace();
@@ -232,8 +252,7 @@ export class Headset {
 
   #grip(source: XRInputSource): void {
     if (this.hand.source !== null || !this.#isForwardKnown) return;
-    this.acts.wantLease();
-    if (!this.hand.grab('headset')) return;
+    if (!this.hand.grab('headset', this.acts.wantLease())) return;
     this.#handedness = source.handedness;
     this.guide.used('lead');
   }
@@ -279,6 +298,7 @@ export class Headset {
     if (!viewer || !this.facts.mayTake) return;
     this.guide.used('forward');
     this.acts.wantLease();
+    this.#remember();
     this.connection.send({ type: 'request', kind: 'yaw', value: -heading(toRobotRotation(viewer.transform.orientation)) });
     this.#isForwardKnown = true;
     this.#advise();
@@ -290,6 +310,7 @@ export class Headset {
     const scale = this.facts.state?.controls.scale;
     if (!scale || Math.abs(stick) < 0.5 || now - this.#scaleAt < 0.15) return;
     this.#scaleAt = now;
+    this.#remember();
     const next = Math.min(2, Math.max(0.1, scale * (stick < 0 ? 1.1 : 1 / 1.1)));
     this.connection.send({ type: 'request', kind: 'scale', value: next });
     this.#isScaled = true;

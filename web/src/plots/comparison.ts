@@ -1,23 +1,27 @@
+import { motionTitle } from '../demo_motions';
 import type { Profile } from '../protocol';
 import { colorOf } from '../profiles';
 import { put } from '../element';
-import { meanOffText, secondsText, sloshText } from '../figures';
+import { meanOffText, percentText, secondsText, sloshText } from '../figures';
 import type { History } from './history';
+import type { Runs } from './runs';
 
 interface Row { row: HTMLTableRowElement; cells: HTMLTableCellElement[]; index: number }
 
 /** What a moment of the hand's leading came to: columns of the history that the table is made of. */
-export const PROFILE = 0, LED = 1, FELT = 2, MOST = 3, OFF = 4, COLUMNS = 5;
+export const PROFILE = 0, LED = 1, FELT = 2, MOST = 3, OFF = 4, SPILT = 5, COLUMNS = 6;
 
-/** Of one profile: s that it led, means of slosh (m/s^2) and distance (mm), and the largest slosh. */
-export interface Totals { led: number; felt: number; most: number; off: number }
+/** Of one profile: s that it led, means of slosh (m/s^2) and distance (mm), the largest slosh, and what it spilled, as a share of the liquid. */
+export interface Totals { led: number; felt: number; most: number; off: number; spilt: number }
 
 /** Over all moments in which the hand led by this profile; idle time does not count. */
 export function totalsOf({ series, times }: Pick<History, 'series' | 'times'>, profile: number): Totals {
-  const sum: Totals = { led: 0, felt: 0, most: 0, off: 0 };
+  const sum: Totals = { led: 0, felt: 0, most: 0, off: 0, spilt: 0 };
   for (let i = 0; i < times.length; ++i) {
     const led = series[LED]![i] ?? 0;
-    if (series[PROFILE]![i] !== profile || led <= 0) continue;
+    if (series[PROFILE]![i] !== profile) continue;
+    sum.spilt += series[SPILT]![i] ?? 0;
+    if (led <= 0) continue;
     sum.led += led;
     sum.felt += led * (series[FELT]![i] ?? 0);
     sum.off += led * (series[OFF]![i] ?? 0);
@@ -35,7 +39,7 @@ export class Comparison {
   readonly #rows: Row[];
 
   /** @param note stands where several profiles led */
-  constructor(table: HTMLElement, private readonly note: HTMLElement, profiles: readonly Profile[]) {
+  constructor(table: HTMLElement, private readonly note: HTMLElement, private readonly profiles: readonly Profile[], private readonly motions: readonly string[]) {
     this.#rows = profiles.map((profile) => {
       const row = document.createElement('tr'), name = document.createElement('th'), color = document.createElement('i');
       name.scope = 'row';
@@ -43,22 +47,38 @@ export class Comparison {
       name.append(color, profile.label);
       row.append(name);
       row.hidden = true;
-      return { row, cells: [0, 1, 2, 3].map(() => row.appendChild(document.createElement('td'))), index: profile.index };
+      return { row, cells: [0, 1, 2, 3, 4].map(() => row.appendChild(document.createElement('td'))), index: profile.index };
     });
     table.replaceChildren(...this.#rows.map(({ row }) => row));
   }
 
-  draw(history: History): void {
-    let shown = 0;
-    for (const { row, cells, index } of this.#rows) {
-      const { led, felt, most, off } = totalsOf(history, index);
-      put(row, 'hidden', led <= 0);
-      if (row.hidden) continue;
-      ++shown;
-      [sloshText(felt), sloshText(most), meanOffText(off), secondsText(led)].forEach((text, i) => put(cells[i]!, 'textContent', text));
+  /** @param runs whole demo motions, which are told in the minute's place where several profiles led one */
+  draw(history: History, runs: Runs): void {
+    const motion = runs.compared, last = this.#rows.map(({ index }) => totalsOf(history, index));
+    const led = this.#rows.flatMap(({ index }, i) => (last[i]!.led > 0 ? [index] : []));
+    for (const [i, { row, cells, index }] of this.#rows.entries()) {
+      const totals = motion === null ? last[i]! : runs.of(motion, index);
+      put(row, 'hidden', !totals || totals.led <= 0);
+      if (!totals || row.hidden) continue;
+      const { led: s, felt, most, off, spilt } = totals;
+      [sloshText(felt), sloshText(most), meanOffText(off), spilt > 0 ? percentText(spilt) : '0', secondsText(s)].forEach((text, k) => put(cells[k]!, 'textContent', text));
     }
-    put(this.note, 'hidden', shown < 2);
+    const name = (wanted: number): string => this.profiles.find(({ index }) => index === wanted)?.label ?? '';
+    const words = noteOf(motion, led, runs, name, (index) => motionTitle(this.motions[index] ?? ''));
+    put(this.note, 'textContent', words);
+    put(this.note, 'hidden', words === '');
   }
+}
+
+/** What the figures are of, where they are not all of one motion what is missing; empty: one profile alone led. */
+export function noteOf(motion: number | null, led: readonly number[], runs: Runs, name: (profile: number) => string, title: (motion: number) => string): string {
+  if (motion !== null) {
+    const missing = led.filter((profile) => !runs.of(motion, profile));
+    return `Each over its last whole run of the demo motion ${title(motion)}.${missing.length > 0 ? ` ${missing.map(name).join(', ')}: no whole run yet.` : ''}`;
+  }
+  if (led.length < 2) return '';
+  const has = (profile: number): string => { const whole = runs.motionsOf(profile); return `${name(profile)} led ${whole.length > 0 ? `all of ${whole.map(title).join(', ')}` : 'none to its end'}`; };
+  return `Not the same motion: let each lead one demo motion from begin to end. So far ${led.map(has).join(', ')}.`;
 }
 
 /** Gathers what comes between two rows of the history. */
@@ -70,12 +90,17 @@ export class Moment {
   #felt = 0;
   #off = 0;
   #most = 0;
+  #spilt = 0;
+  /** Share of the liquid that is out of the glass. */
+  #out = NaN;
   #before = NaN;
   /** That led last; -1: none so far. Before another one leads the moment ends. */
   profile = -1;
 
-  /** @param now s @param led the hand leads @param felt m/s^2 @param off mm */
-  take(now: number, profile: number, led: boolean, felt: number | null, off: number | null): void {
+  /** @param now s @param led the hand leads @param felt m/s^2 @param off mm @param out share of the liquid that is out of the glass */
+  take(now: number, profile: number, led: boolean, felt: number | null, off: number | null, out = 0): void {
+    if (out > this.#out) this.#spilt += out - this.#out;
+    this.#out = out;
     if (felt !== null) this.largest = Math.max(this.largest ?? 0, felt);
     const dt = now - this.#before;
     this.#before = now;
@@ -95,7 +120,8 @@ export class Moment {
     values[FELT] = led > 0 ? this.#felt / led : null;
     values[OFF] = led > 0 ? this.#off / led : null;
     values[MOST] = led > 0 ? this.#most : null;
-    this.#led = this.#felt = this.#off = this.#most = 0;
+    values[SPILT] = this.#spilt;
+    this.#led = this.#felt = this.#off = this.#most = this.#spilt = 0;
     this.largest = null;
     return values;
   }

@@ -1,4 +1,5 @@
 import { put } from '../element';
+import { partText } from '../figures';
 import type { Robot, StateMessage } from '../protocol';
 
 interface Row { angle: HTMLElement; at: HTMLElement; speed: HTMLElement; limits: [number, number]; fastest: number; shown: [number, number] }
@@ -18,7 +19,7 @@ export class Joints {
       const row = document.createElement('div'), name = document.createElement('span'), bar = document.createElement('span');
       const at = document.createElement('i'), speed = document.createElement('b'), angle = document.createElement('output');
       const limits: [number, number] = [robot.position_min?.[i] ?? -Math.PI, robot.position_max?.[i] ?? Math.PI], fastest = robot.velocity_max?.[i] ?? 1;
-      name.textContent = joint.name.replace(/_joint$/, '').replaceAll('_', ' ');
+      name.textContent = partText(joint.name);
       row.title = `${name.textContent}: from ${angleText(limits[0], this.#sliding[i]!)} to ${angleText(limits[1], this.#sliding[i]!)}; the line beneath is its speed, full at ${angleText(fastest, this.#sliding[i]!)}/s`;
       bar.className = 'bar';
       bar.append(at, speed);

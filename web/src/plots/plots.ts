@@ -6,6 +6,7 @@ import { colorOf, resolved } from '../profiles';
 import { latencyText, offText, planningText, sloshText } from '../figures';
 import { COLUMNS, Comparison, Moment } from './comparison';
 import { History, RATE } from './history';
+import { Runs } from './runs';
 import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
 
 /** px, of a row's plot, and of the time axis beneath the last one. */
@@ -28,6 +29,7 @@ export class Plots {
   readonly #events = new History(4);
   readonly #comparison: Comparison;
   readonly #moment = new Moment();
+  readonly #runs = new Runs();
   readonly #led = new History(COLUMNS);
   readonly #own: (number | null)[];
   readonly #event: (number | null)[] = [0, 0, 0, 0];
@@ -39,9 +41,10 @@ export class Plots {
   /** s, negative, where the pointer is; null: nowhere. */
   #pointed: number | null = null;
 
-  constructor(private readonly root: HTMLElement, table: HTMLElement, private readonly profiles: Profile[]) {
+  /** @param motions names of the recorded hands */
+  constructor(private readonly root: HTMLElement, table: HTMLElement, private readonly profiles: Profile[], motions: readonly string[]) {
     this.#own = profiles.map(() => null);
-    this.#comparison = new Comparison(table, element('compare-note', HTMLElement), profiles);
+    this.#comparison = new Comparison(table, element('compare-note', HTMLElement), profiles, motions);
     root.replaceChildren();
     const strip = this.#frame('states', 'States', '', 'As the lamp shows them; beneath: spills, limits that held the arm back, missed deadlines');
     strip.append(this.#strip.canvas);
@@ -92,7 +95,8 @@ export class Plots {
   take(state: StateMessage): void {
     const error = state.tracking_error === null ? null : state.tracking_error * 1e3;
     if (this.#moment.profile >= 0 && this.#moment.profile !== state.controls.profile) this.#led.push(state.now_s, this.#moment.end());
-    this.#moment.take(state.now_s, state.controls.profile, state.state === 'engaged', state.liquid.lateral, error);
+    this.#moment.take(state.now_s, state.controls.profile, state.state === 'engaged', state.liquid.lateral, error, state.liquid.spilled_share);
+    this.#runs.take(state, error);
     if (state.now_s < this.#next && state.now_s > this.#next - 1) return;
     this.#next = state.now_s + 1 / RATE;
     const lateral = this.#moment.largest;
@@ -127,7 +131,7 @@ export class Plots {
   /** Values and table; with all other words, so that the browser lays out once. */
   tell(): void {
     for (const row of this.#inTurn) if (row.width > 0) this.#tell(row);
-    if ((this.#told = !this.#told)) this.#comparison.draw(this.#led);
+    if ((this.#told = !this.#told)) this.#comparison.draw(this.#led, this.#runs);
   }
 
   /** The values under the pointer, or else the newest ones. */

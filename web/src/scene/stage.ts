@@ -11,6 +11,7 @@ import { Ribbon } from './ribbon';
 import { Room, TABLE } from './room';
 import { Spill } from './spill';
 import { Surroundings } from './surroundings';
+import { Thrift } from './thrift';
 import { Tube } from './tube';
 import { SeeThrough } from './see_through';
 import { View } from './view';
@@ -29,6 +30,11 @@ const meshesOf = (robot: Robot): string => `./arms/${robot.meshes ?? robot.name}
 const NO_PAIR: [number, number] = [-1, -1];
 /** Level of `Pace` from which on nothing casts a shadow. */
 const SHADOWLESS = 2;
+
+/** Of the screen's pixels that are drawn at each level of `Pace`. */
+const SHARES = [1, 0.8, 0.6, 0.4];
+/** The same where the processor draws for a headset: its board must be read. */
+const SOFTWARE_VR = 0.6;
 
 /** Where the glass was: so many states, about two seconds. */
 const TRAIL = 120;
@@ -71,12 +77,19 @@ export class Stage {
   readonly #backdrop = new THREE.Color();
   readonly #target = new THREE.Vector3(); // world frame
   #shownAt = 0;
+  #color = 0;
   #sun: THREE.DirectionalLight;
   readonly #sky = new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5);
   #dark = false;
   #still = false;
   #presents = false;
   readonly #pace: Pace;
+  readonly #thrift: Thrift;
+  /** Of the picture that is being drawn; null: none is, or nobody can say. */
+  #fence: WebGLSync | null = null;
+  /** s, since the picture before. */
+  #undrawn = 0;
+  readonly #seen: number[] = [];
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
     // The page's own backdrop shines through, and in augmented reality the room.
@@ -120,6 +133,7 @@ export class Stage {
     this.#now(false);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.#pace = new Pace(software ? COARSEST : 0);
+    this.#thrift = new Thrift(drawnBy === 'software');
     this.#drawAt(this.#pace.level);
   }
 
@@ -143,14 +157,17 @@ export class Stage {
     if (this.#double) this.base.remove(this.#double);
     this.#double = null;
     await arm.loadMeshes(meshesOf(robot));
+    this.wake();
   }
 
   setCell(cell: Cell | null): void {
-    this.surroundings.setCell(cell);
+    this.wake();
     // What the cell has and does not colour is ours to draw: the floor under all, and the pedestal.
     const ours = (cell?.objects ?? []).filter((object) => object.color === 'none');
     const floors = ours.filter((object) => object.shape === 'half_space' && object.origin[2]![2]! > 0.999);
     this.base.position.y = floors.length > 0 ? -Math.min(...floors.map((floor) => floor.origin[2]![3]!)) : TABLE;
+    this.surroundings.floor = -this.base.position.y;
+    this.surroundings.setCell(cell);
     this.#room.showPedestal(floors.length === 0 || ours.some((object) => object.name === 'column'));
   }
 
@@ -231,6 +248,7 @@ export class Stage {
     if (!double.gripper) double.tool.add(ghost);
     await double.loadMeshes(meshesOf(robot));
     double.lookThrough(OTHER);
+    this.wake();
   }
 
   #now(shown: boolean): void {
@@ -247,6 +265,7 @@ export class Stage {
     this.arm?.nearestPair(state.nearest, state.clearance ?? Infinity, state.constraint.kind === 'self_collision');
     this.surroundings.goOn(state.now_s, state.tool);
     this.surroundings.touch(state.constraint.kind === 'obstacle' ? state.constraint.second : -1);
+    this.#color = color;
     place(this.ghost, state.target);
     this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
     this.glass.fill(state.controls.fill);
@@ -271,16 +290,17 @@ export class Stage {
     if (this.#pace.take(dt)) this.#drawAt(this.#pace.level);
   }
 
-  /** @param quality as `Pace` counts it; one more, and the last picture stays, for tests of everything else */
+  /** As many pictures as the browser asks for, as well as this says. @param quality as `Pace` counts it; one more, and the last picture stays, for tests of everything else */
   setQuality(quality: number): void {
     this.#still = quality > COARSEST;
     if (this.#still) return;
+    this.#thrift.software = false;
     this.#pace.restart(quality);
     this.#drawAt(quality);
   }
 
   #drawAt(quality: number): void {
-    const share = [1, 0.8, 0.6, 0.4][quality]!;
+    const share = SHARES[quality]!;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * share);
     for (const part of [this.glass, this.ghost]) part.thicken(1 / share);
     this.#shade();
@@ -293,17 +313,79 @@ export class Stage {
   resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
+    this.wake();
     this.view.resize(width / height, room);
     this.#pace.restart();
   }
 
-  /** @param dt s, since the last picture */
-  draw(dt: number): void {
-    if (!this.renderer.xr.isPresenting) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
-    if (!this.#still) {
-      if (this.arm) this.#seeThrough.update(this.arm, this.renderer.xr.isPresenting ? this.renderer.xr.getCamera() : this.view.camera, this.glass, dt);
-      return this.renderer.render(this.scene, this.view.camera);
+  /** Pixels of a picture in virtual reality to those of the headset. */
+  get vrShare(): number { return this.#thrift.software ? SOFTWARE_VR : 1; }
+
+  /** The processor draws: a page that is slow is so for that. */
+  get isDrawnInSoftware(): boolean { return this.#thrift.software; }
+
+  /** Something is to be seen that was not, or otherwise. */
+  wake(): void { this.#thrift.wake(performance.now() / 1000); }
+
+  /** Plans come late: the processor has more to do than the picture. */
+  late(now: number): void { this.#thrift.late(now); }
+
+  /** @param dt s, since this was called last @param now s, of the page's clock */
+  draw(dt: number, now: number): void {
+    const presents = this.renderer.xr.isPresenting;
+    if (!presents) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
+    if (this.#still) {
+      this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
+      return;
     }
-    this.scene.updateMatrixWorld(); // what a pointer hits must be where it belongs all the same
+    this.#undrawn += dt;
+    let sharp = false;
+    if (!presents) {
+      this.#lookForMotion(now);
+      const picture = this.#thrift.next(now, this.#isDrawing(), this.#pace.level > 0);
+      if (picture === 'none') return this.scene.updateMatrixWorld();
+      sharp = picture === 'sharp';
+    }
+    if (this.arm) this.#seeThrough.update(this.arm, presents ? this.renderer.xr.getCamera() : this.view.camera, this.glass, this.#undrawn);
+    this.#undrawn = 0;
+    if (!presents) this.#size(sharp ? 1 : SHARES[this.#pace.level]!);
+    this.renderer.render(this.scene, this.view.camera);
+    if (!presents && this.#thrift.spares) this.#fenceOff();
+  }
+
+  #size(share: number): void {
+    const ratio = Math.min(devicePixelRatio, 2) * share;
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+  }
+
+  /** Where a picture takes long the next one would wait for it, and the page with it. */
+  #fenceOff(): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    this.#fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+  }
+
+  #isDrawing(): boolean {
+    if (!this.#fence) return false;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (!gl.isContextLost() && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.SIGNALED) return true;
+    gl.deleteSync(this.#fence);
+    this.#fence = null;
+    return false;
+  }
+
+  #lookForMotion(now: number): void {
+    const seen = this.#seen, { camera } = this.view;
+    let n = 0;
+    const see = (elements: ArrayLike<number>): void => { for (let i = 0; i < elements.length; ++i) seen[n++] = elements[i]!; };
+    see(camera.matrixWorld.elements);
+    see(camera.projectionMatrix.elements);
+    see(this.ghost.matrix.elements);
+    see(this.glass.matrixWorld.elements);
+    see(this.glass.liquid.surface);
+    seen[n++] = this.#color;
+    seen[n++] = this.#spill.visible ? 1 : 0;
+    seen.length = n;
+    this.#thrift.look(seen, now);
   }
 }

@@ -16,12 +16,46 @@ const surfaceOf = (object: CellObject, grown: number): THREE.BufferGeometry => {
   }
 };
 
+/** Boxes that were added here, and m from the floor below which they need no stand. */
+const ADDED = /^box \d+$/, LOW = 0.02;
+
+/** Under a box that was added: a table of its size on a leg, and its shadow on the floor. Drawn only: the arm's plans know the box. */
+class Stand extends THREE.Group {
+  /** @param height m, from the floor @param width m, of the box */
+  constructor(height: number, width: number) {
+    super();
+    const metal = new THREE.MeshStandardMaterial({ color: 0x9aa6b4, roughness: 0.6, transparent: true, opacity: 0.55 });
+    if (height > LOW) {
+      const leg = new THREE.Mesh(new THREE.CylinderGeometry(0.012, 0.012, height, 12), metal), top = new THREE.Mesh(new THREE.CylinderGeometry(0.6 * width, 0.6 * width, 0.008, 40), metal);
+      leg.rotation.x = top.rotation.x = Math.PI / 2;
+      leg.position.z = -height / 2;
+      top.position.z = -0.004;
+      this.add(leg, top);
+    }
+    const disc = new THREE.CircleGeometry(width, 40), count = disc.getAttribute('position').count, shade = new Float32Array(4 * count);
+    shade[3] = 0.45; // in the middle; none at the edge
+    disc.setAttribute('color', new THREE.BufferAttribute(shade, 4));
+    const shadow = new THREE.Mesh(disc, new THREE.MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false }));
+    shadow.position.z = 0.003 - height;
+    this.add(shadow);
+  }
+
+  free(): void {
+    for (const part of this.children as THREE.Mesh<THREE.BufferGeometry, THREE.Material>[]) {
+      part.geometry.dispose();
+      part.material.dispose();
+    }
+  }
+}
+
 /** Something that stands around the arm, and fainter the margin that is kept around it. */
 class Solid extends THREE.Group {
   readonly surface: THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial>;
   readonly #margin: THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
+  readonly #stand: Stand | null = null;
 
-  constructor(public object: CellObject) {
+  /** @param floor m, its height in the base's frame */
+  constructor(public object: CellObject, floor: number) {
     super();
     const plane = object.shape === 'half_space';
     this.surface = new THREE.Mesh(surfaceOf(object, 0), new THREE.MeshStandardMaterial({
@@ -36,6 +70,12 @@ class Solid extends THREE.Group {
     }));
     this.#margin.visible = false;
     this.add(this.surface, this.#margin);
+    if (object.shape === 'box' && ADDED.test(object.name)) {
+      const [width, , high] = object.size, below = object.origin[2]![3]! - high / 2 - floor;
+      this.#stand = new Stand(Math.max(below, 0), width);
+      this.#stand.position.z = -high / 2;
+      this.add(this.#stand);
+    }
     this.stand(object);
   }
 
@@ -46,6 +86,7 @@ class Solid extends THREE.Group {
 
   stand(object: CellObject): void {
     this.object = object;
+    if (this.#stand) this.#stand.visible = !object.attached;
     toMatrix(object.origin).decompose(this.position, this.quaternion, this.scale);
   }
 
@@ -58,6 +99,7 @@ class Solid extends THREE.Group {
   touched(now: boolean): void { this.#margin.visible = now; }
 
   free(): void {
+    this.#stand?.free();
     for (const mesh of [this.surface, this.#margin]) {
       mesh.geometry.dispose();
       mesh.material.dispose();
@@ -70,6 +112,8 @@ const looks = ({ origin: _, velocity: __, ...rest }: CellObject): string => JSON
 /** What stands around the arm, in its base's frame. */
 export class Surroundings extends THREE.Group {
   #solids: Solid[] = [];
+  /** m, height of the floor in the base's frame. */
+  floor = -0.75;
   #touched = -1;
   /** s, on the session's clock. */
   #at = 0;
@@ -82,7 +126,7 @@ export class Surroundings extends THREE.Group {
     const before = new Map(this.#solids.map((solid) => [looks(solid.object), solid]));
     this.#solids = (cell?.objects ?? []).map((object) => {
       const same = before.get(looks(object));
-      if (!same) return new Solid(object);
+      if (!same) return new Solid(object, this.floor);
       before.delete(looks(object));
       same.stand(object);
       return same;

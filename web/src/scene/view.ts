@@ -6,6 +6,8 @@ import { PRESETS, type Preset } from './presets';
 const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65, top: 0.45 };
 const WIDENING = 1.2; // 1/s, of the distance
 const FOLLOWING = 3; // 1/s, of what is left of the way
+/** 1/s, of what is left of the way to another middle; and the share of the picture that nobody sees any more. */
+const GLIDING = 5, ARRIVED = 1e-3;
 
 /** From where the scene is seen: turned by pointers, and wide enough that the target does not leave it. */
 export class View {
@@ -16,6 +18,9 @@ export class View {
   readonly #seen = new THREE.Vector3();
   readonly #step = new THREE.Vector3();
   #turning = false;
+  /** What a card covers, as the picture is centred now, and as it is to be; NaN: not yet. */
+  readonly #room = new THREE.Vector2(NaN, NaN);
+  readonly #wanted = new THREE.Vector2();
   #inSight = true;
 
   constructor(canvas: HTMLCanvasElement, private readonly reducedMotion: boolean) {
@@ -55,9 +60,25 @@ export class View {
     this.camera.aspect = aspect;
     // Tall and narrow screens look from further away.
     this.camera.fov = aspect < 1 ? 56 : 40;
-    if (room[0] > 0 || room[1] > 0) return this.camera.setViewOffset(aspect, 1, (aspect * room[0]) / 2, -room[1] / 2, aspect, 1);
-    this.camera.clearViewOffset();
-    this.camera.updateProjectionMatrix();
+    this.#wanted.set(...room);
+    // A card that goes, or comes, lets the picture glide; the first one finds it where it belongs.
+    if (this.reducedMotion || Number.isNaN(this.#room.x)) this.#room.copy(this.#wanted);
+    this.#centre();
+  }
+
+  #centre(): void {
+    const { camera } = this, { aspect } = camera, { x, y } = this.#room;
+    if (x > 0 || y > 0) return camera.setViewOffset(aspect, 1, (aspect * x) / 2, -y / 2, aspect, 1);
+    camera.clearViewOffset();
+    camera.updateProjectionMatrix();
+  }
+
+  /** @param dt s */
+  #glide(dt: number): void {
+    if (this.#room.equals(this.#wanted) || Number.isNaN(this.#room.x)) return;
+    this.#room.lerp(this.#wanted, 1 - Math.exp(-GLIDING * Math.min(dt, 0.1)));
+    if (this.#room.distanceTo(this.#wanted) < ARRIVED) this.#room.copy(this.#wanted);
+    this.#centre();
   }
 
   /**
@@ -66,6 +87,7 @@ export class View {
    * @param dt s
    */
   update(target: THREE.Vector3 | null, dt: number): void {
+    this.#glide(dt);
     if (this.follows && target && !this.#turning && this.orbit.enabled) {
       this.#step.copy(target).sub(this.orbit.target).multiplyScalar(this.reducedMotion ? 1 : 1 - Math.exp(-FOLLOWING * Math.min(dt, 0.1)));
       this.orbit.target.add(this.#step);

@@ -1,0 +1,61 @@
+import type { StateMessage } from '../protocol';
+import type { Totals } from './comparison';
+
+/** As the supervisor says it. */
+const ENDED = 'the demo motion ended', HELD_UP = 'the demo motion was held up';
+/** s for which whole runs are told after the last one ended. */
+const TOLD_FOR = 60;
+
+/** Whole demo motions, each led from begin to end by one profile: what can be compared. */
+export class Runs {
+  /** By demo motion and profile, the last one. */
+  readonly #whole = new Map<number, Map<number, Totals>>();
+  #now: (Totals & { motion: number; profile: number }) | null = null;
+  #state = '';
+  #reason = '';
+  #out = NaN;
+  #at = NaN;
+  #newest: { motion: number; at: number } | null = null;
+
+  /** @param off mm, from the target to the glass */
+  take({ now_s, state, reason, controls: { playback, profile }, liquid }: StateMessage, off: number | null): void {
+    const dt = now_s - this.#at, before = this.#state, said = this.#reason;
+    const spilt = Math.max(0, liquid.spilled_share - this.#out) || 0;
+    this.#at = now_s;
+    this.#state = state;
+    this.#reason = reason;
+    this.#out = liquid.spilled_share;
+    if (!(dt >= 0 && dt < 1)) this.#now = null; // another session, or a gap
+    const run = this.#now;
+    if (run && reason === ENDED && said !== ENDED && run.motion === playback && run.profile === profile) this.#keep(run, now_s);
+    if (playback < 0 || reason === ENDED || reason === HELD_UP || state === 'stopping' || state === 'fault') this.#now = null;
+    else if (run && (run.profile !== profile || run.motion !== playback)) this.#now = null;
+    else if (!run && state === 'engaged' && before === 'ready') this.#now = { motion: playback, profile, led: 0, felt: 0, most: 0, off: 0, spilt: 0 };
+    if (!this.#now || !(dt > 0)) return;
+    this.#now.spilt += spilt;
+    if (state !== 'engaged') return;
+    this.#now.led += dt;
+    this.#now.felt += dt * (liquid.lateral ?? 0);
+    this.#now.most = Math.max(this.#now.most, liquid.lateral ?? 0);
+    this.#now.off += dt * (off ?? 0);
+  }
+
+  #keep({ motion, profile, led, felt, most, off, spilt }: Totals & { motion: number; profile: number }, at: number): void {
+    if (led <= 0) return;
+    const of = this.#whole.get(motion) ?? new Map<number, Totals>();
+    of.set(profile, { led, felt: felt / led, most, off: off / led, spilt });
+    this.#whole.set(motion, of);
+    this.#newest = { motion, at };
+  }
+
+  /** Of the demo motion that was led last, if several profiles led all of it, and not long ago; null: there is none. */
+  get compared(): number | null {
+    if (!this.#newest || (this.#whole.get(this.#newest.motion)?.size ?? 0) < 2) return null;
+    return this.#at - this.#newest.at < TOLD_FOR && this.#at >= this.#newest.at ? this.#newest.motion : null;
+  }
+
+  of(motion: number, profile: number): Totals | undefined { return this.#whole.get(motion)?.get(profile); }
+
+  /** Of which this profile led all. */
+  motionsOf(profile: number): number[] { return [...this.#whole].flatMap(([motion, by]) => (by.has(profile) ? [motion] : [])); }
+}

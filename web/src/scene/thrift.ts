@@ -1,0 +1,68 @@
+/** s between two pictures of a page that spares the processor, at least. */
+const EVERY = 0.1;
+/** Of the time that the drawing took, what it leaves to others before it begins anew. */
+const LEAVES = 2;
+/** s without motion after which a coarse picture is drawn once as sharp as can be: longer than the arm takes to turn translucent. */
+const STILL = 1.2;
+/** s for which the page spares after plans came late. */
+const SPARES_FOR = 20;
+/** Values that differ by less look the same: rad and m. */
+const SAME = 3e-4;
+
+export type Picture = 'none' | 'usual' | 'sharp';
+
+/**
+ * When a picture is worth its processor's time. Where the processor draws, or where it is late with the arm's plans, some 10 a second
+ * must do, and none waits for another. A scene that stands still needs none: one sharp one stays.
+ */
+export class Thrift {
+  #spares = false;
+  #lateAt = -Infinity;
+  #movedAt = -Infinity;
+  #due = 0;
+  #begun = NaN;
+  #sharp = false;
+  readonly #seen: number[] = [];
+
+  /** @param software the processor draws */
+  constructor(public software: boolean) {}
+
+  /** Plans, or commands, come late. */
+  late(now: number): void { this.#lateAt = now; }
+
+  /** Something is another than it was, or may be: what `look` does not see. */
+  wake(now: number): void {
+    this.#movedAt = now;
+    this.#sharp = false;
+  }
+
+  /** What moves, as numbers. */
+  look(values: Iterable<number>, now: number): void {
+    let count = 0, moved = false;
+    for (const value of values) {
+      if (!(Math.abs(value - this.#seen[count]!) <= SAME)) {
+        this.#seen[count] = value;
+        moved = true;
+      }
+      ++count;
+    }
+    if (moved) this.wake(now);
+  }
+
+  get spares(): boolean { return this.#spares; }
+
+  /** @param drawing the picture before is not done yet @param coarse it could be sharper than usual */
+  next(now: number, drawing: boolean, coarse: boolean): Picture {
+    this.#spares = this.software || now - this.#lateAt < SPARES_FOR;
+    if (!drawing && !Number.isNaN(this.#begun)) {
+      this.#due = Math.max(this.#begun + EVERY, now + LEAVES * (now - this.#begun));
+      this.#begun = NaN;
+    }
+    if (this.#sharp || drawing) return 'none';
+    const sharp = coarse && now - this.#movedAt > STILL;
+    if (!sharp && this.#spares && now < this.#due) return 'none';
+    this.#sharp = sharp;
+    this.#begun = now;
+    return sharp ? 'sharp' : 'usual';
+  }
+}

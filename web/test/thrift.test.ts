@@ -1,0 +1,55 @@
+import { describe, expect, it } from 'vitest';
+import { type Picture, Thrift } from '../src/scene/thrift';
+
+/** What a browser that asks 60 times a second is told, each picture taking so long. */
+function draw(thrift: Thrift, seconds: number, takes: number, moves: (t: number) => boolean, from = 0): Picture[] {
+  const drawn: Picture[] = [];
+  let until = -1;
+  for (let t = from; t < from + seconds; t += 1 / 60) {
+    if (moves(t)) thrift.wake(t);
+    const picture = thrift.next(t, t < until, true);
+    if (picture === 'none') continue;
+    drawn.push(picture);
+    until = t + takes;
+  }
+  return drawn;
+}
+
+describe('Thrift', () => {
+  it('draws every picture where a graphics card does it', () => {
+    expect(draw(new Thrift(false), 2, 0, () => true).length).toBeGreaterThanOrEqual(119);
+  });
+
+  it('draws ten a second in software, and fewer where each takes long', () => {
+    expect(draw(new Thrift(true), 4, 0.01, () => true).length).toBeLessThanOrEqual(41);
+    const slow = draw(new Thrift(true), 6, 0.3, () => true).length;
+    expect(slow).toBeGreaterThanOrEqual(5);
+    expect(slow).toBeLessThanOrEqual(8); // two thirds of the time are left to others
+  });
+
+  it('spares for a while where plans are late', () => {
+    const thrift = new Thrift(false);
+    thrift.late(0);
+    expect(draw(thrift, 4, 0, () => true).length).toBeLessThanOrEqual(41);
+    expect(thrift.spares).toBe(true);
+    expect(draw(thrift, 2, 0, () => true, 30).length).toBeGreaterThanOrEqual(119);
+  });
+
+  it('draws one sharp picture of a scene that stands, and the usual ones from the first motion on', () => {
+    const thrift = new Thrift(true), still = draw(thrift, 20, 0.05, (t) => t < 1);
+    expect(still.filter((picture) => picture === 'sharp')).toHaveLength(1);
+    expect(still.at(-1)).toBe('sharp');
+    expect(draw(thrift, 1, 0.05, () => true, 20)[0]).toBe('usual');
+  });
+
+  it('takes for motion what can be seen, and no noise', () => {
+    const thrift = new Thrift(true);
+    thrift.look([0, 1], 0);
+    expect(thrift.next(2, false, true)).toBe('sharp');
+    thrift.next(2.05, false, true);
+    thrift.look([1e-5, 1 - 1e-5], 3);
+    expect(thrift.next(3, false, true)).toBe('none');
+    thrift.look([1e-3, 1], 4);
+    expect(thrift.next(4, false, true)).toBe('usual');
+  });
+});

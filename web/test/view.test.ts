@@ -1,0 +1,33 @@
+import * as THREE from 'three';
+import { describe, expect, it } from 'vitest';
+import { sizeOf } from '../src/input/handles';
+import { View } from '../src/scene/view';
+
+/** What nobody touches. */
+const deaf = { addEventListener: () => {}, removeEventListener: () => {} };
+const canvas = (): HTMLCanvasElement => ({ ...deaf, getRootNode: () => deaf, ownerDocument: deaf, style: {}, clientWidth: 400, clientHeight: 300 }) as unknown as HTMLCanvasElement;
+
+describe('the view', () => {
+  it('glides to another middle where a card goes, and begins in the right one', () => {
+    const view = new View(canvas(), false), offset = (): number => (view.camera.view?.enabled ? view.camera.view.offsetX : 0);
+    view.resize(2, [0.4, 0]);
+    const begin = offset();
+    expect(begin).toBeCloseTo(0.4);
+    view.resize(2, [0, 0]);
+    expect(offset()).toBe(begin);
+    view.update(null, 0.05);
+    expect(offset()).toBeLessThan(begin);
+    expect(offset()).toBeGreaterThan(0.5 * begin);
+    for (let i = 0; i < 60; ++i) view.update(null, 0.05);
+    expect(offset()).toBe(0);
+  });
+
+  it('leaves a finger 44 px of the glass, however small the picture', () => {
+    const camera = new THREE.PerspectiveCamera(56, 1, 0.05, 30), at = new THREE.Vector3(0, 0, -2);
+    for (const height of [200, 300, 600]) {
+      const scale = (2 * Math.min(1.9 * Math.tan((Math.PI * camera.fov) / 360), 7) * sizeOf(camera, at, true, height)) / 4; // as TransformControls has it
+      const pixels = ((0.3 * scale) / 2 / Math.tan((Math.PI * camera.fov) / 360)) * (height / 2);
+      expect(2 * pixels).toBeGreaterThanOrEqual(44);
+    }
+  });
+});
