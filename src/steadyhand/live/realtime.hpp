@@ -10,8 +10,8 @@ std::string lock_memory();
 /// Real-time priorities of a session's threads: what waits least comes first.
 constexpr int kControlPriority = 80, kPlannerPriority = 60, kServerPriority = 40;
 
-/// Gives the calling thread a real-time priority (SCHED_FIFO), 1 to 99; where the user may not, as early turns as anybody
-/// may have. @return as lock_memory
+/// Gives the calling thread a real-time priority (SCHED_FIFO), 1 to 99; where the user may not, as early turns as
+/// anybody may have. @return as lock_memory
 std::string make_realtime(int priority);
 
 /// While it lives, the processors do not sleep (PM QoS: Linux' /dev/cpu_dma_latency). Where they do, above all in

@@ -218,8 +218,8 @@ std::string date_of(const std::string& name) {
   constexpr const char* kMonths[] = {"January", "February", "March",     "April",   "May",      "June",
                                      "July",    "August",   "September", "October", "November", "December"};
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0, length = 0;
-  const bool made = std::sscanf(name.c_str(), "%4d-%2d-%2d_%2d-%2d-%2d%n", &year, &month, &day, &hour,
-                                &minute, &second, &length) == 6;
+  const bool made = std::sscanf(name.c_str(), "%4d-%2d-%2d_%2d-%2d-%2d%n", &year, &month, &day, &hour, &minute, &second,
+                                &length) == 6;
   if (!made || month < 1 || month > 12) return {};
   const std::string rest = name.substr(static_cast<std::size_t>(length));  // "_2": of the same program
   return fmt::format("{} {} {}, {:02}:{:02}:{:02}{}", day, kMonths[month - 1], year, hour, minute, second,
@@ -265,9 +265,9 @@ Result<std::string> report_page(const ReportInput& input) {
   const Thinning thinning = choose_thinning(input);
   const std::string recording = escape(input.recording), rate = fmt::format("{:g} Hz", input.rate_hz),
                     scale = input.scales.empty() ? fmt::format("{:g}", input.scale) : input.scales,
-                    length = input.story ? fmt::format("{}, {} of it led", clock_text(duration),
-                                                       clock_text(input.story->led_s))
-                                         : fmt::format("{:.1f} s", duration),
+                    length = input.story
+                                 ? fmt::format("{}, {} of it led", clock_text(duration), clock_text(input.story->led_s))
+                                 : fmt::format("{:.1f} s", duration),
                     command = escape(input.command), card_html = cards(input, metrics),
                     table_html = tables(input, metrics), meaning_html = meanings(metrics),
                     title = escape(title_of(input)), verdict_html = verdict(input.story),

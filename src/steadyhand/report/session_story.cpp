@@ -123,7 +123,8 @@ bool was_late(const SessionFile& session, Time at) {
     after = &counted;
     if (counted.now >= at) break;
   }
-  return before && (after->rejected_plans > before->rejected_plans || after->missed_deadlines > before->missed_deadlines);
+  return before &&
+         (after->rejected_plans > before->rejected_plans || after->missed_deadlines > before->missed_deadlines);
 }
 
 /// What was in force, what the arm did, and how hard the liquid was pushed when it went over the rim.

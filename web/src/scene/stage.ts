@@ -313,16 +313,13 @@ export class Stage {
   resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
-    this.wake();
+    this.#thrift.blank(performance.now() / 1000);
     this.view.resize(width / height, room);
     this.#pace.restart();
   }
 
   /** Pixels of a picture in virtual reality to those of the headset. */
   get vrShare(): number { return this.#thrift.software ? SOFTWARE_VR : 1; }
-
-  /** The processor draws: a page that is slow is so for that. */
-  get isDrawnInSoftware(): boolean { return this.#thrift.software; }
 
   /** Something is to be seen that was not, or otherwise. */
   wake(): void { this.#thrift.wake(performance.now() / 1000); }
@@ -361,6 +358,7 @@ export class Stage {
   /** Where a picture takes long the next one would wait for it, and the page with it. */
   #fenceOff(): void {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (this.#fence) gl.deleteSync(this.#fence);
     this.#fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
   }

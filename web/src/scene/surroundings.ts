@@ -26,7 +26,7 @@ class Stand extends THREE.Group {
     super();
     const metal = new THREE.MeshStandardMaterial({ color: 0x9aa6b4, roughness: 0.6, transparent: true, opacity: 0.55 });
     if (height > LOW) {
-      const leg = new THREE.Mesh(new THREE.CylinderGeometry(0.012, 0.012, height, 12), metal), top = new THREE.Mesh(new THREE.CylinderGeometry(0.6 * width, 0.6 * width, 0.008, 40), metal);
+      const leg = new THREE.Mesh(new THREE.CylinderGeometry(0.012, 0.012, height, 12), metal), top = new THREE.Mesh(new THREE.CylinderGeometry(0.75 * width, 0.75 * width, 0.008, 40), metal);
       leg.rotation.x = top.rotation.x = Math.PI / 2;
       leg.position.z = -height / 2;
       top.position.z = -0.004;

@@ -1,7 +1,7 @@
 /** s between two pictures of a page that spares the processor, at least. */
 const EVERY = 0.1;
-/** Of the time that the drawing took, what it leaves to others before it begins anew. */
-const LEAVES = 2;
+/** Of the time that the drawing took, what it leaves to others before it begins anew; and s, at most: who waits sees nothing. */
+const LEAVES = 2, LEAVES_AT_MOST = 0.25;
 /** s without motion after which a coarse picture is drawn once as sharp as can be: longer than the arm takes to turn translucent. */
 const STILL = 1.2;
 /** s for which the page spares after plans came late. */
@@ -22,6 +22,7 @@ export class Thrift {
   #due = 0;
   #begun = NaN;
   #sharp = false;
+  #blank = false;
   readonly #seen: number[] = [];
 
   /** @param software the processor draws */
@@ -34,6 +35,12 @@ export class Thrift {
   wake(now: number): void {
     this.#movedAt = now;
     this.#sharp = false;
+  }
+
+  /** There is no picture any more, as another size leaves none. */
+  blank(now: number): void {
+    this.wake(now);
+    this.#blank = true;
   }
 
   /** What moves, as numbers. */
@@ -55,8 +62,13 @@ export class Thrift {
   next(now: number, drawing: boolean, coarse: boolean): Picture {
     this.#spares = this.software || now - this.#lateAt < SPARES_FOR;
     if (!drawing && !Number.isNaN(this.#begun)) {
-      this.#due = Math.max(this.#begun + EVERY, now + LEAVES * (now - this.#begun));
+      this.#due = Math.max(this.#begun + EVERY, now + Math.min(LEAVES * (now - this.#begun), LEAVES_AT_MOST));
       this.#begun = NaN;
+    }
+    if (this.#blank) {
+      this.#blank = false;
+      this.#begun = now;
+      return 'usual';
     }
     if (this.#sharp || drawing) return 'none';
     const sharp = coarse && now - this.#movedAt > STILL;
