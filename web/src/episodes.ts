@@ -72,7 +72,7 @@ export class EpisodePanel {
     put(button('episode-begin'), 'disabled', !may || running || !state.recording);
     for (const id of ['episode-keep', 'episode-discard']) put(button(id), 'disabled', !may || !(running || ended));
     put(button('set-up'), 'disabled', !may || running);
-    if (state) put(element('episodes-now', HTMLOutputElement), 'textContent', running ? `${state.episode.number} runs` : ended ? `${state.episode.kept} kept` : '');
+    if (state) put(element('episodes-now', HTMLOutputElement), 'textContent', running ? `number ${state.episode.number} runs` : ended ? `${state.episode.kept} kept` : '');
     if (state) put(element('episode-state', HTMLElement), 'textContent', state.recording ? episodeText(state.episode) : 'Record this session to keep episodes.');
   }
 }

@@ -37,6 +37,8 @@ const TOLD_SHARE = 5e-4;
 const PLANNER_LATE = 'the planner is late';
 /** s without a word of a held hand that the page itself was held up for; and for how long that explains that it was lost. */
 const TOO_LONG = 0.12, EXPLAINS_FOR = 1.5;
+/** s of such a gap that alone had the arm let go, near enough. */
+const LOSES = 0.2;
 /** s without another such gap, after which all is read that happened in it: what is held still is held. */
 const READ_AFTER = 0.1;
 /** What the arm says of a hand that it did not hear of. */
@@ -122,6 +124,8 @@ export class Session {
   #latePlans = 0;
   /** s, of the page's clock: the browser kept the page from telling of the hand until then; and when the arm lost it. */
   #keptUntil = -Infinity;
+  /** For so many s. */
+  #kept = 0;
   #lostAt = -Infinity;
   #resumedAfter = -Infinity;
   #ended = false;
@@ -197,7 +201,9 @@ export class Session {
   /** The page told of the hand, `gap` s after the time before. @param held a way in has the hand */
   told(gap: number, held: boolean, now: number): void {
     if (held && this.yours) this.#hasHeld = true;
-    if (held && gap > TOO_LONG) this.#keptUntil = now;
+    if (!held || gap <= TOO_LONG) return;
+    this.#keptUntil = now;
+    this.#kept = gap;
   }
 
   /** The arm lost the hand since this browser did not come to tell of it. */
@@ -206,7 +212,7 @@ export class Session {
   /** Once for each time that the browser lost the hand, soon after it: whoever holds on may lead on. */
   mayResume(now: number): boolean {
     const since = now - this.#keptUntil;
-    if (this.state?.state !== 'ready' || !this.isLostByBrowser || since < READ_AFTER || since > EXPLAINS_FOR || this.#resumedAfter === this.#keptUntil) return false;
+    if (this.state?.state !== 'ready' || !this.isLostByBrowser || this.#kept < LOSES || since < READ_AFTER || since > EXPLAINS_FOR || this.#resumedAfter === this.#keptUntil) return false;
     this.#resumedAfter = this.#keptUntil;
     return true;
   }

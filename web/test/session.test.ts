@@ -151,8 +151,12 @@ describe('words of a session', () => {
     session.take(state({ state: 'ready', reason: lost }), 2.01);
     expect(session.reason(2.05)).toContain('browser is too slow');
     expect([session.mayResume(2.05), session.mayResume(2.15), session.mayResume(2.2)]).toEqual([false, true, false]);
+    session.take(state({ state: 'engaged', reason: '' }), 2.5);
+    session.told(0.13, true, 2.6); // too short to have lost it
+    session.take(state({ state: 'ready', reason: lost }), 2.6);
+    expect([session.reason(2.8), session.mayResume(2.8)]).toEqual([expect.stringContaining('too slow'), false]);
     session.take(state({ state: 'engaged', reason: '' }), 3);
-    session.told(0.4, false, 4); // nobody held on
+    session.told(0.4, false, 4.2); // nobody held on
     session.take(state({ state: 'ready', reason: lost }), 5);
     expect([session.reason(5), session.mayResume(5.2)]).toEqual([lost, false]);
     session.take(state({ state: 'stopping', reason: 'a stop was asked for' }), 6);
