@@ -54,6 +54,20 @@ const dragTo = (of, handle, wanted, close) => until(async () => {
   return false;
 }, `the tool at ${wanted} by ${handle}`);
 
+/** In the headset what the cameras see stands above the board, and goes on. */
+async function seesCamerasInHeadset(page) {
+  await page.click('#emulate');
+  await page.waitForSelector('#enter-vr:not([hidden])');
+  await page.evaluate(() => document.querySelector('#enter-vr').click());
+  const uploads = () => page.evaluate(() => globalThis.steadyhand.headset.screens.screens.map(({ material }) => material.map.version));
+  const first = await until(async () => { const all = await uploads(); return all.length === 2 && all; }, 'two screens');
+  await until(async () => (await uploads()).every((count, i) => count > first[i] + 2), 'pictures on the screens');
+  const names = await until(() => page.evaluate(() => { const all = globalThis.steadyhand.headset.screens.screens.map(({ words }) => words.lines); return all[0] && all; }), 'their names');
+  assert.deepEqual(names, ['front', 'wrist']);
+  await page.evaluate(() => document.querySelector('#enter-vr').click());
+  await until(() => page.evaluate(() => globalThis.steadyhand.headset.session === null), 'VR to be left');
+}
+
 /** What the cameras see is drawn, and stops where nobody looks. */
 async function seesCameras(page) {
   const drawn = () => page.evaluate(() => globalThis.steadyhand.cameras.views.map((view) => view.drawn));
@@ -96,6 +110,7 @@ test('an episode by mouse becomes a data set', CASE, async () => {
   await dragTo(page, 'XY', mark, 0.01);
   await dragTo(page, 'Z', [0, 0, mark[2] + 0.05], 0.007); // a little into the table, which holds the glass up
   await press('KeyN', async () => (await state(page)).episode.kept === 1, 'the episode to be kept');
+  await seesCamerasInHeadset(page);
   assert.deepEqual(page.complaints, []);
   const { success, spilled, time } = (await state(page)).task;
   await closePages();
