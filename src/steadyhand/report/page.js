@@ -288,9 +288,9 @@ function stacked(profile) {
   return columns(layers.reverse().map((values) => ({ t, values })));
 }
 
-/** From 0 to what all but a few points stay below: a spike leaves the others to be read. `say` gets what is cut off, or nothing. */
+/** From 0 to what all but a few points stay below, of those at which the arm had something to do: a spike leaves the others to be read. `say` gets what is cut off, or nothing. */
 const withoutSpikes = (values, max, say) => {
-  const known = values.filter((value) => value != null).sort((a, b) => a - b), usual = known[Math.floor(0.98 * (known.length - 1))] ?? 0;
+  const known = values.filter((value) => value > 1e-6 * max).sort((a, b) => a - b), usual = known[Math.floor(0.98 * (known.length - 1))] ?? 0;
   const cut = usual > 0 && max > 5 * usual;
   say(cut ? `Cut off above: peaks of up to ${format(max)}.` : '');
   return [0, cut ? 2 * usual : 1.05 * max || 1];
