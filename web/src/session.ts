@@ -81,9 +81,10 @@ export const IN_HEADSET: Means = {
   pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again.', reset: 'press the thumbstick to reset',
 };
 
+/** The same with what stands for a controller's parts on this page. */
 export const IN_EMULATOR: Means = {
-  lead: 'Hold the mouse button in the picture to lead the arm.', takeOver: 'Hold the mouse button in the picture to take over.',
-  pair: 'To drive, leave VR and enter the code.', again: 'Let go of the mouse button, and press it again.', reset: 'press Enter to reset',
+  lead: 'Squeeze the grip (hold the mouse button in the picture) to lead the arm.', takeOver: 'Squeeze the grip (hold the mouse button in the picture) to take over.',
+  pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again (the mouse button).', reset: 'press the thumbstick to reset (here: Enter)',
 };
 
 /** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */

@@ -5,7 +5,7 @@ import { Hand } from '../src/hand';
 import type { ClientMessage, ServerMessage } from '../src/protocol';
 import { motionTitle } from '../src/demo_motions';
 import { Peak } from '../src/peak';
-import { IN_HEADSET, Session, STALE_AFTER, waveOf, waveText } from '../src/session';
+import { IN_EMULATOR, IN_HEADSET, Session, STALE_AFTER, waveOf, waveText } from '../src/session';
 
 const server = fixtures as unknown as Record<string, ServerMessage>;
 
@@ -134,6 +134,11 @@ describe('words of a session', () => {
     expect(felt(0.39, still)).toBeCloseTo(2.28, 2);
     expect(felt(0.39, [0.1, 0, 0, 0, 0, 0])).toBe(0);
     expect(felt(0.02, still)).toBe(0);
+  });
+  it('of an emulated headset are those of a headset, and say which key or button of this page is meant', () => {
+    const bare = (words: string): string => words.replace(/ \([^)]*\)/g, '');
+    for (const [what, words] of Object.entries(IN_EMULATOR)) expect(bare(words)).toBe(IN_HEADSET[what as keyof typeof IN_HEADSET]);
+    expect([IN_EMULATOR.lead, IN_EMULATOR.again, IN_EMULATOR.reset].every((words) => /mouse|Enter/.test(words))).toBe(true);
   });
   it('tell a newcomer nothing of a hand that was not theirs', () => {
     const session = open(), reason = 'the hand fell silent: release and grip again';

@@ -173,7 +173,7 @@ export class Headset {
 
   /** One first step at a time, on the board and on the page beside it. */
   #advise(): void {
-    const lead = this.simulated ? 'Press F: where you look is forward.' : 'Look forward, and press A.', means = this.simulated ? IN_EMULATOR : IN_HEADSET;
+    const lead = this.simulated ? 'Look forward, and press F (in a headset: press A).' : 'Look forward, and press A.', means = this.simulated ? IN_EMULATOR : IN_HEADSET;
     this.facts.means = this.#isForwardKnown ? means : { ...means, lead, takeOver: lead, again: lead };
   }
 
