@@ -56,6 +56,7 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"web/src/input/menu.ts", {"lateral"}},
     // an attribute of a mesh
     {"web/src/scene/ribbon.ts", {"position"}},
+    {"web/src/scene/surroundings.ts", {"position"}},
     {"web/src/input/handles.ts", {"position"}},
     {"web/src/scene/glass.ts", {"position"}},
 };
