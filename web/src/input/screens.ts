@@ -68,6 +68,6 @@ export class Screens extends THREE.Group {
       screen.position.set((width + GAP) * (i - (views.length - 1) / 2), this.bottom + screen.words.geometry.parameters.height + height / 2, 0);
       return screen;
     }));
-    this.add(...this.screens);
+    if (this.screens.length > 0) this.add(...this.screens); // three.js complains of none
   }
 }
