@@ -232,11 +232,16 @@ const including = (...values) => (u, min, max) => {
   const room = 0.06 * (high - low || 1);
   return [low === 0 ? 0 : low - room, high + room];
 };
+/** Room above and below, and no less than `span`: what hardly moves has no ticks of its own. */
+const atLeast = (span) => (u, min, max) => {
+  const room = Math.max(0.56 * (max - min), 0.5 * span), middle = 0.5 * (min + max);
+  return [middle - room, middle + room];
+};
 const logRange = (...values) => (u, min, max) => [0.8 * Math.min(min, ...values), 1.3 * Math.max(max, ...values)];
 
 const targets = (name) => data.targets.map((target) => ({ label: target.label, t: target.t, values: target[name] }));
-profileChart('y', { before: targets('y'), unit: 'm' });
-profileChart('roll', { before: targets('roll'), unit: '°' });
+profileChart('y', { before: targets('y'), unit: 'm', range: atLeast(0.01) });
+profileChart('roll', { before: targets('roll'), unit: '°', range: atLeast(0.1) });
 profileChart('lateral', { unit: 'm/s²', range: including(0) });
 profileChart('vertical', { unit: 'm/s²', plugins: [lineMarks([{ at: 9.81, text: 'at rest', color: 'muted' }])], range: including(9.81) });
 profileChart('position_error', { unit: 'mm', range: including(0) });
