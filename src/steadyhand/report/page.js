@@ -229,7 +229,7 @@ function profileChart(name, options = {}) {
 const including = (...values) => (u, min, max) => {
   const low = Math.min(min, ...values);
   const high = Math.max(max, ...values);
-  const room = 0.06 * (high - low || 1);
+  const room = Math.max(0.06 * (high - low), 1e-3 * Math.max(Math.abs(low), Math.abs(high))) || 1; // what differs by rounding has no ticks
   return [low === 0 ? 0 : low - room, high + room];
 };
 /** Room above and below, and no less than `span`: what hardly moves has no ticks of its own. */

@@ -89,7 +89,8 @@ export class Stage {
   #fence: WebGLSync | null = null;
   /** s, since the picture before. */
   #undrawn = 0;
-  readonly #seen: number[] = [];
+  /** Colour of the state, and whether a spill is drawn. */
+  readonly #looks = new Float64Array(2);
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
     // The page's own backdrop shines through, and in augmented reality the room.
@@ -373,17 +374,14 @@ export class Stage {
   }
 
   #lookForMotion(now: number): void {
-    const seen = this.#seen, { camera } = this.view;
-    let n = 0;
-    const see = (elements: ArrayLike<number>): void => { for (let i = 0; i < elements.length; ++i) seen[n++] = elements[i]!; };
-    see(camera.matrixWorld.elements);
-    see(camera.projectionMatrix.elements);
-    see(this.ghost.matrix.elements);
-    see(this.glass.matrixWorld.elements);
-    see(this.glass.liquid.surface);
-    seen[n++] = this.#color;
-    seen[n++] = this.#spill.visible ? 1 : 0;
-    seen.length = n;
-    this.#thrift.look(seen, now);
+    const thrift = this.#thrift, { camera } = this.view;
+    this.#looks[0] = this.#color;
+    this.#looks[1] = this.#spill.visible ? 1 : 0;
+    let count = thrift.look(this.#looks, now);
+    count = thrift.look(camera.matrixWorld.elements, now, count);
+    count = thrift.look(camera.projectionMatrix.elements, now, count);
+    count = thrift.look(this.ghost.matrix.elements, now, count);
+    count = thrift.look(this.glass.matrixWorld.elements, now, count);
+    thrift.look(this.glass.liquid.surface, now, count);
   }
 }

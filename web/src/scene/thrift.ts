@@ -23,7 +23,7 @@ export class Thrift {
   #begun = NaN;
   #sharp = false;
   #blank = false;
-  readonly #seen: number[] = [];
+  #seen = new Float64Array(0);
 
   /** @param software the processor draws */
   constructor(public software: boolean) {}
@@ -43,17 +43,24 @@ export class Thrift {
     this.#blank = true;
   }
 
-  /** What moves, as numbers. */
-  look(values: Iterable<number>, now: number): void {
-    let count = 0, moved = false;
-    for (const value of values) {
-      if (!(Math.abs(value - this.#seen[count]!) <= SAME)) {
-        this.#seen[count] = value;
-        moved = true;
-      }
-      ++count;
+  /** What moves, as numbers, behind `from` others. @returns how many there are by now */
+  look(values: ArrayLike<number>, now: number, from = 0): number {
+    const count = from + values.length;
+    if (this.#seen.length < count) {
+      const more = new Float64Array(2 * count).fill(NaN);
+      more.set(this.#seen);
+      this.#seen = more;
+    }
+    const seen = this.#seen;
+    let moved = false;
+    for (let i = 0; i < values.length; ++i) {
+      const value = values[i]!;
+      if (Math.abs(value - seen[from + i]!) <= SAME) continue;
+      seen[from + i] = value;
+      moved = true;
     }
     if (moved) this.wake(now);
+    return count;
   }
 
   get spares(): boolean { return this.#spares; }
