@@ -115,7 +115,7 @@ void BrowserSession::advance(Time now) {
 
 void BrowserSession::publish() {
   hub_->broadcast_state({session_->snapshot(), operator_interface_->controls(), recorder_ && recorder_->recording(),
-                         std::nullopt, SceneState(), EpisodeView(), operator_interface_->cell()});
+                         std::nullopt, SceneState(), EpisodeView(), operator_interface_->cell(), nullptr});
   if (recorder_) (void)recorder_->take_notices();  // the page sees what is kept
 }
 
