@@ -115,6 +115,9 @@ def run(words: list[str]) -> int:
         from . import _lerobot  # noqa: F401
         from ._merge import is_set
 
+        sets = [word for word in arguments.sessions if is_set(word)]
+        if sets and (arguments.format != "lerobot" or no_video):
+            raise ValueError(f"{sets[0]} is a data set: sets are merged into LeRobot's format, with all that they have; leave out {'--no-video' if arguments.format == 'lerobot' else '--format'}")
         write = _writer(arguments.format)
     except ImportError as error:
         raise ValueError(f"{error}; pip install steadyhand[{extra}] brings what a data set is written with") from None
@@ -122,9 +125,6 @@ def run(words: list[str]) -> int:
         raise ValueError(f"{arguments.out} is there already; --format {arguments.format} makes a new one: name another")
     if not write:
         _lerobot.is_there(Path(arguments.out))  # what is no data set is told before sessions are read
-    sets = [word for word in arguments.sessions if is_set(word)]
-    if sets and (write or no_video):
-        raise ValueError(f"{sets[0]} is a data set: sets are merged into LeRobot's format, with all that they have; leave out {'--no-video' if not write else '--format'}")
     sessions = [word for word in arguments.sessions if word not in sets]
     options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
     episodes, left_out = read_sessions(sessions_of(sessions), arguments.robot, options, workers) if sessions else ([], [])
