@@ -4,6 +4,7 @@ import csv
 import os
 import re
 import select
+import socket
 import subprocess
 import sys
 import threading
@@ -85,6 +86,11 @@ def begin(study, out):
     return leader, environment, said, int(found.group(1))
 
 
+def answers(port: int) -> bool:
+    with socket.socket() as asking:
+        return asking.connect_ex(("127.0.0.1", port)) == 0
+
+
 def test_a_second_page_that_takes_the_arm_is_told(tmp_path):
     """A browser tab more, which the first one lets have it."""
     study = tmp_path / "live.yaml"
@@ -108,6 +114,10 @@ def test_a_second_page_that_takes_the_arm_is_told(tmp_path):
                 heard += os.read(leader.stdout.fileno(), 65536).decode()
     finally:
         leader.kill()
+    ended = time.monotonic() + 20
+    while answers(port) and time.monotonic() < ended:
+        time.sleep(0.1)
+    assert not answers(port), "the program ends with who led the study"
     assert "another page (client" in heard and "close the page that is not the participant's" in heard, heard
 
 

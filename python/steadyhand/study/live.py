@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import select
@@ -33,6 +34,12 @@ class Again(Exception):
     """The trial under way cannot count, with the reason."""
 
 
+def _end_with_parent() -> None:
+    """As by Ctrl-C, when whoever leads the study is killed: nobody would lead the participant."""
+    pr_set_pdeathsig = 1
+    ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGINT)
+
+
 class Program:
     """`steadyhand demo` for one participant, whose sessions it records in their folder."""
 
@@ -43,7 +50,7 @@ class Program:
         self._process = subprocess.Popen(
             [program, "demo", *browser, "--port", str(port), "--sessions", str(sessions), "--robot", study.robot.source,
              "--profile", condition.profile, "--scale", str(condition.scale)],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True, preexec_fn=_end_with_parent,
         )  # fmt: skip
         self.port, self.address = 0, ""
         said = []
