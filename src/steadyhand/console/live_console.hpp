@@ -114,11 +114,11 @@ class LiveConsole {
   std::atomic<bool> episode_begins_{false};                        ///< the judge has not heard of it
   std::optional<SceneThings> things_;                              ///< ConsoleSettings::things
   SceneState seen_;                                                ///< newest look at the scene
-  Mutex scene_;                                                    ///< of what follows
-  std::optional<bool> decided_;                                    ///< how the scene's task ended
-  std::uint64_t seed_ = 0;                                         ///< of the scene's places
   std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< as OperatorView has it
   Time cameras_seen_{0};
+  Mutex scene_;                  ///< of the next two
+  std::optional<bool> decided_;  ///< how the scene's task ended
+  std::uint64_t seed_ = 0;       ///< of the scene's places
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
   Time shown_{0};
