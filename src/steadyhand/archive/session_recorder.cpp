@@ -117,23 +117,29 @@ std::string SessionRecorder::profiles_that_led() const {
   return names;
 }
 
+/// Of the file that is written: what every summary has.
+std::map<std::string, std::string> SessionRecorder::spilled_and_led() const {
+  const SpillLog::Spill* worst = tally_.liquid.worst();
+  return {{"spilled", worst ? "yes" : "no"},
+          {"spilled_share", fmt::format("{:.6g}", worst ? worst->share : 0.0)},
+          {"spilled_profile", worst ? worst->profile : ""},
+          {"profiles", profiles_that_led()}};
+}
+
 /// What is known of a file while its session goes on; of several summaries the last one counts.
 void SessionRecorder::sum_up(const SessionSnapshot& now) {
   if (!file_) return;
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
-  const SpillLog::Spill* worst = tally_.liquid.worst();
   Time engaged = tally_.engaged;
   if (engaged_since_) engaged += std::max(Time(0), tally_.last - std::max(*engaged_since_, tally_.begin));
-  const Status added = file_->add_metadata(
-      "summary", {{"duration_s", number(to_seconds(tally_.last - tally_.begin))},
-                  {"engaged_s", number(to_seconds(engaged))},
-                  {"latency_p50_ms", number(1e-3 * now.latency_us.p50)},
-                  {"latency_p99_ms", number(1e-3 * now.latency_us.p99)},
-                  {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)},
-                  {"spilled", worst ? "yes" : "no"},
-                  {"spilled_share", number(worst ? worst->share : 0.0)},
-                  {"spilled_profile", worst ? worst->profile : ""},
-                  {"profiles", profiles_that_led()}});
+  std::map<std::string, std::string> summary = spilled_and_led();
+  summary.merge(std::map<std::string, std::string>{
+      {"duration_s", number(to_seconds(tally_.last - tally_.begin))},
+      {"engaged_s", number(to_seconds(engaged))},
+      {"latency_p50_ms", number(1e-3 * now.latency_us.p50)},
+      {"latency_p99_ms", number(1e-3 * now.latency_us.p99)},
+      {"missed_deadlines", fmt::format("{}", now.missed_deadlines - tally_.missed_before)}});
+  const Status added = file_->add_metadata("summary", summary);
   if (!added) notice("the recording has no summary: " + added.error().message);
 }
 
@@ -413,26 +419,23 @@ void SessionRecorder::finish(const LiveSummary& s) {
     holds += fmt::format("{}{} x {}", holds.empty() ? "" : "; ", count, reason);
   }
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
-  const SpillLog::Spill* worst = tally_.liquid.worst();
-  const Status added = file_->add_metadata("summary", {{"duration_s", number(s.duration)},
-                                                       {"engaged_s", number(s.engaged)},
-                                                       {"engagements", fmt::format("{}", s.engagements)},
-                                                       {"latency_p50_ms", number(1e-3 * s.latency_us.p50)},
-                                                       {"latency_p99_ms", number(1e-3 * s.latency_us.p99)},
-                                                       {"solve_p50_us", number(s.solve_us.p50)},
-                                                       {"solve_p99_us", number(s.solve_us.p99)},
-                                                       {"plans", fmt::format("{}", s.plans)},
-                                                       {"failed_plans", fmt::format("{}", s.failed_plans)},
-                                                       {"cycles", fmt::format("{}", s.cycles)},
-                                                       {"missed_deadlines", fmt::format("{}", s.missed_deadlines)},
-                                                       {"dropped_messages", fmt::format("{}", s.tap_drops)},
-                                                       {"beyond_limits", fmt::format("{}", s.monitor.beyond_limits)},
-                                                       {"in_contact", fmt::format("{}", s.monitor.in_contact)},
-                                                       {"spilled", worst ? "yes" : "no"},
-                                                       {"spilled_share", number(worst ? worst->share : 0.0)},
-                                                       {"spilled_profile", worst ? worst->profile : ""},
-                                                       {"profiles", profiles_that_led()},
-                                                       {"held_back", holds}});
+  std::map<std::string, std::string> summary = spilled_and_led();
+  summary.merge(std::map<std::string, std::string>{{"duration_s", number(s.duration)},
+                                                   {"engaged_s", number(s.engaged)},
+                                                   {"engagements", fmt::format("{}", s.engagements)},
+                                                   {"latency_p50_ms", number(1e-3 * s.latency_us.p50)},
+                                                   {"latency_p99_ms", number(1e-3 * s.latency_us.p99)},
+                                                   {"solve_p50_us", number(s.solve_us.p50)},
+                                                   {"solve_p99_us", number(s.solve_us.p99)},
+                                                   {"plans", fmt::format("{}", s.plans)},
+                                                   {"failed_plans", fmt::format("{}", s.failed_plans)},
+                                                   {"cycles", fmt::format("{}", s.cycles)},
+                                                   {"missed_deadlines", fmt::format("{}", s.missed_deadlines)},
+                                                   {"dropped_messages", fmt::format("{}", s.tap_drops)},
+                                                   {"beyond_limits", fmt::format("{}", s.monitor.beyond_limits)},
+                                                   {"in_contact", fmt::format("{}", s.monitor.in_contact)},
+                                                   {"held_back", holds}});
+  const Status added = file_->add_metadata("summary", summary);
   if (!added) notice("the recording ended: " + added.error().message);
   end_file();
 }

@@ -100,6 +100,7 @@ class SessionRecorder {
   void begin_file();
   void end_file();
   std::string profiles_that_led() const;
+  std::map<std::string, std::string> spilled_and_led() const;
   void sum_up(const SessionSnapshot& now);
   Result<Recorder> create(std::unique_ptr<McapSink> sink) const;
   void write_flight();
