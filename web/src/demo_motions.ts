@@ -4,10 +4,10 @@ export function motionTitle(name: string): string {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-/** What the bundled ones show, and how long they are. */
+/** What the bundled ones show. */
 const SHOWS: Readonly<Record<string, string>> = {
-  'carrying': 'carries things about, 11 s', 'events-demo-recording': 'grabs and stretches, fast, 22 s',
-  'mouse-demo-recording': 'points and clicks, fast, 12 s', 'physics-demo-laser': 'points and throws, fast, 15 s',
+  'carrying': 'carries things about', 'events-demo-recording': 'grabs and stretches, fast',
+  'mouse-demo-recording': 'points and clicks, fast', 'physics-demo-laser': 'points and throws, fast',
 };
 
 /** Its title, and what the hand does. */

@@ -304,7 +304,11 @@ export class Recordings {
   /** The disk may take a moment: until the list has it, or it was refused. The form stays until it is done. */
   #do(name: string, ...changes: [kind: Change, to: string][]): void {
     const to = changes.find(([kind]) => kind === 'rename')?.[1] ?? name, has = (wanted: string) => this.#sessions.find((each) => each.name === wanted);
-    const isDone = ([kind, value]: [Change, string]): boolean => (kind === 'delete' ? !has(name) : kind === 'rename' ? has(value) !== undefined && !has(name) : (has(to) ?? has(name))?.label === value || (value === '' && !(has(to) ?? has(name))?.label));
+    const isDone = ([kind, value]: [Change, string]): boolean => {
+      if (kind === 'delete') return !has(name);
+      if (kind === 'rename') return has(value) !== undefined && !has(name);
+      return ((has(to) ?? has(name))?.label ?? '') === value;
+    };
     for (const [kind, value] of changes) this.change(kind, name, kind === 'delete' ? undefined : value);
     void this.#busy.run(`change ${name}`, async () => {
       for (let i = 0; i < TRIES && (i === 0 || !changes.every(isDone)) && !(i > 1 && this.refusal()); ++i) {
