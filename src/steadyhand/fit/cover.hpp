@@ -2,22 +2,12 @@
 
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
-#include "steadyhand/collision/shape.hpp"
 #include "steadyhand/fit/mesh.hpp"
+#include "steadyhand/fit/solid.hpp"
 
 namespace steadyhand {
-
-/// A solid with its place, in the frame of a link.
-struct Solid {
-  Shape shape;  ///< sphere, capsule or box
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
-
-  /// m, signed; as Shape is meant.
-  double distance(const Vector3& point) const;
-};
 
 /// Where room counts that a cover takes. The ball about `point` (m, link's frame) is `gap` outside of what is to be
 /// covered; a cover that takes t (m) of that costs share * min(1, t / limit)^n + slope * t, n as in CoverSettings.
@@ -48,15 +38,5 @@ struct Cover {
 /// @param last solids to begin from, beside others; may be none
 Cover cover(const Surface& surface, const std::vector<Probe>& probes, const CoverSettings& settings,
             const std::vector<Solid>& last = {});
-
-/// One solid by the keys of a robot file, "capsule: {from: [...], to: [...], radius: ...}".
-std::string as_written(const Solid& solid);
-/// Every number as as_written() rounds it; the radius (rounding) is left to prove().
-Solid rounded(const Solid& solid);
-/// Grows the solids until each triangle, or each piece of it, lies in one of them, with a tenth of a millimetre to
-/// spare where pieces meet. @pre rounded
-void prove(const Surface& surface, std::vector<Solid>& solids);
-/// Whether each triangle is shown to lie in the solids.
-bool is_covered(const Surface& surface, const std::vector<Solid>& solids);
 
 }  // namespace steadyhand
