@@ -649,10 +649,17 @@ test('a short gap without news leaves the focus; what greyed out in a long one g
   await page.focus('#scale');
   const focus = () => page.evaluate(() => document.activeElement.id);
   const deaf = (wanted) => page.evaluate((silent) => { globalThis.steadyhand.session.take = silent ? () => {} : globalThis.steadyhand.session.constructor.prototype.take; }, wanted);
+  // Looked at in the page: a question from here may come after the 2.5 s for which news is old and not yet gone.
+  const whenStale = page.evaluate((patience) => new Promise((done) => {
+    setTimeout(done, patience, 'never old');
+    new MutationObserver((_, watch) => {
+      if (document.body.dataset.stale !== 'true') return;
+      watch.disconnect();
+      done([document.getElementById('scale').disabled, document.activeElement.id]);
+    }).observe(document.body, { attributeFilter: ['data-stale'] });
+  }), PATIENCE);
   await deaf(true);
-  await until(() => page.evaluate(() => document.body.dataset.stale === 'true'), 'old news');
-  assert.equal(await page.isDisabled('#scale'), false);
-  assert.equal(await focus(), 'scale');
+  assert.deepEqual(await whenStale, [false, 'scale']);
   await until(() => page.isDisabled('#scale'), 'controls that reach nobody');
   await deaf(false);
   await until(async () => !(await page.isDisabled('#scale')), 'the controls again');
