@@ -1,10 +1,12 @@
 """The operator's page in Chromium and in Firefox against the program (web/e2e); screenshots stay in build/artefacts."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ NODE = shutil.which("node") or shutil.which("nodejs")
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 # Under the name firefox Ubuntu has but a stub that asks for snap. Without a screen Firefox draws no WebGL.
 FIREFOX = shutil.which("firefox-esr") if shutil.which("Xvfb") else None
+MOST_TRIED_AGAIN = 2
 
 
 def cases(browser, name, why, *files, tier=()):
@@ -41,8 +44,22 @@ def run(command, environment):
 ])
 def test_page_in_a_browser(browser, file):
     environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser, "STEADYHAND_PYTHON": sys.executable}
-    done = run([NODE, "--test", f"e2e/{file}.test.mjs"], environment)
-    # Chromium without a graphics card has once stopped drawing for good, on a machine that compiled beside it: only a hang is tried again.
-    done = done or run([NODE, "--test", f"e2e/{file}.test.mjs"], environment)
+    command = [NODE, "--test", f"e2e/{file}.test.mjs"]
+    # Chromium without a graphics card has once stopped drawing for good, on a machine that compiled beside it: what hung is tried again.
+    done = run(command, environment) or run(command, environment)
     assert done, "hung twice"
-    assert done.returncode == 0, done.stdout
+    if done.returncode == 0:
+        return
+    failed = names("not ok", done.stdout)
+    # What only a crowded machine makes fail passes alone, and is named. A stop has no second try.
+    if file != "stops" and 0 < len(failed) <= MOST_TRIED_AGAIN and not any("stop" in name.lower() for name in failed):
+        alone = run([*command[:2], *(f"--test-name-pattern=^{re.escape(name)}$" for name in failed), command[2]], environment)
+        if alone and alone.returncode == 0 and names("ok", alone.stdout) == failed:
+            warnings.warn(f"{file}.test.mjs passed at the second try only: {'; '.join(failed)}\n{done.stdout}", stacklevel=1)
+            return
+    pytest.fail(done.stdout)
+
+
+def names(outcome, report):
+    """Of the tests of a TAP report with this outcome that were not skipped, in order."""
+    return [name for name in re.findall(rf"^{outcome} \d+ - (.*)$", report, re.MULTILINE) if " # SKIP" not in name]
