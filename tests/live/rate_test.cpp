@@ -24,6 +24,41 @@ TEST(SustainedRate, IsTheFastestFractionOfTheArmsRateThatLeavesRoom) {
   }
 }
 
+/// Of steps that all take the same, from a time on: the rate after `seconds` of them. us, s
+double keep(RateKeeper& keeper, double us, double seconds, Time& now) {
+  for (const Time end = now + from_seconds(seconds); now < end;) {
+    now += from_seconds(std::max(1e-6 * us, 1.0 / keeper.rate_hz()));
+    (void)keeper.take(us, now);
+  }
+  return keeper.rate_hz();
+}
+
+TEST(RateKeeper, IsSlowerWithinAHundredMillisecondsAndFasterAfterCalmSeconds) {
+  RateKeeper keeper(500.0, 16.0, 500.0);
+  Time now = std::chrono::hours(9);
+  EXPECT_EQ(keep(keeper, 700.0, 20.0, now), 500.0);
+  EXPECT_EQ(keep(keeper, 3000.0, 0.1, now), 125.0);
+  EXPECT_EQ(keep(keeper, 700.0, 4.0, now), 125.0);
+  EXPECT_EQ(keep(keeper, 700.0, 2.0, now), 500.0);
+  EXPECT_EQ(keep(keeper, 1e6, 60.0, now), 16.0) << "where supervision would take it for late";
+}
+
+TEST(RateKeeper, StaysWhereOneStepInTwentyIsSlow) {
+  RateKeeper keeper(500.0, 16.0, 500.0);
+  for (int i = 0; i < 20000; ++i) EXPECT_FALSE(keeper.take(i % 20 == 7 ? 20e3 : 700.0, i * from_seconds(0.002)));
+}
+
+TEST(RateKeeper, IsNotFasterBetweenSlowPlacesOfOneMotion) {
+  RateKeeper keeper(500.0, 16.0, 500.0);
+  Time now{0};
+  ASSERT_EQ(keep(keeper, 3000.0, 0.2, now), 125.0);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(keep(keeper, 700.0, 4.0, now), 125.0);
+    EXPECT_EQ(keep(keeper, 3000.0, 0.4, now), 125.0);
+  }
+  EXPECT_EQ(keep(keeper, 1500.0, 12.0, now), 250.0) << "as fast as the slowest of the calm bears";
+}
+
 TEST(SustainedRate, IsMeasuredWithThePlannerThatIsUsed) {
   PlanningSettings settings;
   settings.ocp = load_profile("waiter")->ocp;

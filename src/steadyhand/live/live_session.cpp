@@ -90,7 +90,7 @@ void LiveSession::plan_on() {
     // Just in time for a control cycle, where the plan can begin: earlier, hands would grow old waiting for it.
     const Time too_late = (next - planning_->control_time() + from_seconds(look_ahead) + kWakeSlack) % cycle;
     clock_->sleep_until(next - (too_late < Time(0) ? too_late + cycle : too_late));
-    planning_->step(clock_->now());
+    (void)plan();
     next += period;
     if (const Time end = clock_->now(); end > next) next += (end - next) / period * period;  // skip, never catch up
   }

@@ -87,7 +87,8 @@ PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, con
   set_weights(scaled_.planner->instance().weights);
 }
 
-void PlanningStage::step(Time now) {
+bool PlanningStage::step(Time now) {
+  const std::uint64_t solves = view_.solves;
   (void)links_->report.read(report_);
   apply_settings(now);
   apply_obstacles();
@@ -119,6 +120,7 @@ void PlanningStage::step(Time now) {
   view_.plan = followed_;
   view_.tracking_error = (predictor_.at(start).p - X_base_tool.p).norm();
   links_->planner_view.write(view_);
+  return view_.solves > solves;
 }
 
 /// Where the next plan begins: in time for a control cycle, and not much before it, since a plan waits for the cycle

@@ -41,7 +41,8 @@ class PlanningStage {
   /// Model, links and clock must outlive it. Takes some 50 ms. Fails as Planner::make.
   static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
                                                      Links& links, const Clock& clock);
-  void step(Time now);
+  /// @returns whether the solver was asked
+  bool step(Time now);
   /// s, PlanningSettings::look_ahead from the next step on. @param is_budget it is the solver's time, too
   void set_look_ahead(double look_ahead, bool is_budget) {
     settings_.look_ahead = look_ahead;

@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "steadyhand/live/sustained_rate.hpp"
-
 namespace steadyhand {
 
 namespace {
@@ -35,6 +33,7 @@ Result<LiveSettings> Session::resolve(const LiveSettings& settings, const RobotM
     const Result<double> planning_us = measure_planning_us(model, settings.planning, clock);
     if (!planning_us) return planning_us.error();
     rate = sustained_rate(fastest, *planning_us);
+    resolved.adapt_rate = true;
   }
   if (!(rate >= 4.0) || rate > fastest) {
     return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
@@ -69,6 +68,7 @@ Session::Session(const RobotModel& model, const LiveSettings& settings, Arm& arm
   settings_.control.check.command_rate_hz = arm.info().rate_hz;
   settings_.control.supervisor.planner_late_after =
       std::max(settings_.control.supervisor.planner_late_after, kLatePeriods / settings_.planner_rate_hz);
+  if (settings_.adapt_rate) rate_keeper_.emplace(settings_.planner_rate_hz, slowest_rate(), arm.info().rate_hz);
   control_ = std::make_unique<ControlStage>(model, settings_.control, *links_);
 }
 
@@ -83,6 +83,18 @@ void Session::begin(LiveTaps taps) {
   taps_ = std::move(taps);
   started_ = clock_->now();
   (void)set_cell(cell_, started_);
+}
+
+Time Session::plan() {
+  const Time before = clock_->now();
+  const bool planned = planning_->step(before);
+  const Time now = clock_->now(), took = now - before;
+  if (!planned || !rate_keeper_ || rate_is_chosen_) return took;
+  double rate = rate_keeper_->rate_hz();
+  if (rate_keeper_->take(1e6 * to_seconds(took), now)) {
+    planner_rate_hz_.compare_exchange_strong(rate, rate_keeper_->rate_hz());  // someone may just have chosen one
+  }
+  return took;
 }
 
 double Session::look_ahead_at(double rate) const { return look_ahead_for(settings_, settings_.planning.cycle, rate); }
@@ -295,12 +307,15 @@ Cell Session::cell(Time at) const {
   return cell_after(cell_, to_seconds(at - cell_at_));
 }
 
+double Session::slowest_rate() const { return kLatePeriods / settings_.control.supervisor.planner_late_after; }
+
 Status Session::set_planner_rate(double rate_hz) {
-  const double slowest = kLatePeriods / settings_.control.supervisor.planner_late_after;
+  const double slowest = slowest_rate();
   const double fastest = settings_.control.check.command_rate_hz;
   if (!(rate_hz >= slowest) || rate_hz > fastest) {
     return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz", rate_hz, slowest, fastest)};
   }
+  rate_is_chosen_ = true;
   planner_rate_hz_ = rate_hz;
   return Done{};
 }

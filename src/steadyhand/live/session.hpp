@@ -13,6 +13,7 @@
 #include "steadyhand/live/monitor.hpp"
 #include "steadyhand/live/planning_stage.hpp"
 #include "steadyhand/live/snapshot.hpp"
+#include "steadyhand/live/sustained_rate.hpp"
 #include "steadyhand/robot/cell.hpp"
 
 namespace steadyhand {
@@ -20,6 +21,8 @@ namespace steadyhand {
 struct LiveSettings {
   /// From 4 to the arm's rate; 0: what this machine sustains, measured when the session is made.
   double planner_rate_hz = 0.0;
+  /// The rate follows what the machine sustains while it runs. Set by Session::resolve where it is not told.
+  bool adapt_rate = false;
   /// s, see PlanningSettings::look_ahead, which this sets; 0: PlanningSettings::default_look_ahead. It is also the
   /// solver's budget: a plan that takes longer would begin in the past.
   double look_ahead = 0.0;
@@ -143,6 +146,8 @@ class Session {
   void begin(LiveTaps taps);
   /// One cycle of the arm, which it waits for. Control thread.
   void control_cycle();
+  /// One planning step. Planner's thread. @returns what it took
+  Time plan();
   /// s, PlanningSettings::look_ahead for planning steps at this rate (Hz).
   double look_ahead_at(double rate) const;
   /// Hands on what went through since. Writer thread, as the next two.
@@ -161,11 +166,16 @@ class Session {
   std::unique_ptr<PlanningStage> planning_;
   std::atomic<bool> control_failed_{false};
   std::atomic<double> planner_rate_hz_;
+  std::atomic<bool> rate_is_chosen_{false};  ///< while the session ran
   LiveTaps taps_;
 
  private:
   void see_cell();
   void count(const SupervisionChange& change);
+  /// Hz, at which supervision does not take the planner for late.
+  double slowest_rate() const;
+
+  std::optional<RateKeeper> rate_keeper_;  ///< of the planner's thread; none: a rate was told
 
   // ---- of the writer thread
   Monitor monitor_;
