@@ -29,9 +29,10 @@ CONFIGURATIONS = 20_000
 def refused(robot):
     """Shares of the configurations that are free, and of these that are refused; and how many are missed."""
     settings = settings_of(robot) | {"urdf": str(urdf_of(robot))}
-    bodies = settings.pop("spheres", []) if "bodies" not in settings else settings["bodies"]
+    spheres = settings.pop("spheres", [])  # of a file that is extended, where there are bodies
+    kind, bodies = ("bodies", settings["bodies"]) if "bodies" in settings else ("spheres", spheres)
     held = {body["name"] for body in bodies if body["name"].startswith(("glass_", "gripper_body", "gripper_fingers"))}
-    settings["spheres" if "bodies" not in settings else "bodies"] = [body for body in bodies if body["name"] not in held]
+    settings[kind] = [body for body in bodies if body["name"] not in held]
     if isinstance(settings.get("pairs"), list):
         settings["pairs"] = [pair for pair in settings["pairs"] if not held & set(pair)]
     settings.pop("extends", None)
