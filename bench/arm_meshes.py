@@ -4,6 +4,7 @@ geometry. For the Universal Robots, whose URDFs have hulls and balls for that, t
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import yaml
 from scipy.spatial import ConvexHull
 
 ROOT = Path(__file__).resolve().parents[1]
+os.environ["PATH"] = f"{Path(sys.executable).parent}:{os.environ['PATH']}"  # where xacro is
 FINER = {"upperarm": [f"upper_arm_link_part_{i}" for i in range(3)], "forearm": [f"forearm_link_part_{i}" for i in range(3)],
          "base_cable_labels": ["base"]}  # fmt: skip  # by stem of the visual mesh; else its own
 
