@@ -25,12 +25,13 @@ def run(*arguments, code=0):
     return done
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_follows_the_bundled_hand(robot, tmp_path):
+# On its pedestal one of the UR3e's plans has a guess that leads the solver nowhere.
+@pytest.mark.parametrize("robot, cell", [*((robot, "table") for robot in ROBOTS), ("ur3e", "pedestal")])
+def test_follows_the_bundled_hand(robot, cell, tmp_path):
     sys.path.insert(0, str(Path(PROGRAM).parent / "python"))
     import steadyhand
 
-    printed = run("replay", "--robot", robot, "--scale", ROBOTS[robot], "--cell", "table", "--out", tmp_path).stdout
+    printed = run("replay", "--robot", robot, "--scale", ROBOTS[robot], "--cell", cell, "--out", tmp_path).stdout
     assert "note:" not in printed  # nothing is assumed: the glass stands upright, fingers are placed, bodies are there
     arm = steadyhand.Robot(robot)
     n = len(arm.home)

@@ -12,6 +12,9 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
+/// Of the usual iterations, what the guess may take: where it leads nowhere, another start has the rest.
+constexpr double kForGuess = 0.4;
+
 /// What is left of a solve.
 struct Budget {
   SteadyClock::time_point deadline;
@@ -49,7 +52,10 @@ class Realtime final : public Solver {
     if (ocp_.check(instance) && valid(guess, multipliers, solution)) {
       roll_out(instance, [&](int k, const StateVector&) -> const JointVector& { return guess.u[k]; });
       fallback_violation_ = std::numeric_limits<double>::infinity();
+      const int all = budget.iterations;
+      if (!limits.iterations) budget.iterations = static_cast<int>(kForGuess * all);
       bool solved = solve_from_point(instance, multipliers, budget);
+      budget.iterations = all;
       if (!solved && !budget.spent()) {
         roll_out(instance, [&](int, const StateVector& x) { return brake(x); });
         solved = solve_from_point(instance, nullptr, budget);
