@@ -4,6 +4,8 @@ import * as THREE from 'three';
 export const TABLE = 0.75;
 /** Where its axis stands. */
 const BEHIND = -0.75;
+/** Facets of the pedestal, about its axis and along its curve: 1 mm off at most. */
+const AROUND = 48, ALONG = 21;
 
 const VERTEX = `
 varying vec2 place;
@@ -32,19 +34,23 @@ void main() {
 /** Floor and pedestal: what augmented reality leaves out. */
 export class Room extends THREE.Group {
   readonly #floor: THREE.ShaderMaterial;
-  readonly #pedestal = new THREE.MeshStandardMaterial({ roughness: 0.42, metalness: 0.1 });
+  readonly #pedestal: THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
   readonly #column: THREE.Mesh;
   readonly #shadow = new THREE.ShadowMaterial({ opacity: 0.26 });
+  /** What shadows fall on. */
+  readonly #screen: THREE.Mesh;
 
-  constructor() {
+  /** @param software the processor draws: light that is computed in a simpler way */
+  constructor(software: boolean) {
     super();
+    this.#pedestal = software ? new THREE.MeshLambertMaterial() : new THREE.MeshStandardMaterial({ roughness: 0.42, metalness: 0.1 });
     this.#floor = new THREE.ShaderMaterial({
       vertexShader: VERTEX, fragmentShader: FRAGMENT, transparent: true, depthWrite: false,
       uniforms: { ground: { value: new THREE.Color() }, ink: { value: new THREE.Color() } },
     });
     const plane = new THREE.PlaneGeometry(10, 10);
     const floor = new THREE.Mesh(plane, this.#floor);
-    const shadow = new THREE.Mesh(plane, this.#shadow);
+    const shadow = this.#screen = new THREE.Mesh(plane, this.#shadow);
     shadow.receiveShadow = true;
     shadow.position.z = 0.001;
     floor.renderOrder = -2;
@@ -57,14 +63,17 @@ export class Room extends THREE.Group {
     // A column that widens softly into its foot and its plate.
     const outline = [[0, 0], [0.235, 0], [0.25, 0.006], [0.25, 0.02], [0.24, 0.028], [0.15, 0.05], [0.115, 0.1], [0.1, 0.2], [0.095, 0.45],
       [0.1, 0.62], [0.115, 0.705], [0.128, 0.728], [0.132, 0.734], [0.132, 0.745], [0.128, TABLE], [0, TABLE]];
-    const profile = new THREE.SplineCurve(outline.slice(4, 12).map(([x, y]) => new THREE.Vector2(x, y))).getPoints(40);
+    const profile = new THREE.SplineCurve(outline.slice(4, 12).map(([x, y]) => new THREE.Vector2(x, y))).getPoints(ALONG);
     const turned = [...outline.slice(0, 4).map(([x, y]) => new THREE.Vector2(x, y)), ...profile,
       ...outline.slice(12).map(([x, y]) => new THREE.Vector2(x, y))];
-    this.#column = new THREE.Mesh(new THREE.LatheGeometry(turned, 72), this.#pedestal);
+    this.#column = new THREE.Mesh(new THREE.LatheGeometry(turned, AROUND), this.#pedestal);
     this.#column.position.z = BEHIND;
     this.#column.castShadow = this.#column.receiveShadow = true;
     this.add(ground, this.#column);
   }
+
+  /** @param shown whether there are any: without, the screen would fill pixels with nothing */
+  showShadows(shown: boolean): void { this.#screen.visible = shown; }
 
   showPedestal(shown: boolean): void { this.#column.visible = shown; }
 

@@ -66,7 +66,7 @@ export class Stage {
   arm: Arm | null = null;
   #robot: { robot: Robot; glass: GlassSize } | null = null;
   #double: Arm | null = null;
-  readonly #room = new Room();
+  readonly #room: Room;
   readonly #path = new Ribbon(132, 0.0055, 0.95);
   readonly #tube = new Tube(128);
   readonly #seeThrough = new SeeThrough();
@@ -108,6 +108,7 @@ export class Stage {
     this.base.quaternion.set(...(SCENE_FROM_ROBOT as [number, number, number, number]));
     this.base.position.set(0, TABLE, -0.75);
     this.#spill = new Spill(reducedMotion);
+    this.#room = new Room(software);
     this.scene.add(this.base, this.#room, this.#spill);
     this.view = new View(canvas, reducedMotion);
 
@@ -308,7 +309,10 @@ export class Stage {
     if (quality < 1 && !this.scene.environment && !this.blind) this.#reflect();
   }
 
-  #shade(): void { this.#sun.castShadow = !this.#presents && this.#pace.level < SHADOWLESS; }
+  #shade(): void {
+    this.#sun.castShadow = !this.#presents && this.#pace.level < SHADOWLESS;
+    this.#room.showShadows(this.#sun.castShadow);
+  }
 
   /** @param room as of View */
   resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
