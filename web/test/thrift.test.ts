@@ -1,4 +1,5 @@
 import { describe, expect, it } from 'vitest';
+import { Glass } from '../src/scene/glass';
 import { type Picture, Thrift } from '../src/scene/thrift';
 
 /** What a browser that asks 60 times a second is told, each picture taking so long. */
@@ -60,5 +61,21 @@ describe('Thrift', () => {
     expect(thrift.next(3, false, true)).toBe('none');
     thrift.look([1e-3, 1], 4);
     expect(thrift.next(4, false, true)).toBe('usual');
+  });
+
+  it('does not wait until the last of a wave is over', () => {
+    const { liquid } = new Glass(), thrift = new Thrift(true), radius = 0.035;
+    liquid.fit({ radius, height: 0.1, fill: 0.08 });
+    const after = (tilt: number, t: number): Picture => {
+      liquid.tilt(tilt, 0);
+      thrift.look(liquid.surface, t);
+      const picture = thrift.next(t, false, true);
+      thrift.next(t + 0.05, false, true); // it is done
+      return picture;
+    };
+    after(0, 0);
+    expect(after(0, 2)).toBe('sharp');
+    expect(after(2e-4 / radius, 4)).toBe('none');
+    expect(after(5e-4 / radius, 6)).toBe('usual');
   });
 });

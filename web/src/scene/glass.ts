@@ -12,7 +12,7 @@ const { cos, sin } = circle(SIDES);
 /** A cylinder whose top is a plane that tilts; the vertices move, nothing is made anew. */
 class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMaterial> {
   #size: GlassSize = { radius: 0, height: 0, fill: 0 };
-  /** Its slopes, and m of its middle. */
+  /** m, that it stands higher at the wall along x and y, and of its middle: what of a wave can be seen. */
   readonly surface: [number, number, number] = [0, 0, 0];
   readonly #position: THREE.BufferAttribute;
   readonly #normal: THREE.BufferAttribute;
@@ -53,8 +53,8 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
     const rows = SIDES + 1, top = this.#size.height / 2, middle = this.#size.fill - top;
     const sx = -Math.tan(Math.max(-1.2, Math.min(1.2, aboutY))), sy = Math.tan(Math.max(-1.2, Math.min(1.2, aboutX)));
     const n = Math.hypot(sx, sy, 1);
-    this.surface[0] = sx;
-    this.surface[1] = sy;
+    this.surface[0] = sx * this.#size.radius;
+    this.surface[1] = sy * this.#size.radius;
     this.surface[2] = middle;
     const p = this.#position.array, normals = this.#normal.array;
     for (let i = 0; i <= SIDES; ++i) {
