@@ -35,7 +35,8 @@ test('opens to an arm that moves, and asks nobody but its own server', async () 
   assert.ok(page.requests.some((url) => url.endsWith('.glb')), 'the requests were seen');
   await shot(page, 'engaged_light');
   const { blind, triangles } = await page.evaluate(() => { const { stage } = globalThis.steadyhand; return { blind: stage.blind, triangles: stage.renderer.info.render.triangles }; });
-  assert.ok(!blind && triangles > 50_000, `arm and room were drawn: ${triangles} triangles`);
+  // The processor draws here: of the arm's own 69,000 a sixth, which takes WebAssembly past the content policy.
+  assert.ok(!blind && triangles > 10_000 && triangles < 40_000, `arm and room were drawn: ${triangles} triangles`);
   await page.locator('#plots .u-over').first().hover();
   await until(async () => /\d/.test(await page.locator('#plots figcaption output').nth(2).textContent()), 'values beside the plots');
   assert.equal(await page.locator('#joints > div').count(), 6, 'a bar for each joint');

@@ -132,8 +132,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
           kind.document
               ? "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
                 "sandbox allow-scripts allow-downloads; frame-ancestors 'none'"
-              : "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
-                "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; "
+              : "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+                "img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors "
+                "'none'; "
                 "connect-src 'self'" +
                     (host.empty() ? "" : (stream_->encrypted() ? " wss://" : " ws://") + host));
     r.body() = {body.data(), body.size()};

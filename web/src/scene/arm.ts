@@ -114,12 +114,16 @@ export class Arm extends THREE.Group {
     return group;
   }
 
-  /** The mesh of the robot's name, if the server has one; without it the bodies stand for the arm. */
-  async loadMeshes(url: string): Promise<boolean> {
+  /**
+   * The mesh of the robot's name, if the server has one; without it the bodies stand for the arm.
+   * @param coarse for a processor that draws
+   */
+  async loadMeshes(url: string, coarse: boolean): Promise<boolean> {
     this.#waits = true;
     this.#paintBodies();
     try {
       const gltf = await new GLTFLoader().loadAsync(url);
+      if (coarse) await import('./coarse').then(({ coarsen }) => coarsen(gltf.scene)).catch(() => {}); // a browser without WebAssembly
       this.#links.forEach((link, k) => {
         const node = gltf.scene.getObjectByName(`link${k}`);
         if (!node) return;

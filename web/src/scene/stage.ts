@@ -58,6 +58,7 @@ export class Stage {
   readonly renderer: THREE.WebGLRenderer;
   /** The browser cannot draw: no WebGL 2. */
   readonly blind: boolean;
+  readonly #software: boolean;
   readonly scene = new THREE.Scene();
   readonly view: View;
   readonly base = new THREE.Group();
@@ -96,6 +97,7 @@ export class Stage {
     // The page's own backdrop shines through, and in augmented reality the room.
     const drawnBy = drawing(), software = drawnBy !== 'hardware';
     this.blind = drawnBy === 'nothing';
+    this.#software = software;
     this.renderer = this.blind ? blindRenderer(canvas)
       : new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
@@ -158,7 +160,7 @@ export class Stage {
     this.#robot = { robot, glass };
     if (this.#double) this.base.remove(this.#double);
     this.#double = null;
-    await arm.loadMeshes(meshesOf(robot));
+    await arm.loadMeshes(meshesOf(robot), this.#software);
     this.wake();
   }
 
@@ -248,7 +250,7 @@ export class Stage {
     ghost.fit(glass);
     ghost.paint(OTHER, 0.6);
     if (!double.gripper) double.tool.add(ghost);
-    await double.loadMeshes(meshesOf(robot));
+    await double.loadMeshes(meshesOf(robot), this.#software);
     double.lookThrough(OTHER);
     this.wake();
   }
