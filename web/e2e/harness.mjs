@@ -14,6 +14,8 @@ const ARTEFACTS = join(ROOT, 'build/artefacts');
 export const BROWSER = process.env.STEADYHAND_BROWSER ?? ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
 /** A stock Firefox is led by WebDriver BiDi: without a phone's touches, without another colour scheme, without a wire to listen to. */
 export const FIREFOX = basename(BROWSER ?? '').startsWith('firefox');
+/** Of a Chromium without a graphics card, as people have it: SwiftShader draws the scene, and nothing else. */
+export const FLAGS = ['--no-sandbox', '--enable-unsafe-swiftshader'];
 export const picture = (name) => join(ARTEFACTS, `page_${FIREFOX ? 'firefox_' : ''}${name}.png`);
 export const PATIENCE = Number(process.env.STEADYHAND_PATIENCE ?? 180_000); // ms; far above what anything takes, so that a test ends
 
@@ -84,7 +86,7 @@ export async function start() {
   sessions = mkdtempSync(join(tmpdir(), 'steadyhand-'));
   browser = FIREFOX ? await startFirefox() : await chromium.launch({
     executablePath: BROWSER,
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+    args: FLAGS,
   });
 }
 

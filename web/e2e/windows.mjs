@@ -2,14 +2,13 @@
 // the DevTools protocol; its pages have those of playwright's functions that the harness's own need.
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
-import { BROWSER } from './harness.mjs';
+import { BROWSER, FLAGS } from './harness.mjs';
 
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
 
 /** @param folder of its profile @param display of an X server */
 export async function startWindows(folder, display) {
-  const process_ = spawn(BROWSER, [`--user-data-dir=${folder}`, '--remote-debugging-pipe', '--no-first-run', '--no-sandbox', '--window-size=600,500', '--use-gl=angle',
-    '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', 'about:blank'],
+  const process_ = spawn(BROWSER, [`--user-data-dir=${folder}`, '--remote-debugging-pipe', '--no-first-run', '--window-size=600,500', ...FLAGS, 'about:blank'],
   { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'], env: { ...process.env, DISPLAY: display } });
   const [, , , out, into] = process_.stdio, waiting = new Map(), listeners = new Set();
   let number = 0, rest = '';
