@@ -23,8 +23,8 @@ export async function coarsen(root: THREE.Object3D): Promise<void> {
 
 /** @param off as far as a surface may go, in the geometry's own unit */
 function thin(geometry: THREE.BufferGeometry, off: number): void {
-  const { index } = geometry, place = geometry.getAttribute('position');
-  if (!index) return;
+  const { index, attributes: { position: place } } = geometry;
+  if (!index || !place) return;
   const corners = Uint32Array.from(index.array), places = new Float32Array(3 * place.count);
   for (let i = 0; i < place.count; ++i) places.set([place.getX(i), place.getY(i), place.getZ(i)], 3 * i);
   const [kept] = MeshoptSimplifier.simplify(corners, places, 3, 0, off, ['ErrorAbsolute', 'Permissive']);
