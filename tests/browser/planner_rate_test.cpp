@@ -65,6 +65,17 @@ TEST_F(PlannerRate, FollowsTheMachineUntilSomeoneChoosesOne) {
   look_takes *= 20;
   run(1.0);
   EXPECT_EQ(session->planner_rate_hz(), 200.0);
+  EXPECT_FALSE(look.planner_rate_automatic);
+}
+
+TEST_F(PlannerRate, FollowsTheMachineAgainOnceAskedTo) {
+  begin(250.0);
+  EXPECT_FALSE(look.planner_rate_automatic);
+  ASSERT_TRUE(session->set_planner_rate(0.0));
+  look_takes *= 20;
+  run(0.5);
+  EXPECT_TRUE(look.planner_rate_automatic);
+  EXPECT_LE(session->planner_rate_hz(), 100.0);
 }
 
 TEST_F(PlannerRate, StaysAsItWasTold) {

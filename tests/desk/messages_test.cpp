@@ -53,6 +53,7 @@ OperatorView fixture_view() {
   s.rejected_plans = 2;
   s.samples = 90;
   s.planner_rate_hz = 50;
+  s.planner_rate_automatic = true;
   s.recording = true;
   s.task = {12.5, 0b01, 0.125, false};
   s.episode = {true, 3, 4.5, 1, 1, std::nullopt};

@@ -59,6 +59,8 @@ TEST_F(Desk, TellsWhatIsChosen) {
   EXPECT_EQ(operator_interface->controls().playback, -1);
   EXPECT_TRUE(ask(Kind::kRate, "", 100.0));
   EXPECT_EQ(session->planner_rate_hz(), 100.0);
+  EXPECT_FALSE(ask(Kind::kRate, "", -1.0));
+  EXPECT_EQ(session->planner_rate_hz(), 100.0);
   EXPECT_TRUE(ask(Kind::kRefill));
   EXPECT_TRUE(ask(Kind::kStop));
   EXPECT_TRUE(ask(Kind::kReset));

@@ -199,6 +199,9 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await until(async () => (await state(page)).cycles > slower.cycles + 200, 'control cycles');
   const later = await state(page);
   assert.ok((later.plans - slower.plans) / (later.cycles - slower.cycles) < 0.3, 'five control cycles for each plan');
+  assert.equal(later.planner_rate_automatic, false);
+  await page.selectOption('#rate', { label: 'automatic' });
+  await until(async () => (await state(page)).planner_rate_automatic, 'the rate that the machine sustains');
   assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Slosh protection, sideways', 'Slosh protection, up and down']);
   await page.fill('#weight-lateral', '100'); // half-way of 200 steps
   await until(async () => (await weight(page, 'lateral')) === 10, 'the weight');

@@ -279,12 +279,14 @@ export class Panel {
     show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
   }
 
-  #showRate(rate: number, mayChoose: boolean, now: number): void {
+  #showRate({ planner_rate_hz: rate, planner_rate_automatic: automatic }: StateMessage, mayChoose: boolean, now: number): void {
+    write(element('rate-now', HTMLOutputElement), `${rate.toFixed(0)} Hz${automatic ? ', automatic' : ''}`);
     const list = element('rate', HTMLSelectElement);
     put(list, 'disabled', !mayChoose);
-    if (!this.#isAnswered(list, now) || list.value === String(rate)) return;
-    const rates = [...new Set([...RATES, rate])].sort((a, b) => a - b);
-    show(list, rates.map((hz) => new Option(`${hz.toFixed(0)} Hz`, String(hz), false, hz === rate)));
+    const chosen = automatic ? 0 : rate;
+    if (!this.#isAnswered(list, now) || list.value === String(chosen)) return;
+    const rates = [...new Set([0, ...RATES, chosen])].sort((a, b) => a - b);
+    show(list, rates.map((hz) => new Option(hz ? `${hz.toFixed(0)} Hz` : 'automatic', String(hz), false, hz === chosen)));
   }
 
   /** How high the liquid stands against what its rim allows, and how high it stood at most since the glass was filled. */
@@ -409,11 +411,10 @@ export class Panel {
     const profile = this.#profiles[state.controls.profile];
     if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) put(profile, 'checked', true);
     if (this.#isAnswered(input('record'), now)) put(input('record'), 'checked', state.recording);
-    this.#showRate(state.planner_rate_hz, mayChoose, now);
+    this.#showRate(state, mayChoose, now);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     write(element('playback-now', HTMLOutputElement), list.value === '' ? 'none: you lead' : motionTitle(list.value));
-    write(element('rate-now', HTMLOutputElement), `${state.planner_rate_hz.toFixed(0)} Hz`);
     if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
     this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';

@@ -88,6 +88,8 @@ export interface StateMessage {
   rejected_plans: number;
   samples: number;
   planner_rate_hz: number;
+  /** It follows what the machine sustains. */
+  planner_rate_automatic: boolean;
   recording: boolean;
   /** How the task of a simulated scene goes; null: there is none. `held`: a bit for each of `welcome.task.conditions`. `time`: s; `things`: poses of those of `welcome.task`, in the base: x, y, z and quaternion. */
   task: { time: number; held: number; spilled: number; success: boolean | null; things: number[][] } | null;

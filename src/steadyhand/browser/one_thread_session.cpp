@@ -34,8 +34,8 @@ void OneThreadSession::start(LiveTaps taps) {
 void OneThreadSession::step() {
   control_cycle();
   const Time now = clock_->now();
-  if (planner_rate_hz_ != rate_) {
-    rate_ = planner_rate_hz_;
+  if (const double asked = planner_rate_hz(); asked != rate_) {
+    rate_ = asked;
     next_plan_ = now;
     planning_->set_look_ahead(look_ahead_at(rate_), settings_.time_budget);
   }

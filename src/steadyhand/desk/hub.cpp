@@ -270,8 +270,8 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if (kind == OperatorRequest::Kind::kWeight && std::none_of(facts_.terms.begin(), facts_.terms.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no term of the objective has this name");
   }
-  if ((kind == OperatorRequest::Kind::kScale || kind == OperatorRequest::Kind::kRate) && value <= 0.0) {
-    return refuse(client, Refusal::kMalformed, "'value' of a scale or rate must be above 0");
+  if (kind == OperatorRequest::Kind::kScale && value <= 0.0) {
+    return refuse(client, Refusal::kMalformed, "'value' of a scale must be above 0");
   }
   if (const Status done = callbacks_.on_request(message.request); !done) {
     complain(client, Refusal::kUnknown, done.error().message, now);

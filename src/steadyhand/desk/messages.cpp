@@ -286,6 +286,7 @@ std::string state_message(const OperatorView& s) {
   json->member("rejected_plans", s.rejected_plans);
   json->member("samples", s.samples);
   json->member("planner_rate_hz", s.planner_rate_hz);
+  json->member("planner_rate_automatic", s.planner_rate_automatic);
   json->member("recording", s.recording);
   const auto decided = [&](const std::optional<bool>& success) {
     json->key("success");

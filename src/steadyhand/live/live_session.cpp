@@ -80,7 +80,7 @@ void LiveSession::plan_on() {
   const Time cycle = from_seconds(settings_.planning.cycle);
   double look_ahead = settings_.planning.look_ahead;
   while (running_.load(std::memory_order_relaxed)) {
-    if (const double asked = planner_rate_hz_.load(std::memory_order_relaxed); asked != rate) {
+    if (const double asked = planner_rate_hz(); asked != rate) {
       rate = asked;
       period = from_seconds(1.0 / rate);
       next = clock_->now();

@@ -38,6 +38,8 @@ Result<LiveSettings> Session::resolve(const LiveSettings& settings, const RobotM
   if (!(rate >= 4.0) || rate > fastest) {
     return Error{fmt::format("planner's rate is {} Hz; it must be from 4 to {} Hz, the arm's rate", rate, fastest)};
   }
+  double& late_after = resolved.control.supervisor.planner_late_after;
+  late_after = std::max(late_after, kLatePeriods / rate);
   const double cycle = 1.0 / fastest;
   if (!(settings.look_ahead >= 0.0) || settings.look_ahead > longest_look_ahead(cycle, rate)) {
     return Error{
@@ -59,16 +61,15 @@ Session::Session(const RobotModel& model, const LiveSettings& settings, Arm& arm
       arm_(&arm),
       clock_(&clock),
       links_(std::make_unique<Links>()),
-      planner_rate_hz_(settings.planner_rate_hz),
+      chosen_rate_hz_(settings.adapt_rate ? 0.0 : settings.planner_rate_hz),
+      sustained_rate_hz_(settings.planner_rate_hz),
+      rate_keeper_(settings.planner_rate_hz, slowest_rate(), arm.info().rate_hz),
       monitor_(model, settings.glass),
       arm_kinematics_(model),
       cell_(settings.cell) {
   settings_.control.arm_delay = arm.info().delay;
   settings_.control.gripper = arm.info().gripper;
   settings_.control.check.command_rate_hz = arm.info().rate_hz;
-  settings_.control.supervisor.planner_late_after =
-      std::max(settings_.control.supervisor.planner_late_after, kLatePeriods / settings_.planner_rate_hz);
-  if (settings_.adapt_rate) rate_keeper_.emplace(settings_.planner_rate_hz, slowest_rate(), arm.info().rate_hz);
   control_ = std::make_unique<ControlStage>(model, settings_.control, *links_);
 }
 
@@ -89,10 +90,8 @@ Time Session::plan() {
   const Time before = clock_->now();
   const bool planned = planning_->step(before);
   const Time now = clock_->now(), took = now - before;
-  if (!planned || !rate_keeper_ || rate_is_chosen_) return took;
-  double rate = rate_keeper_->rate_hz();
-  if (rate_keeper_->take(1e6 * to_seconds(took), now)) {
-    planner_rate_hz_.compare_exchange_strong(rate, rate_keeper_->rate_hz());  // someone may just have chosen one
+  if (planned && chosen_rate_hz_ == 0.0 && rate_keeper_.take(1e6 * to_seconds(took), now)) {
+    sustained_rate_hz_ = rate_keeper_.rate_hz();
   }
   return took;
 }
@@ -248,7 +247,8 @@ void Session::refresh() {
   s.missed_deadlines = control_view_.missed_deadlines;
   s.rejected_plans = control_view_.rejected_plans + planner_view_.failed;
   s.samples = planner_view_.samples;
-  s.planner_rate_hz = planner_rate_hz_;
+  s.planner_rate_hz = planner_rate_hz();
+  s.planner_rate_automatic = chosen_rate_hz_ == 0.0;
 
   const Lock lock(mutex_);
   snapshot_ = s;
@@ -312,11 +312,11 @@ double Session::slowest_rate() const { return kLatePeriods / settings_.control.s
 Status Session::set_planner_rate(double rate_hz) {
   const double slowest = slowest_rate();
   const double fastest = settings_.control.check.command_rate_hz;
-  if (!(rate_hz >= slowest) || rate_hz > fastest) {
-    return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz", rate_hz, slowest, fastest)};
+  if (rate_hz != 0.0 && (!(rate_hz >= slowest) || rate_hz > fastest)) {
+    return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz, or 0: what this machine sustains",
+                             rate_hz, slowest, fastest)};
   }
-  rate_is_chosen_ = true;
-  planner_rate_hz_ = rate_hz;
+  chosen_rate_hz_ = rate_hz;
   return Done{};
 }
 

@@ -119,8 +119,8 @@ class Session {
   Status attach(const std::string& object, Time at);
   Status detach(const std::string& object, Time at);
 
-  /// Planning steps a second from here on, Hz. Any thread. Fails, and changes nothing, on a rate at which supervision
-  /// would take the planner for late, or beyond the arm's.
+  /// Planning steps a second from here on, Hz; 0: what this machine sustains, as it goes. Any thread. Fails, and
+  /// changes nothing, on a rate at which supervision would take the planner for late, or beyond the arm's.
   Status set_planner_rate(double rate_hz);
 
   /// One look at the session, any thread.
@@ -129,7 +129,10 @@ class Session {
   bool stopped_at_rest() const;
 
   const Ocp& ocp() const { return planning_->ocp(); }
-  double planner_rate_hz() const { return planner_rate_hz_; }
+  double planner_rate_hz() const {
+    const double chosen = chosen_rate_hz_;
+    return chosen > 0.0 ? chosen : sustained_rate_hz_.load();
+  }
 
  protected:
   /// The settings for this model and arm; how fast the machine plans is measured where they do not say a rate. Fails on
@@ -165,8 +168,6 @@ class Session {
   std::unique_ptr<ControlStage> control_;
   std::unique_ptr<PlanningStage> planning_;
   std::atomic<bool> control_failed_{false};
-  std::atomic<double> planner_rate_hz_;
-  std::atomic<bool> rate_is_chosen_{false};  ///< while the session ran
   LiveTaps taps_;
 
  private:
@@ -175,7 +176,9 @@ class Session {
   /// Hz, at which supervision does not take the planner for late.
   double slowest_rate() const;
 
-  std::optional<RateKeeper> rate_keeper_;  ///< of the planner's thread; none: a rate was told
+  std::atomic<double> chosen_rate_hz_;  ///< 0: nobody told one
+  std::atomic<double> sustained_rate_hz_;
+  RateKeeper rate_keeper_;  ///< of the planner's thread
 
   // ---- of the writer thread
   Monitor monitor_;

@@ -33,6 +33,7 @@ struct SessionSnapshot {
   TimingSummary wake_us;               ///< how late control cycles began
   std::uint64_t plans = 0, cycles = 0, missed_deadlines = 0, rejected_plans = 0, samples = 0;
   double planner_rate_hz = 0.0;
+  bool planner_rate_automatic = false;  ///< it follows what the machine sustains
 };
 
 }  // namespace steadyhand
