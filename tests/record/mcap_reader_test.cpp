@@ -6,6 +6,7 @@
 #include "steadyhand/record/mcap_writer.hpp"
 #include "steadyhand/record/recorder.hpp"
 #include "steadyhand/record/session_file.hpp"
+#include "support/temporary_folder.hpp"
 #include "test_data.hpp"
 
 namespace steadyhand {
@@ -199,6 +200,22 @@ TEST(SessionFile, ReadsBackWhatTheRecorderWrote) {
   const auto listed = list_sessions(path.parent_path());
   EXPECT_TRUE(std::any_of(listed.begin(), listed.end(),
                           [](const SessionEntry& e) { return e.name == "session" && e.complete && e.bytes > 0; }));
+}
+
+TEST(SessionFile, AreListedFromTheNewestOnWhateverTheyAreCalled) {
+  const TemporaryFolder folder;
+  const auto add = [&](const std::string& name, const std::map<std::string, std::string>& run) {
+    Result<McapWriter> writer = McapWriter::create(folder.path() / (name + ".mcap"), {});
+    ASSERT_TRUE(writer) << writer.error().message;
+    EXPECT_TRUE(writer->add_metadata("run", run));
+    EXPECT_TRUE(writer->close());
+  };
+  add("2026-11-26_08-00-00", {});
+  add("an old one", {{"started", "2026-11-26_07-00-00 UTC"}});
+  add("of a long program", {{"started", "2026-11-26_06-00-00 UTC"}, {"recorded", "2026-11-26_09-00-00 UTC"}});
+  std::vector<std::string> names;
+  for (const SessionEntry& entry : list_sessions(folder.path())) names.push_back(entry.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"of a long program", "2026-11-26_08-00-00", "an old one"}));
 }
 
 TEST(SessionFile, RefusesWhatDoesNotFit) {

@@ -107,6 +107,8 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
   }, 'a spill');
   await spills();
   await until(async () => /^Spilled (\d+\.\d|100|less than 0\.1) % under Tracking/.test(await page.textContent('#spill-words')), 'the words for it');
+  const level = () => page.evaluate(() => globalThis.steadyhand.stage.glass.size.fill / globalThis.steadyhand.session.state.controls.fill);
+  await until(async () => (await level()) < 1, 'the glass to be emptier');
   await page.emulateMedia({ colorScheme: 'dark' });
   await page.evaluate(() => document.querySelector('#dark').click());
   await shot(page, 'spilled_dark');

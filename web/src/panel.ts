@@ -419,6 +419,6 @@ export class Panel {
     this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
     write(element('counters', HTMLElement),
-      `Planner ${state.planner_rate_hz.toFixed(0)} Hz, ${state.plans} plans, ${state.rejected_plans} too late; control ${state.cycles} cycles, ${state.missed_deadlines} late. Network there and back ${trip}.`);
+      `${state.plans} plans, ${state.rejected_plans} too late; ${state.cycles} commands, ${state.missed_deadlines} late. Network there and back ${trip}.`);
   }
 }

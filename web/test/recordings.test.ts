@@ -63,7 +63,7 @@ describe('player', () => {
 describe('what happened', () => {
   const story: Motion = {
     ...motion, target: { t_s: [5, 5.1, 6.2, 6.3], p: [[0, 0, 1], [0, 0, 2], [0, 0, 3], [0, 0, 4]], q: Array(4).fill([0, 0, 0, 1]) as [number, number, number, number][], engaged: [0, 1, 1, 1], lateral: [1, 3, null, 2], error_mm: [null, 5, 6, 7] },
-    liquid: { t_s: [5, 5.15], tilt: [[0.1, 0], [0.2, 0]], freeboard_mm: [9, 8], spilled: [0, 1] },
+    liquid: { t_s: [5, 5.15], tilt: [[0.1, 0], [0.2, 0]], freeboard_mm: [9, 8], spilled: [0, 1], spilled_share: [0, 0.25] },
     settings: [{ t_s: 4, profile: 'tracking', scale: 0.5, fill: 0.09 }, { t_s: 5.2, profile: 'carry', scale: 1, fill: 0.09 }],
     events: [{ t_s: 5, kind: 'state', what: 'ready', why: '' }, { t_s: 5.1, kind: 'state', what: 'engaged', why: 'grip' }, { t_s: 5.15, kind: 'spill', what: 'spilled', why: '' }],
   };
@@ -71,9 +71,9 @@ describe('what happened', () => {
   it('is told of the time that is shown: target, liquid, state, profile', () => {
     const player = new Player(story);
     player.seek(0.05);
-    expect([player.target()!.p[2], player.tilt()[0], player.spilled, player.state, player.profile, player.scale]).toEqual([1, 0.1, false, 'ready', 'tracking', 0.5]);
+    expect([player.target()!.p[2], player.tilt()[0], player.spilled, player.spilledShare, player.state, player.profile, player.scale]).toEqual([1, 0.1, false, 0, 'ready', 'tracking', 0.5]);
     player.seek(0.25);
-    expect([player.target()!.p[2], player.tilt()[0], player.spilled, player.state, player.profile, player.scale]).toEqual([2, 0.2, true, 'engaged', 'carry', 1]);
+    expect([player.target()!.p[2], player.tilt()[0], player.spilled, player.spilledShare, player.state, player.profile, player.scale]).toEqual([2, 0.2, true, 0.25, 'engaged', 'carry', 1]);
     expect(player.firstGrip).toBeCloseTo(0.1);
     expect(new Player(motion).target()).toBeNull();
   });
@@ -248,7 +248,7 @@ describe('figures of a session', () => {
   });
   it('hold the largest wave since the glass was filled', () => {
     const events = [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, { t_s: 8, kind: 'refill', what: 'a full glass', why: '' }];
-    const player = new Player({ ...some([1]), events, liquid: { t_s: [5, 6, 7, 8, 9], tilt: Array(5).fill([0, 0]) as [number, number][], freeboard_mm: [10, 2, 9, 10, 8], spilled: [0, 1, 1, 0, 0] } });
+    const player = new Player({ ...some([1]), events, liquid: { t_s: [5, 6, 7, 8, 9], tilt: Array(5).fill([0, 0]) as [number, number][], freeboard_mm: [10, 2, 9, 10, 8], spilled: [0, 1, 1, 0, 0], spilled_share: [0, 0.5, 0.5, 0, 0] } });
     player.seek(2.5);
     expect(player.freeboard()).toEqual({ now: 9, least: 2 });
     player.seek(4.5);

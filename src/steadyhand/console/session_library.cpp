@@ -146,13 +146,14 @@ Result<FreshPage> motion(const fs::path& file) {
     felt.add(each.largest, 3);
     felt.add(each.count, 0);
   }
-  Columns liquid("t_s", "tilt", "freeboard_mm", "spilled");
+  Columns liquid("t_s", "tilt", "freeboard_mm", "spilled", "spilled_share");
   for (const auto& [at, state] : session->liquid) {
     if (!std::isfinite(state.tilt_x) || !std::isfinite(state.tilt_y)) continue;
     liquid.begin_row(to_seconds(at));
     liquid.add_list(std::array{state.tilt_x, state.tilt_y}, 4);
     liquid.add(1e3 * state.freeboard, 1);
     liquid.add(state.spilled ? 1.0 : 0.0, 0);
+    liquid.add(state.spilled_share, 3);
   }
   return FreshPage{
       fmt::format(

@@ -396,8 +396,11 @@ std::vector<SessionEntry> list_sessions(const fs::path& folder) {
   }
   // A name tells when it began until somebody gives it another.
   const auto begun = [](const SessionEntry& entry) {
-    const auto recorded = entry.run.find("recorded");
-    return std::pair(recorded == entry.run.end() ? entry.name : recorded->second, entry.name);
+    std::string_view at = entry.name;
+    for (const char* key : {"started", "recorded"}) {
+      if (const auto told = entry.run.find(key); told != entry.run.end()) at = told->second;
+    }
+    return std::pair(at, std::string_view(entry.name));
   };
   std::sort(entries.begin(), entries.end(),
             [&](const SessionEntry& a, const SessionEntry& b) { return begun(a) > begun(b); });

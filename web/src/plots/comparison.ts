@@ -44,7 +44,7 @@ export class Comparison {
       const row = document.createElement('tr'), name = document.createElement('th'), color = document.createElement('i');
       name.scope = 'row';
       color.style.background = colorOf(profile);
-      name.append(color, profile.label);
+      name.append(color, profile.label.replace(/ \(.*\)$/, '')); // its number would break the line
       row.append(name);
       row.hidden = true;
       return { row, cells: [0, 1, 2, 3, 4].map(() => row.appendChild(document.createElement('td'))), index: profile.index };
@@ -78,7 +78,7 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
   }
   if (led.length < 2) return '';
   const has = (profile: number): string => { const whole = runs.motionsOf(profile); return `${name(profile)} led ${whole.length > 0 ? `all of ${whole.map(title).join(', ')}` : 'none to its end'}`; };
-  return `Not the same motion: let each lead one demo motion from begin to end. So far ${led.map(has).join(', ')}.`;
+  return `Not the same motion yet: ${led.map(has).join(', ')}.`;
 }
 
 /** Gathers what comes between two rows of the history. */

@@ -18,7 +18,7 @@ export interface Motion {
   target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
   /** The sideways force on the liquid as it was measured, m/s^2: mean and largest of `count` measurements from a time on until the next. */
   felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[]; count?: number[] };
-  liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[] };
+  liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[]; spilled_share: number[] };
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];
 }
@@ -154,6 +154,12 @@ export class Player {
   get led(): { from: number; to: number }[] {
     const states = (this.motion.events ?? []).filter(({ kind }) => kind === 'state'), end = this.begin + this.duration;
     return states.flatMap(({ t_s, what }, i) => (what === 'engaged' ? [{ from: t_s, to: Math.min(end, states[i + 1]?.t_s ?? end) }] : []));
+  }
+
+  /** Of the liquid. */
+  get spilledShare(): number {
+    const { liquid } = this.motion, i = liquid ? indexAt(liquid.t_s, this.now) : -1;
+    return liquid?.spilled_share[i] ?? 0;
   }
 
   get spilled(): boolean {

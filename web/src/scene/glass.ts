@@ -6,6 +6,9 @@ import { Gripper } from './gripper';
 /** m, thickness of the glass that is drawn around what the server tells of its inside. */
 export const WALL = 0.0025;
 
+/** m of liquid, of which nothing is to be seen. */
+const FILM = 5e-4;
+
 const SIDES = 40;
 const { cos, sin } = circle(SIDES);
 
@@ -39,6 +42,7 @@ class LiquidBody extends THREE.Mesh<THREE.BufferGeometry, THREE.MeshPhysicalMate
 
   fit(size: GlassSize): void {
     this.#size = size;
+    this.visible = size.fill > FILM;
     const rows = SIDES + 1, bottom = -size.height / 2, r = size.radius - 0.0005; // or it would shine through the wall
     for (let i = 0; i < rows; ++i) {
       for (const row of [0, rows, 2 * rows]) this.#position.setXYZ(row + i, r * cos[i]!, r * sin[i]!, bottom);

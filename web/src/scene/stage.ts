@@ -21,20 +21,23 @@ export const STATE_COLORS: Record<SessionState, number> = {
 };
 
 /** What a recording tells of the time that is shown. */
-export interface Past { q(): ArrayLike<number>; readonly gripper: number | null; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly state: string; readonly fill: number }
+export interface Past { q(): ArrayLike<number>; readonly gripper: number | null; target(): Pose | null; tilt(): readonly [number, number]; readonly spilled: boolean; readonly spilledShare: number; readonly state: string; readonly fill: number }
 
 /** Of another recording beside the one that is shown. */
 const OTHER = 0x8a4fbf;
 const meshesOf = (robot: Robot): string => `./arms/${robot.meshes ?? robot.name}.glb`;
 
 const NO_PAIR: [number, number] = [-1, -1];
-/** Level of `Pace` from which on nothing casts a shadow. */
+/** Level of `Pace` from which on nothing casts a shadow, and with which a processor that draws begins: it works for triangles more than for pixels. */
 const SHADOWLESS = 2;
 
 /** Of the screen's pixels that are drawn at each level of `Pace`. */
 const SHARES = [1, 0.8, 0.6, 0.4];
 /** The same where the processor draws for a headset: its board must be read. */
 const SOFTWARE_VR = 0.6;
+
+/** Of a wave, what hardly is a pixel, as a multiple of what can be seen of a place. */
+const WAVE_SEEN = 3;
 
 /** Where the glass was: so many states, about two seconds. */
 const TRAIL = 120;
@@ -92,6 +95,7 @@ export class Stage {
   #undrawn = 0;
   /** Colour of the state, and whether a spill is drawn. */
   readonly #looks = new Float64Array(2);
+  readonly #wave = new Float64Array(3);
 
   constructor(canvas: HTMLCanvasElement, reducedMotion: boolean) {
     // The page's own backdrop shines through, and in augmented reality the room.
@@ -136,7 +140,7 @@ export class Stage {
     this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#tube, this.#reach);
     this.#now(false);
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
-    this.#pace = new Pace(software ? COARSEST : 0);
+    this.#pace = new Pace(software ? SHADOWLESS : 0);
     this.#thrift = new Thrift(drawnBy === 'software');
     this.#drawAt(this.#pace.level);
   }
@@ -222,7 +226,7 @@ export class Stage {
     this.arm?.nearestPair(NO_PAIR, Infinity, false);
     this.#now(false);
     const target = past?.target() ?? null, tilt = past?.tilt();
-    if (past && past.fill > 0) this.glass.fill(past.fill);
+    if (past && past.fill > 0) this.glass.fill(past.fill * (1 - past.spilledShare));
     this.glass.liquid.tilt(tilt?.[0] ?? 0, tilt?.[1] ?? 0);
     this.ghost.visible = target !== null;
     if (target) place(this.ghost, target);
@@ -272,7 +276,7 @@ export class Stage {
     this.#color = color;
     place(this.ghost, state.target);
     this.ghost.paint(color, state.engaged ? 0.5 : 0.28);
-    this.glass.fill(state.controls.fill);
+    this.glass.fill(state.controls.fill * (1 - state.liquid.spilled_share));
     this.glass.liquid.tilt(state.liquid.tilt[0] ?? 0, state.liquid.tilt[1] ?? 0);
     this.#spill.update(this.glass.visible && state.liquid.spilled, this.glass, t);
     this.#path.begin();
@@ -388,6 +392,8 @@ export class Stage {
     count = thrift.look(camera.projectionMatrix.elements, now, count);
     count = thrift.look(this.ghost.matrix.elements, now, count);
     count = thrift.look(this.glass.matrixWorld.elements, now, count);
-    thrift.look(this.glass.liquid.surface, now, count);
+    const { surface } = this.glass.liquid;
+    for (let k = 0; k < 3; ++k) this.#wave[k] = surface[k]! / WAVE_SEEN;
+    thrift.look(this.#wave, now, count);
   }
 }
