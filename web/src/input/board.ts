@@ -17,7 +17,16 @@ function panel(width: number, height: number, metres: number): { canvas: HTMLCan
   return { canvas, geometry: new THREE.PlaneGeometry(metres, (metres * height) / width), material: new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }) };
 }
 
-/** State, what to do now in a line, and a menu, as a board in the headset. Drawn anew only when something on it changes. */
+/** What fits one line, and the rest; in `c`'s font. @param wide px */
+function inTwo(line: string, wide: number, c: CanvasRenderingContext2D): string[] {
+  if (c.measureText(line).width <= wide) return [line];
+  const words = line.split(' ');
+  let count = words.length - 1;
+  while (count > 1 && c.measureText(words.slice(0, count).join(' ')).width > wide) --count;
+  return [words.slice(0, count).join(' '), words.slice(count).join(' ')];
+}
+
+/** State, what to do now, and a menu, as a board in the headset. Drawn anew only when something on it changes. */
 export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
   readonly #context: CanvasRenderingContext2D;
   /** What stands above the menu, a line each. */
@@ -62,10 +71,14 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     c.fill();
     c.font = '650 84px system-ui, sans-serif';
     c.fillText(title, 142, 118);
+    let y = 188;
     lines.forEach((line, i) => {
       c.font = i === 1 ? '600 50px system-ui, sans-serif' : '40px system-ui, sans-serif';
       c.fillStyle = i === 1 ? '#ffffff' : '#c4ccd6';
-      c.fillText(line, LEFT, 194 + 64 * i, WIDTH - 2 * LEFT);
+      for (const part of i === 1 ? inTwo(line, WIDTH - 2 * LEFT, c) : [line]) {
+        c.fillText(part, LEFT, y, WIDTH - 2 * LEFT);
+        y += 53;
+      }
     });
     if (warning) {
       c.fillStyle = '#e0a100';
