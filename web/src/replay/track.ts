@@ -12,6 +12,9 @@ const EXPAND_NULLS = 2;
 /** Points of a curve at most: more are seen by nobody, and a session of hours has them. */
 const POINTS = 3000;
 
+/** s: the axis of a longer recording tells minutes, as its clock does, with such steps (s). */
+const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200];
+
 /** Beneath the bands. */
 const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
@@ -103,12 +106,12 @@ export class Track {
       const [times, values] = curveOf(other.motion, name, other.begin);
       curves.push([times.map((t) => t - this.late), values]);
     }
-    const ink = (): string => resolved('var(--muted)');
+    const ink = (): string => resolved('var(--muted)'), long = player.duration > IN_SECONDS;
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
       width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, 0, last ? 0 : 5, 0],
       scales: { x: { time: false, range: [0, Math.max(0.1, player.duration)] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
-      axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (last ? `${t} s` : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
+      axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, ...(long ? { incrs: STEPS } : {}), values: (_u, ticks) => ticks.map((t) => (!last ? '' : long ? clock(t) : `${t} s`)) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
     }, uPlot.join(curves as uPlot.AlignedData[], curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
