@@ -164,6 +164,7 @@ test('leads, feels limits, loses the hand, scales, looks forward, also in the re
   await leave();
   await enter('#enter-ar');
   assert.equal(await page.evaluate(() => globalThis.steadyhand.stage.scene.background), null, 'the real room is the backdrop');
+  await until(async () => await page.textContent('#enter-ar') === 'Leave AR' && await page.isHidden('#enter-vr'), 'the way out to be named');
   await leave();
   assert.deepEqual(page.complaints, []);
 });

@@ -129,12 +129,14 @@ const headset = new Headset(stage, hand, session, connection, { wantLease, stop,
 
 async function offerHeadset(): Promise<void> {
   const { vr, ar } = await Headset.modes();
-  element('enter-vr', HTMLButtonElement).hidden = !vr;
-  element('enter-ar', HTMLButtonElement).hidden = !ar;
+  for (const [id, mode, known, name] of [['enter-vr', 'immersive-vr', vr, 'VR'], ['enter-ar', 'immersive-ar', ar, 'AR']] as const) {
+    const button = element(id, HTMLButtonElement);
+    button.hidden = !known || (headset.mode !== null && headset.mode !== mode);
+    button.textContent = `${headset.mode === mode ? 'Leave' : 'Enter'} ${name}`;
+  }
   element('emulate', HTMLButtonElement).hidden = vr;
   element('keys', HTMLElement).hidden = headset.session !== null;
   element('emulator', HTMLElement).hidden = headset.session === null || !headset.simulated;
-  element('enter-vr', HTMLButtonElement).textContent = headset.session ? 'Leave VR' : 'Enter VR';
 }
 
 const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {

@@ -41,6 +41,8 @@ export class Headset {
   /** The page itself emulates it. */
   simulated = false;
   session: XRSession | null = null;
+  /** Of that session. */
+  mode: 'immersive-vr' | 'immersive-ar' | null = null;
   readonly board = new Board();
   /** The session's cameras. */
   readonly screens = new Screens(this.board.geometry.parameters.height / 2 + 0.02);
@@ -116,6 +118,7 @@ export class Headset {
       throw error;
     }
     this.session = session;
+    this.mode = mode;
     this.#meansBefore = this.facts.means;
     this.facts.hint('', -Infinity); // what was told of the page, or of the last time
     session.addEventListener('end', () => this.#left());
@@ -132,7 +135,7 @@ export class Headset {
 
   #left(): void {
     this.#letGo();
-    this.session = null;
+    this.session = this.mode = null;
     this.facts.means = this.#meansBefore;
     this.#restore();
     this.#rig.visible = false;
