@@ -122,15 +122,17 @@ try {
   });
   print('from opening the address to an arm that moves', `${(await aliveAt(page)).toFixed(1)} s`);
   print('mouse event to WebSocket, median, p99, nothing drawn', await dragDelays(page));
-  await page.evaluate(() => globalThis.steadyhand.stage.setQuality(3));
-  print('mouse event to WebSocket, median, p99, drawn in software', await dragDelays(page));
-  print('key event to WebSocket, median, p99, drawn in software', await keyDelays(page));
-  const bytes = () => page.evaluate(() => [globalThis.steadyhand.connection.bytesReceived, globalThis.steadyhand.session.statesReceived]);
+  await page.context().close();
+
+  const drawn = await open({ drawn: true });
+  print('mouse event to WebSocket, median, p99, drawn in software', await dragDelays(drawn));
+  print('key event to WebSocket, median, p99, drawn in software', await keyDelays(drawn));
+  const bytes = () => drawn.evaluate(() => [globalThis.steadyhand.connection.bytesReceived, globalThis.steadyhand.session.statesReceived]);
   const before = await bytes();
-  await page.waitForTimeout(1000 * SECONDS);
+  await drawn.waitForTimeout(1000 * SECONDS);
   const after = await bytes();
   print('received a second', `${((after[0] - before[0]) / SECONDS / 1000).toFixed(0)} kB, ${((after[1] - before[1]) / SECONDS).toFixed(0)} states`);
-  await page.context().close();
+  await drawn.context().close();
 
   const quick = await open({ context: SMALL, prepare: withoutPixels });
   await quick.evaluate(() => globalThis.steadyhand.stage.setQuality(0));

@@ -133,7 +133,7 @@ function revealing(of) {
   }
 }
 
-/** The page, paired by the newest code, or watching; with its arm, and drawing nothing until it is asked to. */
+/** The page, paired by the newest code, or watching; with its arm, and drawing nothing until it is asked to; `drawn`: as people have it. */
 export async function open(options = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 720 }, ...options.context });
   if (FIREFOX) await context.addInitScript(sayErrors);
@@ -150,7 +150,7 @@ export async function open(options = {}) {
   await opened.goto(options.cable?.to(to) ?? to, { waitUntil: 'commit', timeout: PATIENCE });
   await until(async () => (await options.alive?.(opened), opened.evaluate(() => globalThis.steadyhand?.session.state && globalThis.steadyhand.stage.arm?.meshes.length === 7)), 'the page');
   // Drawn without a graphics card, a picture takes so long that the hand would fall silent.
-  await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
+  if (!options.drawn) await opened.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
   return opened;
 }
 /** For `open`: the page draws, but its triangles have no pixels, so that it keeps its pace without a graphics card. */
