@@ -184,6 +184,7 @@ export class Panel {
   reset(): void {
     if (!this.session.mayReset) return;
     this.takeLease();
+    this.session.resets(performance.now() / 1000);
     this.ask('reset');
   }
 

@@ -23,6 +23,8 @@ const COMES_TO_REST = 0.02;
 const GRAVITY = 9.81, LEAST_LEAN = 0.5;
 /** rad, from which on the glass leans with the hand. */
 const LEANS = 0.009;
+/** s after which an arm that is at fault was not mended by its reset. */
+const RESET_WITHIN = 0.5;
 /** s for which a hint stands. */
 const HINTED_FOR = 4;
 /** s over which late commands are counted, and the share of them from which on the computer is too slow. */
@@ -115,7 +117,7 @@ export class Session {
   #lateAt = -Infinity;
   /** The planner was late just before it spilled. */
   #spilledLate = false;
-  /** It was while the arm braked. */
+  /** It was while the arm braked, or was stopped by its own controller. */
   #spilledInStop = false;
   #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
@@ -130,6 +132,8 @@ export class Session {
   #lostAt = -Infinity;
   #resumedAfter = -Infinity;
   #ended = false;
+  /** s, of the page's clock: when this page asked to reset the arm that has been at fault since; infinite: it did not. */
+  #resetAt = Infinity;
   /** A hand of this page has led. */
   #hasHeld = false;
   /** s, of the last picture, if the page was held up in it. */
@@ -159,6 +163,7 @@ export class Session {
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
         this.#bookSpill(message);
         if (this.state?.state === 'stopping' && message.state !== 'stopping') this.#hint.at = -Infinity;
+        if (message.state !== 'fault' && message.state !== 'idle') this.#resetAt = Infinity;
         this.#countLate(message);
         if (NOT_HEARD.test(message.reason) && message.reason !== this.state?.reason) this.#lostAt = now;
         this.state = message;
@@ -192,7 +197,7 @@ export class Session {
     if (!before) return;
     if (!before.liquid.spilled) {
       this.#spilledUnder.clear();
-      this.#spilledInStop = message.state === 'stopping' || message.state === 'holding';
+      this.#spilledInStop = ['stopping', 'holding', 'fault'].includes(message.state);
       this.#spilledLate = message.controls.no_spill && message.now_s - this.#lateAt < LATE_BEFORE;
     }
     const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0), { profile } = message.controls;
@@ -245,6 +250,8 @@ export class Session {
 
   /** What the operator tried, and why nothing came of it: stands in the advice's place for a while. */
   hint(words: string, now: number): void { this.#hint = { words, at: now }; }
+  /** This page asks to reset the arm. */
+  resets(now: number): void { this.#resetAt = now; }
   /** A hint was given within this many s. */
   hintedWithin(seconds: number, now: number): boolean { return now - this.#hint.at < seconds; }
 
@@ -391,7 +398,7 @@ export class Session {
         return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';
       case 'holding': return plays ? takeOver : `The arm holds. ${means.again}`;
       case 'stopping': return this.rests ? `Stopped: ${means.reset}.` : 'The arm comes to rest.';
-      case 'fault': return `Fault. Look at the arm, then ${means.reset}.`;
+      case 'fault': return now - this.#resetAt > RESET_WITHIN ? `The fault is still there: see to its reason, then ${means.reset}.` : `Fault. Look at the arm, then ${means.reset}.`;
       default: return '';
     }
   }

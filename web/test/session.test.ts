@@ -55,6 +55,20 @@ describe('words of a session', () => {
   const state = (more: object): ServerMessage => ({ ...server.state!, ...more }) as ServerMessage;
   const liquid = (spilled: boolean) => ({ tilt: [0, 0], freeboard: 0.01, spilled, spilled_share: spilled ? 0.1 : 0, least_freeboard: 0, lateral: 0 });
 
+  it('say that a reset did not end the fault, as long as it has not', () => {
+    const session = open();
+    for (const message of [server.paired!, server.lease!, state({ state: 'fault' })]) session.take(message, 1);
+    expect(session.advice(1)).toBe('Fault. Look at the arm, then press “Reset”.');
+    session.resets(1);
+    session.take(state({ state: 'idle' }), 1.1);
+    expect(session.advice(1.1)).toContain('does not follow yet');
+    session.take(state({ state: 'fault' }), 1.7);
+    expect(session.advice(1.7)).toBe('The fault is still there: see to its reason, then press “Reset”.');
+    session.take(state({ state: 'ready' }), 2);
+    session.take(state({ state: 'fault' }), 3);
+    expect(session.advice(3)).toBe('Fault. Look at the arm, then press “Reset”.');
+  });
+
   it('say that a spilled glass is full again, for a while', () => {
     const session = open();
     session.take(state({ liquid: liquid(true) }), 1);
@@ -102,6 +116,9 @@ describe('words of a session', () => {
     expect(session.spill()).toBe(`Spilled 90.0 %: 10.0 % under ${label(1)}, 80.0 % under ${label(0)}`);
     under(0, false, 5);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
+    expect(session.spill()).toMatch(/, in a stop$/);
+    session.take(state({ liquid: liquid(false) }), 7);
+    session.take(state({ state: 'fault', liquid: liquid(true) }), 8);
     expect(session.spill()).toMatch(/, in a stop$/);
   });
   it('call a planner that was late what a spill came of, where the profile would have kept the liquid in', () => {
