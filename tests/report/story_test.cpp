@@ -118,6 +118,19 @@ TEST_F(Told, ASpillIsExplained) {
   EXPECT_DOUBLE_EQ(results[1].spilled_share, 0.3);
 }
 
+TEST_F(Told, WhatAnArmsOwnStopSpilledIsNoFaultOfTheProfile) {
+  SettingsChange settings;
+  settings.profile = "carry";
+  settings.no_spill = true;
+  session.settings.push_back(settings);
+  change(1.0, "engaged");
+  change(2.0, "fault");
+  see(1.9, 0.0), see(2.0, 0.1);
+  const SessionStory story = tell_story(session);
+  ASSERT_EQ(story.spills.size(), 1u);
+  EXPECT_EQ(story.spills[0].cause, "in a stop by a fault, under carry");
+}
+
 TEST_F(Told, EachProfileHasWhatItSpilled) {
   const auto lose = [&](double t, double share, const char* profile) {
     LiquidState liquid;

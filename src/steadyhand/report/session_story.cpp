@@ -146,6 +146,8 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
     spill.cause = profile + " does not keep the liquid in";
   } else if (state == "stopping") {
     spill.cause = "in a stop, under " + profile;
+  } else if (state == "fault") {
+    spill.cause = "in a stop by a fault, under " + profile;
   } else if (!spares) {
     spill.cause = "under " + profile;
   } else if (was_late(session, at)) {
