@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { Busy } from '../src/busy';
 import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recordings';
 import { clock, percentText, rateText } from '../src/figures';
-import { betterOf, summaryOf } from '../src/replay/summary';
+import { betterOf, stopsOf, summaryOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
 import { countsOf, currentOf, seenAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
@@ -253,6 +253,12 @@ describe('figures of a session', () => {
     expect(player.freeboard()).toEqual({ now: 9, least: 2 });
     player.seek(4.5);
     expect(player.freeboard()).toEqual({ now: 8, least: 8 });
+  });
+  it('count a stop once, by whomever, also where a reset did not end the fault', () => {
+    const states = (...whats: string[]) => whats.map((what, i) => ({ t_s: 5 + i, kind: 'state', what, why: '' }));
+    expect(stopsOf(states('ready', 'engaged', 'stopping', 'fault', 'idle', 'fault', 'idle', 'ready', 'engaged', 'fault'))).toBe(2);
+    expect(stopsOf(states('stopping', 'ready'))).toBe(1);
+    expect(stopsOf(states('idle', 'ready', 'engaged', 'holding'))).toBe(0);
   });
   it('are none where nobody led', () => {
     const of = (player: Player, wanted: string) => summaryOf(player).find(([what]) => what === wanted)![1];

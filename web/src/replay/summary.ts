@@ -57,6 +57,18 @@ function spillText(spills: readonly StoryEvent[], begin: number, led: number): s
   return `${spills.length > 1 ? `${often}: ` : ''}${how}at ${times.join(', ')}`;
 }
 
+/** How often an arm that followed, or could have, was stopped: by somebody, by the supervision, or by its own controller. */
+export function stopsOf(events: readonly StoryEvent[]): number {
+  let count = 0, runs = true;
+  for (const { kind, what } of events) {
+    if (kind !== 'state') continue;
+    const halts = what === 'stopping' || what === 'fault';
+    if (halts && runs) ++count;
+    runs = !halts && (runs || what !== 'idle'); // on its way out of a fault it is idle, and may be back in it
+  }
+  return count;
+}
+
 /** A recorded session in figures that two sessions may be compared by. */
 export function summaryOf(player: Player): Figure[] {
   const { motion, duration, begin } = player, { target, felt: measured } = motion, events = motion.events ?? [];
@@ -64,7 +76,7 @@ export function summaryOf(player: Player): Figure[] {
   const felt = feltOf(player) ?? (measured?.t_s.length ? overLed(player, measured.t_s, measured.mean, measured.largest) : overLed(player, target?.t_s ?? [], target?.lateral ?? [], target?.lateral ?? []));
   const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? [], target?.error_mm ?? []);
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
-  const stops = events.filter(({ kind, what }) => kind === 'state' && what === 'stopping').length, lost = spills.reduce((sum, { amount = 1 }) => sum + amount, 0);
+  const lost = spills.reduce((sum, { amount = 1 }) => sum + amount, 0);
   // Who was led longer did not do worse for it: what happened is compared by the minute.
   const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : sum === 0 ? 0 : null);
   return [
@@ -75,6 +87,6 @@ export function summaryOf(player: Player): Figure[] {
     ['Off target, mm', off.known ? meanOffText(off.mean) : '–', off.known ? off.mean : null, 'Mean distance from the target to the glass'],
     ['Spilled', spillText(spills, begin, led), perMinute(lost), 'How often the liquid went over the rim, how much of it, and when; compared is what was lost per minute led'],
     ['Held by a limit', rateText(count('limit'), led), perMinute(count('limit')), 'How often a limit of the arm, or something near it, held it back; compared is how often per minute led'],
-    ['Stops', String(stops), null, 'How often somebody or something stopped the arm'],
+    ['Stops', String(stopsOf(events)), null, 'How often somebody or something stopped the arm'],
   ];
 }
