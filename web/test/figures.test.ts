@@ -93,6 +93,7 @@ describe('whole demo motions', () => {
     expect(shown.runs.compared).toBeNull();
     expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Carry led all of Carrying, Tracking led none to its end');
     expect(noteOf(null, [0], shown.runs, name, title)).toBe('');
+    expect(noteOf(null, [], shown.runs, name, title)).toBe('Nothing has led the arm in the last minute.');
     shown.run(1, 0);
     shown.run(1, 1, 'the demo motion was held up');
     expect(shown.runs.compared).toBeNull();

@@ -71,13 +71,14 @@ export class Comparison {
   }
 }
 
-/** What the figures are of, where they are not all of one motion what is missing; empty: one profile alone led. */
+/** What the figures are of, where they are not all of one motion what is missing, or that there are none; empty: one profile alone led. */
 export function noteOf(motion: number | null, led: readonly number[], runs: Runs, name: (profile: number) => string, title: (motion: number) => string): string {
   if (motion !== null) {
     const missing = led.filter((profile) => !runs.of(motion, profile));
     return `Each over its last whole run of the demo motion ${title(motion)}.${missing.length > 0 ? ` ${missing.map(name).join(', ')}: no whole run yet.` : ''}`;
   }
-  if (led.length < 2) return '';
+  if (led.length === 0) return 'Nothing has led the arm in the last minute.';
+  if (led.length === 1) return '';
   const has = (profile: number): string => { const whole = runs.motionsOf(profile); return `${name(profile)} led ${whole.length > 0 ? `all of ${whole.map(title).join(', ')}` : 'none to its end'}`; };
   return `Not the same motion yet: ${led.map(has).join(', ')}.`;
 }
