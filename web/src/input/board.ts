@@ -3,7 +3,7 @@ import type { Item } from './menu';
 
 /** px of the canvas, and m of the board. */
 const WIDTH = 1024, HEIGHT = 1044, METRES = 0.72;
-const MENU = 500, ROW = 104, BUTTON = 60, LEFT = 56, GAP = 14;
+const WARNING = 404, MENU = 500, ROW = 104, BUTTON = 60, LEFT = 56, GAP = 14;
 
 /** Where an item stands, px from the top left. */
 interface Place { x: number; y: number; width: number; height: number }
@@ -75,7 +75,8 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     lines.forEach((line, i) => {
       c.font = i === 1 ? '600 50px system-ui, sans-serif' : '40px system-ui, sans-serif';
       c.fillStyle = i === 1 ? '#ffffff' : '#c4ccd6';
-      for (const part of i === 1 ? inTwo(line, WIDTH - 2 * LEFT, c) : [line]) {
+      for (const part of inTwo(line, WIDTH - 2 * LEFT, c)) {
+        if (y > (warning ? WARNING : MENU)) return; // the last lines, figures, give way to a long reason
         c.fillText(part, LEFT, y, WIDTH - 2 * LEFT);
         y += 53;
       }
@@ -83,11 +84,11 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     if (warning) {
       c.fillStyle = '#e0a100';
       c.beginPath();
-      c.roundRect(40, 404, WIDTH - 80, 76, 20);
+      c.roundRect(40, WARNING, WIDTH - 80, 76, 20);
       c.fill();
       c.fillStyle = '#1a1d21';
       c.font = '600 44px system-ui, sans-serif';
-      c.fillText(`⚠ ${warning}`, 64, 456, WIDTH - 124);
+      c.fillText(`⚠ ${warning}`, 64, WARNING + 52, WIDTH - 124);
     }
     this.#drawMenu();
     this.material.map!.needsUpdate = true;
