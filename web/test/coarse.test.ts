@@ -29,6 +29,27 @@ test('a coarse mesh has few of the triangles, 1 mm off at most, and keeps its co
   expect((material as THREE.MeshLambertMaterial).color.getHex()).toBe(0x2b6cb0);
 });
 
+test('no corner of a coarse mesh keeps the light of a surface that is gone, as of the rounded edges of a can', async () => {
+  const round = Array.from({ length: 9 }, (_, i) => (Math.PI / 16) * i).map((angle) => new THREE.Vector2(0.0595 + 0.0005 * Math.sin(angle), -0.0395 - 0.0005 * Math.cos(angle)));
+  const edge = [...round, ...round.map(({ x, y }) => new THREE.Vector2(x, -y)).reverse()];
+  const can = new THREE.Mesh(new THREE.LatheGeometry(edge, 64), new THREE.MeshStandardMaterial());
+  await coarsen(can);
+  const { index, attributes: { position, normal } } = can.geometry, triangle = new THREE.Triangle(), facet = new THREE.Vector3(), seen = new THREE.Vector3();
+  for (let i = 0; i < index!.count; i += 3) {
+    triangle.setFromAttributeAndIndices(position!, index!.getX(i), index!.getX(i + 1), index!.getX(i + 2)).getNormal(facet);
+    for (let c = 0; c < 3; ++c) expect(seen.fromBufferAttribute(normal!, index!.getX(i + c)).angleTo(facet)).toBeLessThan(0.61);
+  }
+});
+
+test('the light of a coarse box stops at its edges', async () => {
+  const box = new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1, 20, 20, 20), new THREE.MeshStandardMaterial());
+  await coarsen(box);
+  expect(box.geometry.index!.count / 3).toBe(12);
+  const normal = box.geometry.getAttribute('normal');
+  expect(normal.count).toBe(24);
+  for (let i = 0; i < normal.count; ++i) expect(Math.max(...[normal.getX(i), normal.getY(i), normal.getZ(i)].map(Math.abs))).toBeCloseTo(1);
+});
+
 test('what has no triangles by index stays', async () => {
   const mesh = new THREE.Mesh(new THREE.SphereGeometry(0.1, 16, 8).toNonIndexed(), new THREE.MeshStandardMaterial());
   await coarsen(mesh);
