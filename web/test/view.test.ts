@@ -1,6 +1,7 @@
 import * as THREE from 'three';
+import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
 import { describe, expect, it } from 'vitest';
-import { sizeOf } from '../src/input/handles';
+import { clearTheMiddle, sizeOf } from '../src/input/handles';
 import { View } from '../src/scene/view';
 
 /** What nobody touches. */
@@ -29,5 +30,26 @@ describe('the view', () => {
       const pixels = ((0.3 * scale) / 2 / Math.tan((Math.PI * camera.fov) / 360)) * (height / 2);
       expect(2 * pixels).toBeGreaterThanOrEqual(44);
     }
+  });
+});
+
+describe('the glass', () => {
+  it('is a handle also where it is elsewhere than the target, as under a demo motion', () => {
+    const camera = new THREE.PerspectiveCamera(50, 1, 0.1, 10), target = new THREE.Object3D(), controls = new TransformControls(camera);
+    camera.position.z = 2;
+    camera.updateMatrixWorld();
+    const glass = clearTheMiddle(controls);
+    new THREE.Scene().add(target);
+    controls.attach(target);
+    const at = (x: number): string | null => {
+      controls.getHelper().updateMatrixWorld();
+      const { x: left, y: up } = new THREE.Vector3(x, -0.2, 0).project(camera);
+      controls.pointerHover({ x: left, y: up, button: -1 } as PointerEvent);
+      return controls.axis;
+    };
+    expect(at(-0.3)).toBeNull();
+    glass.matrixWorld.setPosition(-0.3, -0.2, 0);
+    expect(at(-0.3)).toBe('XYZ');
+    expect(at(-0.5)).toBeNull();
   });
 });

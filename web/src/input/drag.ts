@@ -13,10 +13,11 @@ const FASTEST = 3, FASTEST_TURN = 15;
 /** s, of a pause that the hand makes up for. */
 const PAUSE = 0.05;
 
-/** Handles on the target for mouse and touch: pressing one engages, letting go releases. */
+/** Handles on the target for mouse and touch, and the glass itself, which may be elsewhere: pressing one engages, letting go releases. */
 export class Drag {
   readonly controls: TransformControls;
   readonly #proxy = new THREE.Object3D();
+  readonly #follower: THREE.Object3D;
   readonly #coarse = matchMedia('(pointer: coarse)').matches;
   readonly #at = new THREE.Vector3(); // world frame
   readonly #start = new THREE.Vector3();
@@ -40,7 +41,7 @@ export class Drag {
               private readonly wantLease: () => boolean, private readonly canvas: HTMLCanvasElement) {
     stage.base.add(this.#proxy);
     this.controls = new TransformControls(stage.view.camera, canvas);
-    clearTheMiddle(this.controls);
+    this.#follower = clearTheMiddle(this.controls);
     this.controls.space = 'local';
     this.controls.attach(this.#proxy);
     stage.scene.add(this.controls.getHelper());
@@ -77,6 +78,7 @@ export class Drag {
   follow(): void {
     const target = this.session.state?.target;
     this.controls.size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse, this.canvas.clientHeight);
+    if (this.stage.arm) this.#follower.matrixWorld.setPosition(this.stage.arm.tool.getWorldPosition(this.#at));
     if (!target || this.#holding) return;
     // Upright handles: they move along the base's axes.
     this.#proxy.position.set(target.p[0], target.p[1], target.p[2]);

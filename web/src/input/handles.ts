@@ -6,6 +6,8 @@ const SCALE = 0.3;
 /** Of TransformControls' own size: fingers and far views need no smaller handles. */
 const LEAST = { fine: 0.6, coarse: 1 };
 const BEGIN = 0.3, OUT = 0.14;
+/** m, around the glass that follows. */
+const FOLLOWER = 0.07;
 /** px, from the middle of the glass: what a finger must hit at least is twice as wide. */
 const FINGER = 24;
 /** Of TransformControls: its size is that of a quarter of this share of the picture's height. */
@@ -14,21 +16,31 @@ const ITS_SHARE = 1.9;
 /** The parts of TransformControls that its type does not tell of. */
 interface Gizmo { gizmo: Record<'translate', THREE.Object3D>; picker: Record<'translate', THREE.Object3D> }
 
-/** Leaves the glass free: arrows begin beside it, squares stand further out, and the middle, all of the glass, is felt, not seen. */
-export function clearTheMiddle(controls: TransformControls): void {
+/**
+ * Leaves the glass free: arrows begin beside it, squares stand further out, and the middle, all of the glass, is felt, not seen. So is the
+ * glass that follows the target, by what is returned: its place in the world, which the caller keeps.
+ */
+export function clearTheMiddle(controls: TransformControls): THREE.Object3D {
+  const follower = new THREE.Mesh(new THREE.SphereGeometry(FOLLOWER));
+  follower.name = 'XYZ'; // as TransformControls calls what moves in the picture's plane
+  follower.matrixWorldAutoUpdate = false;
   const { gizmo, picker } = (controls as unknown as { _gizmo: Gizmo })._gizmo;
   for (const [parts, seen] of [[gizmo.translate, true], [picker.translate, false]] as const) {
     for (const part of parts.children as THREE.Mesh[]) {
       const { name, geometry } = part;
       if (name.length === 2) geometry.translate(...(['X', 'Y', 'Z'].map((axis) => (name.includes(axis) ? OUT : 0)) as [number, number, number]));
       if (!seen) {
-        if (name === 'XYZ') part.geometry = new THREE.SphereGeometry(BEGIN);
+        if (name === 'XYZ') {
+          part.geometry = new THREE.SphereGeometry(BEGIN);
+          part.add(follower);
+        }
         continue;
       }
       if (name === 'XYZ') part.geometry = new THREE.BufferGeometry();
       if (name.length === 1) beginOutside(geometry, 'XYZ'.indexOf(name));
     }
   }
+  return follower;
 }
 
 /** Of an axis' line that begins in the middle, the near end; arrow heads stay. */
