@@ -74,10 +74,10 @@ export interface Means { lead: string; takeOver: string; pair: string; again: st
 export const STAYS_UPRIGHT = 'The glass stays upright: raise “Tilt with the hand” to lean it.';
 
 export const ON_PAGE: Means = {
-  lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the target, or hold a key, to take over.',
+  lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the glass, or hold a key, to take over.',
   pair: 'To drive, enter the code from the terminal.', again: 'Let go, and take hold again.', reset: 'press “Reset”',
 };
-export const ON_TOUCH: Means = { ...ON_PAGE, lead: 'Drag the glass to lead the arm.', takeOver: 'Drag the target to take over.' };
+export const ON_TOUCH: Means = { ...ON_PAGE, lead: 'Drag the glass to lead the arm.', takeOver: 'Drag the glass to take over.' };
 export const IN_HEADSET: Means = {
   lead: 'Squeeze the grip to lead the arm.', takeOver: 'Squeeze the grip to take over.',
   pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again.', reset: 'press the thumbstick to reset',
@@ -386,7 +386,7 @@ export class Session {
     if (this.asks) return `You asked for the arm. ${this.#granted(now)}`;
     if (this.isAnothers) return 'Somebody else drives. You are watching; you may stop the arm.';
     if (now - this.#hint.at < HINTED_FOR) return this.#hint.words;
-    const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A recording leads the arm. ${means.takeOver}`;
+    const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A demo motion leads the arm. ${means.takeOver}`;
     switch (this.state?.state) {
       case 'idle': return 'The arm does not follow yet.';
       case 'ready':

@@ -550,8 +550,8 @@ describe('session', () => {
     };
     const none = { asker: 0, grant_s: null };
     const nobody = { holder: 0, yours: false, takeable: true, ...none }, another = { holder: 7, yours: false, takeable: false, ...none }, me = { holder: 3, yours: true, takeable: false, ...none };
-    expect(advice('engaged', 0, nobody)).toContain('recording leads');
-    expect(advice('engaged', 0, me)).toContain('recording leads');
+    expect(advice('engaged', 0, nobody)).toContain('demo motion leads');
+    expect(advice('engaged', 0, me)).toContain('demo motion leads');
     expect(advice('engaged', 0, another)).toContain('Somebody else drives');
     expect(advice('engaged', -1, me)).toContain('Let go');
     expect(advice('engaged', -1, nobody)).not.toContain('Let go');
