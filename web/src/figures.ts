@@ -6,6 +6,8 @@ type Known = number | null | undefined;
 
 const digits = (value: Known, count: number): string => (value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(count));
 
+/** Of either sign; what rounds to 0 has none. */
+export const wholeText = (value: number): string => String(Math.round(value) + 0);
 /** m/s^2, sideways acceleration of the liquid, also as a mean or a peak. */
 export const sloshText = (value: Known): string => digits(value, 2);
 /** mm, from target to glass, at a time. */
@@ -16,8 +18,8 @@ export const meanOffText = (value: Known): string => digits(value, 1);
 export const latencyText = (value: Known): string => digits(value, 1);
 /** ms, of a plan. */
 export const planningText = (value: Known): string => digits(value, 2);
-/** s, as a number in a column of seconds. */
-export const secondsText = (value: Known): string => digits(value, 1);
+/** s, as a number in a narrow column of seconds: tenths below ten. */
+export const secondsText = (value: Known): string => digits(value, (value ?? 0) < 9.95 ? 1 : 0);
 /** Of the hand's motion: three figures, as the report has them. */
 export const scaleText = (value: number): string => String(Number(value.toPrecision(3)));
 /** %, of a share: "3.6", "100", "less than 0.1". */

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { clock, latencyText, meanOffText, offText, partText, scaleText, sloshText, spanText } from '../src/figures';
+import { clock, latencyText, meanOffText, offText, partText, scaleText, secondsText, sloshText, spanText, wholeText } from '../src/figures';
 import { COLUMNS, FELT, LED, Moment, MOST, noteOf, OFF, totalsOf } from '../src/plots/comparison';
 import { History } from '../src/plots/history';
 import { Runs } from '../src/plots/runs';
@@ -8,6 +8,7 @@ import type { StateMessage } from '../src/protocol';
 describe('figures', () => {
   it('are written alike wherever they stand, and as a dash where they are not known', () => {
     expect([sloshText(5.084), offText(4.99), meanOffText(4.99), latencyText(2.44), scaleText(0.15), scaleText(1)]).toEqual(['5.08', '5', '5.0', '2.4', '0.15', '1']);
+    expect([wholeText(-0.4), wholeText(-1.4), wholeText(NaN), secondsText(9.9), secondsText(9.97), secondsText(38.6)]).toEqual(['0', '-1', 'NaN', '9.9', '10', '39']);
     expect([sloshText(null), offText(undefined), latencyText(NaN)]).toEqual(['–', '–', '–']);
     expect([spanText(2.06), spanText(59.96), spanText(75.2), clock(605.9)]).toEqual(['2.1 s', '1:00', '1:15', '10:05']);
   });

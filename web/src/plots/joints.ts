@@ -1,11 +1,11 @@
 import { put } from '../element';
-import { partText } from '../figures';
+import { partText, wholeText } from '../figures';
 import type { Robot, StateMessage } from '../protocol';
 
 interface Row { angle: HTMLElement; at: HTMLElement; speed: HTMLElement; limits: [number, number]; fastest: number; shown: [number, number] }
 
 /** deg, or mm of a sliding joint */
-const angleText = (q: number, sliding: boolean): string => (sliding ? `${(1000 * q).toFixed(0)} mm` : `${((180 / Math.PI) * q).toFixed(0)}°`);
+const angleText = (q: number, sliding: boolean): string => (sliding ? `${wholeText(1000 * q)} mm` : `${wholeText((180 / Math.PI) * q)}°`);
 
 /** Where each joint stands between its limits, and its speed as a share of the fastest: moved by transforms, which lay nothing out anew. */
 export class Joints {
