@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 from live_client import PROGRAM, Client, Demo
+from mcap.reader import make_reader
 
 pd = pytest.importorskip("pandas", reason="setup/requirements-dataset.txt is not installed")
 pytest.importorskip("pyarrow", reason="setup/requirements-dataset.txt is not installed")
@@ -165,3 +166,11 @@ def test_bad_tasks_are_refused_before_anything_runs(tmp_path):
     (tmp_path / "moves.yaml").write_text("instruction: x\nscene: none.xml\nsuccess:\n  - {released: a}\nmoves:\n  - {gripper: 1.5}\n")
     assert "moves.yaml" in (told := refusal("--arm", "mujoco", "--task", tmp_path / "moves.yaml")) and "1.5" in told
     assert "mujoco.contact is 'shove'" in refusal("--arm", "mujoco", "--set", "mujoco.contact=shove")
+
+
+def test_a_recording_tells_the_arm_that_an_option_chose(tmp_path):
+    arguments = ["demo", "--arm", "mujoco", "--headless", "--seconds", "0.5", "--sessions", tmp_path]
+    subprocess.run([PROGRAM, *arguments], check=True, capture_output=True, timeout=120)
+    with open(next(tmp_path.glob("*.mcap")), "rb") as file:
+        told = {metadata.name: metadata.metadata for metadata in make_reader(file).iter_metadata()}
+    assert told["settings"]["arm.kind"] == told["run"]["arm"] == "mujoco"

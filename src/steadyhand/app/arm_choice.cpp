@@ -141,9 +141,11 @@ void add_arm_options(CommandLine& command, ArmChoice& choice) {
   command.add_flag("--yes", choice.yes, "Do not ask before hardware moves");
 }
 
-void ArmChoice::complete(const SessionSettings& settings) {
+void ArmChoice::complete(SessionSettings& settings) {
   if (arm.empty()) arm = settings.arm_kind;
   if (kind() != nullptr && kind()->has_host && host.empty()) host = settings.arm_host;
+  settings.arm_kind = arm;
+  settings.arm_host = host;
   first_moves = settings.live.planning.first_moves;
   calibration = settings.ur.calibration;
 }

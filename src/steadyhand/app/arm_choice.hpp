@@ -24,8 +24,8 @@ struct ArmChoice {
   bool calibration = true;      ///< take a UR's kinematics from the arm, of the settings
   /// Null: there is none of this name.
   const ArmKind* kind() const { return find_arm_kind(arm); }
-  /// Takes what was not said from the settings.
-  void complete(const SessionSettings& settings);
+  /// Takes what was not said from the settings; they tell the arm that was chosen then.
+  void complete(SessionSettings& settings);
   /// `speed`, or what stands for none.
   double speed_scaling() const;
   /// What the first moves keep to of that, see PlanningSettings::first_speed_scaling.
