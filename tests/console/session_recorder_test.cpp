@@ -105,6 +105,10 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
     taps.settings(applied);
   };
   choose("carry");
+  snapshot.now = Time(0);  // nothing has run yet
+  taps.look(snapshot);
+  now += std::chrono::milliseconds(5);
+  const Time first = now;
   look(0.5, SupervisionState::kReady, false);
   look(0.05, SupervisionState::kEngaged, false);  // in passing
   choose("follow");
@@ -121,6 +125,8 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
   EXPECT_EQ(sessions[0].summary.at("spilled_share"), "0.25");
   EXPECT_EQ(sessions[0].summary.at("profiles"), "tracking, follow");
   EXPECT_NEAR(std::stod(sessions[0].summary.at("engaged_s")), 1.0, 1e-6);  // as exactly as its changes tell
+  EXPECT_NEAR(std::stod(sessions[0].summary.at("duration_s")), to_seconds(now - first) - 0.1, 0.05);
+  EXPECT_EQ(sessions[0].fault, "");
 }
 
 TEST_F(Recorded, EveryFileTellsWhatStandsAroundTheArm) {
@@ -228,6 +234,7 @@ TEST_F(Recorded, AFaultLeavesTheSecondsBeforeItInAFileOfItsOwn) {
   const SessionFile flight = read(files()[0]);
   EXPECT_TRUE(flight.overview.complete);
   EXPECT_EQ(flight.overview.metadata.at("fault").at("reason"), "emergency button");
+  EXPECT_EQ(list_sessions(files()[0].parent_path()).at(0).fault, "emergency button");
   EXPECT_NEAR(static_cast<double>(flight.commands.size()), 500.0, 5.0);
   EXPECT_NEAR(to_seconds(flight.commands.back().stamp.made), 3.0, 0.02);
   ASSERT_EQ(flight.changes.size(), 1u);

@@ -312,7 +312,7 @@ void SessionRecorder::look(const SessionSnapshot& now) {
   const Time at = now.now - begin_;
   if (begins || tally_.last == Time(0)) {
     tally_ = {};
-    tally_.begin = tally_.last = at;
+    tally_.begin = tally_.last = std::max(at, Time(0));  // the first snapshots may be from before the session's begin
     tally_.missed_before = now.missed_deadlines;
   }
   if (!wanted_ && file_) {
