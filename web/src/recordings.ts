@@ -22,6 +22,8 @@ export interface RecordedSession {
   label?: string;
   run: Record<string, string>;
   summary: Record<string, string>;
+  /** Why the arm stopped, if these are the seconds before a fault. */
+  fault?: string;
 }
 
 /** Speeds that a press of the button goes through. */
@@ -76,15 +78,15 @@ export function spillOf(session: RecordedSession, profiles: readonly Profile[] =
 /** @param profiles whose labels are known */
 /** @param spill tell of it, too */
 export function figures(session: RecordedSession, now: number | null = null, profiles: readonly Profile[] = [], spill = true): string {
-  const { summary } = session, words = [clock(now ?? session.duration_s)];
+  const { summary } = session, words = [session.fault ? `the seconds before a fault: ${session.fault}` : clock(now ?? session.duration_s)];
   if (now !== null) words.unshift('being recorded');
   const label = profilesOf(session, profiles);
   if (label) words.push(label);
   const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
-  if (Number.isFinite(number('engaged_s'))) words.push(`led ${spanText(number('engaged_s'))}`);
-  if (Number.isFinite(number('latency_p50_ms'))) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
+  if (number('engaged_s') >= 0.05) words.push(`led ${spanText(number('engaged_s'))}`);
+  if (number('latency_p50_ms') > 0) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
   if (spill) words.push(...[spillOf(session, profiles)].filter(Boolean));
-  words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)} MB`);
+  words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)}\u00a0MB`);
   if (!session.complete && now === null) words.push('not closed');
   return words.join(' · ');
 }

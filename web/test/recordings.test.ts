@@ -110,15 +110,16 @@ describe('list', () => {
   it('says length and figures, and what is missing it leaves out', () => {
     expect(clock(605.4)).toBe('10:05');
     const session = { name: 'x', duration_s: 61, bytes: 2_340_000, complete: true, run: { label: 'Waiter' }, summary: { engaged_s: '59.2', latency_p50_ms: '9.6', spilled: 'no' } };
-    expect(figures(session)).toBe('1:01 · Waiter · led 59.2 s · latency 9.6 ms · 2.3 MB');
+    expect(figures(session)).toBe('1:01 · Waiter · led 59.2 s · latency 9.6 ms · 2.3\u00a0MB');
     const profiles = [{ index: 0, name: 'tracking', label: 'Tracking (P1)', weights: [] }];
-    expect(figures({ ...session, summary: { profiles: 'tracking, own' } }, null, profiles)).toBe('1:01 · Tracking (P1), own · 2.3 MB');
-    expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } })).toBe('1:01 · Waiter · spilled 74.4 % · 2.3 MB');
-    expect(figures({ ...session, summary: { spilled: 'yes' } })).toBe('1:01 · Waiter · spilled, share not recorded · 2.3 MB');
-    expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }, null, [], false)).toBe('1:01 · Waiter · 2.3 MB');
+    expect(figures({ ...session, summary: { profiles: 'tracking, own' } }, null, profiles)).toBe('1:01 · Tracking (P1), own · 2.3\u00a0MB');
+    expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } })).toBe('1:01 · Waiter · spilled 74.4 % · 2.3\u00a0MB');
+    expect(figures({ ...session, summary: { spilled: 'yes' } })).toBe('1:01 · Waiter · spilled, share not recorded · 2.3\u00a0MB');
+    expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }, null, [], false)).toBe('1:01 · Waiter · 2.3\u00a0MB');
     expect([spillOf({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }), spillOf(session)]).toEqual(['spilled 74.4 %', '']);
-    expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3 MB · not closed');
-    expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3 MB');
+    expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3\u00a0MB · not closed');
+    expect(figures({ ...session, summary: {}, fault: 'emergency button' })).toBe('the seconds before a fault: emergency button · Waiter · 2.3\u00a0MB');
+    expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3\u00a0MB');
   });
 });
 

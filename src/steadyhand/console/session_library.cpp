@@ -36,7 +36,8 @@ FreshPage list(const fs::path& folder) {
                         {"complete", entry.complete},
                         {"label", session_label(folder, entry.name)},
                         {"run", entry.run},
-                        {"summary", entry.summary}});
+                        {"summary", entry.summary},
+                        {"fault", entry.fault}});
   }
   return {dump({{"sessions", std::move(sessions)}}), "application/json"};
 }

@@ -392,6 +392,7 @@ std::vector<SessionEntry> list_sessions(const fs::path& folder) {
     entry.bytes = file.file_size(failed);
     entry.run = std::move(overview->metadata["run"]);
     entry.summary = std::move(overview->metadata["summary"]);
+    entry.fault = std::move(overview->metadata["fault"]["reason"]);
     entries.push_back(std::move(entry));
   }
   // A name tells when it began until somebody gives it another.

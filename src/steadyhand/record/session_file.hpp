@@ -95,6 +95,7 @@ struct SessionEntry {
   double duration = 0.0;  ///< s
   std::uintmax_t bytes = 0;
   std::map<std::string, std::string> run, summary;  ///< its metadata; no summary if it was cut short
+  std::string fault;  ///< why the arm stopped, if these are the seconds before a fault; empty: a session
 };
 
 /// The sessions of a folder, newest name first. Files that cannot be read are left out; a folder that is not there has
