@@ -482,6 +482,22 @@ test('the lease comes with A; a grip before it leads nothing', NEEDS_PROGRAM, as
   await squeeze('right');
 });
 
+test('leaving brings the page back: the picture beneath its buttons, and the view of before', async () => {
+  await leave();
+  const looks = () => page.evaluate(() => {
+    const canvas = document.querySelector('#scene');
+    return [canvas.nextElementSibling?.id, canvas.parentElement.tagName, ...globalThis.steadyhand.stage.view.camera.position.toArray().map((x) => x.toFixed(3))].join(' ');
+  });
+  await until(async () => !(await looks()).startsWith(' '), 'the picture to be back');
+  const before = await looks();
+  await enter();
+  await until(async () => (await looks()) !== before, 'the headset to look from elsewhere');
+  await leave();
+  await until(async () => (await looks()) === before, `all to be as before: ${before}`);
+  await enter();
+  await setForward();
+});
+
 test('a session that cannot be drawn to is left again, and that is said', async () => {
   await leave();
   await page.evaluate(() => {

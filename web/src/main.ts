@@ -96,6 +96,7 @@ const hand = new Hand(connection, now, () => session.yours && !session.past);
 const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
   if (shown) hand.letGo();
   if (shown) tabs.show('recordings');
+  stage.view.shows(shown);
   session.past = shown;
 }, (kind, text, to) => {
   session.lastError = null;
@@ -136,6 +137,7 @@ async function offerHeadset(): Promise<void> {
   }
   element('emulate', HTMLButtonElement).hidden = vr;
   element('keys', HTMLElement).hidden = headset.session !== null;
+  element('emulated', HTMLElement).hidden = headset.session !== null || !headset.simulated;
   element('emulator', HTMLElement).hidden = headset.session === null || !headset.simulated;
 }
 
@@ -177,7 +179,10 @@ for (const view of views) {
   };
 }
 showView(views.find(({ dataset }) => dataset.view === 'shoulder') ?? null);
-stage.view.orbit.addEventListener('start', () => showView(null));
+stage.view.orbit.addEventListener('start', () => {
+  showView(null);
+  if (stage.view.isPressed) session.turnsView(now());
+});
 follow.onclick = () => {
   stage.view.follows = !stage.view.follows;
   showView(null);

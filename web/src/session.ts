@@ -250,6 +250,10 @@ export class Session {
 
   /** What the operator tried, and why nothing came of it: stands in the advice's place for a while. */
   hint(words: string, now: number): void { this.#hint = { words, at: now }; }
+  /** The operator turns the view; before a hand of this page has led, that may have been meant to. */
+  turnsView(now: number): void {
+    if (!this.#hasHeld && this.mayLead(now)) this.hint('That turns the view. To lead the arm, take hold of the glass, or of an arrow.', now);
+  }
   /** This page asks to reset the arm. */
   resets(now: number): void { this.#resetAt = now; }
   /** A hint was given within this many s. */

@@ -69,6 +69,16 @@ describe('words of a session', () => {
     expect(session.advice(3)).toBe('Fault. Look at the arm, then press “Reset”.');
   });
 
+  it('tell who turns the view before they ever led how to lead', () => {
+    const session = open();
+    for (const message of [server.paired!, server.lease!, state({ state: 'ready' })]) session.take(message, 1);
+    session.turnsView(1);
+    expect(session.advice(1.1)).toContain('turns the view');
+    session.told(0.01, true, 20);
+    session.turnsView(20);
+    expect(session.advice(20)).not.toContain('turns the view');
+  });
+
   it('say that a spilled glass is full again, for a while', () => {
     const session = open();
     session.take(state({ liquid: liquid(true) }), 1);

@@ -23,6 +23,20 @@ describe('the view', () => {
     expect(offset()).toBe(0);
   });
 
+  it('is as before once a recording is gone, but for who chose another meanwhile', () => {
+    const view = new View(canvas(), false), { position } = view.camera, before = position.clone();
+    view.shows(true);
+    position.multiplyScalar(2);
+    view.shows(true); // the next recording
+    view.shows(false);
+    expect(position.toArray()).toEqual(before.toArray());
+    view.shows(true);
+    view.look('top');
+    const chosen = position.clone();
+    view.shows(false);
+    expect(position.toArray()).toEqual(chosen.toArray());
+  });
+
   it('leaves a finger 44 px of the glass, however small the picture', () => {
     const camera = new THREE.PerspectiveCamera(56, 1, 0.05, 30), at = new THREE.Vector3(0, 0, -2);
     for (const height of [200, 300, 600]) {

@@ -28,8 +28,11 @@ export function emulatedQuest(): XRDevice {
 export class EmulatedHand {
   #running = false;
   readonly #keys: Readonly<Record<string, () => void>>;
+  /** Where the picture stands in the page, under all that lies over it. */
+  readonly #before: ChildNode | null;
 
-  constructor(private readonly device: XRDevice, canvas: HTMLCanvasElement) {
+  constructor(private readonly device: XRDevice, private readonly canvas: HTMLCanvasElement) {
+    this.#before = canvas.nextSibling;
     const turn = (angle: number) => () => {
       const q = device.quaternion, half = Math.atan2(q.y, q.w) + angle / 2;
       q.set(0, Math.sin(half), 0, Math.cos(half));
@@ -60,7 +63,10 @@ export class EmulatedHand {
 
   set running(running: boolean) {
     this.#running = running;
-    if (!running) this.#press('squeeze', 0);
+    if (running) return;
+    this.#press('squeeze', 0);
+    // iwer leaves it above all else there.
+    setTimeout(() => this.#before?.parentElement?.insertBefore(this.canvas, this.#before));
   }
 
   /** iwer makes the picture as large as the window; here it has a part of it. @param ratio pixels of the picture to those of the page */

@@ -207,6 +207,7 @@ export class Stage {
     this.scene.background = mode === 'immersive-vr' ? this.#backdrop : null;
     // Drawn for both eyes, and nothing there makes a picture coarser that comes too late: it begins without what costs most.
     this.#presents = mode !== null;
+    this.view.shows(this.#presents);
     this.#shade();
   }
   /** All of the arm and the target in the picture. */

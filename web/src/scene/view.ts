@@ -18,19 +18,27 @@ export class View {
   readonly #seen = new THREE.Vector3();
   readonly #step = new THREE.Vector3();
   #turning = false;
+  /** A pointer is down in the picture: the wheel is not what turns the view. */
+  isPressed = false;
+  /** From where it was seen before what is shown now. */
+  #before: { camera: THREE.Vector3; target: THREE.Vector3 } | null = null;
   /** What a card covers, as the picture is centred now, and as it is to be; NaN: not yet. */
   readonly #room = new THREE.Vector2(NaN, NaN);
   readonly #wanted = new THREE.Vector2();
   #inSight = true;
 
   constructor(canvas: HTMLCanvasElement, private readonly reducedMotion: boolean) {
+    for (const type of ['pointerdown', 'pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => { this.isPressed = type === 'pointerdown'; }, { capture: true });
     this.orbit = new OrbitControls(this.camera, canvas);
     this.look('shoulder');
     this.orbit.enableDamping = !reducedMotion;
     this.orbit.minDistance = 0.4;
     this.orbit.maxDistance = 4;
     this.orbit.maxPolarAngle = 0.53 * Math.PI;
-    this.orbit.addEventListener('start', () => { this.#turning = true; });
+    this.orbit.addEventListener('start', () => {
+      this.#turning = true;
+      this.#before = null;
+    });
     this.orbit.addEventListener('end', () => { this.#turning = false; });
   }
 
@@ -38,8 +46,22 @@ export class View {
     const { from, at } = PRESETS[preset];
     this.camera.position.set(...from);
     this.orbit.target.set(...at);
+    this.#before = null;
     this.#inSight = true;
     this.orbit.update();
+  }
+
+  /** A recording, or a headset's picture, is shown for a while, or no more: then the view is as before, unless the operator chose another one meanwhile. */
+  shows(other: boolean): void {
+    const { camera: { position }, orbit: { target } } = this;
+    if (other) {
+      this.#before ??= { camera: position.clone(), target: target.clone() };
+    } else if (this.#before) {
+      position.copy(this.#before.camera);
+      target.copy(this.#before.target);
+      this.#before = null;
+      this.#inSight = true;
+    }
   }
 
   /** So far away, in the direction of now, that all of it is in the picture. @param box world frame */
