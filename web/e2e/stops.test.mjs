@@ -438,7 +438,7 @@ test('the second tab of the same person takes the arm at once', { ...IN_CHROMIUM
   await tab.goto(page.url(), { waitUntil: 'commit' });
   await until(() => tab.evaluate(() => globalThis.steadyhand?.session.paired && globalThis.steadyhand.session.state), 'the tab');
   await tab.evaluate(() => globalThis.steadyhand.stage.setQuality(4));
-  await until(async () => (await tab.textContent('#lease')) === 'Drive', 'the offer');
+  await until(async () => (await tab.textContent('#lease')) === 'Take control', 'the offer');
   await tab.click('#lease');
   await until(async () => (await facts(tab)).yours && !(await facts(page)).yours, 'the lease in the other tab');
   await tab.evaluate(() => document.activeElement?.blur());

@@ -295,9 +295,10 @@ export class Panel {
     const wave = present ? this.session.wave() : null;
     put(element('wave', HTMLElement), 'hidden', !wave);
     if (!wave) return;
-    put(element('wave-level', HTMLMeterElement), 'value', Math.round((100 * wave.now) / wave.room) / 100);
+    const high = this.#peak.of(wave.now, performance.now() / 1000);
+    put(element('wave-level', HTMLMeterElement), 'value', Math.round((100 * high) / wave.room) / 100);
     put(element('wave-most', HTMLElement).style, 'left', `${Math.round((100 * wave.most) / wave.room)}%`);
-    write(element('wave-words', HTMLElement), `Wave ${offText(this.#peak.of(wave.now, performance.now() / 1000))} of ${offText(wave.room)} mm`);
+    write(element('wave-words', HTMLElement), `Wave ${offText(high)} of ${offText(wave.room)} mm`);
     put(element('wave', HTMLElement).dataset, 'near', String(wave.most > NEAR_THE_RIM * wave.room));
     const { lean } = this.session;
     write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, at rest ${lean.toFixed(1)}° off level` : ''}`);
@@ -375,7 +376,7 @@ export class Panel {
     put(reset.querySelector('kbd')!, 'hidden', document.activeElement !== reset && takesEnter(document.activeElement));
     put(button('stop'), 'disabled', session.status !== 'open');
     const lease = button('lease');
-    write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Drive' : 'Ask for control');
+    write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Take control' : 'Ask for control');
     put(button('mode'), 'disabled', session.past);
     put(lease, 'disabled', session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks));
     put(lease.dataset, 'call', String(!session.yours && session.mayTake && !session.past));
