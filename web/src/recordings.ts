@@ -44,8 +44,13 @@ export function titleOf(name: string, now: Date): string {
   return `${when} ${hour}:${minute}:${second}${place ? ` (${place})` : ''}`; // so many files of one program
 }
 
+const NOT = /not \S+/g, NOT_OR_WORD = /not \S+|\S+/g;
 /** Whether all words of what is looked for are in what is told of a session. */
-export const isFound = (told: string, wanted: string): boolean => wanted.toLowerCase().split(/\s+/).every((word) => told.toLowerCase().includes(word));
+export function isFound(told: string, wanted: string): boolean {
+  const all = told.toLowerCase(), said = all.replace(NOT, ' ');
+  // "not spilled" is not found by "spilled", nor the other way round.
+  return (wanted.toLowerCase().match(NOT_OR_WORD) ?? []).every((word) => word === 'not' || (word.startsWith('not ') ? all.includes(word) : said.includes(word)));
+}
 
 /** When it began, where its title does not say so; empty: it does, or nobody knows. */
 export function beganOf({ name, label, run }: RecordedSession, now: Date): string {
@@ -203,7 +208,7 @@ export class Recordings {
     element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
     const find = element('recordings-find', HTMLInputElement), wanted = find.value.trim();
     element('recordings-finder', HTMLLabelElement).hidden = this.#sessions.length < 4 && wanted === '';
-    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, titleOf(session.name, new Date()), session.name, figures(session, null, this.profiles)].join(' '), wanted));
+    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, titleOf(session.name, new Date()), session.name, figures(session, null, this.profiles), session.summary.spilled === 'no' ? 'not spilled' : ''].join(' '), wanted));
     const all = (): void => {
       find.value = '';
       this.#showList();
@@ -242,8 +247,8 @@ export class Recordings {
       item.title = name;
       row.className = 'row';
       row.append(this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${name} in the scene`, () => this.open(name)), report);
-      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Show ${name} beside the one that plays`, () => this.compare(name)));
-      row.append(this.#busy.sign(button('Edit', `Label, rename, delete or download ${name}`, () => {
+      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${name} beside the one that plays`, () => this.compare(name)));
+      row.append(this.#busy.sign(button('Edit', `Edit ${name}: label, rename, delete or download it`, () => {
         if (this.#busy.isRunning(`change ${name}`)) return;
         this.#edit = this.#edit?.name === name ? null : editOf(name, session.label);
         this.#showList();

@@ -4,7 +4,7 @@ import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recor
 import { clock, percentText, rateText } from '../src/figures';
 import { betterOf, stopsOf, summaryOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
-import { countsOf, currentOf, seenAt, worstSpill } from '../src/replay/happened';
+import { countsOf, currentOf, folded, seenAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
@@ -23,6 +23,13 @@ describe('events', () => {
     const event = (kind: string) => ({ t_s: 0, kind, what: '', why: '' }), events = ['state', 'spill', 'state'].map(event);
     expect([...countsOf(events, events)]).toEqual([['state', '2'], ['spill', '1']]);
     expect([...countsOf(events, events.slice(1))]).toEqual([['state', '1 of 2'], ['spill', '1']]);
+  });
+  it('fold what comes and goes, from the third time on, at the time of the first', () => {
+    const event = (t_s: number, what: string) => ({ t_s, kind: 'state', what, why: what === 'holding' ? 'no pose came' : '' });
+    const flicker = (times: number) => Array.from({ length: 2 * times }, (_, i) => event(i, i % 2 ? 'engaged' : 'holding'));
+    expect(folded([...flicker(3), event(9, 'stopping')]).map(({ event: { t_s }, words }) => [t_s, words])).toEqual([[0, 'holding: no pose came, then engaged, 3 ×'], [9, 'stopping']]);
+    expect(folded([event(-1, 'engaged'), ...flicker(2)]).map(({ words }) => words)).toEqual(['engaged', 'holding: no pose came', 'engaged', 'holding: no pose came', 'engaged']);
+    expect(folded([])).toEqual([]);
   });
 });
 
@@ -193,6 +200,8 @@ describe('names', () => {
   it('are found by all words of what is looked for', () => {
     const told = 'Yesterday 13:02:11 2026-11-24_13-02-11 0:31 · Carry · led 16.9 s · spilled';
     expect([isFound(told, 'yesterday spilled'), isFound(told, 'today'), isFound(told, 'CARRY'), isFound(told, 'yesterday tracking')]).toEqual([true, false, true, false]);
+    const dry = 'Today Carry not spilled', wet = 'Today spilled 3 % not closed';
+    expect(['spilled', 'not spilled', 'not', 'not closed', 'today not spilled'].map((wanted) => [isFound(dry, wanted), isFound(wet, wanted)])).toEqual([[false, true], [true, false], [true, true], [false, true], [true, false]]);
   });
 });
 

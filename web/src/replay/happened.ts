@@ -26,6 +26,27 @@ export function countsOf(events: readonly StoryEvent[], listed: readonly StoryEv
   }));
 }
 
+/** In an order of time: what the list says of it, and of how many more alike at once. */
+export interface Told { event: StoryEvent; words: string }
+
+/** Two that follow each other again and again, as a hand that falls silent and comes back, become one from the third time on. */
+export function folded(events: readonly StoryEvent[]): Told[] {
+  const alike = (i: number, j: number): boolean => events[i]?.kind === events[j]?.kind && events[i]?.what === events[j]?.what && events[i]?.why === events[j]?.why;
+  const words = ({ what, why }: StoryEvent): string => (why ? `${what}: ${why}` : what), told: Told[] = [];
+  for (let i = 0; i < events.length; ++i) {
+    let end = i + 2;
+    while (end + 1 < events.length && alike(i, end) && alike(i + 1, end + 1)) end += 2;
+    const event = events[i]!, times = (end - i) / 2;
+    if (times < 3) {
+      told.push({ event, words: words(event) });
+    } else {
+      told.push({ event, words: `${words(event)}, then ${words(events[i + 1]!)}, ${times} ×` });
+      i = end - 1;
+    }
+  }
+  return told;
+}
+
 /** Of entries in the order of time, the last one that is shown and not after `at`; -1: none. */
 export function currentOf(entries: readonly { at: number; kind: string }[], hidden: ReadonlySet<string>, at: number): number {
   for (let i = entries.length - 1; i >= 0; --i) if (entries[i]!.at <= at + 1e-6 && !hidden.has(entries[i]!.kind)) return i;
@@ -42,10 +63,10 @@ export class Happened {
 
   show({ motion, begin }: Player): void {
     const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
-    this.#entries = listed.map(({ t_s, kind, what, why }) => {
+    this.#entries = folded(listed).map(({ event: { t_s, kind, what }, words }) => {
       const item = document.createElement('li'), at = seenAt(t_s, begin);
       item.dataset.kind = kind === 'state' ? what : kind;
-      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${why ? `${what}: ${why}` : what}`);
+      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${words}`);
       return { item, at, kind };
     });
     this.#current = -1;

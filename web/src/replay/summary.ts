@@ -23,9 +23,13 @@ function overLed(player: Player, times: readonly number[], means: readonly (numb
 /** What, its value in words, the value if less of it is better (null: it says nothing of better or worse), and what it means. */
 export type Figure = [what: string, text: string, value: number | null, meaning: string];
 
+/** Share of the larger below which a difference says nothing. */
+const NOTHING = 0.05;
+
 /** Which of two did better; -1: neither. */
 export function betterOf([, text, value]: Figure, [, otherText, other]: Figure): number {
-  return value === null || other === null || text === otherText || value === other ? -1 : value < other ? 0 : 1;
+  if (value === null || other === null || text === otherText || Math.abs(value - other) <= NOTHING * Math.max(value, other)) return -1;
+  return value < other ? 0 : 1;
 }
 
 /** As the session's report has it: over all measurements while the hand led. */
