@@ -118,6 +118,16 @@ TEST_F(Told, ASpillIsExplained) {
   EXPECT_DOUBLE_EQ(results[1].spilled_share, 0.3);
 }
 
+TEST_F(Told, WeightsAreNumbersForPeople) {
+  plan(1.0, 3.0);
+  change(1.0, "engaged");
+  SettingsChange settings;
+  settings.profile = "carry";
+  settings.weights = {{"lateral", {0.04}}, {"position", {1500.0}}};
+  session.settings.push_back(settings);
+  EXPECT_EQ(split_by_settings(session).at(0).weights, "lateral 0.04, position 1500");
+}
+
 TEST_F(Told, WhatAnArmsOwnStopSpilledIsNoFaultOfTheProfile) {
   SettingsChange settings;
   settings.profile = "carry";
