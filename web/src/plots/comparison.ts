@@ -83,6 +83,9 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
   return `Not the same motion yet: ${led.map(has).join(', ')}.`;
 }
 
+/** s after another profile led, in which the arm and the liquid still move as that one left them. */
+const SETTLING = 1;
+
 /** Gathers what comes between two rows of the history. */
 export class Moment {
   readonly values: (number | null)[] = Array<number | null>(COLUMNS).fill(null);
@@ -96,6 +99,8 @@ export class Moment {
   /** Share of the liquid that is out of the glass. */
   #out = NaN;
   #before = NaN;
+  /** s, of the profile that leads. */
+  #since = -Infinity;
   /** That led last; -1: none so far. Before another one leads the moment ends. */
   profile = -1;
 
@@ -106,8 +111,10 @@ export class Moment {
     if (felt !== null) this.largest = Math.max(this.largest ?? 0, felt);
     const dt = now - this.#before;
     this.#before = now;
+    if (this.profile >= 0 && this.profile !== profile) this.#since = now;
+    else if (now < this.#since) this.#since = -Infinity; // another session
     this.profile = profile;
-    if (!led || !(dt > 0 && dt < 0.5)) return;
+    if (!led || !(dt > 0 && dt < 0.5) || now - this.#since < SETTLING) return;
     this.#led += dt;
     this.#felt += dt * (felt ?? 0);
     this.#off += dt * (off ?? 0);
