@@ -36,7 +36,9 @@ std::string profile_of(const SessionFile& session, const SettingsChange& change)
 }
 
 /// Three figures at least, and no powers of ten for people.
-std::string number(double value) { return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value); }
+std::string number(double value) {
+  return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value);
+}
 
 /// "lateral 3, vertical 0.3": entries of `weights` that are not as in `usual`.
 std::string other_weights(const SettingsChange& change, const SettingsChange& usual) {
