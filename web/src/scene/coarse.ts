@@ -62,6 +62,5 @@ function light(geometry: THREE.BufferGeometry, places: Float32Array, corners: Ui
     indices.push(made.get(key)!);
   });
   geometry.setIndex(indices);
-  for (const name of Object.keys(geometry.attributes)) geometry.deleteAttribute(name);
-  geometry.setAttribute('position', new THREE.Float32BufferAttribute(position, 3)).setAttribute('normal', new THREE.Float32BufferAttribute(normals, 3));
+  geometry.attributes = { position: new THREE.Float32BufferAttribute(position, 3), normal: new THREE.Float32BufferAttribute(normals, 3) };
 }
