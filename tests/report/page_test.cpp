@@ -178,7 +178,7 @@ TEST(Page, NamesTheWorstSpillsFirst) {
   std::size_t before = 0;
   for (const char* told :
        {">Spilled 7 times.", "<b>100 %</b> <a href=\"#t=3.000\">", "<b>100 %</b> <a href=\"#t=6.000\">", "<b>3.6 %</b>",
-        "<b>0.7 %</b>", "<b>0.6 %</b>", "<li>2 more, of at most 0.2 %, in the list"}) {
+        "<b>0.7 %</b>", "<b>0.6 %</b>", "<summary>2 more, of at most 0.2 %</summary>", "<b>0.2 %</b>"}) {
     const std::size_t at = verdict.find(told);
     ASSERT_NE(at, std::string::npos) << told;
     EXPECT_GT(at, before) << told;

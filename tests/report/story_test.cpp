@@ -78,6 +78,48 @@ TEST_F(Told, ARefillIsSaid) {
   EXPECT_EQ(of("refill"), Lines{"4.0 a full glass"});
 }
 
+TEST_F(Told, ASpillSaysWithinWhichTimeItLostAllOfIt) {
+  double t = 1.0;
+  for (const double share : {0.0, 0.2, 0.6, 1.0, 1.0, 1.0, 0.0}) see(t += 0.3, share);
+  EXPECT_EQ(of("spill"), Lines{"1.6 spilled 100 % of the liquid within 0.6 s"});
+}
+
+/// By the names that the page says while the arm moves.
+TEST_F(Told, WhatHeldTheArmIsNamed) {
+  session.names.joints = {"wrist_3_joint"};
+  session.overview.metadata["robot"]["json"] = R"({"bodies":[{"name":"forearm_5"},{"name":"glass"}]})";
+  Cell empty, set;
+  set.objects.resize(2);
+  set.objects[1].name = "Table";
+  session.cells = {{Time(0), empty}, {from_seconds(5.0), set}};
+  for (const auto& [t, kind, first, second] : {std::tuple(1.0, "velocity", 0, -1),
+                                               {4.0, "obstacle", 0, 1},
+                                               {6.0, "obstacle", 0, 1},
+                                               {8.0, "self_collision", 1, 0},
+                                               {10.0, "obstacle", 129, 7},
+                                               {12.0, "acceleration", 9, -1},
+                                               {14.0, "reach", -1, -1}}) {
+    session.limits.push_back({from_seconds(t), kind, first, second});
+  }
+  EXPECT_EQ(of("limit"),
+            (Lines{"1.0 wrist 3 is at its top speed", "4.0 forearm is close to an object",
+                   "6.0 forearm is close to Table", "8.0 glass is close to forearm", "10.0 Table is close to an object",
+                   "12.0 a joint is at its top acceleration", "14.0 the target is out of reach"}));
+  session.overview.metadata["robot"]["json"] = "{broken";
+  EXPECT_EQ(of("limit")[3], "8.0 the arm is close to the arm");
+}
+
+TEST(Parts, AreNamedAsPeopleCallThem) {
+  for (const auto& [name, text] : {std::pair("forearm_5", "forearm"),
+                                   {"wrist_3_joint", "wrist 3"},
+                                   {"wrist_3_0", "wrist 3"},
+                                   {"shoulder_pan_joint", "shoulder pan"},
+                                   {"joint_2", "joint 2"},
+                                   {"upper_arm_link", "upper arm"}}) {
+    EXPECT_EQ(part_text(name), text);
+  }
+}
+
 /// How often, how much and why the liquid went over the rim, at its time and under its profile.
 TEST_F(Told, ASpillIsExplained) {
   plan(1.0, 15.0);

@@ -117,7 +117,8 @@ Result<FreshPage> motion(const fs::path& file) {
   const Result<McapOverview> overview = read_mcap(file);
   if (!overview) return overview.error();
   SessionParts parts;
-  parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = parts.limits = parts.statistics = true;
+  parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = parts.limits = parts.cells =
+      parts.statistics = true;
   parts.state_period = parts.step_period = parts.felt_period = look_period(*overview);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();

@@ -39,6 +39,7 @@ class SpillLog {
   struct Spill {
     Time at{0};
     std::string profile;             ///< in force; each has what was lost while it was
+    Time lost{0};                    ///< by when all of that share was gone
     double share = 0.0;              ///< of the liquid, until the glass was full again or another profile led
     double lateral = 0.0;            ///< m/s^2, the largest sideways force in the half second before; 0: not recorded
     std::optional<Time> full_again;  ///< absent: not in this session
@@ -52,9 +53,13 @@ class SpillLog {
     if (lost && !spilled_) begin(at, profile, 0.0);
     if (lost && spills_.back().profile.empty()) spills_.back().profile = profile;
     if (lost && profile != spills_.back().profile && *lost > booked_ + kMore) begin(at, profile, booked_);
-    if (lost && profile == spills_.back().profile) {
-      booked_ = std::max(booked_, *lost);
+    if (lost && profile == spills_.back().profile && *lost > booked_) {
+      booked_ = *lost;
       spills_.back().share = booked_ - before_;
+      if (booked_ > told_ + kMore) {
+        spills_.back().lost = at;
+        told_ = booked_;
+      }
     }
     if (spilled_ && !lost) spills_.back().full_again = at;
     spilled_ = lost.has_value();
@@ -73,10 +78,10 @@ class SpillLog {
 
   void begin(Time at, std::string_view profile, double before) {
     Spill& begun = spills_.emplace_back();
-    begun.at = at;
+    begun.at = begun.lost = at;
     begun.profile = profile;
     for (const auto& [when, lateral] : felt_) begun.lateral = std::max(begun.lateral, lateral);
-    before_ = booked_ = before;
+    before_ = booked_ = told_ = before;
   }
 
   SpillWatch watch_;
@@ -84,6 +89,7 @@ class SpillLog {
   std::deque<std::pair<Time, double>> felt_;
   double before_ = 0.0;  ///< share that was lost under earlier profiles
   double booked_ = 0.0;  ///< share that was lost under all
+  double told_ = 0.0;    ///< of it, what was lost when `lost` was set
   bool spilled_ = false;
 };
 

@@ -200,15 +200,20 @@ std::string verdict(const std::optional<SessionStory>& story) {
   const std::size_t told = std::min(spills.size(), kMostTold);
   std::string html = fmt::format("<div class=\"verdict spilled\"><p>Spilled {}.</p><ul>\n",
                                  count == 1 ? "once" : fmt::format("{} times", count));
-  for (std::size_t i = 0; i < told; ++i) {
-    const SessionStory::Spill& spill = spills[i];
+  const auto add = [&html](const SessionStory::Spill& spill) {
     html += fmt::format("<li><b>{} %</b> <a href=\"#t={:.3f}\">at {}</a>: {}</li>\n", percent_text(spill.share),
                         spill.t_s, clock_text(spill.t_s), escape(spill.cause));
-  }
+  };
+  const auto rest = spills.begin() + static_cast<std::ptrdiff_t>(told);
+  std::for_each(spills.begin(), rest, add);
   if (told < count) {
     const std::string most = told < spills.size() ? fmt::format("at most {}", percent_text(spills[told].share))
                                                   : std::string("less than 0.1");
-    html += fmt::format("<li>{} more, of {} %, in the list below</li>\n", count - told, most);
+    const std::string more = fmt::format("{} more, of {} %", count - told, most);
+    if (rest == spills.end()) return html + fmt::format("<li>{}, in the list below</li>\n</ul></div>\n", more);
+    html += fmt::format("<li><details><summary>{}</summary><ul>\n", more);
+    std::for_each(rest, spills.end(), add);
+    html += "</ul></details></li>\n";
   }
   return html + "</ul></div>\n";
 }

@@ -237,7 +237,11 @@ const atLeast = (span) => (u, min, max) => {
   const room = Math.max(0.56 * (max - min), 0.5 * span), middle = 0.5 * (min + max);
   return [middle - room, middle + room];
 };
-const logRange = (...values) => (u, min, max) => [0.8 * Math.min(min, ...values), 1.3 * Math.max(max, ...values)];
+/** A logarithmic axis has no place for zero, which is what a time becomes that rounds to nothing. */
+const logRange = (...values) => (u, min, max) => {
+  const seen = [min, max, ...values].filter((value) => value > 0);
+  return seen.length > 0 ? [0.8 * Math.min(...seen), 1.3 * Math.max(...seen)] : [0.1, 1];
+};
 
 const targets = (name) => data.targets.map((target) => ({ label: target.label, t: target.t, values: target[name] }));
 profileChart('y', { before: targets('y'), unit: 'm', range: atLeast(0.01) });
@@ -262,7 +266,7 @@ addChart({
   unit: '%',
   log: true,
   x: { label: 'solve time, ms (log)', name: 'solve time', log: true, range: logRange(), value: (value) => format(value, 'ms') },
-  range: (u, min) => [0.8 * min, 100],
+  range: logRange(100),
 });
 
 // ---------------------------------------------------------------------------------------------- per profile

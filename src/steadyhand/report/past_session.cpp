@@ -129,7 +129,7 @@ Result<ReportInput> load_session_report(const std::filesystem::path& path) {
   SessionParts parts;
   parts.felt_period = look_period(*overview);
   parts.steps = parts.commands = parts.changes = parts.settings = true;
-  parts.states = parts.liquid = parts.limits = parts.statistics = true;
+  parts.states = parts.liquid = parts.limits = parts.cells = parts.statistics = true;
   parts.state_period = kPosturePeriod;
   parts.most_commands = kMostCommands;
   Result<SessionFile> session = load_session(path, parts);

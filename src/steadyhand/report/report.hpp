@@ -47,6 +47,7 @@ struct SessionStory {
     double lateral = 0;  ///< m/s^2, largest sideways acceleration of the moment before; 0: not recorded
     std::string cause;   ///< in words
     std::optional<double> full_again_s{};  ///< absent: not in this session
+    double within_s = 0;                   ///< that it took
   };
   double begin_s = 0, end_s = 0;  ///< of the recording
   bool knows_liquid = false;      ///< there was a glass whose liquid was recorded

@@ -7,12 +7,16 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <regex>
 #include <utility>
 
 namespace steadyhand {
 
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr double kGap = 0.5;           ///< s between two plans from which on nothing was planned in between
 constexpr double kRestless = 0.01;     ///< rad (m), by which a joint of an arm at rest may differ
@@ -94,20 +98,68 @@ void tell_settings(const SessionFile& session, SessionStory& story) {
   }
 }
 
+/// Of the arm's bodies, as the session's metadata has them; none in sessions of before there was that.
+std::vector<std::string> body_names(const std::string& robot) {
+  std::vector<std::string> names;
+  const Json json = Json::parse(robot, nullptr, false);
+  const auto bodies = json.find("bodies");
+  if (!json.is_object() || bodies == json.end() || !bodies->is_array()) return names;
+  for (const Json& body : *bodies) names.push_back(body.is_object() ? body.value("name", "") : "");
+  return names;
+}
+
+/// The names behind the numbers of limits.
+class Parts {
+ public:
+  explicit Parts(const SessionFile& session, const std::string& robot)
+      : session_(session), bodies_(body_names(robot)) {}
+
+  std::string joint(int i) const {
+    const std::vector<std::string>& joints = session_.names.joints;
+    return has(joints, i) ? part_text(joints[static_cast<std::size_t>(i)]) : "a joint";
+  }
+  /// Behind the arm's bodies come the objects that the tool carries.
+  std::string solid(int i, Time at) const {
+    constexpr int kCarried = 128;  // docs/protocol.md
+    if (i >= kCarried) return object(i - kCarried, at);
+    return has(bodies_, i) ? part_text(bodies_[static_cast<std::size_t>(i)]) : "the arm";
+  }
+  std::string object(int i, Time at) const {
+    const Cell* cell = nullptr;
+    for (const CellChange& change : session_.cells) {
+      if (change.at <= at || cell == nullptr) cell = &change.cell;
+    }
+    return cell != nullptr && has(cell->objects, i) ? cell->objects[static_cast<std::size_t>(i)].name : "an object";
+  }
+
+ private:
+  template <typename List>
+  static bool has(const List& list, int i) {
+    return i >= 0 && static_cast<std::size_t>(i) < list.size();
+  }
+  const SessionFile& session_;
+  std::vector<std::string> bodies_;
+};
+
+/// In the words of the operator's page (web/src/session.ts).
+std::string limit_text(const SessionFile::Limit& limit, const Parts& parts) {
+  const auto& [at, kind, first, second] = limit;
+  if (kind == "position") return parts.joint(first) + " is at the end of its travel";
+  if (kind == "velocity") return parts.joint(first) + " is at its top speed";
+  if (kind == "acceleration") return parts.joint(first) + " is at its top acceleration";
+  if (kind == "self_collision") return parts.solid(first, at) + " is close to " + parts.solid(second, at);
+  if (kind == "obstacle") return parts.solid(first, at) + " is close to " + parts.object(second, at);
+  return kind == "reach" ? "the target is out of reach" : kind;
+}
+
 void tell_limits(const SessionFile& session, SessionStory& story) {
+  const Parts parts(session, story.robot);
   double last = -2.0 * kLimitsApart;
   std::string held;
   for (const SessionFile::Limit& limit : session.limits) {
     if (limit.kind == "none") continue;
     const double t = to_seconds(limit.at);
-    const auto joint = static_cast<std::size_t>(limit.first);
-    const bool of_joint = limit.kind == "position" || limit.kind == "velocity" || limit.kind == "acceleration";
-    const std::string what = of_joint && limit.first >= 0 && joint < session.names.joints.size()
-                                 ? fmt::format("{} limit of {}", limit.kind, session.names.joints[joint])
-                             : limit.kind == "self_collision" ? "the arm is close to itself"
-                             : limit.kind == "obstacle"       ? "the arm is close to an object"
-                             : limit.kind == "reach"          ? "the target is out of reach"
-                                                              : limit.kind;
+    const std::string what = limit_text(limit, parts);
     if (what != held || t - last > kLimitsApart) story.events.push_back({t, "limit", what, ""});
     held = what;
     last = t;
@@ -137,6 +189,7 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   spill.t_s = to_seconds(at);
   spill.share = seen.share;
   spill.lateral = seen.lateral;
+  spill.within_s = to_seconds(seen.lost - at);
   if (seen.full_again) spill.full_again_s = to_seconds(*seen.full_again);
   const SettingsChange* settings = in_force(session.settings, at);
   const std::string profile = label_of(session, settings ? profile_of(session, *settings) : session.run("profile"));
@@ -172,8 +225,7 @@ void tell_spills(const SessionFile& session, SessionStory& story) {
   story.knows_liquid = !session.liquid.empty();
   story.spills = spills_of(session);
   for (const SessionStory::Spill& spill : story.spills) {
-    story.events.push_back({spill.t_s, "spill", fmt::format("spilled {} % of the liquid", percent_text(spill.share)),
-                            spill.cause, spill.share});
+    story.events.push_back({spill.t_s, "spill", spill_text(spill), spill.cause, spill.share});
     if (spill.full_again_s) story.events.push_back({*spill.full_again_s, "refill", "a full glass", ""});
   }
 }
@@ -296,10 +348,31 @@ std::string percent_text(double share) {
   return text == "100.0" ? "100" : text == "0.0" && share > 0.0 ? "less than 0.1" : text;
 }
 
+std::string spill_text(const SessionStory::Spill& spill) {
+  constexpr double kAtOnce = 0.1;  // s
+  const std::string within = spill.within_s < kAtOnce ? "" : fmt::format(" within {:.1f} s", spill.within_s);
+  return fmt::format("spilled {} % of the liquid{}", percent_text(spill.share), within);
+}
+
+std::string part_text(const std::string& name) {
+  // Ends that say what kind of thing a program takes it for; what is counted on an arm, whose number is its name.
+  static const std::regex kKind("_(joint|link|body|bottom|top)$"), kNumber("_\\d+$");
+  static const std::regex kCounted("(^|.*_)(wrist|joint|axis|finger)");
+  std::string part = std::regex_replace(name, kKind, "");
+  const std::string rest = std::regex_replace(part, kNumber, "");
+  if (!rest.empty() && !std::regex_match(rest, kCounted)) part = rest;
+  part = std::regex_replace(part, kKind, "");
+  std::replace(part.begin(), part.end(), '_', ' ');
+  return part;
+}
+
 SessionStory tell_story(const SessionFile& session) {
   SessionStory story;
   story.begin_s = to_seconds(session.overview.first);
   story.end_s = to_seconds(session.overview.last);
+  if (const auto robot = session.overview.metadata.find("robot"); robot != session.overview.metadata.end()) {
+    if (const auto json = robot->second.find("json"); json != robot->second.end()) story.robot = json->second;
+  }
   for (const SessionFile::Change& change : session.changes) {
     story.events.push_back({to_seconds(change.at), "state", change.to, change.reason});
   }
@@ -315,9 +388,6 @@ SessionStory tell_story(const SessionFile& session) {
   for (std::size_t i = 0; i < session.states.size(); i += stride) {
     if (!session.states[i].q.allFinite()) continue;
     story.postures.emplace_back(to_seconds(session.states[i].stamp.made), session.states[i].q);
-  }
-  if (const auto robot = session.overview.metadata.find("robot"); robot != session.overview.metadata.end()) {
-    if (const auto json = robot->second.find("json"); json != robot->second.end()) story.robot = json->second;
   }
   return story;
 }

@@ -10,6 +10,13 @@ namespace steadyhand {
 /// %, of a share of the liquid: "3.6", "100", "less than 0.1"; as the operator's page rounds it (web/src/figures.ts).
 std::string percent_text(double share);
 
+/// "spilled 100 % of the liquid within 0.9 s".
+std::string spill_text(const SessionStory::Spill& spill);
+
+/// A body or a joint as people call it: "forearm" of forearm_5, "wrist 3" of wrist_3_joint; as the operator's page says
+/// it (web/src/figures.ts).
+std::string part_text(const std::string& name);
+
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
 SessionStory tell_story(const SessionFile& session);
 
