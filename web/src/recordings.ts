@@ -8,7 +8,7 @@ import { clock, latencyText, percentText, scaleText, spanText } from './figures'
 import { fine, Happened, seenAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
-import { betterOf, summaryOf, type Figure } from './replay/summary';
+import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
 import { Track } from './replay/track';
 
 /** What GET sessions answers (docs/protocol.md). */
@@ -408,7 +408,7 @@ export class Recordings {
       made.append(...cells);
       return made;
     };
-    const both = [player, other], figures = both.map(summaryOf), better = figures[0]!.map((figure, i) => betterOf(figure, figures[1]![i]!));
+    const both = [player, other] as const, figures = [summaryOf(player), summaryOf(other)] as const, better = figures[0]!.map((figure, i) => betterOf(figure, figures[1]![i]!));
     const value = (which: number, i: number): HTMLTableCellElement => {
       const [, text] = figures[which]![i]!, made = cell('td', text, { className: which === 0 ? '' : 'other' });
       if (better[i] === which) {
@@ -419,6 +419,7 @@ export class Recordings {
     };
     const what = ([name, , , title]: Figure): HTMLTableCellElement => cell('th', name, { scope: 'row', title });
     const title = (which: number): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion), { scope: 'col', className: which === 0 ? '' : 'other' });
+    element('past-verdict', HTMLParagraphElement).textContent = verdictOf(both, [this.#calledOf(player.motion.name), this.#calledOf(other.motion.name)], figures);
     const corner = cell('th', 'Compared', { scope: 'col' });
     table.replaceChildren(row(corner, title(0), title(1)), ...figures[0]!.map((figure, i) => row(what(figure), value(0, i), value(1, i))));
   }

@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 import { Busy } from '../src/busy';
 import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recordings';
 import { clock, percentText, rateText } from '../src/figures';
-import { betterOf, stopsOf, summaryOf } from '../src/replay/summary';
+import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
 import { countsOf, currentOf, folded, seenAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
@@ -249,6 +249,24 @@ describe('figures of a session', () => {
     expect(held.map(([, text]) => text)).toEqual(['124 ×, 38.0 a minute', '467 ×, 35.2 a minute']);
     expect(betterOf(held[0]!, held[1]!)).toBe(1);
     expect(rateText(2, 0)).toBe('2 ×');
+  });
+  it('say first which of two spilled less, and whether both made the same motion', () => {
+    // A circle, 10 times a second, once around in 6.3 s, `late` after the begin; `size` in m.
+    const led = (size: number, late: number, events: Motion['events'] = [], speed = 1): Player => {
+      const t_s = Array.from({ length: 80 }, (_, i) => 0.1 * i), angle = (t: number): number => speed * Math.max(0, t - late);
+      return new Player({ ...motion, t_s: [0, 8], q: [[0], [1]], events: [{ t_s: late, kind: 'state', what: 'engaged', why: '' }, ...events],
+        target: { t_s, p: t_s.map((t) => [0.4 + size * Math.cos(angle(t)), size * Math.sin(angle(t)), 0.3]), q: [], engaged: t_s.map((t) => (t >= late ? 1 : 0)), lateral: [], error_mm: [] } });
+    };
+    expect(alikeFor(led(0.2, 0), led(0.2, 1.5))).toBeCloseTo(6.4, 0);
+    expect(alikeFor(led(0.2, 0), led(0.1, 0))).toBe(0);
+    expect(alikeFor(led(0.2, 0), led(0.2, 0, [], 1.5))).toBe(0);
+    expect([alikeFor(led(0.2, 0), led(0.2, 7)), alikeFor(led(0, 0), led(0, 0)), alikeFor(led(0.2, 0), new Player(motion))]).toEqual([null, null, null]);
+    const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
+    const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
+    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
+    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less\./);
+    expect(told(led(0.2, 0, spill), led(0.2, 0, spill))).toMatch(/^Both spilled about as much/);
   });
   it('are told in words to who cannot see the curves', () => {
     const player = new Player(some([1, 1, 1, 1, 1]));

@@ -1,5 +1,6 @@
 import { clock, meanOffText, percentText, rateText, sloshText, spanText } from '../figures';
-import type { Player, StoryEvent } from './player';
+import type { Vec3 } from '../protocol';
+import { indexAt, type Motion, type Player, type StoryEvent } from './player';
 
 /** s, of a stretch without a plan that is not counted as driven. */
 const GAP = 0.5;
@@ -93,4 +94,43 @@ export function summaryOf(player: Player): Figure[] {
     ['Held by a limit', rateText(count('limit'), led), perMinute(count('limit')), 'How often a limit of the arm, or something near it, held it back; compared is how often per minute led'],
     ['Stops', String(stopsOf(events)), null, 'How often somebody or something stopped the arm'],
   ];
+}
+
+/** s between two looks at a hand's way, and the least that two ways must have in common to be compared. */
+const LOOK = 0.1, COMMON = 2;
+/** Of the way's extent: two hands that are no farther apart in the mean made the same motion. */
+const ALIKE = 0.1;
+
+/** m, where the target was so many s after the first grip, seen from there; null: no hand leads any more. */
+function wayOf({ target }: Motion): (after: number) => Vec3 | null {
+  const { t_s = [], p = [], engaged = [] } = target ?? {}, first = engaged.indexOf(1);
+  return (after) => {
+    const t = (t_s[first] ?? NaN) + after, i = indexAt(t_s, t);
+    if (i < 0 || !engaged[i] || t > t_s[t_s.length - 1]! || t - t_s[i]! > GAP) return null;
+    return [p[i]![0] - p[first]![0], p[i]![1] - p[first]![1], p[i]![2] - p[first]![2]];
+  };
+}
+
+/** s from their first grips on for which both were led alike: by one recorded hand, say; 0: they were not; null: too short to tell. */
+export function alikeFor(one: Player, other: Player): number | null {
+  const [a, b] = [one, other].map(({ motion }) => wayOf(motion)) as [ReturnType<typeof wayOf>, ReturnType<typeof wayOf>];
+  let apart = 0, extent = 0, looks = 0;
+  for (;; ++looks) {
+    const at = a(looks * LOOK), bt = b(looks * LOOK);
+    if (!at || !bt) break;
+    apart += Math.hypot(at[0] - bt[0], at[1] - bt[1], at[2] - bt[2]);
+    extent = Math.max(extent, Math.hypot(...at), Math.hypot(...bt));
+  }
+  const seconds = (looks - 1) * LOOK;
+  if (seconds < COMMON || extent === 0) return null;
+  return apart / looks <= ALIKE * extent ? seconds : 0;
+}
+
+/** What a reader wants to know first of two. @param names what they are called @param figures of each */
+export function verdictOf(players: readonly [Player, Player], names: readonly [string, string], figures: readonly [readonly Figure[], readonly Figure[]]): string {
+  const spilled = figures.map((each) => each.find(([what]) => what === 'Spilled')!) as [Figure, Figure], less = betterOf(...spilled);
+  const first = less >= 0 ? `${names[less]} spilled ${spilled[less]![2] === 0 ? 'nothing' : 'less'}.` : spilled.every(([, , lost]) => lost === 0) ? 'Neither spilled.' : spilled.every(([, , lost]) => lost !== null) ? 'Both spilled about as much for each minute led.' : '';
+  const alike = alikeFor(...players);
+  const second = alike === null ? '' : alike > 0 ? `Both hands made the same motion for ${spanText(alike).replace(' ', '\u00a0')} from their first grip on.` : 'The hands moved differently, which may be why.';
+  return [first, second].filter(Boolean).join(' ');
 }
