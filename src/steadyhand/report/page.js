@@ -237,9 +237,9 @@ const atLeast = (span) => (u, min, max) => {
   const room = Math.max(0.56 * (max - min), 0.5 * span), middle = 0.5 * (min + max);
   return [middle - room, middle + room];
 };
-/** A logarithmic axis has no place for zero, which is what a time becomes that rounds to nothing. */
+/** A logarithmic axis has no place for zero; where nothing is drawn, min and max are infinite. */
 const logRange = (...values) => (u, min, max) => {
-  const seen = [min, max, ...values].filter((value) => value > 0);
+  const seen = [min, max, ...values].filter((value) => value > 0 && value < Infinity);
   return seen.length > 0 ? [0.8 * Math.min(...seen), 1.3 * Math.max(...seen)] : [0.1, 1];
 };
 

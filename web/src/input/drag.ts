@@ -5,11 +5,12 @@ import type { MutableQuat, MutableVec3 } from '../frames';
 import { STAYS_UPRIGHT, type Session } from '../session';
 import type { Stage } from '../scene/stage';
 import { clearTheMiddle, sizeOf } from './handles';
+import { Reach } from './reach';
 
 /** s; mice that tell of their motion more often than this are asked this often. */
 const RAW_EVERY = 0.004;
-/** m/s and rad/s of the hand: half of what is taken for a jump. A busy browser tells of a mouse's whole way at once. */
-const FASTEST = 3, FASTEST_TURN = 15;
+/** rad/s of the hand: half of what is taken for a jump. */
+const FASTEST_TURN = 15;
 /** s, of a pause that the hand makes up for. */
 const PAUSE = 0.05;
 
@@ -20,13 +21,11 @@ export class Drag {
   readonly #follower: THREE.Object3D;
   readonly #coarse = matchMedia('(pointer: coarse)').matches;
   readonly #at = new THREE.Vector3(); // world frame
-  readonly #start = new THREE.Vector3();
   readonly #startTurn = new THREE.Quaternion();
   readonly #turn = new THREE.Quaternion();
-  /** What the hand was told, on its way to where the handle is. */
-  readonly #toldShift = new THREE.Vector3();
+  readonly #reach = new Reach();
+  /** What the hand was told, on its way to how the handle is turned. */
   readonly #toldTurn = new THREE.Quaternion();
-  readonly #left = new THREE.Vector3();
   #toldAt = 0; // s
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
@@ -49,6 +48,7 @@ export class Drag {
     for (const type of ['pointerdown', 'pointermove'] as const) {
       canvas.addEventListener(type, (event) => { this.#eventTime = event.timeStamp / 1000; }, { capture: true });
     }
+    canvas.addEventListener('pointerdown', () => this.#takeOver(), { capture: true });
     // `pointermove` waits for the next picture; where browsers also tell of motion at once, the hand need not.
     canvas.addEventListener('pointerrawupdate', (event) => this.#moved(event as PointerEvent));
     this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
@@ -95,17 +95,22 @@ export class Drag {
     this.controls.pointerMove(this.#pointer as PointerEvent);
   }
 
+  /** From who leads now: the new grip begins at the glass, wherever their target is. */
+  #takeOver(): void {
+    const { state } = this.session;
+    if (!this.#holding && state?.state === 'engaged') this.#proxy.position.fromArray(state.tool.p);
+  }
+
   #held(held: boolean): void {
     if (held === this.#holding) return;
     this.stage.view.orbit.enabled = !held;
     if (held) {
       this.hand.grab('drag', this.wantLease());
       this.#holding = true;
-      this.#start.copy(this.#proxy.position);
       this.#startTurn.copy(this.#proxy.quaternion);
-      this.#toldShift.setScalar(0);
       this.#toldTurn.identity();
       this.#toldAt = performance.now() / 1000;
+      this.#reach.begin(this.#proxy.position, this.#toldAt);
       if (this.controls.mode === 'rotate' && this.controls.axis !== 'Z' && this.session.staysUpright) this.session.hint(STAYS_UPRIGHT, performance.now() / 1000);
       this.lead(true);
     } else {
@@ -115,18 +120,17 @@ export class Drag {
   }
 
   lead(idle = false): void {
-    const controls = this.session.state?.controls;
-    if (!this.#holding || !controls || (!idle && this.#eventTime <= this.#ledTime)) return;
+    const { state } = this.session;
+    if (!this.#holding || !state || (!idle && this.#eventTime <= this.#ledTime)) return;
     if (!idle) this.#ledTime = this.#eventTime;
     const now = performance.now() / 1000, passed = Math.min(now - this.#toldAt, PAUSE);
     this.#toldAt = now;
     this.#turn.copy(this.#startTurn).invert().premultiply(this.#proxy.quaternion);
     this.#toldTurn.rotateTowards(this.#turn, FASTEST_TURN * passed);
-    // The hand moves by more than the tool where the scale is below 1.
-    const left = this.#left.subVectors(this.#proxy.position, this.#start).sub(this.#toldShift);
-    this.#toldShift.add(left.clampLength(0, FASTEST * controls.scale * passed));
-    this.#toldShift.toArray(this.#shift);
+    const { scale, yaw } = state.controls;
+    this.#reach.toward(this.#proxy.position, state, scale, now);
+    this.#reach.shift.toArray(this.#shift);
     this.#toldTurn.toArray(this.#spin);
-    this.hand.lead('drag', this.#shift, this.#spin, controls.scale, controls.yaw, idle ? undefined : this.#eventTime);
+    this.hand.lead('drag', this.#shift, this.#spin, scale, yaw, idle ? undefined : this.#eventTime);
   }
 }
