@@ -122,6 +122,7 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
   ASSERT_EQ(sessions.size(), 1u);
   EXPECT_TRUE(sessions[0].complete);
   EXPECT_EQ(sessions[0].summary.at("spilled"), "yes");
+  EXPECT_EQ(sessions[0].summary.at("spills"), "1");
   EXPECT_EQ(sessions[0].summary.at("spilled_share"), "0.25");
   EXPECT_EQ(sessions[0].summary.at("profiles"), "tracking, follow");
   EXPECT_NEAR(std::stod(sessions[0].summary.at("engaged_s")), 1.0, 1e-6);  // as exactly as its changes tell

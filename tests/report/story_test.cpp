@@ -198,7 +198,7 @@ TEST_F(Told, EachProfileHasWhatItSpilled) {
   lose(5.0, 1.0, "tracking");
   lose(6.0, 1.0, "carry");
   lose(7.0, 0.0, "carry");
-  EXPECT_EQ(of("spill"), (Lines{"2.0 spilled 0.1 % of the liquid", "4.0 spilled 99.9 % of the liquid"}));
+  EXPECT_EQ(of("spill"), (Lines{"2.0 spilled 0.1 % of the liquid", "4.0 spilled 99.9 % of the liquid within 1.0 s"}));
   EXPECT_EQ(of("refill"), Lines{"7.0 a full glass"});
   ASSERT_NE(session.spills.worst(), nullptr);
   EXPECT_EQ(session.spills.worst()->profile, "tracking");

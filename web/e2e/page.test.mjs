@@ -158,6 +158,8 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   const delay = await page.evaluate(() => { const d = [...globalThis.steadyhand.hand.delays].sort((a, b) => a - b); return [d[Math.floor(0.5 * d.length)], d[Math.floor(0.99 * d.length)]]; });
   assert.ok(delay[0] >= 0, 'the age of input events at their way out was measured');
   console.log(`input event to WebSocket: median ${(1000 * delay[0]).toFixed(1)} ms, p99 ${(1000 * delay[1]).toFixed(1)} ms`);
+  assert.match(await page.textContent('#advice'), /^The arm follows/);
+  assert.equal(await page.getAttribute('[data-view=shoulder]', 'aria-pressed'), 'true', 'the view has not turned');
   await page.mouse.up();
   await inState(watcher, 'ready');
   await rest(watcher);
@@ -425,7 +427,7 @@ test('sliders tell who hears them units and words', async () => {
   assert.match(told.yaw, /^-?\d+°(, to the (left|right))?$/);
   assert.match(told.fill, /mm below the rim$/);
   assert.match(told.tilt, /upright|°|pour/);
-  assert.match(told['weight-lateral'], /ignores the liquid|% of the way to: calm/);
+  assert.match(told['weight-lateral'], /lets it slosh|% of the way to: calm/);
 });
 
 test('a gripper is drawn as far open as it is, and no glass', NEEDS_PROGRAM, async () => {

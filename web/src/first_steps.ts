@@ -85,11 +85,13 @@ export class FirstSteps {
   }
 
   /** Who opened it has the focus again. */
-  closeHelp(): void {
+  closeHelp(stopped = false): void {
     if (this.#help.hidden) return;
     const inside = this.#help.contains(document.activeElement);
     this.#help.hidden = true;
-    if (inside && this.#before instanceof HTMLElement) this.#before.focus({ preventScroll: true });
+    // After Escape, which stopped the arm, Enter is to reset it, not to open this anew.
+    if (stopped && inside) (document.activeElement as HTMLElement).blur();
+    else if (inside && this.#before instanceof HTMLElement) this.#before.focus({ preventScroll: true });
     this.#before = null;
   }
 }

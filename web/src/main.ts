@@ -115,7 +115,7 @@ const wantLease = () => {
 /** Whatever is open: the arm first, then what might lie over Reset. */
 const stop = () => {
   panel.stop();
-  firstSteps.closeHelp();
+  firstSteps.closeHelp(true);
 };
 element('stop', HTMLButtonElement).onclick = stop;
 const drag = new Drag(stage, hand, session, wantLease, canvas);

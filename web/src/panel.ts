@@ -248,7 +248,7 @@ export class Panel {
     output.htmlFor.add(id);
     label.append(`${words.label} `, output, node, ends(words.low, words.high));
     element('weights', HTMLDivElement).append(label);
-    return { node, output, read: () => this.session.state?.controls.weights[index], label: (value) => `${weightText(value)} ${unitText(term.unit)}`, spoken: (value) => spokenWeight(range, value, words), place: (value) => positionOf(range, value), shown: NaN };
+    return { node, output, read: () => this.session.state?.controls.weights[index], label: weightText, spoken: (value) => spokenWeight(range, value, words), place: (value) => positionOf(range, value), shown: NaN };
   }
 
   /** What the server offers. */

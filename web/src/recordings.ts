@@ -72,10 +72,10 @@ export function profilesOf({ run, summary }: RecordedSession, profiles: readonly
 export function spillOf(session: RecordedSession, profiles: readonly Profile[] = []): string {
   const { summary } = session;
   if (summary.spilled !== 'yes') return '';
-  const share = Number.parseFloat(summary.spilled_share ?? ''), name = summary.spilled_profile;
+  const share = Number.parseFloat(summary.spilled_share ?? ''), often = Number.parseInt(summary.spills ?? '', 10) > 1 ? `${summary.spills} ×, at most ` : '', name = summary.spilled_profile;
   // Sessions of before that was recorded: one profile alone leaves no doubt.
   const profile = name ? (profiles.find((each) => each.name === name)?.label ?? name) : /^[^,]+$/.test(summary.profiles ?? '') ? profilesOf(session, profiles) : '';
-  return `${share > 0 ? `spilled ${percentText(share)} %` : 'spilled, share not recorded'}${profile ? `${share > 0 ? '' : ','} under ${profile}` : ''}`;
+  return `${share > 0 ? `spilled ${often}${percentText(share)} %` : 'spilled, share not recorded'}${profile ? `${share > 0 ? '' : ','} under ${profile}` : ''}`;
 }
 
 /** Length and figures of a session in a line. */

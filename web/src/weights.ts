@@ -26,7 +26,7 @@ export const weightText = (weight: number): string => String(Number(weight.toPre
 export interface Words { label: string; low: string; high: string }
 
 const PLAIN: Readonly<Record<string, Words>> = {
-  lateral: { label: 'Slosh protection, sideways', low: '0: ignores the liquid', high: 'calm, comes late' },
+  lateral: { label: 'Slosh protection, sideways', low: '0: lets it slosh', high: 'calm, comes late' },
   vertical: { label: 'Slosh protection, up and down', low: '0: moves freely', high: 'calm, comes late' },
 };
 

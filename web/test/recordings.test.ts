@@ -4,7 +4,8 @@ import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recor
 import { clock, percentText, rateText } from '../src/figures';
 import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
-import { countsOf, currentOf, folded, seenAt, worstSpill } from '../src/replay/happened';
+import type { StoryEvent } from '../src/replay/player';
+import { countsOf, currentOf, folded, hidesLimits, seenAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
@@ -123,7 +124,7 @@ describe('list', () => {
     expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } })).toBe('1:01 · Waiter · spilled 74.4 % · 2.3\u00a0MB');
     expect(figures({ ...session, summary: { spilled: 'yes' } })).toBe('1:01 · Waiter · spilled, share not recorded · 2.3\u00a0MB');
     expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }, null, [], false)).toBe('1:01 · Waiter · 2.3\u00a0MB');
-    expect([spillOf({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }), spillOf(session)]).toEqual(['spilled 74.4 %', '']);
+    expect([spillOf({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } }), spillOf({ ...session, summary: { spilled: 'yes', spilled_share: '0.744', spills: '3' } }), spillOf(session)]).toEqual(['spilled 74.4 %', 'spilled 3 ×, at most 74.4 %', '']);
     expect(figures({ ...session, complete: false, run: {}, summary: {} })).toBe('1:01 · 2.3\u00a0MB · not closed');
     expect(figures({ ...session, summary: {}, fault: 'emergency button' })).toBe('the seconds before a fault: emergency button · Waiter · 2.3\u00a0MB');
     expect(figures({ ...session, complete: false, run: {}, summary: {} }, 75)).toBe('being recorded · 1:15 · 2.3\u00a0MB');
@@ -150,6 +151,10 @@ describe('a spill in the list', () => {
 });
 
 describe('the list of events', () => {
+  it('leaves out limits at first where all else would drown in them', () => {
+    const limits = (count: number): StoryEvent[] => Array.from({ length: count }, (_, i) => ({ t_s: i, kind: 'limit', what: 'reach', why: '' }));
+    expect([hidesLimits(limits(20)), hidesLimits(limits(21))]).toEqual([false, true]);
+  });
   it('goes along with the time, and leaves out what is not wanted', () => {
     const entries = [{ at: 0, kind: 'state' }, { at: 1, kind: 'limit' }, { at: 2, kind: 'spill' }];
     expect([-1, 0, 1.5, 9].map((at) => currentOf(entries, new Set(), at))).toEqual([-1, 0, 1, 2]);
@@ -263,9 +268,9 @@ describe('figures of a session', () => {
     expect([alikeFor(led(0.2, 0), led(0.2, 7)), alikeFor(led(0, 0), led(0, 0)), alikeFor(led(0.2, 0), new Player(motion))]).toEqual([null, null, null]);
     const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
     const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
-    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0 × in 8.0\u00a0s that a hand led, against 1 × in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
-    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less\./);
+    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1 × in 8\.0\u00a0s/);
     expect(told(led(0.2, 0, spill), led(0.2, 0, spill))).toMatch(/^Both spilled about as much/);
   });
   it('are told in words to who cannot see the curves', () => {

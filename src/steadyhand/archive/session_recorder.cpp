@@ -121,6 +121,7 @@ std::string SessionRecorder::profiles_that_led() const {
 std::map<std::string, std::string> SessionRecorder::spilled_and_led() const {
   const SpillLog::Spill* worst = tally_.liquid.worst();
   return {{"spilled", worst ? "yes" : "no"},
+          {"spills", fmt::format("{}", tally_.liquid.spills().size())},
           {"spilled_share", fmt::format("{:.6g}", worst ? worst->share : 0.0)},
           {"spilled_profile", worst ? worst->profile : ""},
           {"profiles", profiles_that_led()}};

@@ -4,6 +4,8 @@
 {
   const { story } = data;
   const NAMES = { state: 'state', spill: 'spill', limit: 'limit', setting: 'setting', missed: 'deadlines', gap: 'gap', rest: 'rest', refill: 'refill' };
+  /** Limits that are listed without being asked for; of more than that the other kinds would drown. */
+  const FEW = 20;
   /** As page.css has them. */
   const PRINTED = ['state', 'spill'];
   function stateSpans({ events, begin, end }) {
@@ -55,9 +57,9 @@
     for (const [kind, count] of Object.entries(counts)) {
       const label = kinds.appendChild(document.createElement('label')), box = label.appendChild(document.createElement('input'));
       box.type = 'checkbox';
-      box.checked = true;
+      box.checked = kind !== 'limit' || count <= FEW;
       label.append(` ${NAMES[kind] ?? kind} (${count})`);
-      box.onchange = () => rows.querySelectorAll(`[data-kind="${kind}"]`).forEach((row) => { row.hidden = !box.checked; });
+      (box.onchange = () => rows.querySelectorAll(`[data-kind="${kind}"]`).forEach((row) => { row.hidden = !box.checked; }))();
     }
     const list = root.querySelector('.scroll');
     /** The row of this time, or what came last before it, of those that are listed. */

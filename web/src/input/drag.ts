@@ -48,7 +48,7 @@ export class Drag {
     for (const type of ['pointerdown', 'pointermove'] as const) {
       canvas.addEventListener(type, (event) => { this.#eventTime = event.timeStamp / 1000; }, { capture: true });
     }
-    canvas.addEventListener('pointerdown', () => this.#takeOver(), { capture: true });
+    canvas.addEventListener('pointerdown', (event) => this.#pressed(event), { capture: true });
     // `pointermove` waits for the next picture; where browsers also tell of motion at once, the hand need not.
     canvas.addEventListener('pointerrawupdate', (event) => this.#moved(event as PointerEvent));
     this.controls.addEventListener('dragging-changed', (event) => this.#held(event.value === true));
@@ -89,16 +89,29 @@ export class Drag {
     const time = event.timeStamp / 1000;
     if (!this.#holding || time - this.#ledTime < RAW_EVERY) return;
     this.#eventTime = time;
+    this.controls.pointerMove(this.#place(event));
+  }
+
+  #place({ clientX, clientY }: PointerEvent): PointerEvent {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
-    this.#pointer.x = (2 * (event.clientX - left)) / width - 1;
-    this.#pointer.y = 1 - (2 * (event.clientY - top)) / height;
-    this.controls.pointerMove(this.#pointer as PointerEvent);
+    this.#pointer.x = (2 * (clientX - left)) / width - 1;
+    this.#pointer.y = 1 - (2 * (clientY - top)) / height;
+    return this.#pointer as PointerEvent;
+  }
+
+  /** Comes before the view hears of it, which does not turn where a handle is. */
+  #pressed(event: PointerEvent): void {
+    if (this.#holding || !this.controls.enabled) return;
+    this.controls.pointerHover(this.#place(event));
+    if (this.controls.axis === null) return;
+    this.stage.view.orbit.enabled = false;
+    setTimeout(() => { this.stage.view.orbit.enabled = !this.#holding; });
   }
 
   /** From who leads now: the new grip begins at the glass, wherever their target is. */
   #takeOver(): void {
-    const { state } = this.session;
-    if (!this.#holding && state?.state === 'engaged') this.#proxy.position.fromArray(state.tool.p);
+    const { state } = this.session, { _positionStart: from } = this.controls as unknown as { _positionStart: THREE.Vector3 };
+    if (state?.state === 'engaged') this.#proxy.position.copy(from.fromArray(state.tool.p));
   }
 
   #held(held: boolean): void {
@@ -106,6 +119,7 @@ export class Drag {
     this.stage.view.orbit.enabled = !held;
     if (held) {
       this.hand.grab('drag', this.wantLease());
+      this.#takeOver();
       this.#holding = true;
       this.#startTurn.copy(this.#proxy.quaternion);
       this.#toldTurn.identity();

@@ -3,6 +3,8 @@ import type { Player, StoryEvent } from './player';
 /** Events that are listed at most: the gravest kinds come first. */
 const LISTED = 1000;
 const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
+/** Limits that are listed without being asked for; of more than that the other kinds would drown. */
+const FEW = 20;
 /** As the session's report calls them. */
 const NAMES: Readonly<Record<string, string>> = { missed: 'deadlines' };
 
@@ -24,6 +26,11 @@ export function countsOf(events: readonly StoryEvent[], listed: readonly StoryEv
     const all = count(events, kind), seen = count(listed, kind);
     return [kind, seen === all ? `${all}` : `${seen} of ${all}`];
   }));
+}
+
+/** Whether there are so many limits that all else would drown in them. */
+export function hidesLimits(events: readonly StoryEvent[]): boolean {
+  return events.filter(({ kind }) => kind === 'limit').length > FEW;
 }
 
 /** In an order of time: what the list says of it, and of how many more alike at once. */
@@ -56,6 +63,8 @@ export function currentOf(entries: readonly { at: number; kind: string }[], hidd
 /** What happened in a recording, in a list that goes along with its time; kinds of it may be left out. */
 export class Happened {
   readonly #hidden = new Set<string>();
+  /** Somebody chose which kinds are listed. */
+  #isChosen = false;
   #entries: { item: HTMLLIElement; at: number; kind: string }[] = [];
   #current = -1;
 
@@ -69,6 +78,10 @@ export class Happened {
       item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${words}`);
       return { item, at, kind };
     });
+    if (!this.#isChosen) {
+      this.#hidden.clear();
+      if (hidesLimits(motion.events ?? [])) this.#hidden.add('limit');
+    }
     this.#current = -1;
     this.list.replaceChildren(...this.#entries.map(({ item }) => item));
     this.list.scrollTop = 0;
@@ -79,6 +92,7 @@ export class Happened {
       label.className = 'check';
       label.append(box, ` ${NAMES[kind] ?? kind} (${count})`);
       box.onchange = () => {
+        this.#isChosen = true;
         if (box.checked) this.#hidden.delete(kind); else this.#hidden.add(kind);
         this.#hide();
       };

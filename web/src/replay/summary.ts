@@ -126,10 +126,16 @@ export function alikeFor(one: Player, other: Player): number | null {
   return apart / looks <= ALIKE * extent ? seconds : 0;
 }
 
+/** "9 × in 2:28" */
+function oftenIn({ motion, led }: Player): string {
+  const spills = (motion.events ?? []).filter(({ kind }) => kind === 'spill').length;
+  return `${spills} × in ${spanText(led.reduce((sum, { from, to }) => sum + to - from, 0)).replace(' ', '\u00a0')}`;
+}
+
 /** What a reader wants to know first of two. @param names what they are called @param figures of each */
 export function verdictOf(players: readonly [Player, Player], names: readonly [string, string], figures: readonly [readonly Figure[], readonly Figure[]]): string {
   const spilled = figures.map((each) => each.find(([what]) => what === 'Spilled')!) as [Figure, Figure], less = betterOf(...spilled);
-  const first = less >= 0 ? `${names[less]} spilled ${spilled[less]![2] === 0 ? 'nothing' : 'less'}.` : spilled.every(([, , lost]) => lost === 0) ? 'Neither spilled.' : spilled.every(([, , lost]) => lost !== null) ? 'Both spilled about as much for each minute led.' : '';
+  const first = less >= 0 ? `${names[less]} spilled ${spilled[less]![2] === 0 ? 'nothing' : 'less'}: ${oftenIn(players[less]!)} that a hand led, against ${oftenIn(players[1 - less]!)}.` : spilled.every(([, , lost]) => lost === 0) ? 'Neither spilled.' : spilled.every(([, , lost]) => lost !== null) ? 'Both spilled about as much for each minute led.' : '';
   const alike = alikeFor(...players);
   const second = alike === null ? '' : alike > 0 ? `Both hands made the same motion for ${spanText(alike).replace(' ', '\u00a0')} from their first grip on.` : 'The hands moved differently, which may be why.';
   return [first, second].filter(Boolean).join(' ');
