@@ -353,9 +353,10 @@ test('a code that is mistyped and a headset that refuses are told', { ...IN_CHRO
   await until(async () => /^You are watching. (This|A) code/.test(await page.textContent('#advice')), 'the words over the scene');
   const code = new URLSearchParams(new URL(newestAddress()).hash.slice(1)).get('code');
   await page.fill('#code', ` ${code.toUpperCase()} `);
-  await page.waitForSelector('#refusal[hidden]', { state: 'attached' });
+  assert.ok(await page.isVisible('#refusal'), 'what is below stays where it is until it is pressed');
   await page.click('#pairing button');
   await until(async () => (await facts(page)).paired, 'the page to be paired');
+  await page.waitForSelector('#refusal[hidden]', { state: 'attached' });
   await page.click('#emulate');
   await page.waitForSelector('#enter-vr:not([hidden])');
   await page.evaluate(() => { navigator.xr.requestSession = () => Promise.reject(new DOMException('The user denied it.', 'NotAllowedError')); });

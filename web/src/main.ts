@@ -155,7 +155,6 @@ const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {
 element('enter-vr', HTMLButtonElement).onclick = enter('immersive-vr');
 element('enter-ar', HTMLButtonElement).onclick = enter('immersive-ar');
 element('emulate', HTMLButtonElement).onclick = () => void headset.emulate().then(offerHeadset);
-element('code', HTMLInputElement).oninput = () => { session.lastError = null; };
 
 const mode = element('mode', HTMLButtonElement);
 mode.onclick = () => {

@@ -136,6 +136,7 @@ export class Panel {
     for (const grant of [true, false]) button(grant ? 'grant' : 'keep').onclick = () => this.connection.send({ type: 'answer', grant });
     document.querySelector('#pairing')!.addEventListener('submit', (event) => {
       event.preventDefault();
+      this.session.lastError = null;
       this.connection.pair(input('code').value.trim().toLowerCase());
       input('code').value = '';
     });

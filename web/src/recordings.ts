@@ -5,7 +5,7 @@ import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { waveOf, waveText } from './session';
 import { clock, latencyText, percentText, scaleText, spanText } from './figures';
-import { fine, Happened, seenAt, worstSpill } from './replay/happened';
+import { fine, Happened, seenAt, spillAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
 import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
@@ -463,6 +463,7 @@ export class Recordings {
     element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
     element('past-facts', HTMLElement).textContent = facts.join(' · ');
+    element('past-spill', HTMLElement).textContent = spillAt(player.motion.events ?? [], player.now);
     this.#happened.follow(at);
     this.#track?.draw();
   }

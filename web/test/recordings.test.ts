@@ -5,7 +5,7 @@ import { clock, percentText, rateText } from '../src/figures';
 import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
 import type { StoryEvent } from '../src/replay/player';
-import { countsOf, currentOf, folded, hidesLimits, seenAt, worstSpill } from '../src/replay/happened';
+import { countsOf, currentOf, folded, hidesLimits, seenAt, spillAt, worstSpill } from '../src/replay/happened';
 import { curveOf, statesTold, told } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
@@ -151,6 +151,10 @@ describe('a spill in the list', () => {
 });
 
 describe('the list of events', () => {
+  it('tells a spill for two seconds where the list is out of sight', () => {
+    const events = [{ t_s: 5, kind: 'spill', what: 'spilled 40.0 % of the liquid', why: 'under Carry' }, { t_s: 6, kind: 'limit', what: 'reach', why: '' }];
+    expect([4.9, 5, 6.9, 7].map((now) => spillAt(events, now))).toEqual(['', 'spilled 40.0 % of the liquid: under Carry', 'spilled 40.0 % of the liquid: under Carry', '']);
+  });
   it('leaves out limits at first where all else would drown in them', () => {
     const limits = (count: number): StoryEvent[] => Array.from({ length: count }, (_, i) => ({ t_s: i, kind: 'limit', what: 'reach', why: '' }));
     expect([hidesLimits(limits(20)), hidesLimits(limits(21))]).toEqual([false, true]);

@@ -19,6 +19,16 @@ export function worstSpill(events: readonly StoryEvent[] | undefined): StoryEven
   return events?.filter(({ kind }) => kind === 'spill').reduce<StoryEvent | undefined>((worst, each) => (worst && (worst.amount ?? 0) >= (each.amount ?? 0) ? worst : each), undefined);
 }
 
+/** s for which a spill is told where the list of what happened is out of sight. */
+const TOLD_FOR = 2;
+
+/** What spilled just before `now`, and why; empty: nothing. @param now s, of the recording's own clock */
+export function spillAt(events: readonly StoryEvent[], now: number): string {
+  let words = '';
+  for (const { kind, t_s, what, why } of events) if (kind === 'spill' && t_s <= now + 1e-6 && now - t_s < TOLD_FOR) words = `${what}: ${why}`;
+  return words;
+}
+
 /** How many there are of each kind, in words: "18 of 105" where only some are listed. */
 export function countsOf(events: readonly StoryEvent[], listed: readonly StoryEvent[]): Map<string, string> {
   const count = (of: readonly StoryEvent[], wanted: string): number => of.filter(({ kind }) => kind === wanted).length;
