@@ -176,6 +176,17 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
     await until(async () => (await watcher.evaluate(() => globalThis.steadyhand.session.errors)).includes('no_lease'), 'the refusal');
   }
   assert.equal((await state(page)).state, 'ready');
+  // A drag that is over before the grip follows all of its motion: the glass comes to where the pointer is.
+  const glass = () => page.evaluate(() => {
+    const { stage } = globalThis.steadyhand, { camera } = stage.view, { left, top, width, height } = document.querySelector('#scene').getBoundingClientRect();
+    const at = stage.arm.tool.getWorldPosition(camera.position.clone()).project(camera);
+    return [left + (0.5 + at.x / 2) * width, top + (0.5 - at.y / 2) * height];
+  });
+  const pressed = await pressTarget(page), was = await glass();
+  for (let i = 1; i <= 6; ++i) await page.mouse.move(pressed.x - 10 * i, pressed.y + 6 * i);
+  await until(async () => { const at = await glass(); return Math.hypot(at[0] - was[0] + 60, at[1] - was[1] - 36) < 6; }, 'the glass under the pointer');
+  await page.mouse.up();
+  await ready(page);
   const bytes = await page.evaluate(async () => {
     const { connection, session } = globalThis.steadyhand, begin = [connection.bytesReceived, session.statesReceived];
     await new Promise((done) => setTimeout(done, 2000));
