@@ -290,6 +290,13 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(() => report.evaluate(() => document.querySelectorAll('[aria-current=true]').length > 0), 'the row of that time');
   await until(() => report.evaluate(() => { const { top, bottom } = document.querySelector('.uplot').getBoundingClientRect(); return top > 0 && bottom < innerHeight; }), 'plots in sight');
   await findsNothing(report, 'the report');
+  // Logarithmic axes from wherever: some made ticks without end.
+  await report.evaluate(() => {
+    for (let exponent = -2; exponent < 1; exponent += 0.01) {
+      const least = 10 ** exponent, scales = { x: { time: false, distr: 3, range: logRange() }, y: { distr: 3, range: logRange(100) } };
+      new uPlot({ width: 300, height: 100, scales, series: [{}, {}] }, [[least, 30 * least], [least, 50]], document.createElement('div'));
+    }
+  });
   assert.deepEqual(complaints, []);
   await report.close();
   // Slow machines: what was pressed says so, and a second press asks nobody.

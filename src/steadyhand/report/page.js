@@ -237,10 +237,15 @@ const atLeast = (span) => (u, min, max) => {
   const room = Math.max(0.56 * (max - min), 0.5 * span), middle = 0.5 * (min + max);
   return [middle - room, middle + room];
 };
-/** A logarithmic axis has no place for zero; where nothing is drawn, min and max are infinite. */
+/** 0.09 of 0.0954: uPlot's logarithmic ticks never end where the axis begins with a number that is not round. */
+const roundDown = (value) => {
+  const exponent = Math.floor(Math.log10(value));
+  return Number(`${Math.floor(value / 10 ** exponent)}e${exponent}`);
+};
+/** A logarithmic axis has no place for zero, and where nothing is drawn no ends. */
 const logRange = (...values) => (u, min, max) => {
   const seen = [min, max, ...values].filter((value) => value > 0 && value < Infinity);
-  return seen.length > 0 ? [0.8 * Math.min(...seen), 1.3 * Math.max(...seen)] : [0.1, 1];
+  return seen.length > 0 ? [roundDown(0.8 * Math.min(...seen)), 1.3 * Math.max(...seen)] : [0.1, 1];
 };
 
 const targets = (name) => data.targets.map((target) => ({ label: target.label, t: target.t, values: target[name] }));
