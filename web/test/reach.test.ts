@@ -3,10 +3,10 @@ import { describe, expect, it } from 'vitest';
 import { Reach } from '../src/input/reach';
 import type { StateMessage } from '../src/protocol';
 
-const STEP = 0.01, LATE = 2, RAMP = 0.5;
-type Seen = Pick<StateMessage, 'state' | 'leader' | 'target'>;
+const STEP = 0.01, LATE = 15, RAMP = 0.5;
+type Seen = Pick<StateMessage, 'now_s' | 'state' | 'leader' | 'target'>;
 
-/** What the server makes of the hand (Retargeter::update), told two steps late. */
+/** What the server makes of the hand (Retargeter::update), told so many steps late. */
 class Server {
   now = 0;
   readonly target = new THREE.Vector3();
@@ -20,9 +20,13 @@ class Server {
     else if (Number.isNaN(this.#engagedAt)) this.#engagedAt = this.now;
     else this.target.addScaledVector(hand.clone().sub(this.#hand), Math.min(1, (this.now - this.#engagedAt) / RAMP));
     this.#hand.copy(hand);
-    this.#news.push({ state: follows ? 'engaged' : 'ready', leader: follows ? 'person' : null, target: { p: this.target.toArray(), q: [0, 0, 0, 1] } });
+    this.#news.push({ now_s: 100 + this.now, state: follows ? 'engaged' : 'ready', leader: follows ? 'person' : null, target: { p: this.target.toArray(), q: [0, 0, 0, 1] } });
   }
-  get told(): Seen { return this.#news[Math.max(0, this.#news.length - 1 - LATE)]!; }
+  get told(): Seen { return this.#news[Math.max(0, Math.min(this.lastTold, this.#news.length - 1 - LATE))]!; }
+  /** News after this one do not come. */
+  lastTold = Infinity;
+  /** From now on none does. */
+  cut(): void { this.lastTold = this.#news.length - 1 - LATE; }
 }
 
 /** Drags for so many s to where `handle` says. */
@@ -40,7 +44,8 @@ describe('a hand that leads to a handle', () => {
     reach.begin(server.target, 0);
     drag(reach, server, 0.35, (t) => along(Math.min(0.1, t)));
     expect(server.target.x).toBeGreaterThan(0.09);
-    drag(reach, server, 0.6, () => along(0.1));
+    expect(server.target.x).toBeLessThan(0.102);
+    drag(reach, server, 1.2, () => along(0.1));
     expect(server.target.distanceTo(along(0.1))).toBeLessThan(1e-3);
   });
   it('brings it there also when the grip was lost on the way, and moves nothing meanwhile', () => {
@@ -58,6 +63,15 @@ describe('a hand that leads to a handle', () => {
     reach.begin(along(0.05), 0);
     drag(reach, server, 1.5, () => along(0.15), (t) => t > 0.1);
     expect(server.target.distanceTo(along(0.15))).toBeLessThan(1e-3);
+  });
+  it('leads nowhere by old news', () => {
+    const reach = new Reach(), server = new Server();
+    reach.begin(server.target, 0);
+    drag(reach, server, 0.8, (t) => along(0.1 * t));
+    server.cut();
+    drag(reach, server, 0.5, (t) => along(0.08 + 0.1 * t));
+    drag(reach, server, 3, () => along(0.13));
+    expect(server.target.distanceTo(along(0.13))).toBeLessThan(0.01);
   });
   it('takes no hand faster than what is taken for a jump', () => {
     const reach = new Reach(), server = new Server();
