@@ -105,8 +105,11 @@ TEST_F(Told, WhatHeldTheArmIsNamed) {
             (Lines{"1.0 wrist 3 is at its top speed", "4.0 forearm is close to an object",
                    "6.0 forearm is close to Table", "8.0 glass is close to forearm", "10.0 Table is close to an object",
                    "12.0 a joint is at its top acceleration", "14.0 the target is out of reach"}));
-  session.overview.metadata["robot"]["json"] = "{broken";
-  EXPECT_EQ(of("limit")[3], "8.0 the arm is close to the arm");
+  for (const char* damaged :
+       {"{broken", "", "[1]", R"({"bodies":3})", R"({"bodies":[{"name":3},{}]})", R"({"bodies":[1,2]})"}) {
+    session.overview.metadata["robot"]["json"] = damaged;
+    EXPECT_EQ(of("limit")[3], "8.0 the arm is close to the arm") << damaged;
+  }
 }
 
 TEST(Parts, AreNamedAsPeopleCallThem) {

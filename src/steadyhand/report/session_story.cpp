@@ -104,7 +104,10 @@ std::vector<std::string> body_names(const std::string& robot) {
   const Json json = Json::parse(robot, nullptr, false);
   const auto bodies = json.find("bodies");
   if (!json.is_object() || bodies == json.end() || !bodies->is_array()) return names;
-  for (const Json& body : *bodies) names.push_back(body.is_object() ? body.value("name", "") : "");
+  for (const Json& body : *bodies) {
+    const auto name = body.find("name");
+    names.push_back(body.is_object() && name != body.end() && name->is_string() ? name->get<std::string>() : "");
+  }
   return names;
 }
 
@@ -122,7 +125,8 @@ class Parts {
   std::string solid(int i, Time at) const {
     constexpr int kCarried = 128;  // docs/protocol.md
     if (i >= kCarried) return object(i - kCarried, at);
-    return has(bodies_, i) ? part_text(bodies_[static_cast<std::size_t>(i)]) : "the arm";
+    const std::string name = has(bodies_, i) ? part_text(bodies_[static_cast<std::size_t>(i)]) : "";
+    return name.empty() ? "the arm" : name;
   }
   std::string object(int i, Time at) const {
     const Cell* cell = nullptr;
