@@ -74,10 +74,13 @@ export function stopsOf(events: readonly StoryEvent[]): number {
   return count;
 }
 
+/** s */
+const ledFor = ({ led }: Player): number => led.reduce((sum, { from, to }) => sum + to - from, 0);
+
 /** A recorded session in figures that two sessions may be compared by. */
 export function summaryOf(player: Player): Figure[] {
   const { motion, duration, begin } = player, { target, felt: measured } = motion, events = motion.events ?? [];
-  const led = player.led.reduce((sum, { from, to }) => sum + to - from, 0);
+  const led = ledFor(player);
   const felt = feltOf(player) ?? (measured?.t_s.length ? overLed(player, measured.t_s, measured.mean, measured.largest) : overLed(player, target?.t_s ?? [], target?.lateral ?? [], target?.lateral ?? []));
   const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? [], target?.error_mm ?? []);
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
@@ -113,7 +116,7 @@ function wayOf({ target }: Motion): (after: number) => Vec3 | null {
 
 /** s from their first grips on for which both were led alike: by one recorded hand, say; 0: they were not; null: too short to tell. */
 export function alikeFor(one: Player, other: Player): number | null {
-  const [a, b] = [one, other].map(({ motion }) => wayOf(motion)) as [ReturnType<typeof wayOf>, ReturnType<typeof wayOf>];
+  const a = wayOf(one.motion), b = wayOf(other.motion);
   let apart = 0, extent = 0, looks = 0;
   for (;; ++looks) {
     const at = a(looks * LOOK), bt = b(looks * LOOK);
@@ -126,17 +129,24 @@ export function alikeFor(one: Player, other: Player): number | null {
   return apart / looks <= ALIKE * extent ? seconds : 0;
 }
 
+/** With a blank that does not break the line. */
+const whole = (seconds: number): string => spanText(seconds).replace(' ', '\u00a0');
+
 /** "9 × in 2:28" */
-function oftenIn({ motion, led }: Player): string {
-  const spills = (motion.events ?? []).filter(({ kind }) => kind === 'spill').length;
-  return `${spills} × in ${spanText(led.reduce((sum, { from, to }) => sum + to - from, 0)).replace(' ', '\u00a0')}`;
+const oftenIn = (player: Player): string => `${(player.motion.events ?? []).filter(({ kind }) => kind === 'spill').length} × in ${whole(ledFor(player))}`;
+
+/** Which of two spilled less; empty: it is not known how much. */
+function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {
+  const less = betterOf(...spilled), lost = spilled.map(([, , perMinute]) => perMinute);
+  if (less >= 0) return `${names[less]} spilled ${lost[less] === 0 ? 'nothing' : 'less'}: ${oftenIn(players[less]!)} that a hand led, against ${oftenIn(players[1 - less]!)}.`;
+  if (lost.every((each) => each === 0)) return 'Neither spilled.';
+  return lost.includes(null) ? '' : 'Both spilled about as much for each minute led.';
 }
 
 /** What a reader wants to know first of two. @param names what they are called @param figures of each */
 export function verdictOf(players: readonly [Player, Player], names: readonly [string, string], figures: readonly [readonly Figure[], readonly Figure[]]): string {
-  const spilled = figures.map((each) => each.find(([what]) => what === 'Spilled')!) as [Figure, Figure], less = betterOf(...spilled);
-  const first = less >= 0 ? `${names[less]} spilled ${spilled[less]![2] === 0 ? 'nothing' : 'less'}: ${oftenIn(players[less]!)} that a hand led, against ${oftenIn(players[1 - less]!)}.` : spilled.every(([, , lost]) => lost === 0) ? 'Neither spilled.' : spilled.every(([, , lost]) => lost !== null) ? 'Both spilled about as much for each minute led.' : '';
+  const spilled = (which: 0 | 1): Figure => figures[which].find(([what]) => what === 'Spilled')!, words = lessSpilled(players, names, [spilled(0), spilled(1)]);
   const alike = alikeFor(...players);
-  const second = alike === null ? '' : alike > 0 ? `Both hands made the same motion for ${spanText(alike).replace(' ', '\u00a0')} from their first grip on.` : 'The hands moved differently, which may be why.';
-  return [first, second].filter(Boolean).join(' ');
+  const motion = alike === null ? '' : alike > 0 ? `Both hands made the same motion for ${whole(alike)} from their first grip on.` : 'The hands moved differently, which may be why.';
+  return [words, motion].filter(Boolean).join(' ');
 }
