@@ -123,6 +123,15 @@ test('with the keys shown a motion key only closes them, a stop does both, and s
     assert.equal(await shown(), false, 'nothing lies over Reset');
     await reset(page, watcher);
   }
+  await page.focus('#help-open');
+  await page.keyboard.press('Enter');
+  assert.equal(await shown(), true);
+  await page.keyboard.press('Escape');
+  await stopped(watcher);
+  await until(() => page.isVisible('#reset kbd'), 'Enter to be offered');
+  await page.keyboard.press('Enter');
+  await inState(watcher, 'ready');
+  assert.equal(await shown(), false, 'Enter resets, also where a button had opened the keys');
   await ready(page);
   await page.evaluate(() => document.activeElement?.blur());
   await lead(watcher, key(page, 'KeyQ'), () => isEngaged(watcher), 'a key to lead');

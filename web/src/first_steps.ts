@@ -84,12 +84,12 @@ export class FirstSteps {
     element('help-close', HTMLButtonElement).focus({ preventScroll: true });
   }
 
-  /** Who opened it has the focus again. */
+  /** Who opened it has the focus again. @param stopped the arm was, too */
   closeHelp(stopped = false): void {
     if (this.#help.hidden) return;
     const inside = this.#help.contains(document.activeElement);
     this.#help.hidden = true;
-    // After Escape, which stopped the arm, Enter is to reset it, not to open this anew.
+    // Enter is to reset the arm then, not to open this anew.
     if (stopped && inside) (document.activeElement as HTMLElement).blur();
     else if (inside && this.#before instanceof HTMLElement) this.#before.focus({ preventScroll: true });
     this.#before = null;
