@@ -42,6 +42,7 @@ class SpillLog {
     Time lost{0};                    ///< by when all of that share was gone
     double share = 0.0;              ///< of the liquid, until the glass was full again or another profile led
     double lateral = 0.0;            ///< m/s^2, the largest sideways force in the half second before; 0: not recorded
+    double lateral_until = 0.0;      ///< the same until all of that share was gone
     std::optional<Time> full_again;  ///< absent: not in this session
   };
 
@@ -58,6 +59,9 @@ class SpillLog {
       spills_.back().share = booked_ - before_;
       if (booked_ > told_ + kMore) {
         spills_.back().lost = at;
+        for (const auto& [when, lateral] : felt_) {
+          spills_.back().lateral_until = std::max(spills_.back().lateral_until, lateral);
+        }
         told_ = booked_;
       }
     }

@@ -250,7 +250,7 @@ std::string thinning_note(const Thinning& thinning, int commands_merged, bool li
   if (const int commands = thinning.commands_per_point * commands_merged; commands > 1) {
     note += fmt::format("A point of a joint's speed is the largest of {} commands. ", commands);
   }
-  return note + "The figures in the tables use every sample.";
+  return note + "The figures in the tables use every sample that was recorded.";
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ struct SessionStory {
   struct Spill {
     double t_s = 0;
     double share = 0;    ///< of the liquid
-    double lateral = 0;  ///< m/s^2, largest sideways acceleration of the moment before; 0: not recorded
+    double lateral = 0;  ///< m/s^2, largest sideways force in the half second before; 0: not recorded
     std::string cause;   ///< in words
     std::optional<double> full_again_s{};  ///< absent: not in this session
     double within_s = 0;                   ///< that it took

@@ -215,7 +215,10 @@ SessionStory::Spill explain_spill(const SessionFile& session, const SpillLog::Sp
   } else {
     spill.cause = profile + " should have kept the liquid in" + (state == "engaged" ? "" : ", while no hand led");
   }
-  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways acceleration up to {:.2f} m/s²", spill.lateral);
+  if (spill.lateral > 0.0) spill.cause += fmt::format("; sideways force up to {:.2f} m/s² just before", spill.lateral);
+  if (spill.lateral > 0.0 && seen.lateral_until > spill.lateral) {  // of a glass that leans gravity, too
+    spill.cause += fmt::format(", {:.2f} while it ran out", seen.lateral_until);
+  }
   return spill;
 }
 
