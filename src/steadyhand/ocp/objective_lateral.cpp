@@ -11,7 +11,7 @@ class Lateral final : public LiquidObjective<0, 1> {
       : LiquidObjective({.name = "lateral",
                          .label = "Lateral specific force",
                          .unit = "s^3/m^2",
-                         .range = {0.0, 20.0},
+                         .range = {0.01, 20.0, true},
                          .at_rest_min = kAtRest}) {}
 
  private:

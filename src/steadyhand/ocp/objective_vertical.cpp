@@ -9,7 +9,7 @@ class Vertical final : public LiquidObjective<2> {
  public:
   Vertical()
       : LiquidObjective(
-            {.name = "vertical", .label = "Vertical specific force", .unit = "s^3/m^2", .range = {0.0, 20.0}}) {}
+            {.name = "vertical", .label = "Vertical specific force", .unit = "s^3/m^2", .range = {0.01, 20.0, true}}) {}
 };
 
 }  // namespace
