@@ -1,13 +1,21 @@
-const show = (made: HTMLElement, busy: boolean): void => {
-  const { idle = '', label = '', words = '' } = made.dataset;
-  made.textContent = busy ? words : idle;
+/** s from which on whoever waits is told for how long by now. */
+const LONG = 2;
+
+/** What stands on a button, so many whole s after it was pressed. */
+export const busyWords = (words: string, seconds: number): string => (seconds < LONG ? words : `${words} ${seconds} s`);
+
+/** @param seconds for which it has been busy; null: it is not */
+const show = (made: HTMLElement, seconds: number | null): void => {
+  const { idle = '', label = '', words = '' } = made.dataset, busy = seconds !== null;
+  made.textContent = busy ? busyWords(words, seconds) : idle;
   if (busy) made.setAttribute('aria-busy', 'true'); else made.removeAttribute('aria-busy');
   if (label) made.setAttribute('aria-label', busy ? `${words} ${label}` : label);
 };
 
 /** Actions that take a while, each once at a time; what was pressed says so until they are done, also where it is made anew meanwhile. */
 export class Busy {
-  readonly #running = new Set<string>();
+  /** Whole s for which each has run. */
+  readonly #running = new Map<string, number>();
 
   /** @param root in which the buttons are */
   constructor(private readonly root: ParentNode) {}
@@ -17,25 +25,30 @@ export class Busy {
   /** The button, or link, of this action. @param words that stand on it meanwhile */
   sign<T extends HTMLElement>(made: T, key: string, words: string): T {
     Object.assign(made.dataset, { act: key, words, idle: made.textContent ?? '', label: made.getAttribute('aria-label') ?? '' });
-    if (this.#running.has(key)) show(made, true);
+    if (this.#running.has(key)) show(made, this.#running.get(key)!);
     return made;
   }
 
   /** Nothing comes of a second call before the first is done. */
   async run(key: string, act: () => Promise<unknown>): Promise<void> {
     if (this.#running.has(key)) return;
-    this.#running.add(key);
-    this.#mark(key);
+    const begin = performance.now(), mark = (): void => {
+      this.#running.set(key, Math.floor((performance.now() - begin) / 1000));
+      this.#mark(key);
+    };
+    mark();
+    const timer = setInterval(mark, 1000);
     try {
       await act();
     } finally {
+      clearInterval(timer);
       this.#running.delete(key);
       this.#mark(key);
     }
   }
 
   #mark(key: string): void {
-    for (const made of this.root.querySelectorAll<HTMLElement>('[data-act]')) if (made.dataset.act === key) show(made, this.#running.has(key));
+    for (const made of this.root.querySelectorAll<HTMLElement>('[data-act]')) if (made.dataset.act === key) show(made, this.#running.get(key) ?? null);
   }
 }
 
