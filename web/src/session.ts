@@ -1,6 +1,7 @@
 import type { ConnectionStatus } from './connection';
 import { offText, partText, percentText, spanText } from './figures';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
+import { Swing } from './swing';
 
 /** s without a state after which the scene greys out: what is seen is old. */
 export const STALE_AFTER = 0.5;
@@ -71,7 +72,7 @@ function demoReason(reason: string, plays: boolean): string {
 export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
 
 /** To who turns the glass while it does not lean. */
-export const STAYS_UPRIGHT = 'The glass stays upright: raise “Tilt with the hand” to lean it.';
+export const STAYS_UPRIGHT = 'The glass does not lean with the hand: raise “Tilt with the hand” to lean it.';
 
 export const ON_PAGE: Means = {
   lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the glass, or hold a key, to take over.',
@@ -113,6 +114,7 @@ export class Session {
   #refilledAt = -Infinity;
   /** Share of the liquid that was seen to go over the rim under each profile since the glass was full, by index. */
   readonly #spilledUnder = new Map<number, number>();
+  readonly #swing = new Swing();
   /** s, of the session's clock: when a plan, or a command, was late last. */
   #lateAt = -Infinity;
   /** The planner was late just before it spilled. */
@@ -187,9 +189,9 @@ export class Session {
     }
   }
 
-  /** Each profile has what went over the rim while it led. */
+  /** Each profile has what went over the rim by its swing. */
   #bookSpill(message: StateMessage): void {
-    const { state: before } = this, { liquid } = message;
+    const { state: before } = this, { liquid } = message, profile = this.#swing.of(message.now_s, message.controls.profile, message.controls.no_spill);
     const grew = (name: 'rejected_plans' | 'missed_deadlines'): boolean => before !== null && message[name] > before[name];
     if (message.now_s < this.#lateAt) this.#lateAt = -Infinity; // another session
     if (message.reason === PLANNER_LATE || grew('rejected_plans') || grew('missed_deadlines')) this.#lateAt = message.now_s;
@@ -200,7 +202,7 @@ export class Session {
       this.#spilledInStop = ['stopping', 'holding', 'fault'].includes(message.state);
       this.#spilledLate = message.controls.no_spill && message.now_s - this.#lateAt < LATE_BEFORE;
     }
-    const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0), { profile } = message.controls;
+    const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0);
     if (more > 0 || !before.liquid.spilled) this.#spilledUnder.set(profile, (this.#spilledUnder.get(profile) ?? 0) + Math.max(more, 0));
   }
 

@@ -49,6 +49,18 @@ describe('the last minute', () => {
     expect(totalsOf(history, 1).led).toBeCloseTo(2, 1); // the first second is as the other left it
   });
 
+  it('books what went over the rim by another profile\'s swing on that one', () => {
+    const history = new History(COLUMNS), moment = new Moment();
+    for (const [t, out, by] of [[0, 0, 1], [0.1, 0.2, 0], [0.2, 0.5, 1]] as const) {
+      moment.take(t, 1, true, 1, 1, out, by);
+      history.push(t, moment.end());
+      const before = moment.endBefore();
+      if (before) history.push(t, before);
+    }
+    expect([totalsOf(history, 0).spilt, totalsOf(history, 1).spilt]).toEqual([expect.closeTo(0.2), expect.closeTo(0.3)]);
+    expect([totalsOf(history, 0).led, totalsOf(history, 1).led]).toEqual([0, expect.closeTo(0.2)]);
+  });
+
   it('books what went over the rim on who led then', () => {
     const history = new History(COLUMNS), moment = new Moment();
     const at = (t: number, profile: number, out: number) => {

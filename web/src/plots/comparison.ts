@@ -3,6 +3,7 @@ import type { Profile } from '../protocol';
 import { colorOf } from '../profiles';
 import { put } from '../element';
 import { meanOffText, percentText, secondsText, sloshText } from '../figures';
+import { SETTLING } from '../swing';
 import type { History } from './history';
 import type { Runs } from './runs';
 
@@ -83,9 +84,6 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
   return `Not the same motion yet: ${led.map(has).join(', ')}.`;
 }
 
-/** s after another profile led, in which the arm and the liquid still move as that one left them. */
-const SETTLING = 1;
-
 /** Gathers what comes between two rows of the history. */
 export class Moment {
   readonly values: (number | null)[] = Array<number | null>(COLUMNS).fill(null);
@@ -96,6 +94,9 @@ export class Moment {
   #off = 0;
   #most = 0;
   #spilt = 0;
+  /** By the swing of the profile that led before; and which that is. */
+  #spiltBefore = 0;
+  #former = -1;
   /** Share of the liquid that is out of the glass. */
   #out = NaN;
   #before = NaN;
@@ -104,9 +105,13 @@ export class Moment {
   /** That led last; -1: none so far. Before another one leads the moment ends. */
   profile = -1;
 
-  /** @param now s @param led the hand leads @param felt m/s^2 @param off mm @param out share of the liquid that is out of the glass */
-  take(now: number, profile: number, led: boolean, felt: number | null, off: number | null, out = 0): void {
-    if (out > this.#out) this.#spilt += out - this.#out;
+  /** @param now s @param led the hand leads @param felt m/s^2 @param off mm @param out share of the liquid that is out of the glass @param by the profile by whose swing it is */
+  take(now: number, profile: number, led: boolean, felt: number | null, off: number | null, out = 0, by = profile): void {
+    if (out > this.#out) {
+      if (by === profile) this.#spilt += out - this.#out;
+      else this.#spiltBefore += out - this.#out;
+    }
+    if (by !== profile) this.#former = by;
     this.#out = out;
     if (felt !== null) this.largest = Math.max(this.largest ?? 0, felt);
     const dt = now - this.#before;
@@ -132,6 +137,18 @@ export class Moment {
     values[SPILT] = this.#spilt;
     this.#led = this.#felt = this.#off = this.#most = this.#spilt = 0;
     this.largest = null;
+    return values;
+  }
+
+  /** What went over the rim by the swing of the profile that led before, as a row of its own; null: nothing. The same array as `end` returns. */
+  endBefore(): readonly (number | null)[] | null {
+    if (this.#spiltBefore === 0) return null;
+    const { values } = this;
+    values.fill(null);
+    values[PROFILE] = this.#former;
+    values[LED] = 0;
+    values[SPILT] = this.#spiltBefore;
+    this.#spiltBefore = 0;
     return values;
   }
 }

@@ -8,6 +8,7 @@ import { COLUMNS, Comparison, Moment } from './comparison';
 import { History, RATE } from './history';
 import { Runs } from './runs';
 import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
+import { Swing } from '../swing';
 
 /** px, of a row's plot, and of the time axis beneath the last one. */
 const HEIGHT = 40, TIMES = 17;
@@ -29,6 +30,7 @@ export class Plots {
   readonly #events = new History(4);
   readonly #comparison: Comparison;
   readonly #moment = new Moment();
+  readonly #swing = new Swing();
   readonly #runs = new Runs();
   readonly #led = new History(COLUMNS);
   readonly #own: (number | null)[];
@@ -95,12 +97,15 @@ export class Plots {
   take(state: StateMessage): void {
     const error = state.tracking_error === null ? null : state.tracking_error * 1e3;
     if (this.#moment.profile >= 0 && this.#moment.profile !== state.controls.profile) this.#led.push(state.now_s, this.#moment.end());
-    this.#moment.take(state.now_s, state.controls.profile, state.state === 'engaged', state.liquid.lateral, error, state.liquid.spilled_share);
+    this.#moment.take(state.now_s, state.controls.profile, state.state === 'engaged', state.liquid.lateral, error, state.liquid.spilled_share,
+      this.#swing.of(state.now_s, state.controls.profile, state.controls.no_spill));
     this.#runs.take(state, error);
     if (state.now_s < this.#next && state.now_s > this.#next - 1) return;
     this.#next = state.now_s + 1 / RATE;
     const lateral = this.#moment.largest;
     this.#led.push(state.now_s, this.#moment.end());
+    const before = this.#moment.endBefore();
+    if (before) this.#led.push(state.now_s, before);
     const t = state.now_s, rows = this.#rows;
     rows.lateral!.history.push(t, this.#ofProfile(lateral, state.controls.profile));
     rows.error!.history.push(t, this.#ofProfile(error, state.controls.profile));
@@ -137,7 +142,7 @@ export class Plots {
   /** The values under the pointer, or else the newest ones. */
   #tell({ history, values, lines, write }: Row): void {
     const at = this.#pointed ?? history.times.length - 1;
-    const shown = lines.flatMap((_line, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [write(value)]; }).join(' · ');
+    const shown = lines.flatMap(({ label, dash }, i) => { const value = history.series[i]![at]; return value === null || value === undefined ? [] : [`${dash ? `${label} ` : ''}${write(value)}`]; }).join(', ');
     put(values, 'textContent', shown);
   }
 
