@@ -458,7 +458,7 @@ export class Recordings {
     element('past-at', HTMLInputElement).value = String(at);
     const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), player.spilled ? 'spilled' : this.#wave(player)].filter(Boolean);
     element('past-at', HTMLInputElement).setAttribute('aria-valuetext', [`${clock(at)} of ${clock(duration)}`, ...facts].join(', '));
-    element('past-time', HTMLElement).textContent = `${fine(at)} / ${clock(duration)}`;
+    element('past-time', HTMLElement).textContent = `${fine(at, playing ? 1 : 2)} / ${clock(duration)}`; // a step is less than a tenth
     element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
     element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));

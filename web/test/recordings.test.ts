@@ -5,8 +5,8 @@ import { clock, percentText, rateText } from '../src/figures';
 import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
 import type { StoryEvent } from '../src/replay/player';
-import { countsOf, currentOf, folded, hidesLimits, seenAt, spillAt, worstSpill } from '../src/replay/happened';
-import { curveOf, statesTold, told } from '../src/replay/track';
+import { countsOf, currentOf, fine, folded, hidesLimits, seenAt, spillAt, worstSpill } from '../src/replay/happened';
+import { curveOf, statesTold, told, valueAt } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
 
@@ -272,9 +272,9 @@ describe('figures of a session', () => {
     expect([alikeFor(led(0.2, 0), led(0.2, 7)), alikeFor(led(0, 0), led(0, 0)), alikeFor(led(0.2, 0), new Player(motion))]).toEqual([null, null, null]);
     const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
     const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
-    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0 × in 8.0\u00a0s that a hand led, against 1 × in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0 × in 8.0\u00a0s that a hand led, against 1 ×, 40.0 %, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
-    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1 × in 8\.0\u00a0s/);
+    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1 ×, .* %, in 8\.0\u00a0s/);
     expect(told(led(0.2, 0, spill), led(0.2, 0, spill))).toMatch(/^Both spilled about as much/);
   });
   it('are told in words to who cannot see the curves', () => {
@@ -282,6 +282,11 @@ describe('figures of a session', () => {
     expect(statesTold(player)).toBe('engaged for 10.0 s');
     expect(told(curveOf(player.motion, 'slosh', 5), (value) => value.toFixed(2), 'm/s²')).toBe('at most 9.00 m/s², at 0:00');
     expect(told([[], []], String, 'mm')).toBe('not recorded');
+  });
+  it('are told at a time, where it is known', () => {
+    const curve: [number[], (number | null)[]] = [[0, 0.1, 2, 2.1], [3, 4, null, 5]];
+    expect([-0.1, 0, 0.05, 0.1, 0.9, 1.5, 2, 2.2].map((at) => valueAt(curve, at))).toEqual([null, 3, 3, 4, 4, null, null, 5]);
+    expect([fine(59.96), fine(59.94), fine(119.996, 2), fine(32.033, 2), fine(0)]).toEqual(['1:00.0', '0:59.9', '2:00.00', '0:32.03', '0:00.0']);
   });
   it('hold the largest wave since the glass was filled', () => {
     const events = [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, { t_s: 8, kind: 'refill', what: 'a full glass', why: '' }];

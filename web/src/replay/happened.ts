@@ -9,7 +9,10 @@ const FEW = 20;
 const NAMES: Readonly<Record<string, string>> = { missed: 'deadlines' };
 
 /** With tenths. */
-export const fine = (seconds: number): string => `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
+export const fine = (seconds: number, decimals = 1): string => {
+  const all = Number(seconds.toFixed(decimals)), minutes = Math.floor(all / 60);
+  return `${minutes}:${(all - 60 * minutes).toFixed(decimals).padStart(3 + decimals, '0')}`;
+};
 
 /** s from the begin, in hundredths, at which what happened at `t_s` is seen. */
 export const seenAt = (t_s: number, begin: number): number => Math.ceil(Math.max(0, t_s - begin) * 100) / 100;

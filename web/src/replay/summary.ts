@@ -132,8 +132,12 @@ export function alikeFor(one: Player, other: Player): number | null {
 /** With a blank that does not break the line. */
 const whole = (seconds: number): string => spanText(seconds).replace(' ', '\u00a0');
 
-/** "9 × in 2:28" */
-const oftenIn = (player: Player): string => `${(player.motion.events ?? []).filter(({ kind }) => kind === 'spill').length} × in ${whole(ledFor(player))}`;
+/** "9 ×, at most 74.4 %, in 2:28" */
+function oftenIn(player: Player): string {
+  const spills = (player.motion.events ?? []).filter(({ kind }) => kind === 'spill'), most = Math.max(...spills.map(({ amount = NaN }) => amount));
+  const lost = spills.length > 0 && !Number.isNaN(most) ? `, ${spills.length > 1 ? 'at most ' : ''}${percentText(most)} %,` : '';
+  return `${spills.length} ×${lost} in ${whole(ledFor(player))}`;
+}
 
 /** Which of two spilled less; empty: it is not known how much. */
 function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {

@@ -3,7 +3,8 @@ import { onResize } from '../element';
 import type { Profile } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { clock, offText, sloshText } from '../figures';
-import type { Motion, Player } from './player';
+import { fine } from './happened';
+import { indexAt, type Motion, type Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
 const HEIGHT = 60, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
@@ -14,6 +15,9 @@ const POINTS = 3000;
 
 /** s: the axis of a longer recording tells minutes, as its clock does, with such steps (s). */
 const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200];
+
+/** s after a point of a curve for which it is told. */
+const KNOWN_FOR = 1;
 
 /** Beneath the bands. */
 const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
@@ -47,6 +51,12 @@ export function curveOf(motion: Motion, name: Curve, begin: number): [number[], 
   return [times, values];
 }
 
+/** What a curve was at this time; null: not known. */
+export function valueAt([times, values]: [readonly number[], readonly (number | null)[]], at: number): number | null {
+  const i = indexAt(times, at);
+  return i < 0 || at - times[i]! > KNOWN_FOR ? null : values[i]!;
+}
+
 /** The largest of a curve and when, in words for who cannot see it. */
 export function told([times, values]: [readonly number[], readonly (number | null)[]], write: (value: number) => string, unit: string): string {
   let most = -1;
@@ -68,6 +78,9 @@ export class Track {
   readonly #plots: uPlot[] = [];
   readonly #boxes: HTMLElement[] = [];
   readonly #cursor = document.createElement('i');
+  /** What the curves are where the pointer is. */
+  readonly #tip = document.createElement('output');
+  readonly #told: ((at: number) => string)[] = [];
   #held = false;
 
   /** @param other laid over it, so many s later */
@@ -79,9 +92,14 @@ export class Track {
     this.#make('Slosh', 'm/s²', 'slosh', sloshText, other, false);
     this.#make('Off target', 'mm', 'off', offText, other, true);
     this.#cursor.className = 'cursor';
-    root.append(this.#cursor);
+    this.#tip.hidden = true;
+    root.append(this.#cursor, this.#tip);
     root.onpointerdown = (event) => { this.#held = true; this.#seek(event); };
-    root.onpointermove = (event) => { if (this.#held && event.buttons) this.#seek(event); };
+    root.onpointermove = (event) => {
+      this.#point(event);
+      if (this.#held && event.buttons) this.#seek(event);
+    };
+    root.onpointerleave = () => { this.#tip.hidden = true; };
     root.onpointerup = root.onpointercancel = () => { this.#held = false; };
     onResize(root, () => this.resize());
     this.resize();
@@ -106,6 +124,7 @@ export class Track {
       const [times, values] = curveOf(other.motion, name, other.begin);
       curves.push([times.map((t) => t - this.late), values]);
     }
+    this.#told.push((at) => `${title.toLowerCase()} ${curves.map((curve) => valueAt(curve, at)).map((value) => (value === null ? '–' : write(value))).join(', the other ')} ${unit}`);
     const ink = (): string => resolved('var(--muted)'), long = player.duration > IN_SECONDS;
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
@@ -123,10 +142,23 @@ export class Track {
     return [left, Math.max(1, box.width - AXIS)];
   }
 
+  /** s from the begin, where the pointer is. */
+  #timeOf(event: PointerEvent): number {
+    const [left, width] = this.#span;
+    return ((event.clientX - this.root.getBoundingClientRect().left - left) / width) * this.player.duration;
+  }
+
   #seek(event: PointerEvent): void {
-    const [left, width] = this.#span, share = (event.clientX - this.root.getBoundingClientRect().left - left) / width;
     this.player.playing = false;
-    this.player.seek(share * this.player.duration);
+    this.player.seek(this.#timeOf(event));
+  }
+
+  #point(event: PointerEvent): void {
+    const at = this.#timeOf(event), { duration } = this.player;
+    this.#tip.hidden = !(at >= 0 && at <= duration);
+    this.#tip.textContent = `${fine(Math.max(0, at))} · ${this.#told.map((tell) => tell(at)).join(' · ')}`;
+    this.#tip.style.left = `${this.x(at)}px`;
+    this.#tip.style.translate = at < duration / 2 ? '0.6rem' : 'calc(-100% - 0.6rem)'; // beside the pointer, and within the plot
   }
 
   /** px from the left, of a time in s from the begin. */
