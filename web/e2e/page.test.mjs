@@ -218,8 +218,9 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await page.selectOption('#rate', { label: 'automatic' });
   await until(async () => (await state(page)).planner_rate_automatic, 'the rate that the machine sustains');
   assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Slosh protection, sideways', 'Slosh protection, up and down']);
-  await page.fill('#weight-lateral', '100'); // half-way of 200 steps
-  await until(async () => (await weight(page, 'lateral')) === 10, 'the weight');
+  await page.fill('#weight-lateral', '200'); // the last of its steps
+  await until(async () => (await weight(page, 'lateral')) === 20, 'the weight');
+  await page.waitForSelector('#changed:not([hidden])');
   await page.evaluate(() => document.activeElement?.blur());
   await lead(page, key('KeyE'), async () => (await isEngaged(page)) && (await state(page)).tool.p[2] > begin.tool.p[2] + 0.05, 'the glass to rise');
   await page.keyboard.press('Space');
@@ -230,6 +231,8 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   await until(async () => (await facts(page)).yours || (await say(page, { type: 'take' }), false), 'the lease');
   await page.keyboard.press('Enter');
   await inState(page, 'ready');
+  await until(async () => (await weight(page, 'lateral')) === 0 || (await page.click('#unchange'), false), 'the profile\'s own weight');
+  await page.waitForSelector('#changed', { state: 'hidden' });
   assert.deepEqual(page.complaints, []);
 });
 

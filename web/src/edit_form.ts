@@ -8,7 +8,7 @@ const NAME = /^[A-Za-z0-9_-][A-Za-z0-9._-]{0,127}$/;
 const NAME_RULE = 'Letters, digits, “-”, “_” and “.”, which is not first.';
 
 /** Why a recording cannot be called so; empty: it can. */
-export const whyNoName = (name: string): string => (NAME.test(name) ? '' : `“${name}” is no name for a file. ${NAME_RULE}`);
+export const whyNoName = (name: string): string => (NAME.test(name) ? '' : `“${name}” is no name for a file.`);
 
 /** What is being typed: it outlives a list that is made anew. */
 export interface Edit { name: string; label: string; to: string; refusal: string; sure: boolean }

@@ -5,11 +5,11 @@ import { latencyText, offText, scaleText } from './figures';
 import { motionText, motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
-import type { Measure, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
+import type { Measure, Profile, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { Peak } from './peak';
-import { STEPS, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
+import { STEPS, areChanged, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
 
 const write = (node: HTMLElement, text: string): void => put(node, 'textContent', text);
 
@@ -141,6 +141,7 @@ export class Panel {
       input('code').value = '';
     });
     button('policy').onclick = () => this.command('policy', { value: this.session.state?.controls.policy_turn ? 0 : 1 });
+    button('unchange').onclick = () => this.command('profile', { text: this.#led()?.name ?? '' });
     button('refill').onclick = () => this.command('refill', {});
     element('playback', HTMLSelectElement).onchange = (event) => {
       this.takeLease();
@@ -281,6 +282,20 @@ export class Panel {
     show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
   }
 
+  /** The profile that leads. */
+  #led(): Profile | undefined {
+    const { state, welcome } = this.session;
+    return welcome?.profiles.find(({ index }) => index === state?.controls.profile);
+  }
+
+  /** That its weights are no longer its own. */
+  #showChanged(state: StateMessage, mayChoose: boolean): void {
+    const led = this.#led(), changed = led !== undefined && areChanged(led.weights, state.controls.weights);
+    put(element('changed', HTMLElement), 'hidden', !changed);
+    write(element('changed-words', HTMLElement), changed ? `${led.label}, with other weights` : '');
+    put(button('unchange'), 'disabled', !mayChoose);
+  }
+
   #showRate({ planner_rate_hz: rate, planner_rate_automatic: automatic }: StateMessage, mayChoose: boolean, now: number): void {
     write(element('rate-now', HTMLOutputElement), `${rate.toFixed(0)} Hz${automatic ? ', automatic' : ''}`);
     const list = element('rate', HTMLSelectElement);
@@ -302,7 +317,7 @@ export class Panel {
     write(element('wave-words', HTMLElement), `Wave ${offText(high)} of ${offText(wave.room)} mm`);
     put(element('wave', HTMLElement).dataset, 'near', String(wave.most > NEAR_THE_RIM * wave.room));
     const { lean } = this.session;
-    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, at rest ${lean.toFixed(1)}° off level` : ''}`);
+    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, stopped leaning ${lean.toFixed(1)}°` : ''}`);
   }
 
   /** The policy that is connected, and who leads in its turn. */
@@ -415,6 +430,7 @@ export class Panel {
     if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) put(profile, 'checked', true);
     if (this.#isAnswered(input('record'), now)) put(input('record'), 'checked', state.recording);
     this.#showRate(state, mayChoose, now);
+    this.#showChanged(state, mayChoose);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     write(element('playback-now', HTMLOutputElement), list.value === '' ? 'none: you lead' : motionTitle(list.value));

@@ -22,6 +22,12 @@ export function positionOf({ min, max, logarithmic }: Range, weight: number): nu
 /** For people, with the figures of the report. */
 export const weightText = (weight: number): string => String(Number(weight.toPrecision(3)));
 
+/** Share by which a weight is another one: what the server tells is rounded. */
+const OTHER = 1e-3;
+
+/** Whether somebody changed a profile's weights. */
+export const areChanged = (own: readonly number[], now: readonly number[]): boolean => own.some((weight, i) => Math.abs(weight - (now[i] ?? weight)) > OTHER * Math.max(weight, now[i] ?? weight));
+
 /** What a slider of a weight is called, and what its ends do. */
 export interface Words { label: string; low: string; high: string }
 

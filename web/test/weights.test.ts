@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { STEPS, positionOf, spokenWeight, weightAt, weightText } from '../src/weights';
+import { STEPS, areChanged, positionOf, spokenWeight, weightAt, weightText } from '../src/weights';
 
 const even = { min: 0, max: 20, logarithmic: false }, factors = { min: 0.01, max: 1000, logarithmic: true };
 
@@ -22,6 +22,12 @@ describe('weights', () => {
       for (let position = 0; position <= STEPS; ++position) expect(Math.abs(positionOf(range, weightAt(range, position)) - position)).toBeLessThanOrEqual(1);
       for (const end of [0, STEPS]) expect(positionOf(range, weightAt(range, end))).toBe(end);
     }
+  });
+
+  it('are another profile\'s, or somebody\'s own', () => {
+    expect(areChanged([0, 0.4, 1500], [0, 0.4000001, 1500])).toBe(false);
+    expect([areChanged([0, 0.4], [0.01, 0.4]), areChanged([0, 0.4], [0, 0]), areChanged([0, 0.4], [0, 0.41])]).toEqual([true, true, true]);
+    expect(areChanged([1], [])).toBe(false);
   });
 
   it('beyond the ends stand at the ends, and are told as they are', () => {
