@@ -143,13 +143,16 @@ TEST_F(Told, ASpillIsExplained) {
     }
     return 0.0;
   };
-  for (int k = 10; k < 150; ++k) see(0.1 * k, share_at(0.1 * k), k == 18 ? 12.6 : k == 14 ? 20.0 : k == 24 ? 15.0 : 3.0);
+  for (int k = 10; k < 150; ++k)
+    see(0.1 * k, share_at(0.1 * k), k == 18 ? 12.6 : k == 14 ? 20.0 : k == 24 ? 15.0 : 3.0);
   const SessionStory story = tell_story(session);
   ASSERT_TRUE(story.knows_liquid);
   ASSERT_EQ(story.spills.size(), 3u);
   EXPECT_DOUBLE_EQ(story.spills[0].share, 0.744);
   EXPECT_DOUBLE_EQ(story.spills[0].lateral, 12.6);
-  EXPECT_EQ(story.spills[0].cause, "tracking does not keep the liquid in; sideways force up to 12.60 m/s² just before, 15.00 while it ran out");
+  EXPECT_EQ(
+      story.spills[0].cause,
+      "tracking does not keep the liquid in; sideways force up to 12.60 m/s² just before, 15.00 while it ran out");
   EXPECT_EQ(story.spills[1].cause, "carry should have kept the liquid in; sideways force up to 3.00 m/s² just before");
   EXPECT_EQ(story.spills[2].cause, "in a stop, under carry; sideways force up to 3.00 m/s² just before");
   const auto told =

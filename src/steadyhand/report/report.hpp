@@ -43,9 +43,9 @@ struct SessionStory {
   /// A time at which the liquid went over the rim.
   struct Spill {
     double t_s = 0;
-    double share = 0;    ///< of the liquid
-    double lateral = 0;  ///< m/s^2, largest sideways force in the half second before; 0: not recorded
-    std::string cause;   ///< in words
+    double share = 0;                      ///< of the liquid
+    double lateral = 0;                    ///< m/s^2, largest sideways force in the half second before; 0: not recorded
+    std::string cause;                     ///< in words
     std::optional<double> full_again_s{};  ///< absent: not in this session
     double within_s = 0;                   ///< that it took
   };
