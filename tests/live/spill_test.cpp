@@ -48,6 +48,36 @@ TEST(Spill, SoftStopsSpillNothing) {
   session.expect_safe();
 }
 
+/// How far the glass goes on once the hand lets go of it, m, and how long that takes, s.
+std::pair<double, double> coast(VirtualSession& session) {
+  const double released = session.now();
+  session.clutch = false;
+  const Vector3 from = session.glass(session.last_command.q).p;
+  EXPECT_TRUE(session.run_until([&] { return session.at_rest(); }, 3.0));
+  return {(session.glass(session.last_command.q).p - from).norm(), session.now() - released};
+}
+
+/// The glass turns less than a hand that the arm cannot reach, or follow: a release makes up for nothing of that.
+TEST(Spill, AReleaseLeavesTheGlassNearWhereItWas) {
+  for (const double side : {1.0, -1.0}) {
+    VirtualSession session(with("carry"));
+    double speed = 0.25 * side, since = 0.0;
+    session.hand = [&](double t) { return Pose{Vector3(0.0, speed * (t - since), 0.0), Quaternion::Identity()}; };
+    for (const double seconds : {4.5, 1.3, 1.3, 2.0}) {  // out of reach, and back
+      session.run(1.0);
+      since = session.now();
+      ASSERT_TRUE(session.grip());
+      session.run(seconds);
+      const auto [way, time] = coast(session);
+      EXPECT_LT(way, 0.15) << side << ", after " << seconds << " s";
+      EXPECT_LT(time, 1.0) << side << ", after " << seconds << " s";
+      if (seconds > 4.0) speed = -speed;
+    }
+    EXPECT_FALSE(session.monitor().liquid().spilled);
+    session.expect_safe();
+  }
+}
+
 /// Profile and tilt change under way; what pours may spill, and nothing else does.
 TEST(Spill, PouringIsAllowedAndNothingSteps) {
   VirtualSession session(with("carry"));

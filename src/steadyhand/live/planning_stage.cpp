@@ -21,6 +21,9 @@ constexpr double kMargin = 1e-4;          // share of speed and acceleration
 /// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
 constexpr double kServoMargin = 1e-3;
 
+/// s of its speed that an arm goes on as it comes to rest, in the mean of stops at random instants.
+constexpr double kOnward = 0.2;
+
 /// The model with a share of its limits, less the margins, and pairs of bodies larger by the servos' margin, or less if
 /// they are nearer than that at home.
 RobotModel within(const RobotModel& model, double speed_scaling) {
@@ -219,10 +222,14 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     retargeter_.release();
     send_target(retargeter_.update(grip, X_base_tool));
   } else if (!follow && following_) {
-    // The glass as the hand held it last, where it is when it stops.
-    scaled_.arm.set_position(at_start.q + 0.5 * settings_.rest_within * at_start.dq);
+    // The glass leans as the hand held it last, where it is and faces when it stops. An arm that lags behind a turn, or
+    // cannot reach it, makes up for none of that: it would go on by decimetres.
+    scaled_.arm.set_position(at_start.q + kOnward * at_start.dq);
     const Target& newest = predictor_.newest();
-    send_target({{now, now}, {scaled_.arm.p(), newest.X_base_tool.q}, false, Time(0), newest.leader});
+    const Vector3 up = newest.X_base_tool.q * Vector3::UnitZ();
+    const Quaternion turned(scaled_.arm.R()),
+        righted = Quaternion::FromTwoVectors(turned * Vector3::UnitZ(), up) * turned;
+    send_target({{now, now}, {scaled_.arm.p(), righted}, false, Time(0), newest.leader});
     resting_since_ = now;
   }
   following_ = follow;
