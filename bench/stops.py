@@ -2,10 +2,12 @@
 
 Needs the Python package (build/release/python on PYTHONPATH), and fork(). From one motion of each hand (hands.py) many stops branch, each
 in a process of its own:
-- soft: the hand lets go. The planner brings the arm to rest with the weights that a live session has then (src/steadyhand/live).
+- soft: the hand lets go. The planner brings the arm to rest with the weights that a live session has then (src/steadyhand/live),
+  and turned as the hand was last, where a live session leaves it facing as it does.
 - lost: no further plan comes, and the arm follows the last one to its end.
 - straight: all joints brake evenly, as hard as the limits allow, as a protective stop does.
-The wave is judged as in carrying.py, from the commands before the stop to 2 s after the arm stands.
+The wave is judged as in carrying.py, from the commands before the stop to 2 s after the arm stands; the way is how far the glass
+ends from where it was as the stop began.
 """
 
 import argparse
@@ -42,17 +44,17 @@ def soft(arm, hand, t):
 
 
 def branch(act):
-    """act() in a copy of this process: the float that it returns."""
+    """act() in a copy of this process: the two floats that it returns."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
         os.write(write, np.float64(act()).tobytes())
         os._exit(0)
     os.close(write)
-    answer = os.read(read, 8)
+    answer = os.read(read, 16)
     os.close(read)
     os.waitpid(child, 0)
-    return np.frombuffer(answer)[0] if len(answer) == 8 else float("nan")
+    return np.frombuffer(answer) if len(answer) == 16 else np.full(2, np.nan)
 
 
 def stop_all(job):
@@ -63,7 +65,7 @@ def stop_all(job):
     t = np.asarray(recorded.t) - recorded.t[0]
     times = np.sort(np.random.default_rng(1).uniform(1.0, t[-1] - 0.1, stops))
     state = None
-    fed, waves = 0, {kind: [] for kind in KINDS}
+    fed, stops_of = 0, {kind: [] for kind in KINDS}  # m: highest wave, and how far the glass went on
     last = 0
     for now in np.arange(0.0, times[-1] + STEP, STEP):
         while fed < len(t) and t[fed] <= now:
@@ -74,11 +76,16 @@ def stop_all(job):
         while last < stops and times[last] <= now:
             plan = arm.plan
             highest = lambda motion: swing(robot.local_acceleration(*motion), state)[0].max()
-            waves["lost"].append(highest(plan.at(np.arange(now + STEP, plan.end + AFTER, STEP))))
-            waves["straight"].append(highest(straight(robot, q, dq)))
-            waves["soft"].append(branch(lambda: highest(soft(arm, recorded.T_operator_hand[fed - 1], now))))
+            place = lambda joints: robot.fk(joints)[:3, 3]
+            judged = lambda motion: (highest(motion), np.linalg.norm(place(motion[0][-1]) - place(q)))
+            for kind, motion in (
+                ("lost", plan.at(np.arange(now + STEP, plan.end + AFTER, STEP))),
+                ("straight", straight(robot, q, dq)),
+            ):
+                stops_of[kind].append(judged(motion))
+            stops_of["soft"].append(branch(lambda: judged(soft(arm, recorded.T_operator_hand[fed - 1], now))))
             last += 1
-    return waves
+    return stops_of
 
 
 def main():
@@ -92,12 +99,15 @@ def main():
     jobs = [(hand, profile, arguments.rate, -(-arguments.stops // len(found))) for profile in arguments.profile for hand in found]
     with multiprocessing.Pool() as pool:
         results = list(zip(jobs, pool.map(stop_all, jobs, chunksize=1)))
-    print("| profile | stop | stops | spilled | wave, median, mm | 99 % | largest |\n|---|---|---|---|---|---|---|")
+    print("| profile | stop | stops | spilled | wave, median, mm | 99 % | largest | way, median, mm | 99 % | largest |\n|---|---|---|---|---|---|---|---|---|---|")
     for profile in arguments.profile:
         for kind in KINDS:
-            waves = 1e3 * np.concatenate([waves[kind] for job, waves in results if job[1] == profile])
+            waves, ways = 1e3 * np.concatenate([seen[kind] for job, seen in results if job[1] == profile]).T
             spilled = np.mean(waves > 1e3 * (GLASS.height - GLASS.fill))
-            print(f"| `{Path(profile).stem}` | {kind} | {len(waves)} | {100 * spilled:.2f} % | {np.median(waves):.1f} | {np.percentile(waves, 99):.1f} | {waves.max():.1f} |")
+            print(
+                f"| `{Path(profile).stem}` | {kind} | {len(waves)} | {100 * spilled:.2f} % | {np.median(waves):.1f} | {np.percentile(waves, 99):.1f} | {waves.max():.1f} "
+                f"| {np.median(ways):.0f} | {np.percentile(ways, 99):.0f} | {ways.max():.0f} |"
+            )
 
 
 if __name__ == "__main__":
