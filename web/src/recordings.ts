@@ -141,7 +141,7 @@ export class Recordings {
     press('past-on', () => this.player?.step(1));
     press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
     press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
-    press('past-compared', () => element('past-compare', HTMLElement).scrollIntoView({ block: 'nearest' }));
+    press('past-compared', () => this.#seeFigures());
     press('past-alone', () => { this.other = null; this.#layOut(); });
     press('past-close', () => this.close());
     const range = element('past-at', HTMLInputElement);
@@ -382,7 +382,10 @@ export class Recordings {
     if (!other || !this.player) return;
     this.other = other;
     this.#layOut();
+    this.#seeFigures();
   }
+
+  #seeFigures(): void { element('past-compare', HTMLElement).scrollIntoView({ block: 'start' }); }
 
   #layOut(): void {
     const { player, other } = this;

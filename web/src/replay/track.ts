@@ -8,6 +8,8 @@ import { indexAt, type Motion, type Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
 const HEIGHT = 60, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
+/** px beside a plot, for the second half of its last time. */
+const RIGHT = 16;
 /** uPlot's word for a null that holds at the other curve's times around it, too. */
 const EXPAND_NULLS = 2;
 /** Points of a curve at most: more are seen by nobody, and a session of hours has them. */
@@ -128,7 +130,7 @@ export class Track {
     const ink = (): string => resolved('var(--muted)'), long = player.duration > IN_SECONDS;
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
-      width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, 0, last ? 0 : 5, 0],
+      width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, RIGHT, last ? 0 : 5, 0],
       scales: { x: { time: false, range: [0, Math.max(0.1, player.duration)] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
       axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, ...(long ? { incrs: STEPS } : {}), values: (_u, ticks) => ticks.map((t) => (!last ? '' : long ? clock(t) : `${t} s`)) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
@@ -139,7 +141,7 @@ export class Track {
   /** px from the track's left to where its times begin, and how many of them there are. */
   get #span(): [number, number] {
     const box = this.#boxes[0]!.getBoundingClientRect(), left = box.left - this.root.getBoundingClientRect().left + AXIS;
-    return [left, Math.max(1, box.width - AXIS)];
+    return [left, Math.max(1, box.width - AXIS - RIGHT)];
   }
 
   /** s from the begin, where the pointer is. */
