@@ -21,7 +21,8 @@ constexpr double kMargin = 1e-4;          // share of speed and acceleration
 /// a T^2 / 2; for a UR5e's limits, 10 ms and a metre that is 0.8 mm.
 constexpr double kServoMargin = 1e-3;
 
-/// s of its speed that an arm goes on as it comes to rest, in the mean of stops at random instants.
+/// s of its speed that an arm is taken to go on as it comes to rest: of 0, 0.1, 0.2 and 0.5 the one with the shortest
+/// stops.
 constexpr double kOnward = 0.2;
 
 /// The model with a share of its limits, less the margins, and pairs of bodies larger by the servos' margin, or less if
