@@ -81,7 +81,7 @@ export class Track {
   readonly #boxes: HTMLElement[] = [];
   readonly #cursor = document.createElement('i');
   /** What the curves are where the pointer is. */
-  readonly #tip = document.createElement('output');
+  readonly #tip = document.createElement('span');
   readonly #told: ((at: number) => string)[] = [];
   #held = false;
 
@@ -94,7 +94,7 @@ export class Track {
     this.#make('Slosh', 'm/s²', 'slosh', sloshText, other, false);
     this.#make('Off target', 'mm', 'off', offText, other, true);
     this.#cursor.className = 'cursor';
-    this.#tip.hidden = true;
+    Object.assign(this.#tip, { className: 'tip', hidden: true, ariaHidden: 'true' }); // a pointer's; the figures are told elsewhere
     root.append(this.#cursor, this.#tip);
     root.onpointerdown = (event) => { this.#held = true; this.#seek(event); };
     root.onpointermove = (event) => {
