@@ -272,9 +272,9 @@ describe('figures of a session', () => {
     expect([alikeFor(led(0.2, 0), led(0.2, 7)), alikeFor(led(0, 0), led(0, 0)), alikeFor(led(0.2, 0), new Player(motion))]).toEqual([null, null, null]);
     const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
     const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
-    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0 × in 8.0\u00a0s that a hand led, against 1 ×, 40.0 %, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0\u00a0× in 8.0\u00a0s that a hand led, against 1\u00a0×, 40.0 %, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
-    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1 ×, .* %, in 8\.0\u00a0s/);
+    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1\u00a0×, .* %, in 8\.0\u00a0s/);
     expect(told(led(0.2, 0, spill), led(0.2, 0, spill))).toMatch(/^Both spilled about as much/);
   });
   it('are told in words to who cannot see the curves', () => {

@@ -136,7 +136,7 @@ const whole = (seconds: number): string => spanText(seconds).replace(' ', '\u00a
 function oftenIn(player: Player): string {
   const spills = (player.motion.events ?? []).filter(({ kind }) => kind === 'spill'), most = Math.max(...spills.map(({ amount = NaN }) => amount));
   const lost = spills.length > 0 && !Number.isNaN(most) ? `, ${spills.length > 1 ? 'at most ' : ''}${percentText(most)} %,` : '';
-  return `${spills.length} ×${lost} in ${whole(ledFor(player))}`;
+  return `${spills.length}\u00a0×${lost} in ${whole(ledFor(player))}`;
 }
 
 /** Which of two spilled less; empty: it is not known how much. */
