@@ -124,8 +124,10 @@ element('add-box', HTMLButtonElement).onclick = () => objects.addBox();
 element('remove-object', HTMLButtonElement).onclick = () => objects.remove();
 element('carry-object', HTMLButtonElement).onclick = () => objects.carry();
 listenForShortcuts(stop, () => panel.reset(), () => session.stands(now()));
-const keys = new Keys(hand, session, wantLease);
-const gamepads = new Gamepads(hand, session, wantLease, stop, (closed) => panel.squeeze(closed), now);
+/** Ahead is where whoever leads looks: in a headset by the heading, else as the scene is seen. */
+const looks = () => (headset.session ? (session.state?.controls.yaw ?? 0) : stage.view.heading);
+const keys = new Keys(hand, session, wantLease, looks);
+const gamepads = new Gamepads(hand, session, wantLease, looks, stop, (closed) => panel.squeeze(closed), now);
 const headset = new Headset(stage, hand, session, connection, { wantLease, stop, reset: () => panel.reset(), command: (kind, more) => panel.command(kind, more) }, () => void offerHeadset());
 
 async function offerHeadset(): Promise<void> {

@@ -1,5 +1,5 @@
 import type { Hand } from '../hand';
-import { multiply, normalize, rotation, type MutableQuat, type MutableVec3 } from '../frames';
+import { multiply, normalize, rotation, turn, type MutableQuat, type MutableVec3 } from '../frames';
 import { STAYS_UPRIGHT, type Session } from '../session';
 import { Trigger } from './controllers';
 import { isTyped } from './shortcuts';
@@ -7,23 +7,25 @@ import { isTyped } from './shortcuts';
 const SPEED = 0.25; // m/s
 const TURN = 0.8;   // rad/s
 
-/** Axis and sign of each key, base frame; the first three move, the last three turn. */
+/** Axis (x away from who looks, y to the left of the picture, z up) and sign of each key; the first three move, the last three turn. */
 const KEYS: Readonly<Record<string, readonly [number, number]>> = {
   KeyW: [0, 1], KeyS: [0, -1], KeyA: [1, 1], KeyD: [1, -1], KeyE: [2, 1], KeyQ: [2, -1],
   KeyJ: [5, 1], KeyL: [5, -1], KeyI: [4, 1], KeyK: [4, -1], KeyU: [3, 1], KeyO: [3, -1],
 };
 
-/** Rates along and about the axes, from keys or a gamepad, while they hold the hand. */
+/** Rates along and about the picture's axes, from keys or a gamepad, while they hold the hand. */
 abstract class RateInput {
   protected readonly rates = new Float64Array(6);
   readonly #shift: MutableVec3 = [0, 0, 0];
   readonly #spin: MutableQuat = [0, 0, 0, 1];
+  readonly #way: MutableVec3 = [0, 0, 0];
   readonly #axis: MutableVec3 = [0, 0, 0];
   readonly #step: MutableQuat = [0, 0, 0, 1];
   #held = false;
 
+  /** @param looks rad, about the base's z: where who leads looks, of the arm's forward */
   constructor(private readonly name: string, protected readonly hand: Hand, protected readonly session: Session,
-              private readonly wantLease: () => boolean) {}
+              private readonly wantLease: () => boolean, private readonly looks: () => number) {}
 
   /** @param dt s; @param eventTime s, of the event that this follows at once */
   protected advance(dt: number, held: boolean, eventTime?: number): void {
@@ -40,11 +42,14 @@ abstract class RateInput {
       this.#spin.fill(0);
       this.#spin[3] = 1;
     }
-    const rate = Math.hypot(this.rates[3]!, this.rates[4]!, this.rates[5]!);
+    const rate = Math.hypot(this.rates[3]!, this.rates[4]!, this.rates[5]!), heading = this.looks();
     for (let i = 0; i < 3; ++i) {
-      this.#shift[i]! += this.rates[i]! * SPEED * dt;
+      this.#way[i] = this.rates[i]! * SPEED * dt;
       this.#axis[i] = this.rates[3 + i]! / rate;
     }
+    turn(this.#way, heading, this.#way);
+    turn(this.#axis, heading, this.#axis);
+    for (let i = 0; i < 3; ++i) this.#shift[i]! += this.#way[i]!;
     if (rate > 0) normalize(multiply(rotation(this.#axis, rate * TURN * dt, this.#step), this.#spin, this.#spin), this.#spin);
     this.hand.lead(this.name, this.#shift, this.#spin, controls.scale, controls.yaw, eventTime);
   }
@@ -57,8 +62,8 @@ export class Keys extends RateInput {
     this.rates[key[0]]! += key[1];
   };
 
-  constructor(hand: Hand, session: Session, wantLease: () => boolean) {
-    super('keys', hand, session, wantLease);
+  constructor(hand: Hand, session: Session, wantLease: () => boolean, looks: () => number) {
+    super('keys', hand, session, wantLease, looks);
     addEventListener('keydown', (event) => {
       if (isTyped(event.target) || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
       event.preventDefault(); // a list that has the focus would look for a name that begins with this letter
@@ -107,9 +112,9 @@ export class Gamepads extends RateInput {
   #heard = -Infinity;
   #plugged = false;
 
-  constructor(hand: Hand, session: Session, wantLease: () => boolean, private readonly onStop: () => void,
+  constructor(hand: Hand, session: Session, wantLease: () => boolean, looks: () => number, private readonly onStop: () => void,
               private readonly onGripper: (closed: number) => void, private readonly now: () => number) {
-    super('gamepad', hand, session, wantLease);
+    super('gamepad', hand, session, wantLease, looks);
     // Asked 90 times a second, the browser makes its list anew each time.
     const look = (): void => { this.#plugged = (navigator.getGamepads?.() ?? []).some((pad) => pad?.mapping === 'standard'); };
     addEventListener('gamepadconnected', look);

@@ -77,6 +77,12 @@ export class View {
     this.orbit.update();
   }
 
+  /** rad, about the arm's z: where the picture looks, of the arm's forward (-z of the world). */
+  get heading(): number {
+    const { elements } = this.camera.matrixWorld; // its first column points to the right of the picture, which never leans
+    return Math.atan2(-elements[2]!, elements[0]!);
+  }
+
   /** @param room what a card covers at the right and at the top, as shares of the picture: the middle of the scene is that of the rest */
   resize(aspect: number, room: readonly [number, number] = [0, 0]): void {
     this.camera.aspect = aspect;
