@@ -9,7 +9,7 @@ import { listenForShortcuts } from './input/shortcuts';
 import { Objects } from './input/objects';
 import { Headset } from './input/xr';
 import { EpisodePanel } from './episodes';
-import { element, onResize } from './element';
+import { element, onResize, put } from './element';
 import { Panel } from './panel';
 import { Joints } from './plots/joints';
 import { Plots } from './plots/plots';
@@ -106,7 +106,15 @@ let recorded: boolean | null = null;
 const panel = new Panel(session, connection, hand);
 const episodes = new EpisodePanel(session, panel);
 const firstSteps = new FirstSteps(() => panel.playFirst(), () => hand.letGo(), () => fit());
-const fit = () => stage.resize(canvas.clientWidth, canvas.clientHeight, firstSteps.room(canvas));
+const words = element('top', HTMLElement);
+const keepClear = () => {
+  const right = Math.max(0, ...[...words.children].map((card) => (card as HTMLElement).offsetLeft + (card as HTMLElement).offsetWidth));
+  stage.view.cover((words.offsetLeft + right) / Math.max(1, canvas.clientWidth), (words.offsetTop + words.offsetHeight + 8) / Math.max(1, canvas.clientHeight));
+};
+const fit = () => {
+  stage.resize(canvas.clientWidth, canvas.clientHeight, firstSteps.room(canvas));
+  keepClear();
+};
 /** Whoever takes hold sees the scene. True: that took the lease. */
 const wantLease = () => {
   firstSteps.closeHelp();
@@ -207,6 +215,7 @@ dark.onchange = () => {
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', repaint);
 
 onResize(canvas, fit);
+onResize(words, keepClear);
 
 /** s between two looks at all words and values. */
 const WORDS_EVERY = 0.2;
@@ -231,6 +240,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   objects.draw();
   if (t - lastWords > WORDS_EVERY) {
     lastWords = t;
+    put(words.dataset, 'over', String(stage.view.isCovered && !session.past));
     panel.draw(t, objects.chosen);
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();

@@ -37,6 +37,25 @@ describe('the view', () => {
     expect(position.toArray()).toEqual(chosen.toArray());
   });
 
+  it('steps back until the target\'s upper handle is clear of the cards, but stays while a handle is held', () => {
+    const view = new View(canvas(), false), target = new THREE.Vector3(0, 1.1, -0.95);
+    view.resize(1.6);
+    view.cover(0.6, 0.2);
+    view.update(target, 0.05);
+    const begin = view.camera.position.clone();
+    expect(view.isCovered).toBe(false);
+    target.y = 1.35;
+    view.orbit.enabled = false; // as while a handle is held
+    view.update(target, 0.05);
+    expect([view.isCovered, view.camera.position.equals(begin)]).toEqual([true, true]);
+    view.orbit.enabled = true;
+    for (let i = 0; i < 60; ++i) view.update(target, 0.05);
+    expect(view.isCovered).toBe(false);
+    const handle = target.clone();
+    handle.y += 0.18;
+    expect(handle.project(view.camera).y).toBeLessThan(0.6);
+  });
+
   it('leaves a finger 44 px of the glass, however small the picture', () => {
     const camera = new THREE.PerspectiveCamera(56, 1, 0.05, 30), at = new THREE.Vector3(0, 0, -2);
     for (const height of [200, 300, 600]) {

@@ -2,8 +2,10 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { PRESETS, type Preset } from './presets';
 
-/** What the page's cards leave free of the picture, in normalised device coordinates. */
-const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65, top: 0.45 };
+/** What the page's cards leave free of the picture, in normalised device coordinates; at the top they come and go. */
+const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65 };
+/** m, above the target: where its upper handle ends. */
+const HANDLE = 0.18;
 const WIDENING = 1.2; // 1/s, of the distance
 const FOLLOWING = 3; // 1/s, of what is left of the way
 /** 1/s, of what is left of the way to another middle; and the share of the picture that nobody sees any more. */
@@ -26,6 +28,11 @@ export class View {
   readonly #room = new THREE.Vector2(NaN, NaN);
   readonly #wanted = new THREE.Vector2();
   #inSight = true;
+  /** The target, or its handle, is behind the cards. */
+  isCovered = false;
+  /** Normalised device coordinates where cards begin, and where they end at their right. */
+  #top = 0.45;
+  #cardsEnd = 1;
 
   constructor(canvas: HTMLCanvasElement, private readonly reducedMotion: boolean) {
     for (const type of ['pointerdown', 'pointerup', 'pointercancel'] as const) canvas.addEventListener(type, () => { this.isPressed = type === 'pointerdown'; }, { capture: true });
@@ -94,6 +101,12 @@ export class View {
     this.#centre();
   }
 
+  /** What cards cover at the picture's top, as shares of it: the target's handles keep clear of that. */
+  cover(width: number, height: number): void {
+    this.#top = 1 - 2 * Math.min(height, 0.4);
+    this.#cardsEnd = 2 * width - 1;
+  }
+
   #centre(): void {
     const { camera } = this, { aspect } = camera, { x, y } = this.#room;
     if (x > 0 || y > 0) return camera.setViewOffset(aspect, 1, (aspect * x) / 2, -y / 2, aspect, 1);
@@ -123,6 +136,7 @@ export class View {
     }
     this.orbit.update();
     this.camera.updateMatrixWorld();
+    this.isCovered = false;
     if (!target) return;
     const sees = this.#sees(target);
     if (sees || this.#turning) this.#inSight = sees;
@@ -134,7 +148,11 @@ export class View {
 
   #sees(target: THREE.Vector3): boolean {
     const { x, y, z } = this.#seen.copy(target).project(this.camera);
-    return z < 1 && x > CLEAR.left && x < CLEAR.right && y > CLEAR.bottom && y < CLEAR.top;
+    if (z >= 1 || x <= CLEAR.left || x >= CLEAR.right || y <= CLEAR.bottom) return false;
+    this.#seen.copy(target).y += HANDLE;
+    const clear = this.#seen.project(this.camera).y < this.#top;
+    this.isCovered = !clear && x < this.#cardsEnd;
+    return clear;
   }
 
   #stepBack(dt: number): void {
