@@ -80,7 +80,7 @@ export class Room extends THREE.Group {
   setDark(dark: boolean): void {
     (this.#floor.uniforms.ground!.value as THREE.Color).setHex(dark ? 0x1b2027 : 0xe3e8ee);
     (this.#floor.uniforms.ink!.value as THREE.Color).setHex(dark ? 0x566373 : 0x94a3b3);
-    this.#pedestal.color.setHex(dark ? 0x394350 : 0xf3f5f7);
+    this.#pedestal.color.setHex(dark ? 0x9aa7b6 : 0xf3f5f7);
     this.#shadow.opacity = dark ? 0.5 : 0.26;
   }
 }

@@ -188,9 +188,10 @@ export class Stage {
 
   #light(): void {
     const reflects = this.scene.environment !== null;
-    this.scene.environmentIntensity = this.#dark ? 0.42 : 0.6;
-    this.#sun.intensity = this.#dark ? 1.9 : 2.4;
-    this.#sky.intensity = (reflects ? 0.45 : 1.7) * (this.#dark ? 0.7 : 1);
+    // Before a dark backdrop as bright as before a light one: the arm's own grey is dark.
+    this.scene.environmentIntensity = this.#dark ? 0.75 : 0.6;
+    this.#sun.intensity = this.#dark ? 2.8 : 2.4;
+    this.#sky.intensity = (reflects ? 0.45 : 1.7) * (this.#dark ? 1.3 : 1);
   }
 
   /** What shines in metal and glass. Computed once, which takes a processor without graphics card many seconds. */
