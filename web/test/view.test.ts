@@ -54,6 +54,13 @@ describe('the view', () => {
     const handle = target.clone();
     handle.y += 0.18;
     expect(handle.project(view.camera).y).toBeLessThan(0.6);
+    for (let i = 0; i < 60; ++i) view.update(target, 0.05);
+    const back = view.camera.position.distanceTo(view.orbit.target);
+    for (let i = 0; i < 60; ++i) view.update(target, 0.05);
+    expect(view.camera.position.distanceTo(view.orbit.target)).toBeCloseTo(back, 6); // it rests, and does not breathe
+    target.y = 1.1;
+    for (let i = 0; i < 100; ++i) view.update(target, 0.05);
+    expect(view.camera.position.distanceTo(begin)).toBeLessThan(1e-3);
   });
 
   it('leaves a finger 44 px of the glass, however small the picture', () => {

@@ -6,7 +6,9 @@ import { PRESETS, type Preset } from './presets';
 const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65 };
 /** m, above the target: where its upper handle ends. */
 const HANDLE = 0.18;
-const WIDENING = 1.2; // 1/s, of the distance
+const WIDENING = 1.2, NEARING = 0.4; // 1/s, of the distance
+/** What must stay free beside the target as the view comes nearer again, in normalised device coordinates. */
+const SPARE = 0.15;
 const FOLLOWING = 3; // 1/s, of what is left of the way
 /** 1/s, of what is left of the way to another middle; and the share of the picture that nobody sees any more. */
 const GLIDING = 5, ARRIVED = 1e-3;
@@ -28,6 +30,8 @@ export class View {
   readonly #room = new THREE.Vector2(NaN, NaN);
   readonly #wanted = new THREE.Vector2();
   #inSight = true;
+  /** m, from which the view stepped back by itself; NaN: it did not. */
+  #chosen = NaN;
   /** The target, or its handle, is behind the cards. */
   isCovered = false;
   /** Normalised device coordinates where cards begin, and where they end at their right. */
@@ -44,6 +48,7 @@ export class View {
     this.orbit.maxPolarAngle = 0.53 * Math.PI;
     this.orbit.addEventListener('start', () => {
       this.#turning = true;
+      this.#chosen = NaN;
       this.#before = null;
     });
     this.orbit.addEventListener('end', () => { this.#turning = false; });
@@ -55,6 +60,7 @@ export class View {
     this.orbit.target.set(...at);
     this.#before = null;
     this.#inSight = true;
+    this.#chosen = NaN;
     this.orbit.update();
   }
 
@@ -68,6 +74,7 @@ export class View {
       target.copy(this.#before.target);
       this.#before = null;
       this.#inSight = true;
+      this.#chosen = NaN;
     }
   }
 
@@ -81,6 +88,7 @@ export class View {
     away.setLength(THREE.MathUtils.clamp((1.15 * sphere.radius) / Math.sin(narrow), minDistance, maxDistance));
     this.camera.position.copy(target).add(away);
     this.#inSight = true;
+    this.#chosen = NaN;
     this.orbit.update();
   }
 
@@ -123,7 +131,8 @@ export class View {
   }
 
   /**
-   * Steps back where the target left the picture by itself; where the operator turned away from it, the view stays theirs.
+   * Steps back where the target left the picture by itself, and comes nearer again as there is room; where the operator turned away
+   * from it, the view stays theirs.
    * @param target world frame, m; null where none is shown
    * @param dt s
    */
@@ -141,24 +150,38 @@ export class View {
     const sees = this.#sees(target);
     if (sees || this.#turning) this.#inSight = sees;
     // A held handle moves with the pointer through the picture, which must stay.
-    if (sees || this.#turning || !this.#inSight || !this.orbit.enabled) return;
+    if (this.#turning || !this.#inSight || !this.orbit.enabled) return;
+    if (sees) return this.#comeNearer(target, Math.min(dt, 0.1));
+    if (Number.isNaN(this.#chosen)) this.#chosen = this.camera.position.distanceTo(this.orbit.target);
     do this.#stepBack(this.reducedMotion ? 0.1 : Math.min(dt, 0.1));
     while (this.reducedMotion && !this.#sees(target) && this.camera.position.distanceTo(this.orbit.target) < this.orbit.maxDistance);
   }
 
-  #sees(target: THREE.Vector3): boolean {
+  /** @param spare that must be free beside it */
+  #sees(target: THREE.Vector3, spare = 0): boolean {
     const { x, y, z } = this.#seen.copy(target).project(this.camera);
-    if (z >= 1 || x <= CLEAR.left || x >= CLEAR.right || y <= CLEAR.bottom) return false;
+    if (z >= 1 || x <= CLEAR.left + spare || x >= CLEAR.right - spare || y <= CLEAR.bottom + spare) return false;
     this.#seen.copy(target).y += HANDLE;
-    const clear = this.#seen.project(this.camera).y < this.#top;
-    this.isCovered = !clear && x < this.#cardsEnd;
+    const clear = this.#seen.project(this.camera).y < this.#top - spare;
+    this.isCovered = spare === 0 && !clear && x < this.#cardsEnd;
     return clear;
   }
 
   #stepBack(dt: number): void {
-    const { target, maxDistance } = this.orbit;
-    const away = this.camera.position.sub(target);
-    away.setLength(Math.min(maxDistance, away.length() * Math.exp(WIDENING * dt))).add(target);
+    this.#standAt(Math.min(this.orbit.maxDistance, this.camera.position.distanceTo(this.orbit.target) * Math.exp(WIDENING * dt)));
+  }
+
+  /** A view that jumps for less motion does not come back: it would jump twice. */
+  #comeNearer(target: THREE.Vector3, dt: number): void {
+    const distance = this.camera.position.distanceTo(this.orbit.target);
+    if (this.reducedMotion || !(distance > this.#chosen)) return;
+    this.#standAt(Math.max(this.#chosen, distance * Math.exp(-NEARING * dt)));
+    if (!this.#sees(target, SPARE)) this.#standAt(distance);
+  }
+
+  /** @param distance m, from the middle */
+  #standAt(distance: number): void {
+    this.camera.position.sub(this.orbit.target).setLength(distance).add(this.orbit.target);
     this.camera.updateMatrixWorld();
   }
 }
