@@ -241,7 +241,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (t - lastWords > WORDS_EVERY) {
     lastWords = t;
     put(words.dataset, 'over', String(stage.view.isCovered && !session.past));
-    panel.draw(t, objects.chosen);
+    panel.draw(t, objects.chosen, objects.carries);
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();
     tellCameras();

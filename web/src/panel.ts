@@ -97,7 +97,8 @@ export function headingText(heading: number): string {
 }
 
 /** What objects are for. @param chosen the one that the buttons act on; empty: none @param plays a demo motion leads */
-function objectsHint(chosen: string, plays: boolean): string {
+function objectsHint(chosen: string, carried: boolean, plays: boolean): string {
+  if (carried) return `The arm carries ${chosen}, as far from the tool as it was taken, and keeps it clear of all else.${plays ? ' To put it down, lead the arm yourself: a demo motion does now.' : ''}`;
   if (plays) return 'Drag them over the floor: the arm keeps away. To take or put one down, lead the arm yourself: a demo motion does now.';
   return `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
 }
@@ -128,7 +129,8 @@ export class Panel {
   #countersAt = -Infinity;
   #chosen = '';
   #plays = false;
-  #objectsHint = objectsHint('', false);
+  #objectsHint = objectsHint('', false, false);
+  #carried = false;
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('reset').onclick = () => this.reset();
@@ -345,14 +347,14 @@ export class Panel {
   /** Whether the server's word may replace what this control shows. */
   #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
 
-  /** A few times a second; now in s of performance.now(). @param chosen the object that the buttons for one act on; empty: none */
-  draw(now: number, chosen: string): void {
+  /** A few times a second; now in s of performance.now(). @param chosen the object that the buttons for one act on; empty: none @param carried the tool has it */
+  draw(now: number, chosen: string, carried: boolean): void {
     const focused = document.activeElement;
-    this.#draw(now, chosen);
+    this.#draw(now, chosen, carried);
     this.#keepFocus(focused);
   }
 
-  #draw(now: number, chosen: string): void {
+  #draw(now: number, chosen: string, carried: boolean): void {
     const { session } = this;
     const state = session.state;
     const live = session.status === 'open' && !session.isStale(now), present = live && !session.past, reached = !session.isGone(now) && !session.past;
@@ -412,7 +414,10 @@ export class Panel {
     const why = element('why-disabled', HTMLElement);
     write(why, whyDisabled(session, reached));
     put(why, 'hidden', why.textContent === '');
-    if (chosen !== this.#chosen || plays !== this.#plays) this.#objectsHint = objectsHint(this.#chosen = chosen, this.#plays = plays); // words that are made anew only then
+    if (chosen !== this.#chosen || carried !== this.#carried || plays !== this.#plays) { // words that are made anew only then
+      this.#objectsHint = objectsHint(this.#chosen = chosen, this.#carried = carried, this.#plays = plays);
+      button('carry-object').textContent = carried ? 'Put down' : 'Take up';
+    }
     write(element('objects-hint', HTMLElement), why.textContent || this.#objectsHint);
     for (const slider of [...this.#weights, ...this.#sliders]) {
       const { node } = slider, value = slider.read();

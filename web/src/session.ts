@@ -292,7 +292,7 @@ export class Session {
     const { reason = '', controls } = this.state ?? {};
     // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
     if (reason === 'grip to move the arm') return '';
-    if (reason === 'the hand is back') return 'following again';
+    if (reason === 'the hand is back') return 'the hand is heard again';
     if (!this.#hasHeld && NOT_HEARD.test(reason)) return ''; // whose hand that was is not here
     if (this.isLostByBrowser) return 'this browser is too slow, and did not tell of the hand';
     return demoReason(reason, (controls?.playback ?? -1) >= 0);

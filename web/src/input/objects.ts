@@ -43,6 +43,9 @@ export class Objects {
   /** The one that the tool carries, or else that was added or dragged last and is still there; empty: none. */
   get chosen(): string { return this.stage.surroundings.carriedOr(this.#last); }
 
+  /** The tool carries one. */
+  get carries(): boolean { return this.stage.surroundings.carriedOr('') !== ''; }
+
   get #may(): boolean { return this.session.mayTake && !this.session.past; }
 
   addBox(): void {

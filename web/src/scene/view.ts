@@ -3,7 +3,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { PRESETS, type Preset } from './presets';
 
 /** What the page's cards leave free of the picture, in normalised device coordinates; at the top they come and go. */
-const CLEAR = { left: -0.85, right: 0.85, bottom: -0.65 };
+const CLEAR = { left: -0.85, right: 0.85, bottom: -0.58 };
 /** m, above the target: where its upper handle ends. */
 const HANDLE = 0.18;
 const WIDENING = 1.2, NEARING = 0.4; // 1/s, of the distance
