@@ -119,6 +119,8 @@ export class Session {
   #lateAt = -Infinity;
   /** The planner was late just before it spilled. */
   #spilledLate = false;
+  /** The profile that led keeps nothing in: a full glass spills anew. */
+  #spilledAnyhow = false;
   /** It was while the arm braked, or was stopped by its own controller. */
   #spilledInStop = false;
   #hint = { words: '', at: -Infinity };
@@ -200,6 +202,7 @@ export class Session {
     if (!before.liquid.spilled) {
       this.#spilledUnder.clear();
       this.#spilledInStop = ['stopping', 'holding', 'fault'].includes(message.state);
+      this.#spilledAnyhow = !message.controls.no_spill;
       this.#spilledLate = message.controls.no_spill && message.now_s - this.#lateAt < LATE_BEFORE;
     }
     const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0);
@@ -271,7 +274,7 @@ export class Session {
       return label === undefined ? [] : [{ label, share }];
     });
     const told = parts.length > 1 ? parts.filter(({ share }) => share >= TOLD_SHARE) : parts;
-    const why = this.#spilledLate ? ': the planner was late' : this.#spilledInStop ? ', in a stop' : '';
+    const why = this.#spilledLate ? ': the planner was late' : this.#spilledInStop ? ', in a stop' : this.#spilledAnyhow ? ', which does not keep it in' : '';
     if (told.length > 1) return `${whole}: ${told.map(({ label, share }) => `${percentText(share)} % under ${label}`).join(', ')}`;
     return told.length > 0 ? `${whole} under ${told[0]!.label}${why}` : whole;
   }

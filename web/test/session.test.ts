@@ -129,7 +129,7 @@ describe('words of a session', () => {
     const at = (now_s: number, profile: number, no_spill: boolean, spilled_share: number) => session.take(state({ now_s, state: 'engaged', controls: { ...controls, profile, no_spill }, liquid: { ...liquid(true), spilled_share } }), now_s);
     at(100, 1, false, 0.5);
     at(100.1, 0, true, 0.6);
-    expect(session.spill()).toBe(`Spilled 60.0 % under ${label(1)}`); // what the other took over swinging
+    expect(session.spill()).toBe(`Spilled 60.0 % under ${label(1)}, which does not keep it in`); // what the other took over swinging
     under(0, false, 101);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
     expect(session.spill()).toMatch(/, in a stop$/);

@@ -50,6 +50,9 @@ export class Plots {
     root.replaceChildren();
     const strip = this.#frame('states', 'States', '', 'As the lamp shows them; beneath: spills, limits that held the arm back, missed deadlines');
     strip.append(this.#strip.canvas);
+    const marks = document.createElement('output');
+    marks.append(...(['spill', 'limit', 'late'] as const).map((textContent) => Object.assign(document.createElement('span'), { textContent, className: `mark ${textContent}` })));
+    strip.previousElementSibling!.append(marks);
     this.#strip.canvas.style.marginLeft = `${AXIS}px`;
     const perProfile = profiles.map((profile) => ({ label: profile.label, color: colorOf(profile) }));
     const spread = [{ label: 'median', color: 'var(--ink)' }, { label: 'p99', color: 'var(--muted)', dash: [3, 3] }];
