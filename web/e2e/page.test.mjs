@@ -201,6 +201,28 @@ test('dragging the target leads the arm, letting go leaves it, and a watcher may
   assert.deepEqual(page.complaints, []);
 });
 
+test('where the processor draws, a picture is seen once it is done', { skip: FIREFOX }, async () => {
+  page = await open({ drawn: true });
+  await ready(page);
+  const seen = async () => (await page.locator('#scene').screenshot({ timeout: PATIENCE })).toString('base64');
+  const begin = await seen();
+  const shown = () => page.evaluate(() => globalThis.pictures);
+  await page.evaluate(() => {
+    const blit = WebGL2RenderingContext.prototype.blitFramebuffer;
+    globalThis.pictures = 0;
+    WebGL2RenderingContext.prototype.blitFramebuffer = function (...words) { ++globalThis.pictures; return blit.apply(this, words); };
+  });
+  await lead(page, key('KeyE'), async () => (await shown()) > 5, 'pictures of a moving arm');
+  await page.keyboard.up('KeyE');
+  await rest(page);
+  await until(async () => (await seen()) !== begin, 'another picture than before');
+  await page.setViewportSize({ width: 1000, height: 700 }); // another size leaves none
+  const before = await shown();
+  await lead(page, key('KeyQ'), async () => (await shown()) > before + 5, 'pictures of another size');
+  await page.keyboard.up('KeyQ');
+  assert.deepEqual(page.complaints, []);
+});
+
 test('keys lead the arm; Space stops it; profile and weight change while it moves', async () => {
   page = await open();
   await ready(page);

@@ -3,6 +3,7 @@ import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment
 import { SCENE_FROM_ROBOT } from '../frames';
 import type { Cell, GlassSize, Pose, Robot, SessionState, StateMessage } from '../protocol';
 import { Arm } from './arm';
+import { Aside } from './aside';
 import { toMatrix } from './body';
 import { blindRenderer } from './blind';
 import { Ghost, Glass } from './glass';
@@ -89,8 +90,11 @@ export class Stage {
   #presents = false;
   readonly #pace: Pace;
   readonly #thrift: Thrift;
-  /** Of the picture that is being drawn; null: none is, or nobody can say. */
+  readonly #aside: Aside;
+  /** Of the picture that is being drawn on the canvas; null: none is, or nobody can say. */
   #fence: WebGLSync | null = null;
+  /** The canvas has another size, and nothing on it. */
+  #blank = false;
   /** s, since the picture before. */
   #undrawn = 0;
   /** Colour of the state, and whether a spill is drawn. */
@@ -142,6 +146,7 @@ export class Stage {
     this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.#pace = new Pace(software ? SHADOWLESS : 0);
     this.#thrift = new Thrift(drawnBy === 'software');
+    this.#aside = new Aside(this.renderer);
     this.#drawAt(this.#pace.level);
   }
 
@@ -208,6 +213,7 @@ export class Stage {
     this.scene.background = mode === 'immersive-vr' ? this.#backdrop : null;
     // Drawn for both eyes, and nothing there makes a picture coarser that comes too late: it begins without what costs most.
     this.#presents = mode !== null;
+    this.#aside.drop();
     this.view.shows(this.#presents);
     this.#shade();
   }
@@ -305,6 +311,7 @@ export class Stage {
     this.#still = quality > COARSEST;
     if (this.#still) return;
     this.#thrift.software = false;
+    this.#aside.drop();
     this.#pace.restart(quality);
     this.#drawAt(quality);
   }
@@ -326,6 +333,8 @@ export class Stage {
   resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
+    this.#aside.drop();
+    this.#blank = true;
     this.#thrift.blank(performance.now() / 1000);
     this.view.resize(width / height, room);
     this.#pace.restart();
@@ -358,14 +367,13 @@ export class Stage {
     }
     if (this.arm) this.#seeThrough.update(this.arm, presents ? this.renderer.xr.getCamera() : this.view.camera, this.glass, this.#undrawn);
     this.#undrawn = 0;
-    if (!presents) this.#size(sharp ? 1 : SHARES[this.#pace.level]!);
-    this.renderer.render(this.scene, this.view.camera);
-    if (!presents && this.#thrift.spares) this.#fenceOff();
-  }
-
-  #size(share: number): void {
-    const ratio = Math.min(devicePixelRatio, 2) * share;
-    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
+    const { renderer, scene, view: { camera } } = this, ratio = Math.min(devicePixelRatio, 2) * (sharp ? 1 : SHARES[this.#pace.level]!);
+    if (presents) return renderer.render(scene, camera);
+    if (this.#thrift.software && !this.#blank) return this.#aside.draw(scene, camera, ratio);
+    this.#blank = false;
+    if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+    renderer.render(scene, camera);
+    if (this.#thrift.spares) this.#fenceOff();
   }
 
   /** Where a picture takes long the next one would wait for it, and the page with it. */
@@ -376,7 +384,10 @@ export class Stage {
     gl.flush();
   }
 
+  /** Whether the picture before is not done; one that was drawn aside is shown as soon as it is. */
   #isDrawing(): boolean {
+    this.#aside.show();
+    if (this.#aside.draws) return true;
     if (!this.#fence) return false;
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (!gl.isContextLost() && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.SIGNALED) return true;
