@@ -213,9 +213,14 @@ TEST(SessionFile, AreListedFromTheNewestOnWhateverTheyAreCalled) {
   add("2026-11-26_08-00-00", {});
   add("an old one", {{"started", "2026-11-26_07-00-00 UTC"}});
   add("of a long program", {{"started", "2026-11-26_06-00-00 UTC"}, {"recorded", "2026-11-26_09-00-00 UTC"}});
+  add("2026-11-26_05-00-00_2", {{"started", "2026-11-26_05-00-00 UTC"}, {"recorded", "2026-11-26_07-30-00 UTC"}});
+  add("tells nothing", {});
+  const auto years_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(24 * 365 * 40);
+  std::filesystem::last_write_time(folder.path() / "tells nothing.mcap", years_ago);
   std::vector<std::string> names;
   for (const SessionEntry& entry : list_sessions(folder.path())) names.push_back(entry.name);
-  EXPECT_EQ(names, (std::vector<std::string>{"of a long program", "2026-11-26_08-00-00", "an old one"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"of a long program", "2026-11-26_08-00-00", "2026-11-26_05-00-00_2",
+                                             "an old one", "tells nothing"}));
 }
 
 TEST(SessionFile, RefusesWhatDoesNotFit) {

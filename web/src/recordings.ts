@@ -52,11 +52,17 @@ export function isFound(told: string, wanted: string): boolean {
   return (wanted.toLowerCase().match(NOT_OR_WORD) ?? []).every((word) => word === 'not' || (word.startsWith('not ') ? all.includes(word) : said.includes(word)));
 }
 
+/** Its name in words: of several files of a program each says when it began itself, as the list is ordered. */
+export function wordsOf({ name, run = {} }: { name: string; run?: Record<string, string> }, now: Date): string {
+  const named = titleOf(name, now);
+  return named !== name && run.recorded ? titleOf(run.recorded.replace(/ UTC$/, ''), now) : named;
+}
+
 /** When it began, where its title does not say so; empty: it does, or nobody knows. */
-export function beganOf({ name, label, run }: RecordedSession, now: Date): string {
-  const named = titleOf(name, now), known = named !== name;
+export function beganOf(session: RecordedSession, now: Date): string {
+  const { name, label, run } = session, named = wordsOf(session, now), known = named !== name;
   if (known) return label ? named : '';
-  return run.started ? `${label ? `${name} · ` : ''}${titleOf(run.started.replace(/ UTC$/, ''), now)}` : label ? name : '';
+  return run.recorded || run.started ? `${label ? `${name} · ` : ''}${titleOf((run.recorded || run.started!).replace(/ UTC$/, ''), now)}` : label ? name : '';
 }
 
 /** s: the length of what is being written, which never shrinks. @param told by the server, `age` s ago @param before as it was shown last */
@@ -208,7 +214,7 @@ export class Recordings {
     element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
     const find = element('recordings-find', HTMLInputElement), wanted = find.value.trim();
     element('recordings-finder', HTMLLabelElement).hidden = this.#sessions.length < 4 && wanted === '';
-    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, titleOf(session.name, new Date()), session.name, figures(session, null, this.profiles), session.summary.spilled === 'no' ? 'not spilled' : ''].join(' '), wanted));
+    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, wordsOf(session, new Date()), session.name, figures(session, null, this.profiles), session.summary.spilled === 'no' ? 'not spilled' : ''].join(' '), wanted));
     const all = (): void => {
       find.value = '';
       this.#showList();
@@ -221,7 +227,7 @@ export class Recordings {
     this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const began = beganOf(session, new Date()), told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt, began) });
-      const title = Object.assign(document.createElement('strong'), { textContent: session.label || titleOf(name, new Date()) }), spilled = spillOf(session, this.profiles);
+      const title = Object.assign(document.createElement('strong'), { textContent: session.label || wordsOf(session, new Date()) }), spilled = spillOf(session, this.profiles);
       words.append(title, told);
       if (spilled) {
         const pill = this.#slow('replay', 'Reading…', name, spilled, `${spilled}: replay ${name} at this spill`, () => this.#openAtSpill(name));
@@ -428,7 +434,10 @@ export class Recordings {
   }
 
   /** As in the list. */
-  #calledOf(name: string): string { return this.#sessions.find((each) => each.name === name)?.label || titleOf(name, new Date()); }
+  #calledOf(name: string): string {
+    const session: Partial<RecordedSession> & { name: string } = this.#sessions.find((each) => each.name === name) ?? { name };
+    return session.label || wordsOf(session, new Date());
+  }
 
   /** What people call it, and every profile that led. */
   #titleOf(motion: Motion): string {

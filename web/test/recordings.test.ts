@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { Busy } from '../src/busy';
-import { beganOf, figures, grown, isFound, spillOf, titleOf } from '../src/recordings';
+import { beganOf, figures, grown, isFound, spillOf, titleOf, wordsOf } from '../src/recordings';
 import { clock, percentText, rateText } from '../src/figures';
 import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
@@ -193,6 +193,8 @@ describe('names', () => {
     expect(beganOf({ ...session, label: 'calm' }, now)).toBe('Today 00:10:07');
     expect(beganOf({ ...session, name: 'short' }, now)).toBe('Yesterday 23:00:00');
     expect(beganOf({ ...session, name: 'short', run: {} }, now)).toBe('');
+    expect(wordsOf({ name: '2026-11-25_00-10-07_2', run: { recorded: '2026-11-25_00-30-00 UTC' } }, now)).toBe('Today 00:30:00');
+    expect(wordsOf({ name: 'short', run: { recorded: '2026-11-25_00-30-00 UTC' } }, now)).toBe('short');
   });
   it('and the length of what is being written never shrinks', () => {
     expect(grown(589, 3, 637)).toBe(637);

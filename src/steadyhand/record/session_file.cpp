@@ -1,12 +1,15 @@
 #include "steadyhand/record/session_file.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <regex>
 
 #include "steadyhand/record/cell_json.hpp"
 
@@ -377,6 +380,31 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
   return session;
 }
 
+namespace {
+
+/// When it began, as DATE_TIME in UTC. A program may make several files, which all have its begin in their names, so
+/// what a file says itself comes first; one that says nothing, and that somebody gave another name, began no later than
+/// it was written.
+std::string begin_of(const SessionEntry& entry) {
+  static const std::regex kDate(R"(^\d{4}-\d\d-\d\d_\d\d-\d\d-\d\d)");
+  const auto told = [&](const char* key) {
+    const auto found = entry.run.find(key);
+    return found == entry.run.end() ? std::string() : found->second;
+  };
+  std::smatch date;
+  for (const std::string& text : {told("recorded"), entry.name, told("started")}) {
+    if (std::regex_search(text, date, kDate)) return date.str();
+  }
+  struct stat file {};
+  if (stat(entry.path.c_str(), &file) != 0) return {};
+  std::tm utc{};
+  gmtime_r(&file.st_mtime, &utc);
+  char text[32];
+  return {text, std::strftime(text, sizeof(text), "%Y-%m-%d_%H-%M-%S", &utc)};
+}
+
+}  // namespace
+
 std::vector<SessionEntry> list_sessions(const fs::path& folder) {
   std::vector<SessionEntry> entries;
   std::error_code failed;
@@ -395,16 +423,9 @@ std::vector<SessionEntry> list_sessions(const fs::path& folder) {
     entry.fault = std::move(overview->metadata["fault"]["reason"]);
     entries.push_back(std::move(entry));
   }
-  // A name tells when it began until somebody gives it another.
-  const auto begun = [](const SessionEntry& entry) {
-    std::string_view at = entry.name;
-    for (const char* key : {"started", "recorded"}) {
-      if (const auto told = entry.run.find(key); told != entry.run.end()) at = told->second;
-    }
-    return std::pair(at, std::string_view(entry.name));
-  };
-  std::sort(entries.begin(), entries.end(),
-            [&](const SessionEntry& a, const SessionEntry& b) { return begun(a) > begun(b); });
+  std::sort(entries.begin(), entries.end(), [&](const SessionEntry& a, const SessionEntry& b) {
+    return std::pair(begin_of(a), a.name) > std::pair(begin_of(b), b.name);
+  });
   return entries;
 }
 

@@ -98,8 +98,8 @@ struct SessionEntry {
   std::string fault;  ///< why the arm stopped, if these are the seconds before a fault; empty: a session
 };
 
-/// The sessions of a folder, newest name first. Files that cannot be read are left out; a folder that is not there has
-/// none.
+/// The sessions of a folder, from the one that began last. Files that cannot be read are left out; a folder that is not
+/// there has none.
 std::vector<SessionEntry> list_sessions(const std::filesystem::path& folder);
 
 }  // namespace steadyhand
