@@ -114,7 +114,7 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
   choose("follow");
   look(0.25, SupervisionState::kEngaged, false);
   choose("tracking");
-  look(0.7, SupervisionState::kEngaged, true);
+  look(3.7, SupervisionState::kEngaged, true);
   look(0.5, SupervisionState::kReady, false);
   recorder.ask(false);
   look(0.1, SupervisionState::kReady, false);
@@ -125,7 +125,7 @@ TEST_F(Recorded, AFileThatEndsBeforeItsSessionHasASummary) {
   EXPECT_EQ(sessions[0].summary.at("spills"), "1");
   EXPECT_EQ(sessions[0].summary.at("spilled_share"), "0.25");
   EXPECT_EQ(sessions[0].summary.at("profiles"), "tracking, follow");
-  EXPECT_NEAR(std::stod(sessions[0].summary.at("engaged_s")), 1.0, 1e-6);  // as exactly as its changes tell
+  EXPECT_NEAR(std::stod(sessions[0].summary.at("engaged_s")), 4.0, 1e-6);  // as exactly as its changes tell
   EXPECT_NEAR(std::stod(sessions[0].summary.at("duration_s")), to_seconds(now - first) - 0.1, 0.05);
   EXPECT_EQ(sessions[0].fault, "");
 }

@@ -12,7 +12,8 @@ namespace steadyhand {
 namespace {
 
 constexpr double kHandRate = 250.0, kArmRate = 500.0, kStepRate = 60.0, kLookRate = 120.0;  // Hz, at most
-constexpr double kInPassing = 0.1;  ///< of what led longest: profiles that led for less are not named
+/// s; profiles that led for less are not named. No share of a session that grows: who was named once stays.
+constexpr double kInPassing = 0.2;
 constexpr Time kStatisticsPeriod = std::chrono::seconds(1);
 
 std::string date_and_time() {
@@ -101,19 +102,17 @@ void SessionRecorder::end_file() {
                                     : "recorded: " + opened_.where);
 }
 
-/// Names, the one that led longest first; those that led in passing are left out.
+/// Names, the one that led longest first; those that led in passing are left out, unless it spilled under them.
 std::string SessionRecorder::profiles_that_led() const {
+  const std::vector<SpillLog::Spill>& spills = tally_.liquid.spills();
   std::vector<std::pair<double, std::string>> led;
-  double most = 0.0;
   for (const auto& [name, seconds] : tally_.led_by) {
-    led.emplace_back(-seconds, name);
-    most = std::max(most, seconds);
+    const auto spilled = [&name = name](const SpillLog::Spill& spill) { return spill.profile == name; };
+    if (seconds >= kInPassing || std::any_of(spills.begin(), spills.end(), spilled)) led.emplace_back(-seconds, name);
   }
   std::sort(led.begin(), led.end());
   std::string names;
-  for (const auto& [seconds, name] : led) {
-    if (-seconds >= kInPassing * most) names += (names.empty() ? "" : ", ") + name;
-  }
+  for (const auto& [seconds, name] : led) names += (names.empty() ? "" : ", ") + name;
   return names;
 }
 
