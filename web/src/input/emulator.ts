@@ -4,15 +4,27 @@ import { P_SPACE } from 'iwer/lib/private.js';
 /** The WebXR names of a Quest's buttons. */
 type Button = 'squeeze' | 'trigger' | 'a-button';
 const REACH = 0.0016; // m of the hand for each pixel of the mouse
+/** rad, of a press of an arrow key; and how far the head nods at most. */
+const TURN = 0.1, NOD = 0.9;
+/** rad, of the picture's height: narrower than the lenses', for a picture on a screen. */
+const FIELD = 1.15;
+/** Before the arm and facing it, with the board to the left. m, and rad: to the left, and up. */
+const HEAD = { p: [-0.5, 1.55, -0.1], yaw: -0.2, pitch: -0.18 } as const;
 
-/** A Quest 3 in place of the browser's own WebXR, before the arm and facing it. */
+function look(device: XRDevice, yaw: number, pitch: number): void {
+  const cy = Math.cos(yaw / 2), sy = Math.sin(yaw / 2), cp = Math.cos(pitch / 2), sp = Math.sin(pitch / 2);
+  device.quaternion.set(cy * sp, sy * cp, -sy * sp, cy * cp);
+}
+
+/** A Quest 3 in place of the browser's own WebXR. */
 export function emulatedQuest(): XRDevice {
   const device = new XRDevice(metaQuest3);
   device.installRuntime({ forceInstall: true } as never);
-  device.position.set(-0.5, 1.55, -0.1);
-  device.quaternion.set(-0.1, -0.17, -0.017, 0.98);
-  device.controllers.right?.position.set(-0.18, 1.25, -0.6);
-  device.controllers.left?.position.set(-0.62, 1.2, -0.5);
+  device.position.set(...HEAD.p);
+  device.fovy = FIELD;
+  look(device, HEAD.yaw, HEAD.pitch);
+  device.controllers.right?.position.set(-0.08, 1.17, -0.62);
+  device.controllers.left?.position.set(-0.85, 1.1, -0.7);
   // iwer calls all its poses guesses; these are known.
   for (const controller of Object.values(device.controllers)) {
     const space = controller?.inputSource.gripSpace;
@@ -23,21 +35,23 @@ export function emulatedQuest(): XRDevice {
 
 /**
  * A mouse and a few keys as the right hand of a headset that the page emulates: pressing grips, moving moves it across the
- * view, the wheel to and fro; the other button pulls the trigger; the arrow keys turn the head. While a session runs.
+ * view, the wheel to and fro; the other button pulls the trigger; the arrow keys turn the head, Home turns it back. While a session runs.
  */
 export class EmulatedHand {
   #running = false;
+  #yaw: number = HEAD.yaw;
+  #pitch: number = HEAD.pitch;
   readonly #keys: Readonly<Record<string, () => void>>;
   /** Where the picture stands in the page, under all that lies over it. */
   readonly #before: ChildNode | null;
 
   constructor(private readonly device: XRDevice, private readonly canvas: HTMLCanvasElement) {
     this.#before = canvas.nextSibling;
-    const turn = (angle: number) => () => {
-      const q = device.quaternion, half = Math.atan2(q.y, q.w) + angle / 2;
-      q.set(0, Math.sin(half), 0, Math.cos(half));
+    const turn = (yaw: number, pitch: number) => () => this.#look(this.#yaw + yaw, this.#pitch + pitch);
+    this.#keys = {
+      ArrowLeft: turn(TURN, 0), ArrowRight: turn(-TURN, 0), ArrowUp: turn(0, TURN), ArrowDown: turn(0, -TURN),
+      Home: () => this.#look(HEAD.yaw, HEAD.pitch), KeyF: () => this.#tap('a-button'),
     };
-    this.#keys = { ArrowLeft: turn(0.1), ArrowRight: turn(-0.1), KeyF: () => this.#tap('a-button') };
     const listen = <K extends keyof HTMLElementEventMap>(type: K, act: (event: HTMLElementEventMap[K]) => void) => {
       canvas.addEventListener(type, (event) => {
         if (!this.#running) return;
@@ -57,7 +71,12 @@ export class EmulatedHand {
     }
     listen('wheel', (event) => this.#move(0, 0, Math.sign(event.deltaY) * 0.02));
     listen('contextmenu', () => undefined);
-    addEventListener('keydown', (event) => { if (this.#running) this.#keys[event.code]?.(); });
+    addEventListener('keydown', (event) => {
+      const act = this.#keys[event.code];
+      if (!this.#running || !act || event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement) return; // arrows are theirs
+      event.preventDefault(); // nor does the page scroll
+      act();
+    });
     addEventListener('blur', () => this.#press('squeeze', 0));
   }
 
@@ -78,11 +97,17 @@ export class EmulatedHand {
     if (canvas.height !== height) canvas.height = height;
   }
 
-  /** m, along the head's own axes. */
+  #look(yaw: number, pitch: number): void {
+    this.#yaw = yaw;
+    this.#pitch = Math.min(NOD, Math.max(-NOD, pitch));
+    look(this.device, this.#yaw, this.#pitch);
+  }
+
+  /** m, along the head's own axes, but for its nod. */
   #move(right: number, up: number, back: number): void {
     const hand = this.device.controllers.right;
     if (!hand) return;
-    const q = this.device.quaternion, heading = 2 * Math.atan2(q.y, q.w), c = Math.cos(heading), s = Math.sin(heading);
+    const c = Math.cos(this.#yaw), s = Math.sin(this.#yaw);
     const p = hand.position;
     p.set(p.x + c * right + s * back, p.y + up, p.z - s * right + c * back);
   }

@@ -35,6 +35,9 @@ export class Guide {
     this.#tell(label);
   }
 
+  /** @param factor for a screen, which shows less than lenses do */
+  enlarge(factor: number): void { for (const { words } of this.#labels) words.scale.setScalar(factor); }
+
   used(part: Part): void {
     if (this.#unused.delete(part)) this.#labels.forEach((label) => this.#tell(label));
   }

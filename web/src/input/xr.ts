@@ -19,6 +19,9 @@ const RATE = 72;
 /** s: what a device predicts further ahead than this is no time that it means. */
 const LEAD_MAX = 0.1;
 
+/** Labels of an emulated headset, to those of a real one. */
+const ON_SCREEN = 1.5;
+
 /** What the operator may ask for in the headset. */
 export interface Acts {
   /** True: that took the lease. */
@@ -102,6 +105,7 @@ export class Headset {
     const { EmulatedHand, emulatedQuest } = await import('./emulator');
     const device = emulatedQuest();
     this.simulated = true;
+    this.guide.enlarge(ON_SCREEN);
     this.#mouse = new EmulatedHand(device, this.stage.renderer.domElement);
     Object.assign(window, { emulatedHeadset: device });
   }
@@ -305,7 +309,10 @@ export class Headset {
     this.connection.send({ type: 'request', kind: 'yaw', value: -heading(toRobotRotation(viewer.transform.orientation)) });
     this.#isForwardKnown = true;
     this.#advise();
-    if (!this.#isScaled) this.connection.send({ type: 'request', kind: 'scale', value: 1 });
+    if (!this.#isScaled) {
+      this.connection.send({ type: 'request', kind: 'scale', value: 1 });
+      this.facts.hint('Forward is where you look. The glass goes as far as your hand (1:1) from now on; the stick changes that.', performance.now() / 1000);
+    }
     this.#isScaled = true;
   }
 

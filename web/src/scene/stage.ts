@@ -35,7 +35,7 @@ const SHADOWLESS = 2;
 /** Of the screen's pixels that are drawn at each level of `Pace`. */
 const SHARES = [1, 0.8, 0.6, 0.4];
 /** The same where the processor draws for a headset: its board must be read. */
-const SOFTWARE_VR = 0.6;
+const SOFTWARE_VR = 0.75;
 
 /** Of a wave, what hardly is a pixel, as a multiple of what can be seen of a place. */
 const WAVE_SEEN = 3;

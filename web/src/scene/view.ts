@@ -25,7 +25,7 @@ export class View {
   /** A pointer is down in the picture: the wheel is not what turns the view. */
   isPressed = false;
   /** From where it was seen before what is shown now. */
-  #before: { camera: THREE.Vector3; target: THREE.Vector3 } | null = null;
+  #before: { camera: THREE.Vector3; target: THREE.Vector3; chosen: number } | null = null;
   /** What a card covers, as the picture is centred now, and as it is to be; NaN: not yet. */
   readonly #room = new THREE.Vector2(NaN, NaN);
   readonly #wanted = new THREE.Vector2();
@@ -68,13 +68,13 @@ export class View {
   shows(other: boolean): void {
     const { camera: { position }, orbit: { target } } = this;
     if (other) {
-      this.#before ??= { camera: position.clone(), target: target.clone() };
+      this.#before ??= { camera: position.clone(), target: target.clone(), chosen: this.#chosen };
     } else if (this.#before) {
       position.copy(this.#before.camera);
       target.copy(this.#before.target);
+      this.#chosen = this.#before.chosen;
       this.#before = null;
       this.#inSight = true;
-      this.#chosen = NaN;
     }
   }
 
