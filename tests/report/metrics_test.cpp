@@ -152,7 +152,7 @@ TEST(Metrics, TheNearestObjectCounts) {
   EXPECT_EQ(smallest(), -0.1);
 }
 
-TEST(RollAngle, IsTheTurnAboutX) {
+TEST(Angles, AreYawPitchAndRoll) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int i = 0; i < 1000; ++i) {
@@ -160,6 +160,8 @@ TEST(RollAngle, IsTheTurnAboutX) {
     const Quaternion q = Eigen::AngleAxisd(yaw, Vector3::UnitZ()) * Eigen::AngleAxisd(pitch, Vector3::UnitY()) *
                          Eigen::AngleAxisd(roll, Vector3::UnitX());
     EXPECT_NEAR(roll_angle(q), roll, 1e-9);
+    EXPECT_NEAR(pitch_angle(q), pitch, 1e-7);
+    EXPECT_NEAR(yaw_angle(q), yaw, 1e-9);
   }
 }
 

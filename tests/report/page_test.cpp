@@ -33,8 +33,8 @@ TEST(PageData, HoldsEveryCurveAtItsLength) {
   EXPECT_EQ(data["targets"].size(), 1u);  // the same for all profiles
   ASSERT_EQ(data["profiles"].size(), 3u);
   for (const Json& profile : data["profiles"]) {
-    for (const char* name : {"t", "y", "roll", "lateral", "vertical", "position_error", "orientation_error",
-                             "solve_time", "iterations", "distance"}) {
+    for (const char* name : {"t", "x", "y", "z", "roll", "pitch", "yaw", "lateral", "vertical", "position_error",
+                             "orientation_error", "solve_time", "iterations", "distance"}) {
       EXPECT_EQ(profile[name].size(), 220u) << name;
     }
     ASSERT_EQ(profile["shares"].size(), 6u);
@@ -145,6 +145,9 @@ TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
   std::string page = write_and_read(input);
   EXPECT_NE(page.find("<h1 data-recording=\"2026-11-25_15-20-10\">25 November 2026, 15:20:10</h1>"), std::string::npos);
   EXPECT_NE(page.find("Nothing spilled."), std::string::npos);
+  input.recorded = "2026-11-25_16-00-00 UTC";
+  EXPECT_NE(write_and_read(input).find(">25 November 2026, 16:00:00</h1>"), std::string::npos);
+  input.recorded.clear();
   input.title = "a <label>";
   input.profiles[0].spills = 1;
   input.profiles[0].spilled_share = 0.744;
@@ -206,6 +209,19 @@ TEST(Page, CallsNoCountOfSpillsBestButThatPerMinute) {
           "Spills per minute led</th><td class=\"best\">2.33<span class=\"hidden\"> (best)</span></td><td>12.00</td>"),
       std::string::npos);
   EXPECT_NE(page.find("<dt>spills per minute led</dt><dd><b>12.00</b>"), std::string::npos);
+}
+
+TEST(PageData, TheCrestThatCameNearestToTheRimOutlivesThinning) {
+  ReportInput input = test::sample_input();
+  input.story.emplace();
+  EXPECT_TRUE(Json::parse(page_data(input, {}))["story"]["wave"]["t"].empty());
+  for (int i = 0; i < 10000; ++i)
+    input.story->waves.push_back({0.01 * i, i == 5001 ? -1.5 : 30.0, i > 5001 ? 0.25 : 0.0});
+  const Json wave = Json::parse(page_data(input, {}))["story"]["wave"];
+  EXPECT_LE(wave["t"].size(), 4000u);
+  EXPECT_EQ(*std::min_element(wave["freeboard_mm"].begin(), wave["freeboard_mm"].end()), -1.5);
+  EXPECT_EQ(wave["spilled"].front(), 0.0);
+  EXPECT_EQ(wave["spilled"].back(), 25.0);
 }
 
 TEST(PageData, TargetsOfTheirOwnAreShown) {

@@ -78,6 +78,16 @@ TEST_F(Told, ARefillIsSaid) {
   EXPECT_EQ(of("refill"), Lines{"4.0 a full glass"});
 }
 
+TEST_F(Told, AGripperHasNoLiquidThoughItsSessionsRecordOneAtRest) {
+  see(1.0, 0.0);
+  session.waves = {{from_seconds(1.0), 0.03, 0.0}};
+  EXPECT_TRUE(tell_story(session).knows_liquid);
+  EXPECT_NEAR(tell_story(session).waves.at(0).freeboard_mm, 30.0, 1e-9);
+  session.overview.metadata["robot"]["json"] = R"({"gripper":{"closes_in":0.8}})";
+  EXPECT_FALSE(tell_story(session).knows_liquid || tell_story(session).has_glass);
+  EXPECT_TRUE(tell_story(session).waves.empty());
+}
+
 TEST_F(Told, ASpillSaysWithinWhichTimeItLostAllOfIt) {
   double t = 1.0;
   for (const double share : {0.0, 0.2, 0.6, 1.0, 1.0, 1.0, 0.0}) see(t += 0.3, share);

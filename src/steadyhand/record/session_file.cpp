@@ -200,6 +200,15 @@ void add_felt(Time at, double lateral, double period, std::vector<SessionFile::F
   ++now.count;
 }
 
+/// No crest between two looks is missed.
+void add_wave(Time at, const LiquidState& liquid, double period, std::vector<SessionFile::Wave>& waves) {
+  if (!std::isfinite(liquid.freeboard)) return;
+  if (waves.empty() || to_seconds(at - waves.back().at) >= period - 1e-9) waves.push_back({at, liquid.freeboard, 0.0});
+  SessionFile::Wave& now = waves.back();
+  now.freeboard = std::min(now.freeboard, liquid.freeboard);
+  if (liquid.spilled) now.spilled_share = std::max(now.spilled_share, liquid.spilled_share);
+}
+
 TimingSummary timing(const Json& json) {
   return {read_number(json.at("p50")), read_number(json.at("p99")), read_number(json.at("p999")),
           read_number(json.at("max"))};
@@ -305,6 +314,7 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   } else if (is(parts.liquid, "/liquid")) {
     LiquidState liquid = liquid_state(parsed());
     add_felt(message.log, liquid.lateral, parts.felt_period, session.felt);
+    add_wave(message.log, liquid, parts.felt_period, session.waves);
     session.spills.see(message.log, liquid, session.settings.empty() ? "" : session.settings.back().profile);
     const bool soon =
         !session.liquid.empty() && to_seconds(message.log - session.liquid.back().first) < parts.state_period - 1e-9;

@@ -58,6 +58,13 @@ struct SessionFile {
     double mean() const { return sum / count; }
   };
 
+  /// The liquid from `at` on until the next, as far apart as `felt`.
+  struct Wave {
+    Time at{0};
+    double freeboard = 0.0;      ///< m, the least: LiquidState
+    double spilled_share = 0.0;  ///< the largest
+  };
+
   std::string name;  ///< of the file, without its extension
   McapOverview overview;
   RunNames names;                              ///< terms: as the first step has them; none without steps
@@ -71,6 +78,7 @@ struct SessionFile {
   std::vector<Limit> limits;
   std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
   std::vector<Felt> felt;                            ///< with the liquid; none in sessions of before it was recorded
+  std::vector<Wave> waves;                           ///< with the liquid
   SpillLog spills;                                   ///< of all that was recorded of the liquid
   std::vector<SessionStatistics> statistics;
   std::vector<EpisodeMark> episodes;

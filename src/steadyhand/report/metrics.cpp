@@ -24,6 +24,14 @@ double roll_angle(const Quaternion& q) {
   return std::atan2(2 * (q.w() * q.x() + q.y() * q.z()), 1 - 2 * (q.x() * q.x() + q.y() * q.y()));
 }
 
+double pitch_angle(const Quaternion& q) {
+  return std::asin(std::clamp(2 * (q.w() * q.y() - q.z() * q.x()), -1.0, 1.0));
+}
+
+double yaw_angle(const Quaternion& q) {
+  return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
+}
+
 double largest_ratio(const JointVector& values, const JointVector& limits) {
   return (values.array().abs() / limits.array()).maxCoeff();
 }

@@ -73,6 +73,9 @@ double position_error(const PlanStep& step);
 double orientation_error(const PlanStep& step);
 /// Roll of a frame in base: its angle about x when written as yaw, pitch, roll (Z-Y'-X''); rad, -pi to pi.
 double roll_angle(const Quaternion& q);
+/// The others: pitch about y, -pi/2 to pi/2, and yaw about z, -pi to pi.
+double pitch_angle(const Quaternion& q);
+double yaw_angle(const Quaternion& q);
 /// Largest |value_i| / limit_i.
 double largest_ratio(const JointVector& values, const JointVector& limits);
 

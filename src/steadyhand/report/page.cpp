@@ -110,8 +110,10 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
         rows += row("spills per minute led", fmt::format("{:.2f}", m.spills_per_minute), "", m.spills_per_minute,
                     first.spills_per_minute);
       }
-      rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
-      rows += row("slosh, peak", fmt::format("{:.2f}", m.lateral_max), "m/s²", m.lateral_max, first.lateral_max);
+      if (input.story->has_glass) {
+        rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
+        rows += row("slosh, peak", fmt::format("{:.2f}", m.lateral_max), "m/s²", m.lateral_max, first.lateral_max);
+      }
       rows += row("off target, mean", fmt::format("{:.1f}", 1e3 * m.position_mean), "mm", m.position_mean,
                   first.position_mean);
     } else {
@@ -233,7 +235,10 @@ std::string date_of(const std::string& name) {
 
 /// What people call it, and when it was made, as far as that is known.
 std::string title_of(const ReportInput& input) {
-  const std::string named = date_of(input.recording), date = named.empty() ? date_of(input.recorded) : named;
+  constexpr std::size_t kDate = 19;  // of DATE_TIME, without "UTC"
+  const std::string named = date_of(input.recording);
+  const std::string began = date_of(named.empty() ? input.recorded : input.recorded.substr(0, kDate));
+  const std::string& date = began.empty() ? named : began;  // several files of a program have one name
   const std::string called = input.title.empty() && named.empty() ? input.recording : input.title;
   return called.empty() ? date : called + (date.empty() ? "" : ", " + date);
 }

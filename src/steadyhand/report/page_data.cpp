@@ -35,22 +35,35 @@ void write_curve(JsonWriter& json, std::size_t count, std::size_t per_point, Kee
   json.end_array();
 }
 
-constexpr double kJump = 90.0;  ///< degrees of roll from plan to plan that are no motion
+constexpr double kJump = 90.0;  ///< degrees of an angle from plan to plan that are no motion
 
-/// Roll in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that range,
-/// or turns about as yaw does at a pitch of 90 degrees.
+/// An angle in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that
+/// range, or turns about as roll and yaw do at a pitch of 90 degrees.
 /// `pose` is a member of PlanStep. (Counting full turns instead would part plan and target for good wherever they pass
 /// a pitch of 90 degrees on different sides, since roll turns by half a turn there.)
-std::vector<double> broken_roll(const std::vector<PlanStep>& steps, Pose PlanStep::*pose) {
-  std::vector<double> roll;
+std::vector<double> broken(const std::vector<PlanStep>& steps, Pose PlanStep::*pose, double (*of)(const Quaternion&)) {
+  std::vector<double> angles;
   double last = 0;
   for (const PlanStep& step : steps) {
-    const double angle = kDegrees * roll_angle((step.*pose).q);
-    const bool jumps = !roll.empty() && std::abs(angle - last) > kJump;
-    roll.push_back(jumps ? std::numeric_limits<double>::quiet_NaN() : angle);
+    const double angle = kDegrees * of((step.*pose).q);
+    const bool jumps = !angles.empty() && std::abs(angle - last) > kJump;
+    angles.push_back(jumps ? std::numeric_limits<double>::quiet_NaN() : angle);
     last = angle;
   }
-  return roll;
+  return angles;
+}
+
+/// Where the glass is, m, and how it stands, degrees, by axis.
+void write_pose(JsonWriter& json, const std::vector<PlanStep>& steps, Pose PlanStep::*pose, std::size_t per_point) {
+  for (const auto& [name, axis] : {std::pair("x", 0), {"y", 1}, {"z", 2}}) {
+    json.key(name);
+    write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return (steps[i].*pose).p[axis]; });
+  }
+  for (const auto& [name, of] : {std::pair("roll", &roll_angle), {"pitch", &pitch_angle}, {"yaw", &yaw_angle}}) {
+    const std::vector<double> angles = broken(steps, pose, of);
+    json.key(name);
+    write_curve(json, steps.size(), per_point, Keep::kBroken, [&](std::size_t i) { return angles[i]; });
+  }
 }
 
 bool same_targets(const ProfileResult& a, const ProfileResult& b) {
@@ -63,29 +76,22 @@ bool same_targets(const ProfileResult& a, const ProfileResult& b) {
 
 void write_target(JsonWriter& json, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
-  const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_target);
-  const auto curve = [&](std::string_view name, auto&& value) {
-    json.key(name);
-    write_curve(json, steps.size(), per_point, Keep::kBroken, value);
-  };
   json.begin_object();
   json.member("label", label);
-  curve("t", [&](std::size_t i) { return steps[i].t_s; });
-  curve("y", [&](std::size_t i) { return steps[i].X_base_target.p.y(); });
-  curve("roll", [&](std::size_t i) { return roll[i]; });
+  json.key("t");
+  write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
+  write_pose(json, steps, &PlanStep::X_base_target, per_point);
   json.end_object();
 }
 
 void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per_point) {
   const std::vector<PlanStep>& steps = profile.steps;
-  const std::vector<double> roll = broken_roll(steps, &PlanStep::X_base_planned);
   const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
     json.key(name);
     write_curve(json, steps.size(), per_point, keep, value);
   };
   curve("t", Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
-  curve("y", Keep::kFirst, [&](std::size_t i) { return steps[i].X_base_planned.p.y(); });
-  curve("roll", Keep::kBroken, [&](std::size_t i) { return roll[i]; });
+  write_pose(json, steps, &PlanStep::X_base_planned, per_point);
   curve("lateral", Keep::kLargest, [&](std::size_t i) { return lateral_acceleration(steps[i]); });
   curve("vertical", Keep::kSmallest, [&](std::size_t i) { return steps[i].local_acceleration.z(); });
   // Where nobody leads there is nothing to be off from; the figures do not count it either.
@@ -184,6 +190,17 @@ void write_story(JsonWriter& json, const SessionStory& story) {
   json.begin_object();
   json.member("begin", story.begin_s);
   json.member("end", story.end_s);
+  const std::size_t waves = story.waves.size(), per_point = waves / kMaxStepPoints + 1;
+  json.key("wave");
+  json.begin_object();
+  json.key("t");
+  write_curve(json, waves, per_point, Keep::kFirst, [&](std::size_t i) { return story.waves[i].t_s; });
+  json.key("freeboard_mm");
+  write_curve(json, waves, per_point, Keep::kSmallest, [&](std::size_t i) { return story.waves[i].freeboard_mm; });
+  json.key("spilled");
+  write_curve(json, waves, per_point, Keep::kLargest,
+              [&](std::size_t i) { return 100 * story.waves[i].spilled_share; });
+  json.end_object();
   json.key("events");
   json.begin_array();
   for (const SessionStory::Event& event : story.events) {

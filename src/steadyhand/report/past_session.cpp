@@ -111,7 +111,10 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   report.recording = session.name;
   report.rate_hz = number_or(session.run("rate_hz"), 20.0);
   report.scale = number_or(session.run("scale"), 1.0);
-  report.recorded = session.run("recorded").empty() ? session.run("started") : session.run("recorded");
+  const std::string recorded = session.run("recorded"), started = session.run("started");
+  // Its name has the program's begin, and which of its files it is.
+  const bool is_named = !started.empty() && session.name.rfind(started.substr(0, started.find(' ')), 0) == 0;
+  report.recorded = recorded.empty() && !is_named ? started : recorded;
   std::vector<double> scales;
   for (const SettingsChange& change : session.settings) {
     if (std::find(scales.begin(), scales.end(), change.scale) == scales.end()) scales.push_back(change.scale);

@@ -49,9 +49,17 @@ struct SessionStory {
     std::optional<double> full_again_s{};  ///< absent: not in this session
     double within_s = 0;                   ///< that it took
   };
+  /// The liquid, from `t_s` on until the next.
+  struct Wave {
+    double t_s = 0;
+    double freeboard_mm = 0;   ///< from its highest point to the rim, the least; negative: over the rim
+    double spilled_share = 0;  ///< of the liquid since the glass was full
+  };
   double begin_s = 0, end_s = 0;  ///< of the recording
+  bool has_glass = true;          ///< a gripper has none
   bool knows_liquid = false;      ///< there was a glass whose liquid was recorded
   std::vector<Spill> spills;
+  std::vector<Wave> waves;
   double led_s = 0;           ///< in which the hand led
   std::vector<Event> events;  ///< in the order of their times
   std::vector<Latency> latency;

@@ -228,8 +228,27 @@ std::vector<SessionStory::Spill> spills_of(const SessionFile& session) {
   return spills;
 }
 
+/// JSON, as `steadyhand describe` prints it; empty: not told.
+std::string robot_of(const SessionFile& session) {
+  const auto robot = session.overview.metadata.find("robot");
+  if (robot == session.overview.metadata.end()) return {};
+  const auto json = robot->second.find("json");
+  return json == robot->second.end() ? std::string() : json->second;
+}
+
+/// A gripper has no glass, though its sessions record a liquid at rest.
+bool has_gripper(const std::string& robot) {
+  const Json json = Json::parse(robot, nullptr, false);
+  return json.is_object() && json.contains("gripper");
+}
+
 void tell_spills(const SessionFile& session, SessionStory& story) {
-  story.knows_liquid = !session.liquid.empty();
+  story.has_glass = !has_gripper(story.robot);
+  story.knows_liquid = story.has_glass && !session.liquid.empty();
+  if (!story.knows_liquid) return;
+  for (const SessionFile::Wave& wave : session.waves) {
+    story.waves.push_back({to_seconds(wave.at), 1e3 * wave.freeboard, wave.spilled_share});
+  }
   story.spills = spills_of(session);
   for (const SessionStory::Spill& spill : story.spills) {
     story.events.push_back({spill.t_s, "spill", spill_text(spill), spill.cause, spill.share});
@@ -377,9 +396,7 @@ SessionStory tell_story(const SessionFile& session) {
   SessionStory story;
   story.begin_s = to_seconds(session.overview.first);
   story.end_s = to_seconds(session.overview.last);
-  if (const auto robot = session.overview.metadata.find("robot"); robot != session.overview.metadata.end()) {
-    if (const auto json = robot->second.find("json"); json != robot->second.end()) story.robot = json->second;
-  }
+  story.robot = robot_of(session);
   for (const SessionFile::Change& change : session.changes) {
     story.events.push_back({to_seconds(change.at), "state", change.to, change.reason});
   }
@@ -442,7 +459,7 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
   for (JointCommand& command : session.commands) {
     if (ProfileResult* result = result_at(command.stamp.made, false)) result->commands.push_back(std::move(command));
   }
-  if (!session.liquid.empty()) {
+  if (!session.liquid.empty() && !has_gripper(robot_of(session))) {
     for (ProfileResult& result : results) result.spills = 0;
     for (const SessionStory::Spill& spill : spills_of(session)) {
       ProfileResult* result = result_at(from_seconds(spill.t_s), false);
