@@ -12,7 +12,7 @@ from sample import ARTEFACTS, PROGRAM, write_sample
 
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 PROFILES = ["P1 tracking", "P2 anti-slosh", "P3 waiter"]
-PER_RUN, PER_PROFILE = 10, 2  # plots
+PER_RUN, PER_PROFILE = 14, 2  # plots
 
 # Runs in the page after it has been built; what it returns comes back as JSON.
 PROBE = """
@@ -68,7 +68,7 @@ PROBE = """
     document.querySelector('[data-profile="1"]').click();
     await wait();
     result.off = read('figure[data-chart] .u-series.u-off').length;
-    result.hiddenFigures = read('figure[hidden]:not(#story *)').length;
+    result.hiddenFigures = read('figure[data-of-profile][hidden]').length;
     result.unlabelled = read('input, button').filter((e) => !(e.labels?.length || e.textContent.trim())).length;
     result.done = true;
   } catch (error) {
@@ -186,7 +186,7 @@ def test_fits(report, width, theme):
     if CHROMIUM is None:
         pytest.skip("no chromium here")
     ARTEFACTS.mkdir(parents=True, exist_ok=True)
-    height = {1600: 3100, 800: 5200, 360: 6900}[width]
+    height = {1600: 3700, 800: 6300, 360: 8000}[width]
     screenshot = ARTEFACTS / f"report-{width}-{theme}.png"
     themed = report.with_name(f"{theme}.html")
     screenshot.unlink(missing_ok=True)

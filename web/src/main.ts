@@ -92,6 +92,10 @@ function take(message: ServerMessage): void {
 }
 
 const tabs = new Tabs();
+/** A report leads back to the list so. */
+const toList = (): void => { if (location.hash === '#recordings') tabs.show('recordings'); };
+toList();
+addEventListener('hashchange', toList);
 const hand = new Hand(connection, now, () => session.yours && !session.past);
 const recordings = new Recordings(element('recordings', HTMLUListElement), element('past', HTMLDivElement), (shown) => {
   if (shown) hand.letGo();

@@ -124,7 +124,7 @@ const charts = [];
 
 /**
  * What a chart needs: `figure` to stand in, `columns` [x, y...], `series` [{label, color(), profile?, dash?, fill?,
- * value?}], and optionally `unit`, `plugins`, `range` (of y), `log` (y), `x` {label, value, log}: without `x` it shares
+ * value?}], and optionally `unit`, `plugins`, `range` (of y), `log` (y), `downwards` (y), `x` {label, value, log}: without `x` it shares
  * time, cursor and zoom with the others.
  */
 function addChart(spec) {
@@ -177,7 +177,7 @@ function build(chart) {
         drag: { x: true, y: false },
         ...(time && { sync: { key: 'time' } }),
       },
-      scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range) }, y: scale(spec.log, spec.range) },
+      scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range) }, y: { ...scale(spec.log, spec.range), dir: spec.downwards ? -1 : 1 } },
       axes: [
         { ...axis, label: spec.x?.label ?? 'time, s', labelSize: 16, labelGap: 0, size: 26, space: 60, ...(spec.x?.log && logAxis) },
         { ...axis, size: 46, space: 34, ...(spec.log && logAxis) },
@@ -249,8 +249,8 @@ const logRange = (...values) => (u, min, max) => {
 };
 
 const targets = (name) => data.targets.map((target) => ({ label: target.label, t: target.t, values: target[name] }));
-profileChart('y', { before: targets('y'), unit: 'm', range: atLeast(0.01) });
-profileChart('roll', { before: targets('roll'), unit: '°', range: atLeast(0.1) });
+for (const axis of ['x', 'y', 'z']) profileChart(axis, { before: targets(axis), unit: 'm', range: atLeast(0.01) });
+for (const angle of ['roll', 'pitch', 'yaw']) profileChart(angle, { before: targets(angle), unit: '°', range: atLeast(0.1) });
 profileChart('lateral', { unit: 'm/s²', range: including(0) });
 profileChart('vertical', { unit: 'm/s²', plugins: [lineMarks([{ at: 9.81, text: 'at rest', color: 'muted' }])], range: including(9.81) });
 profileChart('position_error', { unit: 'mm', range: including(0) });

@@ -8,6 +8,10 @@
   const FEW = 20;
   /** As page.css has them. */
   const PRINTED = ['state', 'spill'];
+  /** By the program that has the recordings; of a file, or of another server, nobody knows where they are. */
+  const SERVED = /^http.*\/sessions\/[^/]+\/report\.html$/.test(location.origin + location.pathname);
+  /** The operator's page with this replay. */
+  const replay = `../../#replay=${encodeURIComponent(document.querySelector('h1').dataset.recording)}`;
   function stateSpans({ events, begin, end }) {
     const states = events.filter(({ kind }) => kind === 'state');
     return states.map(({ t, what }, i) => ({ from: t, to: states[i + 1]?.t ?? end, state: what })).filter(({ to }) => to >= begin);
@@ -71,7 +75,9 @@
       if (!at) return;
       if (current) list.scrollTop += current.getBoundingClientRect().top - list.getBoundingClientRect().top - (list.clientHeight - current.offsetHeight) / 2;
       lookAt(Number(at[1]));
-      document.querySelector('.uplot').scrollIntoView({ block: 'center' });
+      // All that is told of this time, where the window holds it; otherwise the arm, or the first plot.
+      const all = root.querySelector('.happened'), arm = document.getElementById('arm');
+      (all.offsetHeight <= innerHeight ? all : arm.hidden ? document.querySelector('.uplot').parentElement : arm).scrollIntoView({ block: 'nearest' });
     };
     addEventListener('hashchange', follow);
     printsShort(root, rows);
@@ -101,6 +107,43 @@
       unit: 'ms',
       range: including(0),
     });
+  }
+
+  /** A line at each spill, from the rim down. */
+  const spillMarks = (events) => ({
+    hooks: {
+      draw: ({ ctx, bbox, valToPos }) => {
+        ctx.save();
+        ctx.beginPath();
+        ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+        ctx.clip();
+        ctx.fillStyle = color('liquid');
+        for (const { t, kind } of events) if (kind === 'spill') ctx.fillRect(Math.round(valToPos(t, 'x', true)) - uPlot.pxRatio, bbox.top, 2 * uPlot.pxRatio, 12 * uPlot.pxRatio);
+        ctx.restore();
+      },
+    },
+  });
+
+  /** How near the liquid came to the rim, and what was lost; of a glass only. */
+  function showLiquid({ wave: { t, freeboard_mm, spilled }, events }) {
+    if (t.length < 2) return;
+    const show = (name, values, options) => {
+      const figure = document.querySelector(`[data-chart="${name}"]`);
+      figure.hidden = false;
+      addChart({ figure, columns: columns([{ t, values }]), ...options });
+      return figure;
+    };
+    const lost = spilled.some((share) => share > 0);
+    const wave = show('wave', freeboard_mm, {
+      series: [{ label: 'below the rim', color: () => color('ink') }],
+      unit: 'mm',
+      downwards: true, // the rim is above, as in the glass
+      plugins: [lineMarks([{ at: 0, text: 'rim', color: 'limit' }]), spillMarks(events)],
+      range: including(0),
+    });
+    wave.classList.toggle('wide', !lost);
+    if (!lost) return;
+    show('spilled', spilled, { series: [{ label: 'spilled', color: () => color('liquid'), fill: () => `color-mix(in srgb, ${color('liquid')} 25%, transparent)` }], unit: '%', range: (u, min, max) => [0, 1.05 * max || 1] });
   }
 
   // -------------------------------------------------------------------------------------------- the arm
@@ -135,7 +178,7 @@
     const tools = postures.map(([, ...q]) => chain(robot, q).points.at(-1));
     let azimuth = -0.7, tilt = 0.35, at = 0, link = null;
     /** The replay of this time: it counts from the arm's first posture. */
-    const linkTo = (t) => { if (link) link.href = `../../#replay=${encodeURIComponent(document.querySelector('h1').dataset.recording)}&t=${Math.max(0, t - postures[0][0]).toFixed(2)}`; };
+    const linkTo = (t) => { if (link) link.href = `${replay}&t=${Math.max(0, t - postures[0][0]).toFixed(2)}`; };
     range.max = String(postures.length - 1);
     const project = ([x, y, z]) => {
       const u = x * Math.sin(azimuth) + y * Math.cos(azimuth), v = x * Math.cos(azimuth) - y * Math.sin(azimuth);
@@ -187,7 +230,7 @@
     });
     new ResizeObserver(draw).observe(canvas);
     document.getElementById('theme').addEventListener('click', draw);
-    if (location.protocol.startsWith('http')) {
+    if (SERVED) {
       link = figure.querySelector('a');
       link.hidden = false;
       linkTo(postures[0][0]);
@@ -195,9 +238,15 @@
   }
 
   const section = document.getElementById('story');
+  if (SERVED) {
+    const ways = document.querySelector('.bar nav'), to = { recordings: '../../#recordings', replay };
+    ways.hidden = false;
+    for (const link of ways.children) link.href = to[link.dataset.to];
+  }
   if (story) {
     section.hidden = false;
     showEvents(section, story);
+    showLiquid(story);
     showLatency(story);
     showArm(story);
   }
