@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "steadyhand/report/session_story.hpp"
 
@@ -83,6 +84,8 @@ TEST_F(Told, AGripperHasNoLiquidThoughItsSessionsRecordOneAtRest) {
   session.waves = {{from_seconds(1.0), 0.03, 0.0}};
   EXPECT_TRUE(tell_story(session).knows_liquid);
   EXPECT_NEAR(tell_story(session).waves.at(0).freeboard_mm, 30.0, 1e-9);
+  session.waves[0].spilled_share = 1.0;
+  EXPECT_TRUE(std::isnan(tell_story(session).waves.at(0).freeboard_mm)) << "an empty glass has no wave";
   session.overview.metadata["robot"]["json"] = R"({"gripper":{"closes_in":0.8}})";
   EXPECT_FALSE(tell_story(session).knows_liquid || tell_story(session).has_glass);
   EXPECT_TRUE(tell_story(session).waves.empty());

@@ -52,7 +52,7 @@ struct SessionStory {
   /// The liquid, from `t_s` on until the next.
   struct Wave {
     double t_s = 0;
-    double freeboard_mm = 0;   ///< from its highest point to the rim, the least; negative: over the rim
+    double freeboard_mm = 0;   ///< of its highest point, the least; below 0: over the rim; not a number: all is lost
     double spilled_share = 0;  ///< of the liquid since the glass was full
   };
   double begin_s = 0, end_s = 0;  ///< of the recording

@@ -21,6 +21,7 @@ using Json = nlohmann::json;
 constexpr double kGap = 0.5;           ///< s between two plans from which on nothing was planned in between
 constexpr double kRestless = 0.01;     ///< rad (m), by which a joint of an arm at rest may differ
 constexpr double kLimitsApart = 1.0;   ///< s; a limit that comes and goes quickly is told once
+constexpr double kEmpty = 0.995;       ///< share from which on no wave is left to be seen
 constexpr double kInstant = 1e-3;      ///< s
 constexpr double kMissedApart = 10.0;  ///< s
 constexpr std::size_t kMostPostures = 3000;
@@ -247,7 +248,8 @@ void tell_spills(const SessionFile& session, SessionStory& story) {
   story.knows_liquid = story.has_glass && !session.liquid.empty();
   if (!story.knows_liquid) return;
   for (const SessionFile::Wave& wave : session.waves) {
-    story.waves.push_back({to_seconds(wave.at), 1e3 * wave.freeboard, wave.spilled_share});
+    const double freeboard = wave.spilled_share < kEmpty ? wave.freeboard : std::nan("");
+    story.waves.push_back({to_seconds(wave.at), 1e3 * freeboard, wave.spilled_share});
   }
   story.spills = spills_of(session);
   for (const SessionStory::Spill& spill : story.spills) {

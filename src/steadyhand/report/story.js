@@ -8,6 +8,8 @@
   const FEW = 20;
   /** As page.css has them. */
   const PRINTED = ['state', 'spill'];
+  /** mm over the rim that are drawn. */
+  const MOST_OVER = -15;
   /** By the program that has the recordings; of a file, or of another server, nobody knows where they are. */
   const SERVED = /^http.*\/sessions\/[^/]+\/report\.html$/.test(location.origin + location.pathname);
   /** The operator's page with this replay. */
@@ -139,7 +141,7 @@
       unit: 'mm',
       downwards: true, // the rim is above, as in the glass
       plugins: [lineMarks([{ at: 0, text: 'rim', color: 'limit' }]), spillMarks(events)],
-      range: including(0),
+      range: (u, min, max) => including(0)(u, Math.max(min, MOST_OVER), max), // how far over the rim says little: it is lost
     });
     wave.classList.toggle('wide', !lost);
     if (!lost) return;
