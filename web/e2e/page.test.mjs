@@ -744,6 +744,11 @@ test('a spill is told alike in the list, the replay and the report, whose link o
   await page.click(`#recordings li[title="${name}"] .spilled`);
   await until(() => page.evaluate((t) => Math.abs((globalThis.steadyhand.recordings.player?.at ?? -9) - t) < 0.02, worst.t_s - t_s[0]), 'the replay at the largest spill');
   await until(() => page.$('#past-events [data-kind=spill][aria-current]'), 'its row');
+  const rows = await page.evaluate(() => {
+    const { top, bottom } = document.querySelector('#past-events').getBoundingClientRect(), all = [...document.querySelectorAll('#past-events li:not([hidden])')];
+    return [all.filter((row) => row.getBoundingClientRect().top >= top - 1 && row.getBoundingClientRect().bottom <= bottom + 1).length, all.length];
+  });
+  assert.ok(rows[0] >= Math.min(5, rows[1]), `${rows[0]} of ${rows[1]} rows are in sight`);
   await page.click('#past-close');
   const report = await page.context().newPage();
   report.setDefaultTimeout(PATIENCE);

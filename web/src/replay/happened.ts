@@ -88,6 +88,7 @@ export class Happened {
     this.#entries = folded(listed).map(({ event: { t_s, kind, what }, words }) => {
       const item = document.createElement('li'), at = seenAt(t_s, begin);
       item.dataset.kind = kind === 'state' ? what : kind;
+      item.title = words; // a line shows its begin
       item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${words}`);
       return { item, at, kind };
     });
