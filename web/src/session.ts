@@ -349,7 +349,9 @@ export class Session {
     return this.mayTake && this.paired && !this.past && !this.isStale(now) && (state === 'ready' || state === 'engaged' || state === 'holding');
   }
 
-  get mayReset(): boolean { return !this.past && this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
+  /** Not while a recording is shown: who resets must see the arm as it is. */
+  get mayReset(): boolean { return !this.past && this.mayResetNow; }
+  get mayResetNow(): boolean { return this.mayTake && (this.state?.state === 'stopping' || this.state?.state === 'fault'); }
 
   /** Nothing leads the arm, and it is seen to be at rest. */
   stands(now: number): boolean { return !this.isStale(now) && this.rests && this.state?.state !== 'engaged'; }
@@ -390,7 +392,7 @@ export class Session {
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
     const stops = this.state?.state === 'stopping', itself = stops && this.rests ? 'stopped' : this.state?.state ?? 'elsewhere';
-    if (this.past) return `You see a recording. The arm itself is ${itself}; only Stop acts on it.`;
+    if (this.past) return `You see a recording. The arm itself is ${itself}; ${this.mayResetNow ? '“Back to now” has its Reset.' : 'only Stop acts on it.'}`;
     if (!this.paired) return `You are watching. ${stops ? 'Who drives can reset the arm. ' : ''}${this.#codeRefused || means.pair}`;
     if (this.asks) return `You asked for the arm. ${this.#granted(now)}`;
     if (this.isAnothers) return 'Somebody else drives. You are watching; you may stop the arm.';

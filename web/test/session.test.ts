@@ -254,7 +254,9 @@ describe('words of a session', () => {
     expect(session.advice(1)).toContain('Who drives can reset');
     session.past = true;
     session.take(state({ state: 'stopping', dq: Array<number>(6).fill(0) }), 1);
-    expect(session.advice(1)).toContain('The arm itself is stopped');
+    expect(session.advice(1)).toContain('The arm itself is stopped; only Stop acts on it');
+    session.take(server.lease! as ServerMessage, 1);
+    expect(session.advice(1)).toContain('The arm itself is stopped; “Back to now” has its Reset');
     session.past = false;
     session.take(server.paired!, 1);
     session.take({ type: 'lease', holder: 7, yours: false, takeable: false, asker: 0, grant_s: null }, 1);
