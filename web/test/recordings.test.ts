@@ -6,7 +6,7 @@ import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
 import type { StoryEvent } from '../src/replay/player';
 import { countsOf, currentOf, fine, folded, hidesLimits, seenAt, spillAt, worstSpill } from '../src/replay/happened';
-import { curveOf, statesTold, told, valueAt } from '../src/replay/track';
+import { curveOf, holding, statesTold, told, valueAt, zoomed } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
 
@@ -308,5 +308,21 @@ describe('figures of a session', () => {
     const of = (player: Player, wanted: string) => summaryOf(player).find(([what]) => what === wanted)![1];
     expect(of(new Player(some([0, 0, 0, 0, 0])), 'Slosh mean, m/s²')).toBe('–');
     expect(of(new Player(motion), 'Spilled')).toBe('no');
+  });
+});
+
+describe('the zoom of the time line', () => {
+  it('keeps what is under the pointer, within the recording and its closest look', () => {
+    expect(zoomed([0, 10], 5, 0.5, 10)).toEqual([2.5, 7.5]);
+    expect(zoomed([0, 10], 0, 0.5, 10)).toEqual([0, 5]);
+    expect(zoomed([2.5, 7.5], 7.5, 1.5, 10)).toEqual([0, 7.5]);
+    expect(zoomed([2.5, 7.5], 5, Infinity, 10)).toEqual([0, 10]);
+    expect(zoomed([0, 10], 5, 1e-9, 10)).toEqual([4.75, 5.25]);
+    expect(zoomed([0, 0.2], 0.1, 0.5, 0.2)).toEqual([0, 0.2]);
+  });
+  it('goes along where the time leaves it', () => {
+    expect(holding([2, 4], 3, 10)).toEqual([2, 4]);
+    expect(holding([2, 4], 5, 10)).toEqual([4, 6]);
+    expect(holding([2, 4], 9.9, 10)).toEqual([8, 10]);
   });
 });

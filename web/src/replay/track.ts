@@ -18,6 +18,32 @@ const POINTS = 3000;
 /** s: the axis of a longer recording tells minutes, as its clock does, with such steps (s). */
 const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200];
 
+/** The same where less is looked at, and what is looked at at least. */
+const FINE_STEPS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20], CLOSEST = 0.5;
+/** Of what is looked at, for a step of the wheel, or of a key. */
+const ZOOM = 1.25;
+
+/** s from the begin, that are looked at. */
+export type Span = readonly [from: number, to: number];
+
+/** What is looked at so many times as long, with `about` where it was; of nothing but the recording. */
+export function zoomed([from, to]: Span, about: number, factor: number, duration: number): Span {
+  const length = Math.min(duration, Math.max(Math.min(CLOSEST, duration), (to - from) * factor));
+  return shifted([about - ((about - from) / (to - from)) * length, length], duration);
+}
+
+/** From there on, or as near as the recording's ends let it. */
+function shifted([from, length]: readonly [number, number], duration: number): Span {
+  const begin = Math.max(0, Math.min(duration - length, from));
+  return [begin, begin + length];
+}
+
+/** What holds this time, too: it comes into the middle where it would be out of sight. */
+export function holding(span: Span, at: number, duration: number): Span {
+  const [from, to] = span;
+  return at >= from && at <= to ? span : shifted([at - (to - from) / 2, to - from], duration);
+}
+
 /** s after a point of a curve for which it is told. */
 const KNOWN_FOR = 1;
 
@@ -84,10 +110,14 @@ export class Track {
   readonly #tip = document.createElement('span');
   readonly #told: ((at: number) => string)[] = [];
   #held = false;
+  /** What is looked at. */
+  #span: Span;
+  #seen = -1;
 
   /** @param other laid over it, so many s later */
   constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], other: Player | null, private readonly late: number) {
     root.replaceChildren();
+    this.#span = this.#whole;
     const bands = this.#frame('State', 'and profile', statesTold(player));
     this.#bands.style.marginLeft = `${AXIS}px`;
     bands.append(this.#bands);
@@ -102,6 +132,16 @@ export class Track {
       if (this.#held && event.buttons) this.#seek(event);
     };
     root.onpointerleave = () => { this.#tip.hidden = true; };
+    root.onwheel = (event) => {
+      // Where the page itself scrolls it goes on doing so, but for the wheel with Ctrl, which is also two fingers' pinch.
+      if (document.documentElement.scrollHeight > innerHeight && !event.ctrlKey) return;
+      const all = this.#isWhole && event.deltaY >= 0;
+      if (event.deltaY === 0 || all) return;
+      event.preventDefault();
+      this.zoom(ZOOM ** Math.sign(event.deltaY), this.#timeOf(event));
+      this.#point(event);
+    };
+    root.ondblclick = () => this.zoom(Infinity);
     root.onpointerup = root.onpointercancel = () => { this.#held = false; };
     onResize(root, () => this.resize());
     this.resize();
@@ -112,6 +152,7 @@ export class Track {
     const row = document.createElement('figure'), caption = document.createElement('figcaption');
     caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
     row.append(caption);
+    caption.title = 'Turn the wheel over the plots to zoom about the pointer; double click shows all.';
     const box = row.appendChild(document.createElement('div'));
     box.setAttribute('role', 'img');
     box.setAttribute('aria-label', `${title}: ${words}`);
@@ -127,27 +168,27 @@ export class Track {
       curves.push([times.map((t) => t - this.late), values]);
     }
     this.#told.push((at) => `${title.toLowerCase()} ${curves.map((curve) => valueAt(curve, at)).map((value) => (value === null ? '–' : write(value))).join(', the other ')} ${unit}`);
-    const ink = (): string => resolved('var(--muted)'), long = player.duration > IN_SECONDS;
+    const ink = (): string => resolved('var(--muted)');
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
       width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, RIGHT, last ? 0 : 5, 0],
-      scales: { x: { time: false, range: [0, Math.max(0.1, player.duration)] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
-      axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, ...(long ? { incrs: STEPS } : {}), values: (_u, ticks) => ticks.map((t) => (!last ? '' : long ? clock(t) : `${t} s`)) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
+      scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
+      axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, incrs: () => (this.#isLong ? STEPS : FINE_STEPS), values: (_u, ticks) => ticks.map((t) => (last ? this.#timeText(t) : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
     }, uPlot.join(curves as uPlot.AlignedData[], curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
   }
 
   /** px from the track's left to where its times begin, and how many of them there are. */
-  get #span(): [number, number] {
+  get #place(): [number, number] {
     const box = this.#boxes[0]!.getBoundingClientRect(), left = box.left - this.root.getBoundingClientRect().left + AXIS;
     return [left, Math.max(1, box.width - AXIS - RIGHT)];
   }
 
   /** s from the begin, where the pointer is. */
-  #timeOf(event: PointerEvent): number {
-    const [left, width] = this.#span;
-    return ((event.clientX - this.root.getBoundingClientRect().left - left) / width) * this.player.duration;
+  #timeOf(event: MouseEvent): number {
+    const [left, width] = this.#place, [from, to] = this.#span;
+    return from + ((event.clientX - this.root.getBoundingClientRect().left - left) / width) * (to - from);
   }
 
   #seek(event: PointerEvent): void {
@@ -155,40 +196,73 @@ export class Track {
     this.player.seek(this.#timeOf(event));
   }
 
-  #point(event: PointerEvent): void {
-    const at = this.#timeOf(event), { duration } = this.player;
-    this.#tip.hidden = !(at >= 0 && at <= duration);
+  #point(event: MouseEvent): void {
+    const at = this.#timeOf(event), [from, to] = this.#span;
+    this.#tip.hidden = !(at >= from && at <= to);
     this.#tip.textContent = `${fine(Math.max(0, at))} · ${this.#told.map((tell) => tell(at)).join(' · ')}`;
     this.#tip.style.left = `${this.x(at)}px`;
-    this.#tip.style.translate = at < duration / 2 ? '0.6rem' : 'calc(-100% - 0.6rem)'; // beside the pointer, and within the plot
+    this.#tip.style.translate = at < (from + to) / 2 ? '0.6rem' : 'calc(-100% - 0.6rem)'; // beside the pointer, and within the plot
   }
 
   /** px from the left, of a time in s from the begin. */
   x(at: number): number {
-    const [left, width] = this.#span;
-    return left + width * (this.player.duration > 0 ? at / this.player.duration : 0);
+    const [left, width] = this.#place, [from, to] = this.#span;
+    return left + (width * (at - from)) / (to - from);
   }
 
-  draw(): void { this.#cursor.style.left = `${this.x(this.player.at)}px`; }
+  get #whole(): Span { return [0, Math.max(0.1, this.player.duration)]; }
+  get #isWhole(): boolean { return this.#span[1] - this.#span[0] >= this.#whole[1]; }
+  get #isLong(): boolean { return this.#span[1] - this.#span[0] > IN_SECONDS; }
+
+  #timeText(t: number): string {
+    if (this.#isLong) return clock(t);
+    return this.player.duration > IN_SECONDS ? fine(t) : `${Number(t.toFixed(2))} s`;
+  }
+
+  /** So many times as long a stretch is looked at; Infinity: all. @param about s, of the time that stays where it is */
+  zoom(factor: number, about = this.player.at): void { this.#look(zoomed(this.#span, about, factor, this.#whole[1])); }
+
+  #look(span: Span): void {
+    this.#span = span;
+    for (const plot of this.#plots) plot.setScale('x', { min: span[0], max: span[1] });
+    this.resize();
+    this.#putCursor();
+  }
+
+  draw(): void {
+    const { at } = this.player;
+    if (at !== this.#seen) {
+      this.#seen = at;
+      const span = holding(this.#span, at, this.#whole[1]);
+      if (span !== this.#span) return this.#look(span);
+    }
+    this.#putCursor();
+  }
+
+  #putCursor(): void {
+    const { at } = this.player, [from, to] = this.#span;
+    this.#cursor.hidden = at < from || at > to;
+    this.#cursor.style.left = `${this.x(at)}px`;
+  }
 
   resize(): void {
-    const [, width] = this.#span;
+    const [, width] = this.#place, [begins, ends] = this.#span;
     this.#boxes.slice(1).forEach((box, i) => { if (box.clientWidth > 0) this.#plots[i]!.setSize({ width: box.clientWidth, height: this.#plots[i]!.height }); });
     this.#bands.width = Math.round(width * devicePixelRatio);
     this.#bands.height = Math.round((2 * BAND + MARK + 4) * devicePixelRatio);
     this.#bands.style.width = `${width}px`;
-    const { motion, begin, duration } = this.player, c = this.#bands.getContext('2d')!, scale = this.#bands.width / Math.max(0.1, duration);
+    const { motion, begin, duration } = this.player, c = this.#bands.getContext('2d')!, scale = this.#bands.width / (ends - begins);
     const band = (entries: { t_s: number }[], colors: string[], top: number): void => entries.forEach(({ t_s }, i) => {
       const from = Math.max(0, t_s - begin), to = (entries[i + 1]?.t_s ?? begin + duration) - begin;
       c.fillStyle = resolved(colors[i]!);
-      c.fillRect(from * scale, top * devicePixelRatio, Math.max(1, (to - from) * scale), BAND * devicePixelRatio);
+      c.fillRect((from - begins) * scale, top * devicePixelRatio, Math.max(1, (to - from) * scale), BAND * devicePixelRatio);
     });
     const states = (motion.events ?? []).filter(({ kind }) => kind === 'state'), settings = motion.settings ?? [];
     band(states, states.map(({ what }) => `var(--state-${what})`), 0);
     for (const { t_s, kind } of motion.events ?? []) {
       if (!(kind in MARKS)) continue;
       c.fillStyle = resolved(MARKS[kind]!);
-      c.fillRect((t_s - begin) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
+      c.fillRect((t_s - begin - begins) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
     }
     band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), BAND + 2);
   }
