@@ -360,6 +360,30 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const { at } = await seen();
   await page.click('#past-on');
   await until(async () => (await seen()).at > at, 'a step on');
+  await page.keyboard.press(',');
+  await until(async () => Math.abs((await seen()).at - at) < 1e-6, 'a step back');
+  await page.keyboard.press('p');
+  await until(() => page.evaluate(() => globalThis.steadyhand.recordings.player.playing), 'its play');
+  await page.keyboard.press('p');
+  // What is looked at closely stays under the pointer, and goes along with the time.
+  await (await page.$('#track')).scrollIntoViewIfNeeded();
+  const [x, y] = await page.$eval('#track', (track) => { const box = track.getBoundingClientRect(); return [box.left + 0.9 * box.width, box.top + box.height / 2]; });
+  const told = async () => Number(/^0:(\d\d\.\d)/.exec(await page.textContent('#track .tip'))[1]);
+  const inSight = () => page.evaluate(() => document.querySelector('#track .cursor').offsetParent !== null);
+  await page.mouse.move(x, y);
+  const pointed = await told();
+  await page.keyboard.down('Control'); // the page scrolls in so low a window
+  for (let i = 0; i < 20; ++i) await page.mouse.wheel(0, -100);
+  await page.keyboard.up('Control');
+  await page.waitForTimeout(500);
+  assert.ok(Math.abs((await told()) - pointed) < 0.11, 'the same time under the pointer');
+  assert.equal(await inSight(), false, 'the time that is shown lies elsewhere');
+  await page.keyboard.press('.');
+  await until(inSight, 'the time that was stepped to');
+  await page.keyboard.press('0');
+  await page.mouse.move(x + 1, y);
+  assert.ok(Math.abs((await told()) - pointed) < 0.2, 'all of it again');
+  await seek(0.5);
   const engaged = await page.$('#past-events [data-kind=engaged] a');
   await engaged.click();
   await until(async () => (await seen()).state === 'engaged', 'the time of the event');
@@ -780,6 +804,7 @@ test('a spill is told alike in the list, the replay and the report, whose link o
   assert.equal(await page.getAttribute('#tab-recordings', 'aria-selected'), 'true');
   await page.click(`#recordings li[title="${other}"] button:has-text("Compare")`);
   await until(() => page.isVisible('#past-figures tr'), 'figures of both');
+  assert.ok(await page.$eval('#past p', (line) => line.offsetHeight < 40 && line.scrollWidth <= line.clientWidth + 1), 'one line tells what is shown');
   const covered = await page.evaluate(() => {
     const scene = document.querySelector('#scene').getBoundingClientRect(), free = (x, y) => document.elementFromPoint(scene.left + x * scene.width, scene.top + y * scene.height)?.id === 'scene';
     return { height: scene.height, middle: [0.3, 0.5, 0.7].every((x) => [0.2, 0.4, 0.6].every((y) => free(x, y))) };

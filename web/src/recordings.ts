@@ -9,7 +9,7 @@ import { fine, Happened, seenAt, spillAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
 import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
-import { Track } from './replay/track';
+import { Track, ZOOM } from './replay/track';
 
 /** What GET sessions answers (docs/protocol.md). */
 export interface RecordedSession {
@@ -156,6 +156,18 @@ export class Recordings {
       this.player.playing = false;
       this.player.seek(Number(range.value));
     };
+    // Of a recording that is shown: keys that drive are off then, and none of them is among these.
+    const keys: Readonly<Record<string, () => void>> = {
+      p: () => this.player?.toggle(), ',': () => this.player?.step(-1), '.': () => this.player?.step(1),
+      '+': () => this.#track?.zoom(1 / ZOOM), '=': () => this.#track?.zoom(1 / ZOOM), '-': () => this.#track?.zoom(ZOOM), 0: () => this.#track?.zoom(Infinity),
+    };
+    addEventListener('keydown', (event) => {
+      if (!this.player || event.ctrlKey || event.altKey || event.metaKey || isTyped(event.target) || event.target instanceof HTMLSelectElement) return;
+      const key = event.key.toLowerCase();
+      if (!Object.hasOwn(keys, key) || (key === 'p' && event.repeat)) return;
+      event.preventDefault();
+      keys[key]!();
+    });
     element('recordings-find', HTMLInputElement).oninput = () => this.#showList();
     addEventListener('hashchange', () => void this.follow());
   }
@@ -399,7 +411,6 @@ export class Recordings {
     element('past-name', HTMLElement).textContent = this.#calledOf(player.motion.name);
     element('past-name', HTMLElement).title = player.motion.name;
     element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}` : '';
-    element('past-how', HTMLElement).hidden = !other;
     element('past-alone', HTMLButtonElement).hidden = element('past-compared', HTMLButtonElement).hidden = !other;
     this.#showFigures(player, other);
     this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0);
@@ -474,7 +485,8 @@ export class Recordings {
     element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
     element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
     element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
-    element('past-facts', HTMLElement).textContent = facts.join(' · ');
+    const line = element('past-facts', HTMLElement);
+    line.textContent = line.title = facts.join(' · '); // beside another recording it may be cut
     element('past-spill', HTMLElement).textContent = spillAt(player.motion.events ?? [], player.now);
     this.#happened.follow(at);
     this.#track?.draw();

@@ -21,7 +21,7 @@ const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 720
 /** The same where less is looked at, and what is looked at at least. */
 const FINE_STEPS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20], CLOSEST = 0.5;
 /** Of what is looked at, for a step of the wheel, or of a key. */
-const ZOOM = 1.25;
+export const ZOOM = 1.25;
 
 /** s from the begin, that are looked at. */
 export type Span = readonly [from: number, to: number];
@@ -152,7 +152,7 @@ export class Track {
     const row = document.createElement('figure'), caption = document.createElement('figcaption');
     caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
     row.append(caption);
-    caption.title = 'Turn the wheel over the plots to zoom about the pointer; double click shows all.';
+    caption.title = 'The wheel over the plots zooms about the pointer (with Ctrl where the page scrolls); double click shows all. Keys: + and − about the time that is shown, 0 for all.';
     const box = row.appendChild(document.createElement('div'));
     box.setAttribute('role', 'img');
     box.setAttribute('aria-label', `${title}: ${words}`);
