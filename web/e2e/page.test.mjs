@@ -287,7 +287,7 @@ test('a box is added, dragged over the floor, and removed', async () => {
     const { stage, session } = globalThis.steadyhand, [x, y, z] = session.state.tool.p, at = stage.surroundings.solid('box 1').position;
     return Math.hypot(at.x - x, at.y - y, at.z - z);
   });
-  await page.waitForFunction(() => document.querySelector('#carry-object').textContent === 'Put down' && /The arm carries box 1/.test(document.querySelector('#objects-hint').textContent));
+  await until(() => page.evaluate(() => document.querySelector('#carry-object').textContent === 'Put down' && /The arm carries box 1/.test(document.querySelector('#objects-hint').textContent)), 'the button to put it down');
   await shot(page, 'box-carried');
   const far = await carried();
   await page.waitForTimeout(500);
