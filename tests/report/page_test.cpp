@@ -170,6 +170,19 @@ TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
   EXPECT_NE(page.find("<dt>spilled</dt><dd><b>2 ×, each less than 0.1</b>"), std::string::npos);
 }
 
+TEST(Page, CallsAGripperNoGlass) {
+  ReportInput input = test::sample_input();
+  input.story.emplace();
+  EXPECT_NE(write_and_read(input).find("Motion of the glass</h2>"), std::string::npos);
+  EXPECT_NE(write_and_read(input).find("<dt>slosh, mean</dt>"), std::string::npos);
+  input.story->has_glass = false;
+  const std::string page = write_and_read(input);
+  EXPECT_NE(page.find("Motion of the gripper</h2>"), std::string::npos);
+  EXPECT_NE(page.find("<table data-group=\"Gripper\">"), std::string::npos);
+  EXPECT_EQ(page.find("<dt>slosh"), std::string::npos);
+  EXPECT_EQ(page.find("class=\"verdict"), std::string::npos);
+}
+
 TEST(Page, NamesTheWorstSpillsFirst) {
   ReportInput input = test::sample_input();
   input.story.emplace();

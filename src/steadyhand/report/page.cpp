@@ -92,6 +92,8 @@ std::string clock_text(double seconds) {
   return fmt::format("{}:{:05.2f}", hundredths / 6000, static_cast<double>(hundredths % 6000) / 100.0);
 }
 
+bool has_glass(const ReportInput& input) { return !input.story || input.story->has_glass; }
+
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
   std::string html;
   for (std::size_t i = 0; i < metrics.size(); ++i) {
@@ -110,7 +112,7 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
         rows += row("spills per minute led", fmt::format("{:.2f}", m.spills_per_minute), "", m.spills_per_minute,
                     first.spills_per_minute);
       }
-      if (input.story->has_glass) {
+      if (has_glass(input)) {
         rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
         rows += row("slosh, peak", fmt::format("{:.2f}", m.lateral_max), "m/s²", m.lateral_max, first.lateral_max);
       }
@@ -172,8 +174,9 @@ std::string tables(const ReportInput& input, const std::vector<Metrics>& metrics
     if (group != row.group) {
       if (!group.empty()) html += "</tbody></table>\n";
       group = row.group;
+      const std::string heading = group == "Glass" && !has_glass(input) ? "Gripper" : group;
       html += fmt::format("<table data-group=\"{0}\"><thead><tr><th scope=\"col\">{0}</th>{1}</tr></thead><tbody>\n",
-                          group, heads);
+                          heading, heads);
     }
     html += table_row(row, metrics);
   }
@@ -285,6 +288,7 @@ Result<std::string> report_page(const ReportInput& input) {
                     data = page_data(input, thinning);
   return fill(embedded::page_html, {{"recording", recording},
                                     {"title", title},
+                                    {"tool", has_glass(input) ? "glass" : "gripper"},
                                     {"verdict", verdict_html},
                                     {"rate", rate},
                                     {"scale", scale},
