@@ -297,7 +297,7 @@ export class Session {
     if (reason === 'grip to move the arm') return '';
     if (reason === 'the hand is back') return 'the hand is heard again';
     if (!this.#hasHeld && NOT_HEARD.test(reason)) return ''; // whose hand that was is not here
-    if (this.isLostByBrowser) return 'this browser is too slow, and did not tell of the hand';
+    if (this.isLostByBrowser) return 'this browser was too slow to tell of the hand';
     return demoReason(reason, (controls?.playback ?? -1) >= 0);
   }
 

@@ -187,7 +187,7 @@ describe('words of a session', () => {
     session.take(state({ state: 'engaged', reason: '' }), 1);
     session.told(0.4, true, 2);
     session.take(state({ state: 'ready', reason: lost }), 2.01);
-    expect(session.reason(2.05)).toContain('browser is too slow');
+    expect(session.reason(2.05)).toContain('browser was too slow');
     expect([session.mayResume(2.05), session.mayResume(2.15), session.mayResume(2.2)]).toEqual([false, true, false]);
     session.take(state({ state: 'engaged', reason: '' }), 2.5);
     session.told(0.13, true, 2.6); // too short to have lost it

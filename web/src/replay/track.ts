@@ -8,6 +8,8 @@ import { indexAt, type Motion, type Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
 const HEIGHT = 60, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
+/** px from the pointer to the values there. */
+const BESIDE = 10;
 /** px beside a plot, for the second half of its last time. */
 const RIGHT = 16;
 /** uPlot's word for a null that holds at the other curve's times around it, too. */
@@ -200,8 +202,8 @@ export class Track {
     const at = this.#timeOf(event), [from, to] = this.#span;
     this.#tip.hidden = !(at >= from && at <= to);
     this.#tip.textContent = `${fine(Math.max(0, at))} · ${this.#told.map((tell) => tell(at)).join(' · ')}`;
-    this.#tip.style.left = `${this.x(at)}px`;
-    this.#tip.style.translate = at < (from + to) / 2 ? '0.6rem' : 'calc(-100% - 0.6rem)'; // beside the pointer, and within the plot
+    const x = this.x(at), { offsetWidth } = this.#tip; // beside the pointer, and within the plots
+    this.#tip.style.left = `${Math.max(this.x(from), Math.min(this.x(to) - offsetWidth, at < (from + to) / 2 ? x + BESIDE : x - BESIDE - offsetWidth))}px`;
   }
 
   /** px from the left, of a time in s from the begin. */
