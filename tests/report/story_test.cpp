@@ -277,8 +277,10 @@ TEST_F(Told, MissedDeadlinesAreToldTogether) {
     SessionStatistics counted;
     counted.now = from_seconds(t);
     counted.missed_deadlines = missed;
+    counted.latency_us.p50 = counted.latency_us.p99 = t < 10.0 ? 0.0 : 2000.0;
     session.statistics.push_back(counted);
   }
+  EXPECT_EQ(tell_story(session).latency.front().t_s, 10.0);  // nothing was led before
   EXPECT_EQ(of("missed"), (Lines{"2.0 6 missed deadlines of control within 3 s", "17.0 1 missed deadline of control"}));
   EXPECT_EQ(tell_story(session).events.front().why, "too short to stop the arm, which followed its plan");
   session.changes.push_back({from_seconds(18.0), "", "stopping", "the control loop stalled"});

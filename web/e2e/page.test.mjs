@@ -362,6 +362,10 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(async () => (await seen()).at > at, 'a step on');
   await page.keyboard.press(',');
   await until(async () => Math.abs((await seen()).at - at) < 1e-6, 'a step back');
+  await page.keyboard.press('ArrowRight');
+  await until(async () => (await seen()).at > at, 'an arrow\'s step on');
+  await page.keyboard.press('ArrowLeft');
+  await until(async () => Math.abs((await seen()).at - at) < 1e-6, 'an arrow\'s step back');
   await page.keyboard.press('p');
   await until(() => page.evaluate(() => globalThis.steadyhand.recordings.player.playing), 'its play');
   await page.keyboard.press('p');

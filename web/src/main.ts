@@ -244,7 +244,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   objects.draw();
   if (t - lastWords > WORDS_EVERY) {
     lastWords = t;
-    put(words.dataset, 'over', String(stage.view.isCovered && !session.past));
+    put(words.dataset, 'over', String(stage.view.isCovered && !stage.view.orbit.enabled));
     panel.draw(t, objects.chosen, objects.carries);
     firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();

@@ -159,11 +159,13 @@ export class Recordings {
     // Of a recording that is shown: keys that drive are off then, and none of them is among these.
     const keys: Readonly<Record<string, () => void>> = {
       p: () => this.player?.toggle(), ',': () => this.player?.step(-1), '.': () => this.player?.step(1),
+      arrowleft: () => this.player?.step(-1), arrowright: () => this.player?.step(1),
       '+': () => this.#track?.zoom(1 / ZOOM), '=': () => this.#track?.zoom(1 / ZOOM), '-': () => this.#track?.zoom(ZOOM), 0: () => this.#track?.zoom(Infinity),
     };
     addEventListener('keydown', (event) => {
       if (!this.player || event.ctrlKey || event.altKey || event.metaKey || isTyped(event.target) || event.target instanceof HTMLSelectElement) return;
-      const key = event.key.toLowerCase();
+      const key = event.key.toLowerCase(), { target } = event;
+      if (key.startsWith('arrow') && (target instanceof HTMLInputElement || (target instanceof HTMLElement && target.role === 'tab'))) return; // they have their own
       if (!Object.hasOwn(keys, key) || (key === 'p' && event.repeat)) return;
       event.preventDefault();
       keys[key]!();

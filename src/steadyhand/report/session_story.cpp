@@ -317,7 +317,10 @@ void tell_counts(const SessionFile& session, SessionStory& story) {
   const std::string why = stalls ? "" : "too short to stop the arm, which followed its plan";
   for (const SessionStatistics& counted : session.statistics) {
     const double t = to_seconds(counted.now);
-    story.latency.push_back({t, 1e-3 * counted.latency_us.p50, 1e-3 * counted.latency_us.p99});
+    // Zeros: no command was made of a hand yet.
+    if (counted.latency_us.p99 > 0.0) {
+      story.latency.push_back({t, 1e-3 * counted.latency_us.p50, 1e-3 * counted.latency_us.p99});
+    }
     if (counted.missed_deadlines > missed) {
       if (misses.empty() || t - last > kMissedApart) misses.push_back({t, "missed", "", why});
       SessionStory::Event& event = misses.back();
