@@ -529,6 +529,50 @@ test('the emulated head turns by arrow keys, which leave the hand alone; the gla
   assert.deepEqual(await page.$$eval('#wave, #held, #status dl', (parts) => parts.filter((part) => part.checkVisibility()).length), 0);
 });
 
+test('the emulated hand is under the mouse, and its trigger presses what the mouse is on', async () => {
+  const small = page.viewportSize();
+  await page.setViewportSize({ width: 1280, height: 800 });
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.keyboard.press('Home');
+  const wanted = 'Waiter';
+  /** Where on the page an item of the board is seen. */
+  const place = () => page.evaluate((label) => {
+    const { stage, headset: { board } } = globalThis.steadyhand, head = globalThis.emulatedHeadset, index = board.items.findIndex((item) => item.label === label);
+    const inside = [];
+    for (let u = 0.005; u < 1; u += 0.01) for (let v = 0.005; v < 1; v += 0.005) if (board.itemAt(u, v) === index) inside.push([u, v]);
+    if (inside.length === 0) return null;
+    const [u, v] = [0, 1].map((k) => inside.reduce((sum, each) => sum + each[k], 0) / inside.length), { width, height } = board.geometry.parameters;
+    const at = board.localToWorld(board.position.clone().set((u - 0.5) * width, (v - 0.5) * height, 0));
+    const camera = stage.view.camera.clone(), box = document.querySelector('#scene').getBoundingClientRect();
+    camera.clearViewOffset();
+    camera.fov = (180 / Math.PI) * head.fovy;
+    camera.aspect = box.width / box.height;
+    camera.position.set(head.position.x, head.position.y, head.position.z);
+    camera.quaternion.set(head.quaternion.x, head.quaternion.y, head.quaternion.z, head.quaternion.w);
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    const { x, y } = at.project(camera);
+    return [box.left + (box.width * (x + 1)) / 2, box.top + (box.height * (1 - y)) / 2];
+  }, wanted);
+  const led = async () => { const { welcome, state: now } = await page.evaluate(() => globalThis.steadyhand.session); return welcome.profiles.find(({ index }) => index === now.controls.profile).label; };
+  assert.doesNotMatch(await led(), /Waiter/);
+  await until(async () => {
+    const at = await place();
+    if (!at) return false;
+    await page.mouse.move(...at);
+    await frames();
+    await page.mouse.down({ button: 'right' });
+    await frames();
+    await page.mouse.up({ button: 'right' });
+    await page.waitForTimeout(300);
+    return /Waiter/.test(await led());
+  }, 'the profile that the mouse pressed');
+  await page.mouse.move(10, 700); // off the board
+  await say(page, { type: 'request', kind: 'profile', text: 'carry' });
+  await until(async () => /Carry/.test(await led()), 'the profile of before');
+  await page.setViewportSize(small);
+});
+
 test('a session that cannot be drawn to is left again, and that is said', async () => {
   await leave();
   await page.evaluate(() => {

@@ -1,9 +1,14 @@
+import * as THREE from 'three';
 import { metaQuest3, XRDevice } from 'iwer';
 import { P_SPACE } from 'iwer/lib/private.js';
 
 /** The WebXR names of a Quest's buttons. */
 type Button = 'squeeze' | 'trigger' | 'a-button';
 const REACH = 0.0016; // m of the hand for each pixel of the mouse
+/** m: where the hand is of what it points at, as a share of the way there; beside and below the line of sight. */
+const HALFWAY = 0.5, ASIDE = { right: 0.1, down: 0.14 };
+/** m, to what the mouse points at where that is not the board; and within which the wheel brings the hand. */
+const AWAY = 1.25, NEAR = 0.5, FAR = 2.5;
 /** rad, of a press of an arrow key; and how far the head nods at most. */
 const TURN = 0.1, NOD = 0.9;
 /** rad, of the picture's height: narrower than the lenses', for a picture on a screen. */
@@ -35,7 +40,7 @@ export function emulatedQuest(): XRDevice {
 
 /**
  * A mouse and a few keys as the right hand of a headset that the page emulates: pressing grips, moving moves it across the
- * view, the wheel to and fro; the other button pulls the trigger; the arrow keys turn the head, Home turns it back. While a session runs.
+ * view, the wheel to and fro; where it holds nothing it is under the mouse; the other button pulls the trigger; the arrow keys turn the head, Home turns it back. While a session runs.
  */
 export class EmulatedHand {
   #running = false;
@@ -45,7 +50,19 @@ export class EmulatedHand {
   /** Where the picture stands in the page, under all that lies over it. */
   readonly #before: ChildNode | null;
 
-  constructor(private readonly device: XRDevice, private readonly canvas: HTMLCanvasElement) {
+  #held = false;
+  #away = AWAY;
+  readonly #eye = new THREE.Vector3();
+  readonly #sight = new THREE.Vector3();
+  readonly #at = new THREE.Vector3();
+  readonly #hand = new THREE.Vector3();
+  readonly #up = new THREE.Vector3(0, 1, 0);
+  readonly #gaze = new THREE.Quaternion();
+  readonly #frame = new THREE.Matrix4();
+
+  /** @param boardAt m from a point along a direction, both of the world, to the board; null: it is not there */
+  constructor(private readonly device: XRDevice, private readonly canvas: HTMLCanvasElement,
+              private readonly boardAt: (from: THREE.Vector3, along: THREE.Vector3) => number | null) {
     this.#before = canvas.nextSibling;
     const turn = (yaw: number, pitch: number) => () => this.#look(this.#yaw + yaw, this.#pitch + pitch);
     this.#keys = {
@@ -63,13 +80,26 @@ export class EmulatedHand {
     };
     listen('pointerdown', (event) => {
       canvas.setPointerCapture(event.pointerId);
+      this.#point(event);
+      this.#held = event.button !== 2;
       this.#press(event.button === 2 ? 'trigger' : 'squeeze', 1);
     });
-    listen('pointermove', (event) => this.#move(event.movementX * REACH, -event.movementY * REACH, 0));
+    listen('pointermove', (event) => {
+      if (this.#held) this.#move(event.movementX * REACH, -event.movementY * REACH, 0);
+      else this.#point(event);
+    });
     for (const type of ['pointerup', 'pointercancel'] as const) {
-      listen(type, (event) => this.#press(event.button === 2 ? 'trigger' : 'squeeze', 0));
+      listen(type, (event) => {
+        this.#held = false;
+        this.#press(event.button === 2 ? 'trigger' : 'squeeze', 0);
+      });
     }
-    listen('wheel', (event) => this.#move(0, 0, Math.sign(event.deltaY) * 0.02));
+    listen('wheel', (event) => {
+      const back = Math.sign(event.deltaY) * 0.02;
+      if (this.#held) return this.#move(0, 0, back);
+      this.#away = Math.min(FAR, Math.max(NEAR, this.#away - 2 * back));
+      this.#point(event);
+    });
     listen('contextmenu', () => undefined);
     addEventListener('keydown', (event) => {
       const act = this.#keys[event.code];
@@ -77,7 +107,11 @@ export class EmulatedHand {
       event.preventDefault(); // nor does the page scroll
       act();
     });
-    addEventListener('blur', () => this.#press('squeeze', 0));
+    addEventListener('blur', () => {
+      this.#held = false;
+      this.#press('squeeze', 0);
+      this.#press('trigger', 0);
+    });
   }
 
   set running(running: boolean) {
@@ -101,6 +135,23 @@ export class EmulatedHand {
     this.#yaw = yaw;
     this.#pitch = Math.min(NOD, Math.max(-NOD, pitch));
     look(this.device, this.#yaw, this.#pitch);
+  }
+
+  /** The hand that holds nothing is under the mouse, and points at what is there. */
+  #point(event: MouseEvent): void {
+    const hand = this.device.controllers.right, { left, top, width, height } = this.canvas.getBoundingClientRect();
+    if (!hand || !width || !height) return;
+    const { position: p, quaternion: q } = this.device, half = Math.tan(FIELD / 2);
+    this.#eye.set(p.x, p.y, p.z);
+    this.#gaze.set(q.x, q.y, q.z, q.w);
+    this.#sight.set(((2 * (event.clientX - left)) / width - 1) * half * (width / height), (1 - (2 * (event.clientY - top)) / height) * half, -1);
+    this.#sight.normalize().applyQuaternion(this.#gaze);
+    const away = this.boardAt(this.#eye, this.#sight) ?? this.#away;
+    this.#at.copy(this.#eye).addScaledVector(this.#sight, away);
+    this.#hand.set(ASIDE.right, -ASIDE.down, 0).applyQuaternion(this.#gaze).add(this.#eye).addScaledVector(this.#sight, HALFWAY * away);
+    this.#gaze.setFromRotationMatrix(this.#frame.lookAt(this.#hand, this.#at, this.#up));
+    hand.position.set(this.#hand.x, this.#hand.y, this.#hand.z);
+    hand.quaternion.set(this.#gaze.x, this.#gaze.y, this.#gaze.z, this.#gaze.w);
   }
 
   /** m, along the head's own axes, but for its nod. */

@@ -35,8 +35,13 @@ export class Guide {
     this.#tell(label);
   }
 
-  /** @param factor for a screen, which shows less than lenses do */
-  enlarge(factor: number): void { for (const { words } of this.#labels) words.scale.setScalar(factor); }
+  /** Of a screen, which shows less than lenses do: labels are so many times as large, and beside the hand, clear of what it points at. */
+  showOnScreen(factor: number): void {
+    for (const { words } of this.#labels) {
+      words.scale.setScalar(factor);
+      words.position.set(0.6 * factor * LABEL + 0.03, -0.03, 0);
+    }
+  }
 
   used(part: Part): void {
     if (this.#unused.delete(part)) this.#labels.forEach((label) => this.#tell(label));

@@ -22,6 +22,8 @@ export class Pointer extends THREE.Group {
   readonly #taken = new THREE.Vector3();
   #held = false;
   #on = -1;
+  /** A frame ago. */
+  #was = -1;
   #pressed = -1;
   #seen = false;
 
@@ -64,6 +66,13 @@ export class Pointer extends THREE.Group {
     }
   }
 
+  /** m from there to the board; null: it is not on that way. Both of the world. */
+  distance(from: THREE.Vector3, along: THREE.Vector3): number | null {
+    this.#from.copy(from);
+    this.#along.copy(along);
+    return this.#meet();
+  }
+
   /** m along the ray to the board; null: it passes by. Leaves where it is met in `#hit` and, board's frame, in `#local`. */
   #meet(): number | null {
     this.board.worldToLocal(this.#local.copy(this.#from));
@@ -82,6 +91,8 @@ export class Pointer extends THREE.Group {
     if (!this.#held) this.#holder = null;
     this.visible = this.#seen;
     if (this.#on >= 0) this.board.chosen = this.#on;
+    else if (this.#was >= 0 && this.board.chosen === this.#was) this.board.chosen = -1; // the ray has left it
+    this.#was = this.#on;
     return this.#pressed;
   }
 }

@@ -105,8 +105,8 @@ export class Headset {
     const { EmulatedHand, emulatedQuest } = await import('./emulator');
     const device = emulatedQuest();
     this.simulated = true;
-    this.guide.enlarge(ON_SCREEN);
-    this.#mouse = new EmulatedHand(device, this.stage.renderer.domElement);
+    this.guide.showOnScreen(ON_SCREEN);
+    this.#mouse = new EmulatedHand(device, this.stage.renderer.domElement, (from, along) => this.#pointer.distance(from, along));
     Object.assign(window, { emulatedHeadset: device });
   }
 
