@@ -40,7 +40,7 @@ class Gripper(Node):
         self.create_timer(0.1, self.tell, callback_group=group)
 
     def tell(self, **words):
-        words = words or {"position": self.position, "goals": self.goals, "ends": self.ends}
+        words = words or {"position": self.position, "speed": self.speed, "goals": self.goals, "ends": self.ends}
         sys.stdout.write(json.dumps(words) + "\n")  # in one piece: more than one thread tells
         sys.stdout.flush()
 

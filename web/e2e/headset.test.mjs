@@ -503,6 +503,7 @@ test('leaving brings the page back: the picture beneath its buttons, and the vie
 });
 
 test('the emulated head turns by arrow keys, which leave the hand alone; the glass is in its picture, and the state beside it in a line', async () => {
+  await page.evaluate(() => document.activeElement?.blur()); // arrows are a slider's that has the focus
   await page.keyboard.press('Home');
   const seen = () => page.evaluate(() => {
     const { stage } = globalThis.steadyhand, head = globalThis.emulatedHeadset, camera = stage.view.camera.clone(), { clientWidth, clientHeight } = head.canvasContainer;
@@ -532,7 +533,7 @@ test('the emulated head turns by arrow keys, which leave the hand alone; the gla
 test('the emulated hand is under the mouse, and its trigger presses what the mouse is on', async () => {
   const small = page.viewportSize();
   await page.setViewportSize({ width: 1280, height: 800 });
-  await page.evaluate(() => scrollTo(0, 0));
+  await page.evaluate(() => { scrollTo(0, 0); document.activeElement?.blur(); });
   await page.keyboard.press('Home');
   const wanted = 'Waiter';
   /** Where on the page an item of the board is seen. */

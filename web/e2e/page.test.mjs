@@ -341,10 +341,11 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.click('#past-play');
   assert.ok(await page.isDisabled('#lease') && await page.isDisabled('#mode'), 'what acts on now is grey');
   const drawn = await page.$$eval('#track [role=img]', (boxes) => boxes.map((box) => box.getAttribute('aria-label')));
-  assert.equal(drawn.length, 3);
+  assert.equal(drawn.length, 4);
   assert.match(drawn[0], /^State: .*engaged for \d/);
   assert.match(drawn[1], /^Slosh: at most \d+\.\d\d m\/s², at 0:/);
-  assert.match(drawn[2], /^Off target: at most \d+ mm, at 0:/);
+  assert.match(drawn[2], /^To the rim: at least \d+(\.\d)? mm, at 0:/);
+  assert.match(drawn[3], /^Off target: at most \d+ mm, at 0:/);
   await until(async () => /engaged, Carry, scale 0\.5, slosh \d+\.\d\d m\/s², off target \d+ mm/.test(await page.getAttribute('#past-at', 'aria-valuetext')) || (await page.click('#past-on'), false), 'the words of that time');
   const seek = (at) => page.evaluate((t) => {
     const range = document.querySelector('#past-at');

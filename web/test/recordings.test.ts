@@ -285,6 +285,13 @@ describe('figures of a session', () => {
     expect(told(curveOf(player.motion, 'slosh', 5), (value) => value.toFixed(2), 'm/s²')).toBe('at most 9.00 m/s², at 0:00');
     expect(told([[], []], String, 'mm')).toBe('not recorded');
   });
+  it('keep the least of what is left to the rim', () => {
+    const at = Array.from({ length: 9000 }, (_, i) => 5 + i / 1000), freeboard_mm = at.map((_, i) => (i === 3601 ? 2 : 10));
+    const zeros = at.map(() => 0), curve = curveOf({ ...motion, liquid: { t_s: at, tilt: zeros.map(() => [0, 0]), freeboard_mm, spilled: zeros, spilled_share: zeros } }, 'rim', 5);
+    expect(curve[1]).toHaveLength(3000);
+    expect(Math.min(...curve[1] as number[])).toBe(2);
+    expect(told(curve, String, 'mm', true)).toBe('at least 2 mm, at 0:03');
+  });
   it('are told at a time, where it is known', () => {
     const curve: [number[], (number | null)[]] = [[0, 0.1, 2, 2.1], [3, 4, null, 5]];
     expect([-0.1, 0, 0.05, 0.1, 0.9, 1.5, 2, 2.2].map((at) => valueAt(curve, at))).toEqual([null, 3, 3, 4, 4, null, null, 5]);

@@ -7,7 +7,7 @@ import { fine } from './happened';
 import { indexAt, type Motion, type Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
-const HEIGHT = 60, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
+const HEIGHT = 46, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
 /** px from the pointer to the values there. */
 const BESIDE = 10;
 /** px beside a plot, for the second half of its last time. */
@@ -52,15 +52,20 @@ const KNOWN_FOR = 1;
 /** Beneath the bands. */
 const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
-type Curve = 'slosh' | 'off';
+type Curve = 'slosh' | 'rim' | 'off';
+/** Of which the small values count. */
+const IS_LEAST: Readonly<Record<Curve, boolean>> = { slosh: false, rim: true, off: false };
+/** Of what was left to the rim at first: that of a glass which spilled would hide the rest. */
+const TO_RIM = 1.6;
 
 /** When a curve was measured, and what; slosh of old sessions as it was planned. */
-function measured({ felt, target }: Motion, name: Curve): [readonly number[], readonly (number | null)[]] {
+function measured({ felt, target, liquid }: Motion, name: Curve): [readonly number[], readonly (number | null)[]] {
+  if (name === 'rim') return [liquid?.t_s ?? [], liquid?.freeboard_mm ?? []];
   if (name === 'slosh' && felt?.t_s.length) return [felt.t_s, felt.largest];
   return [target?.t_s ?? [], (name === 'slosh' ? target?.lateral : target?.error_mm) ?? []];
 }
 
-/** A curve over s from the begin, thinned by the largest, and broken where nothing was known for half a second. */
+/** A curve over s from the begin, thinned by what counts, and broken where nothing was known for half a second. */
 export function curveOf(motion: Motion, name: Curve, begin: number): [number[], (number | null)[]] {
   const [at, what] = measured(motion, name), times: number[] = [], values: (number | null)[] = [];
   const stride = Math.max(1, Math.ceil(at.length / POINTS));
@@ -73,7 +78,7 @@ export function curveOf(motion: Motion, name: Curve, begin: number): [number[], 
     let most: number | null = null;
     for (let k = i; k < Math.min(at.length, i + stride); ++k) {
       const value = what[k] ?? null;
-      if (value !== null && (most === null || value > most)) most = value;
+      if (value !== null && (most === null || (value > most) !== IS_LEAST[name])) most = value;
     }
     times.push(t);
     values.push(most);
@@ -87,11 +92,11 @@ export function valueAt([times, values]: [readonly number[], readonly (number | 
   return i < 0 || at - times[i]! > KNOWN_FOR ? null : values[i]!;
 }
 
-/** The largest of a curve and when, in words for who cannot see it. */
-export function told([times, values]: [readonly number[], readonly (number | null)[]], write: (value: number) => string, unit: string): string {
+/** What counts of a curve and when, in words for who cannot see it. */
+export function told([times, values]: [readonly number[], readonly (number | null)[]], write: (value: number) => string, unit: string, least = false): string {
   let most = -1;
-  for (let i = 0; i < values.length; ++i) if (values[i] !== null && (most < 0 || values[i]! > values[most]!)) most = i;
-  return most < 0 ? 'not recorded' : `at most ${write(values[most]!)} ${unit}, at ${clock(times[most]!)}`;
+  for (let i = 0; i < values.length; ++i) if (values[i] !== null && (most < 0 || (values[i]! > values[most]!) !== least)) most = i;
+  return most < 0 ? 'not recorded' : `at ${least ? 'least' : 'most'} ${write(values[most]!)} ${unit}, at ${clock(times[most]!)}`;
 }
 
 /** States and profiles of a recording, one after another, in words. */
@@ -117,13 +122,14 @@ export class Track {
   #seen = -1;
 
   /** @param other laid over it, so many s later */
-  constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], other: Player | null, private readonly late: number) {
+  constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number) {
     root.replaceChildren();
     this.#span = this.#whole;
     const bands = this.#frame('State', 'and profile', statesTold(player));
     this.#bands.style.marginLeft = `${AXIS}px`;
     bands.append(this.#bands);
     this.#make('Slosh', 'm/s²', 'slosh', sloshText, other, false);
+    if (player.motion.liquid?.freeboard_mm.some((value) => value !== null)) this.#make('To the rim', 'mm', 'rim', offText, other, false);
     this.#make('Off target', 'mm', 'off', offText, other, true);
     this.#cursor.className = 'cursor';
     Object.assign(this.#tip, { className: 'tip', hidden: true, ariaHidden: 'true' }); // a pointer's; the figures are told elsewhere
@@ -164,7 +170,8 @@ export class Track {
   }
 
   #make(title: string, unit: string, name: Curve, write: (value: number) => string, other: Player | null, last: boolean): void {
-    const { player } = this, curves = [curveOf(player.motion, name, player.begin)], box = this.#frame(title, unit, told(curves[0]!, write, unit));
+    const { player } = this, curves = [curveOf(player.motion, name, player.begin)], box = this.#frame(title, unit, told(curves[0]!, write, unit, IS_LEAST[name]));
+    const full = name === 'rim' ? TO_RIM * Math.max(1, curves[0]![1].find((value) => value !== null) ?? Infinity) : Infinity;
     if (other) {
       const [times, values] = curveOf(other.motion, name, other.begin);
       curves.push([times.map((t) => t - this.late), values]);
@@ -174,7 +181,7 @@ export class Track {
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
       width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, RIGHT, last ? 0 : 5, 0],
-      scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, 1) * 1.08] } },
+      scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, _low, high) => [0, Math.min(full, Math.max(high ?? 0, 1) * 1.08)] } },
       axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, incrs: () => (this.#isLong ? STEPS : FINE_STEPS), values: (_u, ticks) => ticks.map((t) => (last ? this.#timeText(t) : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
@@ -265,6 +272,11 @@ export class Track {
       if (!(kind in MARKS)) continue;
       c.fillStyle = resolved(MARKS[kind]!);
       c.fillRect((t_s - begin - begins) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
+    }
+    for (const { t_s, kind } of this.other?.motion.events ?? []) {
+      if (kind !== 'spill') continue;
+      c.fillStyle = resolved('var(--past)'); // as its curves
+      c.fillRect((t_s - this.other!.begin - this.late - begins) * scale - devicePixelRatio, (2 * BAND + 4) * devicePixelRatio, 3 * devicePixelRatio, MARK * devicePixelRatio);
     }
     band(settings, settings.map(({ profile }) => { const known = this.profiles.find(({ name }) => name === profile); return known ? colorOf(known) : 'var(--profile-other-1)'; }), BAND + 2);
   }
