@@ -520,7 +520,7 @@ test('the emulated head turns by arrow keys, which leave the hand alone; the gla
   await until(async () => { const { x, y, z } = await seen(); return Math.abs(x) < 0.8 && Math.abs(y) < 0.8 && z < 1; }, 'the glass in the picture');
   await rest(page);
   const begin = await seen(), source = await page.evaluate(() => globalThis.steadyhand.hand.source);
-  for (let i = 0; i < 3; ++i) await page.keyboard.press('ArrowLeft');
+  for (let i = 0; i < 5; ++i) await page.keyboard.press('ArrowLeft');
   await until(async () => (await seen()).x > begin.x + 0.2, 'the head to turn to the left');
   await page.keyboard.press('ArrowUp');
   await until(async () => (await seen()).y < begin.y - 0.1, 'the head to look up');
