@@ -98,27 +98,33 @@ function lineMarks(lines) {
   };
 }
 
-/** Draws a tick at the bottom, in its profile's colour, for every step that failed. */
-const failureMarks = {
+/** A plugin that paints over a plot, and no further. @param paint of uPlot */
+const overlay = (paint) => ({
   hooks: {
-    draw: ({ ctx, bbox, valToPos }) => {
+    draw: (u) => {
+      const { ctx, bbox } = u;
       ctx.save();
       ctx.beginPath();
       ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
       ctx.clip();
-      const size = 7 * uPlot.pxRatio;
-      profiles.forEach((profile, i) => {
-        if (!shownProfiles[i]) return;
-        ctx.fillStyle = profileColor(i);
-        const bottom = bbox.top + bbox.height - i * size;
-        for (const t of profile.failures) {
-          ctx.fillRect(Math.round(valToPos(t, 'x', true)) - uPlot.pxRatio, bottom - size + 1, 2 * uPlot.pxRatio, size - 1);
-        }
-      });
+      paint(u);
       ctx.restore();
     },
   },
-};
+});
+
+/** Draws a tick at the bottom, in its profile's colour, for every step that failed. */
+const failureMarks = overlay(({ ctx, bbox, valToPos }) => {
+  const size = 7 * uPlot.pxRatio;
+  profiles.forEach((profile, i) => {
+    if (!shownProfiles[i]) return;
+    ctx.fillStyle = profileColor(i);
+    const bottom = bbox.top + bbox.height - i * size;
+    for (const t of profile.failures) {
+      ctx.fillRect(Math.round(valToPos(t, 'x', true)) - uPlot.pxRatio, bottom - size + 1, 2 * uPlot.pxRatio, size - 1);
+    }
+  });
+});
 
 const charts = [];
 

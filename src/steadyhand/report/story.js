@@ -112,18 +112,9 @@
   }
 
   /** A line at each spill, from the rim down. */
-  const spillMarks = (events) => ({
-    hooks: {
-      draw: ({ ctx, bbox, valToPos }) => {
-        ctx.save();
-        ctx.beginPath();
-        ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
-        ctx.clip();
-        ctx.fillStyle = color('liquid');
-        for (const { t, kind } of events) if (kind === 'spill') ctx.fillRect(Math.round(valToPos(t, 'x', true)) - uPlot.pxRatio, bbox.top, 2 * uPlot.pxRatio, 12 * uPlot.pxRatio);
-        ctx.restore();
-      },
-    },
+  const spillMarks = (events) => overlay(({ ctx, bbox, valToPos }) => {
+    ctx.fillStyle = color('liquid');
+    for (const { t, kind } of events) if (kind === 'spill') ctx.fillRect(Math.round(valToPos(t, 'x', true)) - uPlot.pxRatio, bbox.top, 2 * uPlot.pxRatio, 12 * uPlot.pxRatio);
   });
 
   /** How near the liquid came to the rim, and what was lost; of a glass only. */
