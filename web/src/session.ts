@@ -74,6 +74,9 @@ export interface Means { lead: string; takeOver: string; pair: string; again: st
 /** To who turns the glass while it does not lean. */
 export const STAYS_UPRIGHT = 'The glass does not lean with the hand: raise “Tilt with the hand” to lean it.';
 
+/** To who turns a glass about its own axis. */
+export const LOOKS_THE_SAME = 'The glass turns about its own axis: being round, it looks the same.';
+
 export const ON_PAGE: Means = {
   lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the glass, or hold a key, to take over.',
   pair: 'To drive, enter the code from the terminal.', again: 'Let go, and take hold again.', reset: 'press “Reset”',

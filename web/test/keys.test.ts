@@ -3,7 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from 'vitest';
 import { Hand } from '../src/hand';
 import { Keys } from '../src/input/keys';
 import { PRESETS } from '../src/scene/presets';
-import type { Session } from '../src/session';
+import { LOOKS_THE_SAME, type Session, STAYS_UPRIGHT } from '../src/session';
 
 describe('keys', () => {
   let at: { p: number[]; q: number[] } = { p: [], q: [] };
@@ -43,6 +43,18 @@ describe('keys', () => {
     expectNear(after('KeyE').moved, [0, 0, 0.25]);
     expectNear(after('KeyU').axis, [0, 1, 0]);
     expectNear(after('KeyJ').axis, [0, 0, 1]);
+  });
+});
+
+describe('a key of which nothing can be seen', () => {
+  it.each([['KeyJ', true, true, LOOKS_THE_SAME], ['KeyJ', false, true, ''], ['KeyI', true, true, STAYS_UPRIGHT], ['KeyI', true, false, ''], ['KeyW', true, true, '']])('%s, a glass: %s, upright: %s', (code, hasGlass, staysUpright, words) => {
+    let press: (event: object) => void = () => {}, hinted = '';
+    vi.stubGlobal('addEventListener', (type: string, act: typeof press) => { if (type === 'keydown') press = act; });
+    new Keys({ release: () => {} } as unknown as Hand, { hasGlass, staysUpright, hint: (told: string) => { hinted = told; } } as unknown as Session, () => false, () => 0);
+    vi.stubGlobal('HTMLInputElement', class {});
+    press({ target: null, code, timeStamp: 0, preventDefault: () => {} });
+    expect(hinted).toBe(words);
+    vi.unstubAllGlobals();
   });
 });
 

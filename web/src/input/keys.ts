@@ -1,6 +1,6 @@
 import type { Hand } from '../hand';
 import { multiply, normalize, rotation, turn, type MutableQuat, type MutableVec3 } from '../frames';
-import { STAYS_UPRIGHT, type Session } from '../session';
+import { LOOKS_THE_SAME, STAYS_UPRIGHT, type Session } from '../session';
 import { Trigger } from './controllers';
 import { isTyped } from './shortcuts';
 
@@ -84,6 +84,7 @@ export class Keys extends RateInput {
     const { session } = this, axis = KEYS[code]![0], at = performance.now() / 1000;
     if (session.mayReset) session.hint('The arm is stopped: press “Reset” first.', at);
     else if ((axis === 3 || axis === 4) && session.staysUpright) session.hint(STAYS_UPRIGHT, at);
+    else if (axis === 5 && session.hasGlass) session.hint(LOOKS_THE_SAME, at);
   }
 
   update(dt: number, eventTime?: number): void {
