@@ -71,6 +71,16 @@ describe('objects', () => {
     expect(page.x('box')).toBe(page.told[0]!.object!.p[0]);
   });
 
+  it('are framed with the post they stand on, planes are not', () => {
+    const around = new Surroundings(), all = new THREE.Box3();
+    const floor = { ...box('floor', 0), shape: 'half_space' } as CellObject, added = { ...box('box 1', 0), origin: at(0, 0, 0.4) };
+    around.setCell({ name: 'test', objects: [floor, added] });
+    around.bound(all);
+    expect(all.max.z).toBeCloseTo(0.51, 6); // with its margin
+    expect(all.min.z).toBeLessThan(around.floor + 0.01);
+    expect(all.max.x).toBeLessThan(1);
+  });
+
   it('are told by what the server takes, whatever else it tells of them', () => {
     page.surroundings.setCell({ name: 'test', objects: [Object.assign(box('box', 0), { may_be_touched_by: [], news: 1 })] });
     page.pointer('pointerdown', 200, 150);

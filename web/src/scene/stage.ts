@@ -221,6 +221,7 @@ export class Stage {
   frameAll(): void {
     const box = new THREE.Box3();
     for (const part of [this.arm, this.ghost]) if (part?.visible) box.expandByObject(part);
+    this.surroundings.bound(box);
     this.view.frame(box);
   }
 

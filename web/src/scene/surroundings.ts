@@ -171,6 +171,11 @@ export class Surroundings extends THREE.Group {
 
   get objects(): CellObject[] { return this.#solids.map((solid) => solid.object); }
   solid(name: string): THREE.Object3D | undefined { return this.#solids.find((solid) => solid.object.name === name); }
+  /** Makes it hold all that has an end, and is seen. */
+  bound(box: THREE.Box3): void {
+    for (const solid of this.#solids) if (solid.surface.visible && solid.object.shape !== 'half_space') box.expandByObject(solid);
+  }
+
   /** Where the server has it. */
   standAsTold(name: string): void { for (const solid of this.#solids) if (solid.object.name === name) solid.stand(solid.object); }
 
