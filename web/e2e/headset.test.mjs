@@ -530,7 +530,7 @@ test('the emulated head turns by arrow keys, which leave the hand alone; the gla
   assert.deepEqual(await page.$$eval('#wave, #held, #status dl', (parts) => parts.filter((part) => part.checkVisibility()).length), 0);
 });
 
-test('the emulated hand is under the mouse, and its trigger presses what the mouse is on', async () => {
+test('the emulated hand is under the mouse, and its trigger presses what the mouse is on, however short the press', async () => {
   const small = page.viewportSize();
   await page.setViewportSize({ width: 1280, height: 800 });
   await page.evaluate(() => { scrollTo(0, 0); document.activeElement?.blur(); });
@@ -562,9 +562,7 @@ test('the emulated hand is under the mouse, and its trigger presses what the mou
     if (!at) return false;
     await page.mouse.move(...at);
     await frames();
-    await page.mouse.down({ button: 'right' });
-    await frames();
-    await page.mouse.up({ button: 'right' });
+    await page.mouse.click(...at, { button: 'right' });
     await page.waitForTimeout(300);
     return /Waiter/.test(await led());
   }, 'the profile that the mouse pressed');
@@ -572,6 +570,23 @@ test('the emulated hand is under the mouse, and its trigger presses what the mou
   await say(page, { type: 'request', kind: 'profile', text: 'carry' });
   await until(async () => /Carry/.test(await led()), 'the profile of before');
   await page.setViewportSize(small);
+});
+
+test('the emulated hand that leads pours with the other button of the mouse, and holds when both are open', async () => {
+  const { x, y, width, height } = await (await page.$('#scene')).boundingBox(), tilt = () => page.evaluate(() => globalThis.steadyhand.session.state.controls.tilt);
+  const before = await tilt(), source = () => page.evaluate(() => globalThis.steadyhand.hand.source);
+  assert.ok(before < 1, `the glass stays upright at first: ${before}`);
+  await page.mouse.move(x + 0.6 * width, y + 0.5 * height);
+  await frames();
+  await page.mouse.down();
+  await until(async () => (await source()) === 'headset', 'the hand to lead');
+  await page.mouse.down({ button: 'right' });
+  await until(async () => (await tilt()) > 3, 'the glass to lean as the hand does');
+  await page.mouse.up({ button: 'right' });
+  await until(async () => (await tilt()) === before, 'the glass to stay upright again');
+  assert.equal(await source(), 'headset');
+  await page.mouse.up();
+  await until(async () => (await source()) === null, 'the hand to let go');
 });
 
 test('a session that cannot be drawn to is left again, and that is said', async () => {

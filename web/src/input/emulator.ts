@@ -4,6 +4,8 @@ import { P_SPACE } from 'iwer/lib/private.js';
 
 /** The WebXR names of a Quest's buttons. */
 type Button = 'squeeze' | 'trigger' | 'a-button';
+/** Of a mouse, in `MouseEvent.buttons`: the main one or the wheel's grips, the other one is the trigger. */
+const GRIPS = 1 | 4, TRIGGERS = 2;
 const REACH = 0.0016; // m of the hand for each pixel of the mouse
 /** m: where the hand is of what it points at, as a share of the way there; beside and below the line of sight. */
 const HALFWAY = 0.5, ASIDE = { right: 0.1, down: 0.14 };
@@ -29,7 +31,7 @@ export function emulatedQuest(): XRDevice {
   device.fovy = FIELD;
   look(device, HEAD.yaw, HEAD.pitch);
   device.controllers.right?.position.set(-0.08, 1.17, -0.62);
-  device.controllers.left?.position.set(-0.85, 1.1, -0.7);
+  device.controllers.left?.position.set(-0.9, 0.85, -0.5); // hangs: nobody moves it
   // iwer calls all its poses guesses; these are known.
   for (const controller of Object.values(device.controllers)) {
     const space = controller?.inputSource.gripSpace;
@@ -50,7 +52,11 @@ export class EmulatedHand {
   /** Where the picture stands in the page, under all that lies over it. */
   readonly #before: ChildNode | null;
 
+  /** Pressed, and no frame of the headset has seen it; and those of them that are open again. */
+  readonly #unseen = new Set<Button>();
+  readonly #opened = new Set<Button>();
   #held = false;
+  #pulled = false;
   #away = AWAY;
   readonly #eye = new THREE.Vector3();
   readonly #sight = new THREE.Vector3();
@@ -81,19 +87,14 @@ export class EmulatedHand {
     listen('pointerdown', (event) => {
       canvas.setPointerCapture(event.pointerId);
       this.#point(event);
-      this.#held = event.button !== 2;
-      this.#press(event.button === 2 ? 'trigger' : 'squeeze', 1);
+      this.#hold(event.buttons);
     });
     listen('pointermove', (event) => {
+      this.#hold(event.buttons); // one more button, or one less, of a mouse that holds another is a move
       if (this.#held) this.#move(event.movementX * REACH, -event.movementY * REACH, 0);
       else this.#point(event);
     });
-    for (const type of ['pointerup', 'pointercancel'] as const) {
-      listen(type, (event) => {
-        this.#held = false;
-        this.#press(event.button === 2 ? 'trigger' : 'squeeze', 0);
-      });
-    }
+    for (const type of ['pointerup', 'pointercancel'] as const) listen(type, () => this.#hold(0));
     listen('wheel', (event) => {
       const back = Math.sign(event.deltaY) * 0.02;
       if (this.#held) return this.#move(0, 0, back);
@@ -107,23 +108,26 @@ export class EmulatedHand {
       event.preventDefault(); // nor does the page scroll
       act();
     });
-    addEventListener('blur', () => {
-      this.#held = false;
-      this.#press('squeeze', 0);
-      this.#press('trigger', 0);
-    });
+    addEventListener('blur', () => this.#hold(0));
   }
 
   set running(running: boolean) {
     this.#running = running;
     if (running) return;
-    this.#press('squeeze', 0);
+    this.#hold(0);
+    this.#settle();
     // iwer leaves it above all else there.
     setTimeout(() => this.#before?.parentElement?.insertBefore(this.canvas, this.#before));
   }
 
-  /** iwer makes the picture as large as the window; here it has a part of it. @param ratio pixels of the picture to those of the page */
-  fit(ratio: number): void {
+  /** In each frame of the headset: what was pressed until then was seen. @param ratio pixels of the picture to those of the page */
+  update(ratio: number): void {
+    this.#settle();
+    this.#fit(ratio);
+  }
+
+  /** iwer makes the picture as large as the window; here it has a part of it. */
+  #fit(ratio: number): void {
     const canvas = this.device.appCanvas, box = this.device.canvasContainer;
     if (!this.#running || !canvas || !box.clientWidth) return;
     const width = Math.round(box.clientWidth * ratio), height = Math.round(box.clientHeight * ratio);
@@ -163,10 +167,38 @@ export class EmulatedHand {
     p.set(p.x + c * right + s * back, p.y + up, p.z - s * right + c * back);
   }
 
-  #press(button: Button, value: number): void { this.device.controllers.right?.updateButtonValue(button, value); }
+  /** @param buttons of the mouse, all that are down */
+  #hold(buttons: number): void {
+    const held = (buttons & GRIPS) !== 0;
+    if (held !== this.#held) this.#press('squeeze', held);
+    this.#held = held;
+    const pulled = (buttons & TRIGGERS) !== 0;
+    if (pulled !== this.#pulled) this.#press('trigger', pulled);
+    this.#pulled = pulled;
+  }
+
+  /** A press that is shorter than a picture takes is as long as one. */
+  #press(button: Button, down: boolean): void {
+    if (!down && this.#unseen.has(button)) {
+      this.#opened.add(button);
+      return;
+    }
+    if (down) {
+      this.#unseen.add(button);
+      this.#opened.delete(button);
+    }
+    this.device.controllers.right?.updateButtonValue(button, Number(down));
+  }
+
+  /** What is open, is. */
+  #settle(): void {
+    this.#unseen.clear();
+    for (const button of this.#opened) this.#press(button, false);
+    this.#opened.clear();
+  }
 
   #tap(button: Button): void {
-    this.#press(button, 1);
-    setTimeout(() => this.#press(button, 0), 60);
+    this.#press(button, true);
+    this.#press(button, false);
   }
 }

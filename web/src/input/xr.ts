@@ -190,7 +190,7 @@ export class Headset {
     if (!session || !frame) return;
     this.screens.visible = !this.facts.past;
     this.screens.update(cameras);
-    this.#mouse?.fit(this.stage.renderer.getPixelRatio() * this.stage.vrShare);
+    this.#mouse?.update(this.stage.renderer.getPixelRatio() * this.stage.vrShare);
     this.#write(now);
     if (session.visibilityState !== 'visible') return;
     const space = this.stage.renderer.xr.getReferenceSpace();
