@@ -2,8 +2,9 @@ import * as THREE from 'three';
 import type { Item } from './menu';
 
 /** px of the canvas, and m of the board. */
-const WIDTH = 1024, HEIGHT = 1044, METRES = 0.72;
-const WARNING = 404, MENU = 500, ROW = 104, BUTTON = 60, LEFT = 56, GAP = 14;
+const WIDTH = 1024, HEIGHT = 1254, METRES = 0.72;
+const LABELS = '34px system-ui, sans-serif';
+const LINE = 53, MENU = 546, ROW = 34, BUTTON = 60, LEFT = 56, GAP = 14, END = 30;
 
 /** Where an item stands, px from the top left. */
 interface Place { x: number; y: number; width: number; height: number }
@@ -17,13 +18,15 @@ function panel(width: number, height: number, metres: number): { canvas: HTMLCan
   return { canvas, geometry: new THREE.PlaneGeometry(metres, (metres * height) / width), material: new THREE.MeshBasicMaterial({ map, transparent: true, toneMapped: false }) };
 }
 
-/** What fits one line, and the rest; in `c`'s font. @param wide px */
-function inTwo(line: string, wide: number, c: CanvasRenderingContext2D): string[] {
-  if (c.measureText(line).width <= wide) return [line];
-  const words = line.split(' ');
-  let count = words.length - 1;
-  while (count > 1 && c.measureText(words.slice(0, count).join(' ')).width > wide) --count;
-  return [words.slice(0, count).join(' '), words.slice(count).join(' ')];
+/** Line by line what fits; in `c`'s font. @param wide px */
+function wrapped(text: string, wide: number, c: CanvasRenderingContext2D): string[] {
+  const lines: string[] = [];
+  for (const word of text.split(' ').filter(Boolean)) {
+    const longer = lines.length > 0 ? `${lines.at(-1)!} ${word}` : word;
+    if (lines.length > 0 && c.measureText(longer).width <= wide) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
 }
 
 /** State, what to do now, and a menu, as a board in the headset. Drawn anew only when something on it changes. */
@@ -34,6 +37,8 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
   items: Item[] = [];
   /** Which item the ray or the stick is on; -1: none. */
   chosen = -1;
+  /** m, of the board's frame: nothing of it is below that. */
+  bottom = 0;
   #shown = '';
   #places: Place[] = [];
 
@@ -59,60 +64,83 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
     const shown = [this.text, color, this.chosen, ...items.map(({ row, label, on }) => `${row}/${label}/${on}`)].join('\n');
     if (shown === this.#shown) return;
     this.#shown = shown;
-    const c = this.#context;
+    const c = this.#context, wide = WIDTH - 2 * LEFT;
+    const end = this.#lay();
+    this.bottom = this.geometry.parameters.height * (0.5 - end / HEIGHT);
     c.clearRect(0, 0, WIDTH, HEIGHT);
     c.fillStyle = 'rgba(16, 20, 25, 0.92)';
     c.beginPath();
-    c.roundRect(0, 0, WIDTH, HEIGHT, 44);
+    c.roundRect(0, 0, WIDTH, end, 44);
     c.fill();
     c.fillStyle = color;
     c.beginPath();
     c.arc(84, 88, 30, 0, 2 * Math.PI);
     c.fill();
     c.font = '650 84px system-ui, sans-serif';
-    c.fillText(title, 142, 118);
+    c.fillText(title, 142, 118, WIDTH - 142 - LEFT);
+    const above = this.#warn(warning);
     let y = 188;
     lines.forEach((line, i) => {
       c.font = i === 1 ? '600 50px system-ui, sans-serif' : '40px system-ui, sans-serif';
       c.fillStyle = i === 1 ? '#ffffff' : '#c4ccd6';
-      for (const part of inTwo(line, WIDTH - 2 * LEFT, c)) {
-        if (y > (warning ? WARNING : MENU)) return; // the last lines, figures, give way to a long reason
-        c.fillText(part, LEFT, y, WIDTH - 2 * LEFT);
-        y += 53;
+      for (const part of wrapped(line, wide, c)) {
+        if (y > above) return; // the last lines, figures, give way to a long reason
+        c.fillText(part, LEFT, y, wide);
+        y += LINE;
       }
     });
-    if (warning) {
-      c.fillStyle = '#e0a100';
-      c.beginPath();
-      c.roundRect(40, WARNING, WIDTH - 80, 76, 20);
-      c.fill();
-      c.fillStyle = '#1a1d21';
-      c.font = '600 44px system-ui, sans-serif';
-      c.fillText(`⚠ ${warning}`, 64, WARNING + 52, WIDTH - 124);
-    }
     this.#drawMenu();
     this.material.map!.needsUpdate = true;
   }
 
+  /** Just above the menu. @returns px, above which all else stays */
+  #warn(warning: string): number {
+    if (!warning) return MENU - 24;
+    const c = this.#context;
+    c.font = '600 40px system-ui, sans-serif';
+    const lines = wrapped(`⚠ ${warning}`, WIDTH - 124, c), top = MENU - 44 - LINE * lines.length;
+    c.fillStyle = '#e0a100';
+    c.beginPath();
+    c.roundRect(40, top, WIDTH - 80, 23 + LINE * lines.length, 20);
+    c.fill();
+    c.fillStyle = '#1a1d21';
+    lines.forEach((line, i) => c.fillText(line, 64, top + 50 + LINE * i, WIDTH - 124));
+    return top - 12;
+  }
+
+  /** Row by row, on as many lines as it takes. @returns px, where the menu ends */
+  #lay(): number {
+    const c = this.#context;
+    let row = '', y = MENU - BUTTON - GAP, x = LEFT;
+    c.font = LABELS;
+    this.#places = this.items.map((item) => {
+      const width = Math.min(c.measureText(item.label).width + 48, WIDTH - 2 * LEFT);
+      const begins = item.row !== row;
+      if (begins || x + width > WIDTH - LEFT) {
+        y += BUTTON + GAP + (begins ? ROW : 0);
+        x = LEFT;
+      }
+      row = item.row;
+      const place = { x, y, width, height: BUTTON };
+      x += width + GAP;
+      return place;
+    });
+    return Math.min(HEIGHT, this.items.length > 0 ? y + BUTTON + END : MENU);
+  }
+
   #drawMenu(): void {
     const c = this.#context;
-    let row = '', y = MENU - ROW, x = LEFT;
-    this.#places = this.items.map((item, i) => {
-      if (item.row !== row) {
-        row = item.row;
-        y += ROW;
-        x = LEFT;
+    this.items.forEach((item, i) => {
+      const { x, y, width, height } = this.#places[i]!;
+      if (item.row !== this.items[i - 1]?.row) {
         c.font = '30px system-ui, sans-serif';
         c.fillStyle = '#9aa6b4';
-        c.fillText(row, LEFT, y + 22);
+        c.fillText(item.row, LEFT, y - 12);
       }
-      c.font = '34px system-ui, sans-serif';
-      const same = this.items.filter((other) => other.row === row).length;
-      const width = Math.min(c.measureText(item.label).width + 48, (WIDTH - 2 * LEFT - GAP * (same - 1)) / same);
-      const place = { x, y: y + 34, width, height: BUTTON };
+      c.font = LABELS;
       c.fillStyle = item.on ? '#d5dee8' : '#2a323c';
       c.beginPath();
-      c.roundRect(place.x, place.y, width, BUTTON, 16);
+      c.roundRect(x, y, width, height, 16);
       c.fill();
       if (i === this.chosen) {
         c.lineWidth = 6;
@@ -120,12 +148,13 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
         c.stroke();
       }
       c.fillStyle = item.on ? '#14181d' : '#e8edf3';
-      c.fillText(item.label, place.x + 24, place.y + 42, width - 40);
-      x += width + GAP;
-      return place;
+      c.fillText(item.label, x + 24, y + 42, width - 40);
     });
   }
 }
+
+/** px of the canvas, which the longest of them fit. */
+const ACROSS = 896;
 
 /** A few words that stay before the eyes, or at a controller. Drawn anew when they change; hidden when there are none. */
 export class Words extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMaterial> {
@@ -133,7 +162,7 @@ export class Words extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
   #lines = '';
 
   constructor(private readonly background: string, private readonly ink: string, rows: number, metres: number) {
-    const { canvas, geometry, material } = panel(768, 40 + 66 * rows, metres);
+    const { canvas, geometry, material } = panel(ACROSS, 40 + 66 * rows, metres);
     super(geometry, material);
     this.#canvas = canvas;
     this.visible = false;

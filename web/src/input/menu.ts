@@ -16,7 +16,7 @@ export interface Asks {
 /** Of slosh protection, (s^3/m^2) as the weight: a press goes to the next one. */
 const LEVELS = [0, 0.3, 1, 3, 10, 20];
 /** Demonstrations that have room. */
-const SHOWN = 3;
+const SHOWN = 6;
 
 type Add = (row: string, label: string, on: boolean, act: () => void) => void;
 

@@ -81,7 +81,7 @@ export class Pointer extends THREE.Group {
     if (!(away > 0)) return null;
     this.#local.addScaledVector(this.#localAlong, away);
     const { width, height } = this.board.geometry.parameters;
-    if (Math.abs(this.#local.x) > width / 2 || Math.abs(this.#local.y) > height / 2) return null;
+    if (Math.abs(this.#local.x) > width / 2 || this.#local.y > height / 2 || this.#local.y < this.board.bottom) return null;
     this.#hit.copy(this.#from).addScaledVector(this.#along, away);
     return away;
   }
