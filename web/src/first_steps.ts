@@ -44,11 +44,12 @@ export class FirstSteps {
     }, { capture: true });
   }
 
-  /** @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already @param past a recording is shown */
-  draw(why: string, plays: boolean, past: boolean): void {
+  /** @param watches whoever is here may only watch @param why no motion can be asked for; empty: one can @param plays a recorded hand leads already @param past a recording is shown */
+  draw(watches: boolean, why: string, plays: boolean, past: boolean): void {
     if (this.#first.hidden) return;
     if (past) return this.dismiss();
     put(this.#first.dataset, 'plays', String(plays));
+    put(this.#first.dataset, 'watches', String(watches));
     put(this.#first.dataset, 'waits', String(why !== ''));
     const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Begin it anew' : 'Show me a motion';
     put(demo, 'disabled', why !== '');

@@ -246,7 +246,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     lastWords = t;
     put(words.dataset, 'over', String(stage.view.isCovered && !stage.view.orbit.enabled));
     panel.draw(t, objects.chosen, objects.carries);
-    firstSteps.draw(session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
+    firstSteps.draw(!session.paired, session.whyNoMotion, (session.state?.controls.playback ?? -1) >= 0, session.past);
     episodes.draw();
     tellCameras();
     if (session.state) joints?.draw(session.state);
