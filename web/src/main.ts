@@ -83,6 +83,7 @@ function take(message: ServerMessage): void {
   if (told === shown) return;
   shown = told;
   recordings.profiles = profiles;
+  recordings.joints = robot?.joints ?? [];
   recordings.rim = robot?.gripper ? 0 : 1000 * glass.height;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles, message.recordings);
   if (!robot) return;

@@ -5,6 +5,7 @@ import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { waveOf, waveText } from './session';
 import { clock, latencyText, percentText, scaleText, spanText } from './figures';
+import { keptCurves, showChoice, type Joint } from './replay/curves';
 import { fine, Happened, seenAt, spillAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
@@ -114,9 +115,13 @@ export class Recordings {
   /** Laid over the player's, from the first grip on. */
   other: Player | null = null;
   profiles: readonly Profile[] = [];
+  /** Of the arm of now, for their names. */
+  joints: readonly Joint[] = [];
   /** mm, height of the glass inside; 0: there is none. */
   rim = 0;
   #track: Track | null = null;
+  /** Plots that are drawn. */
+  readonly #chosen = keptCurves();
   /** Of the session whose name and label are being changed. */
   #edit: Edit | null = null;
   #sessions: RecordedSession[] = [];
@@ -171,6 +176,7 @@ export class Recordings {
       keys[key]!();
     });
     element('recordings-find', HTMLInputElement).oninput = () => this.#showList();
+    showChoice(element('past-plots', HTMLElement), this.#chosen, () => this.#drawTrack());
     addEventListener('hashchange', () => void this.follow());
   }
 
@@ -415,8 +421,13 @@ export class Recordings {
     element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}` : '';
     element('past-alone', HTMLButtonElement).hidden = element('past-compared', HTMLButtonElement).hidden = !other;
     this.#showFigures(player, other);
-    this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0);
+    this.#drawTrack();
     this.#showList();
+  }
+
+  #drawTrack(): void {
+    const { player, other } = this;
+    if (player) this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0, this.#chosen, this.joints);
   }
 
   /** Of the one that plays, and of the other beside it, a column each. */

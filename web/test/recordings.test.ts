@@ -6,6 +6,7 @@ import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
 import type { StoryEvent } from '../src/replay/player';
 import { countsOf, currentOf, fine, folded, hidesLimits, seenAt, spillAt, worstSpill } from '../src/replay/happened';
+import { CURVES, fastest, fastestAt, keepCurves, keptCurves, KINDS } from '../src/replay/curves';
 import { curveOf, holding, statesTold, told, valueAt, zoomed } from '../src/replay/track';
 
 const motion: Motion = { name: 'a', t_s: [5, 5.1, 5.3], q: [[0, 1], [1, 1], [1, -1]] };
@@ -296,6 +297,35 @@ describe('figures of a session', () => {
     const curve: [number[], (number | null)[]] = [[0, 0.1, 2, 2.1], [3, 4, null, 5]];
     expect([-0.1, 0, 0.05, 0.1, 0.9, 1.5, 2, 2.2].map((at) => valueAt(curve, at))).toEqual([null, 3, 3, 4, 4, null, null, 5]);
     expect([fine(59.96), fine(59.94), fine(119.996, 2), fine(32.033, 2), fine(0)]).toEqual(['1:00.0', '0:59.9', '2:00.00', '0:32.03', '0:00.0']);
+  });
+  it('tell the joint that turned fastest, by its name where the arm is like the one of now', () => {
+    const moved: Motion = { name: 'd', t_s: [5, 5.1, 5.2, 5.2], q: [[0, 0, 0], [0.1, -0.2, 9], [0.2, -0.2, 9], [0.2, -0.2, 9]] };
+    const joints = [{ name: 'elbow_joint' }, { name: 'wrist_3_joint' }, { name: 'rail', type: 'prismatic' as const }];
+    const { speed, joint } = fastest(moved, joints);
+    expect(speed.map((value) => value && Number(value.toFixed(6)))).toEqual([2, 1, null, null]);
+    expect(joint).toEqual([1, 0, -1, -1]);
+    expect([4.9, 5.05, 5.15, 5.3].map((at) => fastestAt(moved, joints, at))).toEqual(['', 'wrist 3', 'elbow', '']);
+    expect(fastestAt(moved, [], 5.05)).toBe('joint 3');
+  });
+  it('are those that were chosen in this browser, and the usual three where it keeps nothing', () => {
+    const usual = CURVES.filter((name) => KINDS[name].byDefault);
+    expect(usual).toEqual(['slosh', 'rim', 'off']);
+    const before = Object.getOwnPropertyDescriptor(globalThis, 'localStorage'), kept = new Map<string, string>();
+    const become = (storage: unknown): unknown => Object.defineProperty(globalThis, 'localStorage', { value: storage, configurable: true });
+    try {
+      become({ getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, value: string) => kept.set(key, value) });
+      expect([...keptCurves()]).toEqual(usual);
+      keepCurves(new Set(['speed', 'slosh']));
+      expect([...keptCurves()]).toEqual(['slosh', 'speed']);
+      keepCurves(new Set());
+      expect([...keptCurves()]).toEqual([]);
+      const refuse = (): never => { throw new Error('a private window'); };
+      become({ getItem: refuse, setItem: refuse });
+      keepCurves(new Set(['speed']));
+      expect([...keptCurves()]).toEqual(usual);
+    } finally {
+      if (before) Object.defineProperty(globalThis, 'localStorage', before); else Reflect.deleteProperty(globalThis, 'localStorage');
+    }
   });
   it('hold the largest wave since the glass was filled', () => {
     const events = [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, { t_s: 8, kind: 'refill', what: 'a full glass', why: '' }];

@@ -3,6 +3,7 @@ import { onResize } from '../element';
 import type { Profile } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { clock, offText, sloshText } from '../figures';
+import { CURVES, fastestAt, KINDS, measured, type Curve, type Joint } from './curves';
 import { fine } from './happened';
 import { indexAt, type Motion, type Player } from './player';
 
@@ -52,22 +53,12 @@ const KNOWN_FOR = 1;
 /** Beneath the bands. */
 const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
-type Curve = 'slosh' | 'rim' | 'off';
-/** Of which the small values count. */
-const IS_LEAST: Readonly<Record<Curve, boolean>> = { slosh: false, rim: true, off: false };
 /** Of what was left to the rim at first: that of a glass which spilled would hide the rest. */
 const TO_RIM = 1.6;
 
-/** When a curve was measured, and what; slosh of old sessions as it was planned. */
-function measured({ felt, target, liquid }: Motion, name: Curve): [readonly number[], readonly (number | null)[]] {
-  if (name === 'rim') return [liquid?.t_s ?? [], liquid?.freeboard_mm ?? []];
-  if (name === 'slosh' && felt?.t_s.length) return [felt.t_s, felt.largest];
-  return [target?.t_s ?? [], (name === 'slosh' ? target?.lateral : target?.error_mm) ?? []];
-}
-
 /** A curve over s from the begin, thinned by what counts, and broken where nothing was known for half a second. */
-export function curveOf(motion: Motion, name: Curve, begin: number): [number[], (number | null)[]] {
-  const [at, what] = measured(motion, name), times: number[] = [], values: (number | null)[] = [];
+export function curveOf(motion: Motion, name: Curve, begin: number, joints: readonly Joint[] = []): [number[], (number | null)[]] {
+  const [at, what] = measured(motion, name, joints), isLeast = KINDS[name].least === true, times: number[] = [], values: (number | null)[] = [];
   const stride = Math.max(1, Math.ceil(at.length / POINTS));
   for (let i = 0; i < at.length; i += stride) {
     const t = at[i]! - begin, before = times[times.length - 1];
@@ -78,7 +69,7 @@ export function curveOf(motion: Motion, name: Curve, begin: number): [number[], 
     let most: number | null = null;
     for (let k = i; k < Math.min(at.length, i + stride); ++k) {
       const value = what[k] ?? null;
-      if (value !== null && (most === null || (value > most) !== IS_LEAST[name])) most = value;
+      if (value !== null && (most === null || (value > most) !== isLeast)) most = value;
     }
     times.push(t);
     values.push(most);
@@ -121,16 +112,17 @@ export class Track {
   #span: Span;
   #seen = -1;
 
-  /** @param other laid over it, so many s later */
-  constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number) {
+  /** @param other laid over it, so many s later @param chosen which plots are drawn @param joints of the arm, for their names */
+  constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number,
+              chosen: ReadonlySet<Curve>, private readonly joints: readonly Joint[]) {
     root.replaceChildren();
     this.#span = this.#whole;
     const bands = this.#frame('State', 'and profile', statesTold(player));
     this.#bands.style.marginLeft = `${AXIS}px`;
     bands.append(this.#bands);
-    this.#make('Slosh', 'm/s²', 'slosh', sloshText, other, false);
-    if (player.motion.liquid?.freeboard_mm.some((value) => value !== null)) this.#make('To the rim', 'mm', 'rim', offText, other, false);
-    this.#make('Off target', 'mm', 'off', offText, other, true);
+    const knowsLiquid = player.motion.liquid?.freeboard_mm.some((value) => value !== null) ?? false;
+    const drawn = CURVES.filter((name) => chosen.has(name) && (knowsLiquid || (name !== 'rim' && name !== 'spilled')));
+    for (const name of drawn) this.#make(name, name === drawn[drawn.length - 1]);
     this.#cursor.className = 'cursor';
     Object.assign(this.#tip, { className: 'tip', hidden: true, ariaHidden: 'true' }); // a pointer's; the figures are told elsewhere
     root.append(this.#cursor, this.#tip);
@@ -169,19 +161,25 @@ export class Track {
     return box;
   }
 
-  #make(title: string, unit: string, name: Curve, write: (value: number) => string, other: Player | null, last: boolean): void {
-    const { player } = this, curves = [curveOf(player.motion, name, player.begin)], box = this.#frame(title, unit, told(curves[0]!, write, unit, IS_LEAST[name]));
+  #make(name: Curve, last: boolean): void {
+    const { player, other, joints } = this, { title, unit, write, least, reach } = KINDS[name];
+    const curves = [curveOf(player.motion, name, player.begin, joints)], box = this.#frame(title, unit, told(curves[0]!, write, unit, least));
     const full = name === 'rim' ? TO_RIM * Math.max(1, curves[0]![1].find((value) => value !== null) ?? Infinity) : Infinity;
     if (other) {
-      const [times, values] = curveOf(other.motion, name, other.begin);
+      const [times, values] = curveOf(other.motion, name, other.begin, joints);
       curves.push([times.map((t) => t - this.late), values]);
     }
-    this.#told.push((at) => `${title.toLowerCase()} ${curves.map((curve) => valueAt(curve, at)).map((value) => (value === null ? '–' : write(value))).join(', the other ')} ${unit}`);
+    // Which joint it was is known of the time itself, not of a point that stands for several.
+    const joint = (which: number, at: number): string => {
+      const of = which === 0 ? player : other!, words = name === 'speed' ? fastestAt(of.motion, joints, of.begin + at + (which === 0 ? 0 : this.late)) : '';
+      return words && ` (${words})`;
+    };
+    this.#told.push((at) => `${title.toLowerCase()} ${curves.map((curve, which) => { const value = valueAt(curve, at); return value === null ? '–' : `${write(value)}${joint(which, at)}`; }).join(', the other ')} ${unit}`);
     const ink = (): string => resolved('var(--muted)');
     const axis = { stroke: ink, grid: { stroke: 'rgba(128,140,155,0.22)', width: 1 }, ticks: { show: false, size: 0 }, font: '10px system-ui' };
     this.#plots.push(new uPlot({
       width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, RIGHT, last ? 0 : 5, 0],
-      scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, _low, high) => [0, Math.min(full, Math.max(high ?? 0, 1) * 1.08)] } },
+      scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, low, high) => [Math.min(0, name === 'height' ? (low ?? 0) : 0), Math.min(full, Math.max(high ?? 0, reach) * 1.08)] } },
       axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, incrs: () => (this.#isLong ? STEPS : FINE_STEPS), values: (_u, ticks) => ticks.map((t) => (last ? this.#timeText(t) : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],

@@ -1,0 +1,108 @@
+import { offText, partText, percentText, sloshText } from '../figures';
+import { indexAt, type Motion } from './player';
+
+export type Curve = 'slosh' | 'rim' | 'off' | 'speed' | 'height' | 'spilled';
+/** A joint of the arm that was recorded. */
+export interface Joint { name: string; type?: 'revolute' | 'prismatic' }
+/** s, and what was known then. */
+export type Measured = readonly [times: readonly number[], values: readonly (number | null)[]];
+
+/** How a plot is called, and what it means; its axis reaches at least to `reach`. `least`: the small values count. */
+export interface Kind { title: string; unit: string; meaning: string; reach: number; write: (value: number) => string; least?: true; byDefault?: true }
+
+/** In the order in which they stand. */
+export const KINDS: Readonly<Record<Curve, Kind>> = {
+  slosh: { title: 'Slosh', unit: 'm/s²', meaning: 'Sideways force on the liquid', reach: 1, write: sloshText, byDefault: true },
+  rim: { title: 'To the rim', unit: 'mm', meaning: 'The least of each wave that was left of the glass above the liquid', reach: 1, write: offText, least: true, byDefault: true },
+  off: { title: 'Off target', unit: 'mm', meaning: 'From the target to the glass', reach: 1, write: offText, byDefault: true },
+  speed: { title: 'Joint speed', unit: 'rad/s', meaning: 'Of the joint that turns fastest at that time; its name stands by the pointer', reach: 0.5, write: sloshText },
+  height: { title: 'Height', unit: 'm', meaning: 'How high the hand wanted the glass, above the base', reach: 0.1, write: (value) => value.toFixed(3) },
+  spilled: { title: 'Spilled', unit: '%', meaning: 'How much of the liquid had gone over the rim', reach: 1, write: (value) => percentText(value / 100) },
+};
+export const CURVES = Object.keys(KINDS) as Curve[];
+
+/** s before and after, in which a wave comes and goes. */
+const WAVE = 0.15;
+
+/** The least of what was known around each time. */
+function leastOfWaves(times: readonly number[], values: readonly (number | null)[]): (number | null)[] {
+  let first = 0;
+  return values.map((value, i) => {
+    if (value === null) return null;
+    while (times[first]! < times[i]! - WAVE) ++first;
+    let least = value;
+    for (let k = first; k < times.length && times[k]! <= times[i]! + WAVE; ++k) least = Math.min(least, values[k] ?? least);
+    return least;
+  });
+}
+
+/** rad/s of the joint that turned fastest from each look to the next, and which one that was; joints that slide have no such speed. */
+export function fastest({ t_s, q }: Motion, joints: readonly Joint[]): { t_s: number[]; speed: (number | null)[]; joint: number[] } {
+  const speed: (number | null)[] = [], joint: number[] = [];
+  for (let i = 0; i < t_s.length; ++i) {
+    const dt = (t_s[i + 1] ?? NaN) - t_s[i]!;
+    let most: number | null = null, which = -1;
+    for (let k = 0; dt > 0 && k < q[i]!.length; ++k) {
+      const each = Math.abs(q[i + 1]![k]! - q[i]![k]!) / dt;
+      if (joints[k]?.type === 'prismatic' || (most !== null && each <= most)) continue;
+      most = each;
+      which = k;
+    }
+    speed.push(most);
+    joint.push(which);
+  }
+  return { t_s, speed, joint };
+}
+
+/** Of an arm like the one of now, whose joints have names; of another one a number. */
+export const jointText = (joints: readonly Joint[], count: number, k: number): string => (joints.length === count && joints[k] ? partText(joints[k].name) : `joint ${k + 1}`);
+
+/** The joint that was fastest then, in words; empty: nobody knows. @param at s, of the recording's own clock */
+export function fastestAt(motion: Motion, joints: readonly Joint[], at: number): string {
+  const i = indexAt(motion.t_s, at);
+  if (i < 0 || i + 1 >= motion.t_s.length) return '';
+  const [k] = fastest({ name: '', t_s: motion.t_s.slice(i, i + 2), q: motion.q.slice(i, i + 2) }, joints).joint;
+  return k === undefined || k < 0 ? '' : jointText(joints, motion.q[i]!.length, k);
+}
+
+/** When a curve was measured, and what; slosh of old sessions as it was planned. */
+export function measured(motion: Motion, name: Curve, joints: readonly Joint[] = []): Measured {
+  const { felt, target, liquid } = motion;
+  switch (name) {
+    case 'rim': return [liquid?.t_s ?? [], leastOfWaves(liquid?.t_s ?? [], liquid?.freeboard_mm ?? [])];
+    case 'spilled': return [liquid?.t_s ?? [], liquid?.spilled_share.map((share) => 100 * share) ?? []];
+    case 'height': return [target?.t_s ?? [], target?.p.map(([, , z]) => z) ?? []];
+    case 'speed': { const { t_s, speed } = fastest(motion, joints); return [t_s, speed]; }
+    case 'off': return [target?.t_s ?? [], target?.error_mm ?? []];
+    case 'slosh': return felt?.t_s.length ? [felt.t_s, felt.largest] : [target?.t_s ?? [], target?.lateral ?? []];
+  }
+}
+
+const KEPT = 'steadyhand.replay-plots';
+
+/** Those that somebody chose in this browser, or the usual ones, also where it keeps nothing. */
+export function keptCurves(): Set<Curve> {
+  let words: string | null = null;
+  try { words = localStorage.getItem(KEPT); } catch { /* the usual ones */ }
+  return new Set(words === null ? CURVES.filter((name) => KINDS[name].byDefault) : CURVES.filter((name) => words.split(' ').includes(name)));
+}
+
+export function keepCurves(chosen: ReadonlySet<Curve>): void {
+  try { localStorage.setItem(KEPT, [...chosen].join(' ')); } catch { /* the usual ones come next time */ }
+}
+
+/** A box for each plot, in a fold. @param onChange another choice */
+export function showChoice(root: HTMLElement, chosen: Set<Curve>, onChange: () => void): void {
+  root.replaceChildren(...CURVES.map((name) => {
+    const { title, unit, meaning } = KINDS[name], label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: chosen.has(name) });
+    Object.assign(label, { className: 'check', title: meaning });
+    box.dataset.plot = name;
+    label.append(box, ` ${title}, ${unit}`);
+    box.onchange = () => {
+      if (box.checked) chosen.add(name); else chosen.delete(name);
+      keepCurves(chosen);
+      onChange();
+    };
+    return label;
+  }));
+}
