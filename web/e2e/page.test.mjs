@@ -410,8 +410,13 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(async () => (await page.getAttribute('#past-loop', 'aria-pressed')) === 'true', 'the loop');
   await findsNothing(page, 'a replay');
   await shot(page, 'replay');
+  const spoken = await page.$$eval('#recordings li:not(.note)', (entries) => entries.slice(0, 1).map((entry) => [entry.querySelector('strong').textContent, ...[...entry.querySelectorAll('.row :is(button, a)')].map((act) => act.getAttribute('aria-label'))]));
+  assert.ok(spoken.length > 0 && spoken[0].length > 3 && spoken[0].slice(1).every((words) => words.includes(spoken[0][0])), `what is spoken is what is read: ${spoken[0]}`);
+  const back = await (await page.$('#past-close')).boundingBox();
   await page.click('#past-close');
   assert.ok(!(await page.isVisible('#past')));
+  const below = await page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.closest('button')?.id ?? '', [back.x + back.width / 2, back.y + back.height / 2]);
+  assert.equal(below, '', 'a second press there presses nothing');
   await ready(page);
   const listed = () => page.$$eval('#recordings li:not(.note)', (entries) => entries.map((entry) => entry.textContent));
   const count = () => page.evaluate(async () => (await (await fetch('./sessions')).json()).sessions.length);

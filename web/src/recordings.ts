@@ -247,10 +247,10 @@ export class Recordings {
     this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const began = beganOf(session, new Date()), told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt, began) });
-      const title = Object.assign(document.createElement('strong'), { textContent: session.label || wordsOf(session, new Date()) }), spilled = spillOf(session, this.profiles);
+      const called = this.#calledOf(name), title = Object.assign(document.createElement('strong'), { textContent: called }), spilled = spillOf(session, this.profiles);
       words.append(title, told);
       if (spilled) {
-        const pill = this.#slow('replay', 'Reading…', name, spilled, `${spilled}: replay ${name} at this spill`, () => this.#openAtSpill(name));
+        const pill = this.#slow('replay', 'Reading…', name, spilled, `${spilled}: replay ${called} at this spill`, () => this.#openAtSpill(name));
         pill.className = 'spilled';
         words.append(pill);
       }
@@ -259,7 +259,7 @@ export class Recordings {
         this.#began = began;
       }
       const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
-      report.setAttribute('aria-label', `Report of ${name}, in a new tab`);
+      report.setAttribute('aria-label', `Report of ${called}, in a new tab`);
       this.#busy.sign(report, `report ${name}`, 'Making…');
       report.onclick = (event) => {
         if (event.ctrlKey || event.metaKey || event.shiftKey) return;
@@ -272,9 +272,9 @@ export class Recordings {
       if (this.other?.motion.name === name) item.dataset.shown = 'other';
       item.title = name;
       row.className = 'row';
-      row.append(this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${name} in the scene`, () => this.open(name)), report);
-      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${name} beside the one that plays`, () => this.compare(name)));
-      row.append(this.#busy.sign(button('Edit', `Edit ${name}: label, rename, delete or download it`, () => {
+      row.append(this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${called} in the scene`, () => this.open(name)), report);
+      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${called} beside the one that plays`, () => this.compare(name)));
+      row.append(this.#busy.sign(button('Edit', `Edit ${called}: label, rename, delete or download it`, () => {
         if (this.#busy.isRunning(`change ${name}`)) return;
         this.#edit = this.#edit?.name === name ? null : editOf(name, session.label);
         this.#showList();
