@@ -315,6 +315,16 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await report.evaluate(() => document.querySelector('#story tbody a').click());
   await until(() => report.evaluate(() => document.querySelectorAll('[aria-current=true]').length > 0), 'the row of that time');
   await until(() => report.evaluate(() => { const { top, bottom } = document.querySelector('.uplot').getBoundingClientRect(); return top > 0 && bottom < innerHeight; }), 'plots in sight');
+  const shown = () => report.textContent('#arm output'), chosen = await shown();
+  assert.match(await report.textContent('.legend'), /engaged/);
+  assert.match(await report.textContent('[data-chart^="speed"], figure:has-text("shoulder")'), /shoulder pan/);
+  const over = await report.$('[data-chart=lateral] .u-over');
+  await over.scrollIntoViewIfNeeded();
+  const plot = await over.boundingBox();
+  await report.mouse.move(plot.x + 0.9 * plot.width, plot.y + 10);
+  await until(async () => (await shown()) !== chosen, 'the arm of the time that the pointer is at');
+  await report.mouse.move(5, 5);
+  await until(async () => (await shown()) === chosen, 'the arm of the chosen time');
   await findsNothing(report, 'the report');
   // Logarithmic axes from wherever: some made ticks without end.
   await report.evaluate(() => {

@@ -202,12 +202,20 @@ function build(chart) {
         })),
       ],
       plugins: spec.plugins ?? [],
+      hooks: time ? { ready: [tellPointer] } : {},
       legend: { markers: { width: 0, fill: (u, i) => legendColor(spec.series[i - 1]) } },
     },
     chart.columns?.() ?? spec.columns,
     spec.figure,
   );
   if (range && range[0] != null) chart.plot.setScale('x', { min: range[0], max: range[1] });
+}
+
+/** What else shows a time follows the pointer through a plot; null: it has left. */
+function tellPointer({ over, posToVal }) {
+  const tell = (detail) => document.dispatchEvent(new CustomEvent('point', { detail }));
+  over.addEventListener('mousemove', ({ offsetX }) => tell(posToVal(offsetX, 'x')));
+  over.addEventListener('mouseleave', () => tell(null));
 }
 
 const legendColor = (series) => (series ? series.fill?.() ?? series.color() : 'transparent');
@@ -328,8 +336,8 @@ const objectiveCharts = profiles.map((profile, i) => {
       return relative ? [0, 100] : withoutSpikes(u.data[1].slice(from, to + 1), max, (words) => { note.textContent = words; });
     },
     series: profile.terms
-      .map((label, term) => ({
-        label,
+      .map((name, term) => ({
+        label: name.replaceAll('_', ' '),
         color: () => color(`term-${(term % 8) + 1}`),
         fill: () => color(`term-${(term % 8) + 1}`),
         width: 0.5,

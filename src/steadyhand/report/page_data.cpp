@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "steadyhand/core/json_writer.hpp"
+#include "steadyhand/report/session_story.hpp"
 
 namespace steadyhand {
 namespace {
@@ -169,7 +173,9 @@ void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning
     return from_commands ? profile.commands[i].dq[joint] : profile.steps[i].dq[joint];
   };
 
-  json.member("joints", profile.names.joints);
+  std::vector<std::string> joints;
+  std::ranges::transform(profile.names.joints, std::back_inserter(joints), part_text);
+  json.member("joints", joints);
   json.key("speeds");
   json.begin_object();
   json.key("t");

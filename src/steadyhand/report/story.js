@@ -38,6 +38,7 @@
       span.style.left = share(Math.max(from, begin));
       span.style.width = share(begin + to - Math.max(from, begin));
       span.style.background = `var(--state-${state})`;
+      span.dataset.state = state;
       span.title = `${state} from ${seconds(from)} to ${seconds(to)}`;
     }
     for (const { t, kind, what } of events) {
@@ -47,6 +48,7 @@
       mark.style.left = share(t);
       mark.title = `${seconds(t)}: ${what}`;
     }
+    showLegend(root.querySelector('.legend'), band);
     const rows = root.querySelector('tbody'), counts = {};
     for (const { t, kind, what, why } of events) {
       counts[kind] = (counts[kind] ?? 0) + 1;
@@ -85,6 +87,19 @@
     printsShort(root, rows);
     root.querySelector('#whole').onclick = () => { history.replaceState(null, '', '#'); follow(); lookAt(null); };
     setTimeout(follow);
+  }
+
+  /** What the colours of the band mean, of those that are in it. */
+  function showLegend(legend, band) {
+    const add = (sign, name) => {
+      const item = legend.appendChild(document.createElement('span'));
+      const shown = item.appendChild(sign.cloneNode());
+      shown.removeAttribute('title');
+      shown.style.left = shown.style.width = '';
+      item.append(` ${name}`);
+    };
+    const signs = new Map([...band.children].map((sign) => [sign.className ? NAMES[sign.className] ?? sign.className : sign.dataset.state, sign]));
+    for (const [name, sign] of signs) add(sign, name);
   }
 
   /** Paper has the plots first, and of the events those that one looks for; page.css leaves out the others. */
@@ -169,7 +184,7 @@
     figure.hidden = false;
     const robot = JSON.parse(text), canvas = figure.querySelector('canvas'), range = figure.querySelector('input'), told = figure.querySelector('output');
     const tools = postures.map(([, ...q]) => chain(robot, q).points.at(-1));
-    let azimuth = -0.7, tilt = 0.35, at = 0, link = null;
+    let azimuth = -0.7, tilt = 0.35, at = 0, chosen = 0, link = null;
     /** The replay of this time: it counts from the arm's first posture. */
     const linkTo = (t) => { if (link) link.href = `${replay}&t=${Math.max(0, t - postures[0][0]).toFixed(2)}`; };
     range.max = String(postures.length - 1);
@@ -207,7 +222,11 @@
       range.value = String(at);
       range.setAttribute('aria-valuetext', told.textContent);
     };
-    range.oninput = () => { at = Number(range.value); linkTo(postures[at][0]); draw(); };
+    const indexAt = (t) => {
+      const index = postures.findIndex(([time]) => time >= t);
+      return index < 0 ? postures.length - 1 : index;
+    };
+    range.oninput = () => { at = chosen = Number(range.value); linkTo(postures[at][0]); draw(); };
     canvas.onpointermove = (event) => {
       if (!event.buttons) return;
       azimuth += event.movementX * 0.01;
@@ -216,9 +235,14 @@
     };
     document.addEventListener('look', ({ detail: t }) => {
       if (t === null) return;
-      at = postures.findIndex(([time]) => time >= t);
-      if (at < 0) at = postures.length - 1;
+      at = chosen = indexAt(t);
       linkTo(t);
+      draw();
+    });
+    document.addEventListener('point', ({ detail: t }) => {
+      const index = t === null ? chosen : indexAt(t);
+      if (index === at) return;
+      at = index;
       draw();
     });
     new ResizeObserver(draw).observe(canvas);
