@@ -178,7 +178,7 @@ test('in a text Space is a blank while the arm stands, and a stop while it moves
   await page.focus('#words');
   await page.keyboard.press('Space');
   await stopped(watcher);
-  assert.equal(await page.inputValue('#words'), 'yesterday spilled');
+  assert.equal(await page.inputValue('#words'), 'yesterday spilled ', 'who typed it has it');
   await page.evaluate(() => document.activeElement?.blur());
   await reset(page, watcher);
 });

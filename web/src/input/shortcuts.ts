@@ -14,7 +14,7 @@ const isChosen = (target: EventTarget | null): boolean => target instanceof HTML
 export const takesEnter = (target: EventTarget | null): boolean => (isPressed(target) && !isChosen(target)) || hasOwnEnter(target);
 
 /**
- * One rule for the page, whatever has the focus: Space and Escape stop the arm; while it stands, Space in a text is a blank. Enter does what Space does elsewhere: it presses or toggles
+ * One rule for the page, whatever has the focus: Space and Escape stop the arm; in a text Space is a blank as well, and while the arm stands it is no more. Enter does what Space does elsewhere: it presses or toggles
  * what has the focus, and resets where there is nothing to press. Comes before all else that listens to keys.
  * @param stands the arm is seen to stand: what is typed then is no cry for a stop
  */
@@ -22,7 +22,7 @@ export function listenForShortcuts(stop: () => void, reset: () => void, stands: 
   addEventListener('keydown', (event) => {
     if (isSpace(event) && isTyped(event.target) && stands()) return;
     if (isSpace(event) || event.key === 'Escape') {
-      event.preventDefault();
+      if (!isSpace(event) || !isTyped(event.target)) event.preventDefault(); // who types has the blank, too
       event.stopImmediatePropagation();
       if (!event.repeat) stop(); // a second stop brakes harder: held down it is still one
       return;
