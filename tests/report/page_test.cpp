@@ -8,6 +8,7 @@
 
 #include "sample_run.hpp"
 #include "steadyhand/report/page_data.hpp"
+#include "steadyhand/report/session_story.hpp"
 #include "support/temporary_folder.hpp"
 
 /// What the page is made of; tests/python/test_report.py opens it in a browser.
@@ -44,6 +45,31 @@ TEST(PageData, HoldsEveryCurveAtItsLength) {
     EXPECT_LE(profile["speeds"]["t"].size(), 1000u);
     EXPECT_EQ(profile["failures"].size(), 1u);
   }
+}
+
+TEST(PageData, NamesJointsAndTermsInWordsAndKeepsTheirNames) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(1);
+  RunNames& names = input.profiles[0].names;
+  names.joints = {"shoulder_pan_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "slide_joint", "slide_link"};
+  const Json profile = Json::parse(page_data(input, {}))["profiles"][0];
+  EXPECT_EQ(profile["joints"],
+            Json({"shoulder pan", "elbow", "wrist 1", "wrist 2", "slide_joint", "slide_link"}));  // two of one name
+  EXPECT_EQ(profile["joint_names"], Json(names.joints));
+  EXPECT_EQ(profile["term_names"], Json(names.terms));
+  ASSERT_EQ(profile["terms"].size(), names.terms.size());
+  for (std::size_t i = 0; i < names.terms.size(); ++i) EXPECT_EQ(profile["terms"][i], term_text(names.terms[i]));
+}
+
+TEST(Page, SaysWeightsInWordsWithTheirNamesToBeLookedUp) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(1);
+  input.profiles[0].weights = "acceleration_step 0.001, lateral 0.4, posture 1 1 2e-3, not the same <throughout>";
+  EXPECT_NE(write_and_read(input).find(
+                R"(<span title="acceleration_step">step of the acceleration</span> 0.001, )"
+                R"(<span title="lateral">slosh protection sideways</span> 0.4, )"
+                R"(<span title="posture">posture</span> 1 1 2e-3, not the same &lt;throughout&gt;</p>)"),
+            std::string::npos);
 }
 
 TEST(PageData, ThinningKeepsTheWorst) {

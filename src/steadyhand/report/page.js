@@ -129,7 +129,7 @@ const failureMarks = overlay(({ ctx, bbox, valToPos }) => {
 const charts = [];
 
 /**
- * What a chart needs: `figure` to stand in, `columns` [x, y...], `series` [{label, color(), profile?, dash?, fill?,
+ * What a chart needs: `figure` to stand in, `columns` [x, y...], `series` [{label, title?, color(), profile?, dash?, fill?,
  * value?}], and optionally `unit`, `plugins`, `range` (of y), `log` (y), `downwards` (y), `x` {label, value, log}: without `x` it shares
  * time, cursor and zoom with the others.
  */
@@ -208,6 +208,8 @@ function build(chart) {
     chart.columns?.() ?? spec.columns,
     spec.figure,
   );
+  // What a series is called in files, for who looks it up.
+  chart.plot.root.querySelectorAll('.u-series').forEach((row, i) => { row.title = spec.series[i - 1]?.title ?? ''; });
   if (range && range[0] != null) chart.plot.setScale('x', { min: range[0], max: range[1] });
 }
 
@@ -336,8 +338,9 @@ const objectiveCharts = profiles.map((profile, i) => {
       return relative ? [0, 100] : withoutSpikes(u.data[1].slice(from, to + 1), max, (words) => { note.textContent = words; });
     },
     series: profile.terms
-      .map((name, term) => ({
-        label: name.replaceAll('_', ' '),
+      .map((label, term) => ({
+        label,
+        title: profile.term_names[term],
         color: () => color(`term-${(term % 8) + 1}`),
         fill: () => color(`term-${(term % 8) + 1}`),
         width: 0.5,
@@ -373,7 +376,7 @@ profiles.forEach((profile, i) => {
     unit: '%',
     plugins: [lineMarks([{ at: 100, text: 'limit', color: 'limit' }])],
     range: (u, min, max) => [0, Math.max(108, 1.05 * max)],
-    series: profile.joints.map((label, joint) => ({ label, color: () => color(`joint-${(joint % 8) + 1}`), width: 1.3 })),
+    series: profile.joints.map((label, joint) => ({ label, title: profile.joint_names[joint], color: () => color(`joint-${(joint % 8) + 1}`), width: 1.3 })),
   });
 });
 

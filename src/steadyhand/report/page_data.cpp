@@ -134,7 +134,10 @@ void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per
   }
   json.member("failures", failures);
 
-  json.member("terms", profile.names.terms);
+  std::vector<std::string> terms;
+  std::ranges::transform(profile.names.terms, std::back_inserter(terms), term_text);
+  json.member("terms", terms);
+  json.member("term_names", profile.names.terms);
   json.key("shares");
   json.begin_array();
   for (std::size_t term = 0; term < profile.names.terms.size(); ++term) {
@@ -173,9 +176,8 @@ void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning
     return from_commands ? profile.commands[i].dq[joint] : profile.steps[i].dq[joint];
   };
 
-  std::vector<std::string> joints;
-  std::ranges::transform(profile.names.joints, std::back_inserter(joints), part_text);
-  json.member("joints", joints);
+  json.member("joints", part_texts(profile.names.joints));
+  json.member("joint_names", profile.names.joints);
   json.key("speeds");
   json.begin_object();
   json.key("t");

@@ -45,13 +45,13 @@ std::string number(double value) {
   return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value);
 }
 
-/// "lateral 3, vertical 0.3": entries of `weights` that are not as in `usual`.
+/// "slosh protection sideways 3, posture 0.3": entries of `weights` that are not as in `usual`.
 std::string other_weights(const SettingsChange& change, const SettingsChange& usual) {
   std::string text;
   for (const auto& [name, values] : change.weights) {
     const auto before = usual.weights.find(name);
     if (values.empty() || (before != usual.weights.end() && before->second == values)) continue;
-    text += fmt::format(", {} {}", name, number(values.front()));
+    text += fmt::format(", {} {}", term_text(name), number(values.front()));
   }
   return text;
 }
@@ -395,6 +395,27 @@ std::string part_text(const std::string& name) {
   part = std::regex_replace(part, kKind, "");
   std::replace(part.begin(), part.end(), '_', ' ');
   return part;
+}
+
+std::vector<std::string> part_texts(const std::vector<std::string>& names) {
+  std::vector<std::string> texts;
+  for (const std::string& name : names) texts.push_back(part_text(name));
+  std::vector<std::string> told = texts;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::count(texts.begin(), texts.end(), texts[i]) > 1) told[i] = names[i];
+  }
+  return told;
+}
+
+std::string term_text(const std::string& name) {
+  static const std::map<std::string, std::string> kWords{
+      {"acceleration", "joint acceleration"},      {"acceleration_step", "step of the acceleration"},
+      {"lateral", "slosh protection sideways"},    {"velocity", "joint speed"},
+      {"vertical", "slosh protection up and down"}};
+  if (const auto words = kWords.find(name); words != kWords.end()) return words->second;
+  std::string text = name;
+  std::replace(text.begin(), text.end(), '_', ' ');
+  return text;
 }
 
 SessionStory tell_story(const SessionFile& session) {

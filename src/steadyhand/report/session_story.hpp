@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "steadyhand/record/session_file.hpp"
@@ -16,6 +17,12 @@ std::string spill_text(const SessionStory::Spill& spill);
 /// A body or a joint as people call it: "forearm" of forearm_5, "wrist 3" of wrist_3_joint; as the operator's page says
 /// it (web/src/figures.ts).
 std::string part_text(const std::string& name);
+/// Of each joint. What two would share says nothing: those keep their names.
+std::vector<std::string> part_texts(const std::vector<std::string>& names);
+
+/// A term of the objective as the operator's sliders and the documentation call it: "step of the acceleration" of
+/// acceleration_step.
+std::string term_text(const std::string& name);
 
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
 SessionStory tell_story(const SessionFile& session);
