@@ -93,9 +93,49 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   EXPECT_EQ(motion["q"], Json({{0.25}, {0.5}}));
   EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["events"].empty());
   EXPECT_EQ(motion["gripper"], Json({nullptr, nullptr}));
+  EXPECT_TRUE(motion.contains("slosh") && motion["slosh"].is_null());  // no hand led
   EXPECT_EQ(
       motion["felt"],
       Json({{"t_s", {1.0, 2.0, 3.0}}, {"mean", {1.0, 2.0, 3.0}}, {"largest", {1.0, 2.0, 3.0}}, {"count", {1, 1, 1}}}));
+}
+
+/// The comparison has its figure from here, and must not count anew by times that are rounded: the hand may have let go
+/// between a measurement and what its time is rounded to.
+TEST(SessionLibrary, CountsSloshAsTheReportDoes) {
+  TemporaryFolder folder;
+  const auto path = folder.path() / "slosh.mcap";
+  {
+    RecorderSettings settings;
+    settings.live = true;
+    Result<Recorder> recorder = Recorder::create(path, settings);
+    ASSERT_TRUE(recorder);
+    const std::string robot =
+        R"({"joints": [{"name": "a", "type": "revolute"}], "velocity_max": [1], "acceleration_max": [1]})";
+    ASSERT_TRUE(recorder->add_metadata("robot", {{"json", robot}}));
+    const auto felt = [&](Time at, double lateral) {
+      LiquidState liquid;
+      liquid.lateral = lateral;
+      return recorder->write(at, liquid);
+    };
+    const auto state = [&](Time at, SupervisionState from, SupervisionState to) {
+      return recorder->write(SupervisionChange{at, from, to, ""});
+    };
+    for (const Time at : {from_seconds(1.0), from_seconds(3.0)}) {
+      ASSERT_TRUE(recorder->write(JointState{{at, at}, JointVector::Zero(1), JointVector::Zero(1)}));
+    }
+    ASSERT_TRUE(state(from_seconds(1.0), SupervisionState::kReady, SupervisionState::kEngaged));
+    ASSERT_TRUE(felt(from_seconds(1.0), 4.0004));
+    ASSERT_TRUE(felt(from_seconds(1.5), 6.0004));
+    ASSERT_TRUE(state(from_seconds(2.00003), SupervisionState::kEngaged, SupervisionState::kReady));
+    ASSERT_TRUE(felt(from_seconds(2.00004), 90.0));  // told as of 2.0000 s
+    ASSERT_TRUE(recorder->close());
+  }
+  const Result<FreshPage> page = read_library(folder.path(), "/sessions/slosh/motion");
+  ASSERT_TRUE(page) << page.error().message;
+  const Json motion = Json::parse(page->body);
+  EXPECT_EQ(motion["felt"]["t_s"], Json({1.0, 1.5, 2.0}));
+  EXPECT_DOUBLE_EQ(motion["slosh"]["mean"], 5.0004);
+  EXPECT_DOUBLE_EQ(motion["slosh"]["largest"], 6.0004);
 }
 
 /// A program of a line of shell.

@@ -234,18 +234,19 @@ describe('figures of a session', () => {
     expect(figures.get('Held by a limit')).toBe('1 ×, 6.0 a minute');
   });
   it('are of what was measured, where that was recorded', () => {
-    const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [5, 5.1, 5.2, 5.3], mean: [0.5, 1, 1.5, 1], largest: [1, 2, 6, 3] } };
+    const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [5, 5.1, 5.2, 5.3], mean: [0.5, 1, 1.5, 1], largest: [1, 2, 6, 3] }, slosh: { mean: 1.2, largest: 6 } };
     const figures = new Map(summaryOf(new Player(measured)).map(([what, text]) => [what, text])), player = new Player(measured);
-    expect(figures.get('Slosh mean, m/s²')).toBe('1.00');
+    expect(figures.get('Slosh mean, m/s²')).toBe('1.20');
     expect(figures.get('Slosh peak, m/s²')).toBe('6.00');
     player.seek(0.25);
     expect(player.felt).toBe(6);
     expect(curveOf(measured, 'slosh', 5)[1]).toEqual([1, 2, 6, 3]);
   });
-  it('weigh what was measured as the report does, by how often it was', () => {
-    const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [4, 5, 5.1, 5.2], mean: [9, 1, 2, 4], largest: [99, 2, 3, 6], count: [5, 1, 1, 2] } };
-    const figures = new Map(summaryOf(new Player(measured)).map(([what, text]) => [what, text]));
-    expect([figures.get('Slosh mean, m/s²'), figures.get('Slosh peak, m/s²')]).toEqual(['2.75', '6.00']);
+  it('are the report\'s of what was measured, not counted anew from times that are rounded', () => {
+    const felt = { t_s: [5, 6.0001], mean: [2, 90], largest: [2, 90], count: [1, 1] };
+    const of = (slosh: NonNullable<Motion['slosh']> | null) => new Map(summaryOf(new Player({ ...some([1, 1, 1, 1, 1]), felt, slosh })).map(([what, text]) => [what, text]));
+    expect(['mean', 'peak'].map((what) => of({ mean: 5.684, largest: 12.3 }).get(`Slosh ${what}, m/s²`))).toEqual(['5.68', '12.30']);
+    expect(['mean', 'peak'].map((what) => of(null).get(`Slosh ${what}, m/s²`))).toEqual(['–', '–']);
   });
   it('tell each spill with how much, and which of two did better', () => {
     const spilling = (...spills: [number, number][]): Player => new Player({ ...some([1]), events: [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, ...spills.map(([t_s, amount]) => ({ t_s, kind: 'spill', what: '', why: '', amount }))] });

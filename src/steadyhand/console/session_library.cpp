@@ -12,6 +12,7 @@
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/live/realtime.hpp"
 #include "steadyhand/record/session_file.hpp"
+#include "steadyhand/report/metrics.hpp"
 #include "steadyhand/report/past_session.hpp"
 #include "steadyhand/report/session_story.hpp"
 
@@ -113,6 +114,16 @@ std::string events_of(const SessionFile& session) {
   return dump(events);
 }
 
+/// What the liquid felt while the hand led, as the report counts it; null: nothing was measured then.
+std::string slosh_of(const SessionFile& session) {
+  std::vector<Felt> felt;
+  for (const auto& each : felt_while_led(session)) felt.push_back({each.sum, each.largest, each.count});
+  if (felt.empty()) return "null";
+  Metrics metrics;
+  count_felt(felt, metrics);
+  return dump({{"mean", metrics.lateral_mean}, {"largest", metrics.lateral_max}});
+}
+
 Result<FreshPage> motion(const fs::path& file) {
   const Result<McapOverview> overview = read_mcap(file);
   if (!overview) return overview.error();
@@ -159,9 +170,10 @@ Result<FreshPage> motion(const fs::path& file) {
   }
   return FreshPage{
       fmt::format(
-          "{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"liquid\":{{{}}},\"settings\":{},\"events\":{}}}",
-          dump(session->name), arm.json(), hand.json(), felt.json(), liquid.json(), settings_of(*session),
-          events_of(*session)),
+          "{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"liquid\":{{{}}},\"settings\":{},"
+          "\"events\":{}}}",
+          dump(session->name), arm.json(), hand.json(), felt.json(), slosh_of(*session), liquid.json(),
+          settings_of(*session), events_of(*session)),
       "application/json"};
 }
 

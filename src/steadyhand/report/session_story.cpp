@@ -442,6 +442,15 @@ SessionStory tell_story(const SessionFile& session) {
   return story;
 }
 
+std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session) {
+  std::vector<SessionFile::Felt> led;
+  for (const SessionFile::Felt& felt : session.felt) {
+    const double t = to_seconds(felt.at);
+    if (led_between(session, t, t + kInstant) > 0.0) led.push_back(felt);
+  }
+  return led;
+}
+
 std::vector<ProfileResult> split_by_settings(SessionFile session) {
   std::vector<ProfileResult> results;
   std::vector<const SettingsChange*> conditions;       // of each result; null: not known
@@ -465,9 +474,7 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
     return &added;
   };
   for (PlanStep& step : session.steps) result_at(from_seconds(step.t_s), true)->steps.push_back(std::move(step));
-  for (const SessionFile::Felt& felt : session.felt) {
-    const double t = to_seconds(felt.at);
-    if (led_between(session, t, t + kInstant) <= 0.0) continue;
+  for (const SessionFile::Felt& felt : felt_while_led(session)) {
     if (ProfileResult* result = result_at(felt.at, false)) result->felt.push_back({felt.sum, felt.largest, felt.count});
   }
   for (std::size_t i = 0; i < session.changes.size(); ++i) {

@@ -27,6 +27,9 @@ std::string term_text(const std::string& name);
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
 SessionStory tell_story(const SessionFile& session);
 
+/// Of what was felt, that which began while the hand led: what report and comparison are a mean of.
+std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session);
+
 /// The session's steps and commands booked on what was in force when they were made: a result for each profile with
 /// each scale, tilt and weights that it was driven with, in the order in which they came; of more than eight the
 /// briefest are one. Where nobody recorded settings (of sessions before there was that), one result. @pre session.steps

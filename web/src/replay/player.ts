@@ -18,6 +18,8 @@ export interface Motion {
   target?: { t_s: number[]; p: Vec3[]; q: Quat[]; engaged: number[]; lateral: (number | null)[]; error_mm: (number | null)[] };
   /** The sideways force on the liquid as it was measured, m/s^2: mean and largest of `count` measurements from a time on until the next. */
   felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[]; count?: number[] };
+  /** m/s^2, of what was felt while a hand led, as the report counts it; null: nothing was. */
+  slosh?: { mean: number; largest: number } | null;
   liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[]; spilled_share: number[] };
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];

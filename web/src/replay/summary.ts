@@ -5,18 +5,18 @@ import { indexAt, type Motion, type Player, type StoryEvent } from './player';
 /** s, of a stretch without a plan that is not counted as driven. */
 const GAP = 0.5;
 
-/** Mean and largest of what comes in `times`, over the time that a hand led. */
-function overLed(player: Player, times: readonly number[], means: readonly (number | null)[], largest: readonly (number | null)[]): { mean: number; most: number; known: boolean } {
-  const { led } = player, sum = { weight: 0, value: 0, most: 0 };
+/** Mean and largest of the values that come in `times`, over the time that a hand led. */
+function overLed({ led }: Player, times: readonly number[], values: readonly (number | null)[]): { mean: number; most: number; known: boolean } {
+  const sum = { weight: 0, value: 0, most: 0 };
   let stretch = 0;
   for (let i = 0; i < times.length; ++i) {
-    const t = times[i]!, next = times[i + 1] ?? t, mean = means[i] ?? null;
+    const t = times[i]!, next = times[i + 1] ?? t, value = values[i] ?? null;
     while (stretch < led.length && led[stretch]!.to <= t) ++stretch;
     if (stretch >= led.length) break;
-    if (t < led[stretch]!.from || mean === null || next - t > GAP) continue;
+    if (t < led[stretch]!.from || value === null || next - t > GAP) continue;
     sum.weight += next - t;
-    sum.value += (next - t) * mean;
-    sum.most = Math.max(sum.most, largest[i] ?? mean);
+    sum.value += (next - t) * value;
+    sum.most = Math.max(sum.most, value);
   }
   return { mean: sum.value / sum.weight, most: sum.most, known: sum.weight > 0 };
 }
@@ -33,20 +33,11 @@ export function betterOf([, text, value]: Figure, [, otherText, other]: Figure):
   return value < other ? 0 : 1;
 }
 
-/** As the session's report has it: over all measurements while the hand led. */
-function feltOf(player: Player): { mean: number; most: number; known: boolean } | null {
-  const { felt } = player.motion, { led } = player;
-  if (!felt?.count) return null;
-  let sum = 0, count = 0, most = 0, stretch = 0;
-  for (let i = 0; i < felt.t_s.length; ++i) {
-    while (stretch < led.length && led[stretch]!.to <= felt.t_s[i]!) ++stretch;
-    if (stretch >= led.length) break;
-    if (felt.t_s[i]! < led[stretch]!.from || felt.mean[i] === null) continue;
-    sum += felt.count[i]! * felt.mean[i]!;
-    count += felt.count[i]!;
-    most = Math.max(most, felt.largest[i] ?? 0);
-  }
-  return { mean: sum / count, most, known: count > 0 };
+/** What the liquid felt while a hand led: the report's own figures; of sessions that measured nothing as it was planned. */
+function feltOf(player: Player): { mean: number; most: number; known: boolean } {
+  const { felt, slosh, target } = player.motion;
+  if (felt?.t_s.length) return { mean: slosh?.mean ?? NaN, most: slosh?.largest ?? 0, known: Boolean(slosh) };
+  return overLed(player, target?.t_s ?? [], target?.lateral ?? []);
 }
 
 /** Spills that are told each with its time. */
@@ -79,10 +70,10 @@ const ledFor = ({ led }: Player): number => led.reduce((sum, { from, to }) => su
 
 /** A recorded session in figures that two sessions may be compared by. */
 export function summaryOf(player: Player): Figure[] {
-  const { motion, duration, begin } = player, { target, felt: measured } = motion, events = motion.events ?? [];
+  const { motion, duration, begin } = player, { target } = motion, events = motion.events ?? [];
   const led = ledFor(player);
-  const felt = feltOf(player) ?? (measured?.t_s.length ? overLed(player, measured.t_s, measured.mean, measured.largest) : overLed(player, target?.t_s ?? [], target?.lateral ?? [], target?.lateral ?? []));
-  const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? [], target?.error_mm ?? []);
+  const felt = feltOf(player);
+  const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? []);
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
   const lost = spills.reduce((sum, { amount = 1 }) => sum + amount, 0);
   // Who was led longer did not do worse for it: what happened is compared by the minute.
