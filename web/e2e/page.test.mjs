@@ -81,7 +81,7 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   const visitor = SITE ? null : await open({ first: true, watch: true });
   if (visitor) {
     await until(async () => await visitor.textContent('#first-why') === 'You are watching: enter the code from the terminal to drive.', 'the reason');
-    assert.deepEqual([await visitor.isDisabled('#first-demo'), await visitor.isVisible('#first-why')], [true, true]);
+    assert.deepEqual([await visitor.isDisabled('#first-demo'), await visitor.isVisible('#first-steps .who-watches'), await visitor.isVisible('#first-steps .who-drives')], [true, true, false]);
   }
   assert.deepEqual(page.complaints, []);
 });
@@ -547,6 +547,7 @@ test('a gripper is drawn as far open as it is, and no glass', NEEDS_PROGRAM, asy
   });
   assert.ok(Math.abs(plots.strip - plots.below) < 30, `states lie over their plots: ${JSON.stringify(plots)}`);
   await shot(page, 'gripper');
+  await ready(page);
   const pull = (trigger) => page.evaluate((value) => {
     const buttons = Array.from({ length: 17 }, (_, i) => ({ pressed: false, value: i === 7 ? value : 0 }));
     navigator.getGamepads = () => [{ mapping: 'standard', timestamp: performance.now(), axes: [0, 0, 0, 0], buttons }];

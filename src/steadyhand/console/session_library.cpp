@@ -169,11 +169,10 @@ Result<FreshPage> motion(const fs::path& file) {
     liquid.add(state.spilled_share, 3);
   }
   return FreshPage{
-      fmt::format(
-          "{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"liquid\":{{{}}},\"settings\":{},"
-          "\"events\":{}}}",
-          dump(session->name), arm.json(), hand.json(), felt.json(), slosh_of(*session), liquid.json(),
-          settings_of(*session), events_of(*session)),
+      fmt::format("{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"liquid\":{{{}}},\"settings\":{},"
+                  "\"events\":{}}}",
+                  dump(session->name), arm.json(), hand.json(), felt.json(), slosh_of(*session), liquid.json(),
+                  settings_of(*session), events_of(*session)),
       "application/json"};
 }
 

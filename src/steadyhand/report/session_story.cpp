@@ -408,10 +408,11 @@ std::vector<std::string> part_texts(const std::vector<std::string>& names) {
 }
 
 std::string term_text(const std::string& name) {
-  static const std::map<std::string, std::string> kWords{
-      {"acceleration", "joint acceleration"},      {"acceleration_step", "step of the acceleration"},
-      {"lateral", "slosh protection sideways"},    {"velocity", "joint speed"},
-      {"vertical", "slosh protection up and down"}};
+  static const std::map<std::string, std::string> kWords{{"acceleration", "joint acceleration"},
+                                                         {"acceleration_step", "step of the acceleration"},
+                                                         {"lateral", "slosh protection sideways"},
+                                                         {"velocity", "joint speed"},
+                                                         {"vertical", "slosh protection up and down"}};
   if (const auto words = kWords.find(name); words != kWords.end()) return words->second;
   std::string text = name;
   std::replace(text.begin(), text.end(), '_', ' ');
