@@ -132,12 +132,12 @@ def test_a_report_books_each_profile_and_scale_at_its_time(tmp_path):
     assert reported.returncode == 0, reported.stderr
     page = path.with_suffix(".html").read_text()
     labels = re.findall(r'data-profile="\d+" checked> ([^<]*)<', page)
-    for label in ("Tracking (P1), scale 0.5", "Tracking (P1), scale 0.25", "Carry, scale 0.25, slosh protection sideways 7"):
+    for label in ("Tracking (P1), scale 0.5", "Tracking (P1), scale 0.25", "Carry, scale 0.25, lateral 7"):
         assert label in labels, labels
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, flags=re.S)[1])
     by_label = {profile["label"]: profile for profile in data["profiles"]}
-    settings = [event["t"] for event in data["story"]["events"] if event["kind"] == "setting" and "Carry" in event["what"] and "slosh protection sideways 7" in event["what"]]
-    assert min(by_label["Carry, scale 0.25, slosh protection sideways 7"]["t"]) >= settings[0] - 0.05
+    settings = [event["t"] for event in data["story"]["events"] if event["kind"] == "setting" and "Carry" in event["what"] and "lateral 7" in event["what"]]
+    assert min(by_label["Carry, scale 0.25, lateral 7"]["t"]) >= settings[0] - 0.05
     assert max(by_label["Tracking (P1), scale 0.25"]["t"]) <= settings[0] + 0.05
     states = [event["what"] for event in data["story"]["events"] if event["kind"] == "state"]
     assert "engaged" in states and "stopping" in states

@@ -66,8 +66,8 @@ TEST(Page, SaysWeightsInWordsWithTheirNamesToBeLookedUp) {
   input.profiles.resize(1);
   input.profiles[0].weights = "acceleration_step 0.001, lateral 0.4, posture 1 1 2e-3, not the same <throughout>";
   EXPECT_NE(write_and_read(input).find(
-                R"(<span title="acceleration_step">step of the acceleration</span> 0.001, )"
-                R"(<span title="lateral">slosh protection sideways</span> 0.4, )"
+                R"(<span title="acceleration_step">acceleration step</span> 0.001, )"
+                R"(<span title="lateral">lateral</span> 0.4, )"
                 R"(<span title="posture">posture</span> 1 1 2e-3, not the same &lt;throughout&gt;</p>)"),
             std::string::npos);
 }

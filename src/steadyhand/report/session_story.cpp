@@ -45,7 +45,7 @@ std::string number(double value) {
   return value < 1000.0 ? fmt::format("{:.3g}", value) : fmt::format("{:.0f}", value);
 }
 
-/// "slosh protection sideways 3, posture 0.3": entries of `weights` that are not as in `usual`.
+/// "lateral 3, acceleration step 0.3": entries of `weights` that are not as in `usual`.
 std::string other_weights(const SettingsChange& change, const SettingsChange& usual) {
   std::string text;
   for (const auto& [name, values] : change.weights) {
@@ -408,12 +408,6 @@ std::vector<std::string> part_texts(const std::vector<std::string>& names) {
 }
 
 std::string term_text(const std::string& name) {
-  static const std::map<std::string, std::string> kWords{{"acceleration", "joint acceleration"},
-                                                         {"acceleration_step", "step of the acceleration"},
-                                                         {"lateral", "slosh protection sideways"},
-                                                         {"velocity", "joint speed"},
-                                                         {"vertical", "slosh protection up and down"}};
-  if (const auto words = kWords.find(name); words != kWords.end()) return words->second;
   std::string text = name;
   std::replace(text.begin(), text.end(), '_', ' ');
   return text;

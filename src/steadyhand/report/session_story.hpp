@@ -20,8 +20,7 @@ std::string part_text(const std::string& name);
 /// Of each joint. What two would share says nothing: those keep their names.
 std::vector<std::string> part_texts(const std::vector<std::string>& names);
 
-/// A term of the objective as the operator's sliders and the documentation call it: "step of the acceleration" of
-/// acceleration_step.
+/// A term of the objective, as the documentation calls it, in words: "acceleration step" of acceleration_step.
 std::string term_text(const std::string& name);
 
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
