@@ -284,5 +284,17 @@ TEST(Retargeter, TakesALeaningToolAsItIs) {
   EXPECT_NEAR(last, 0.0, 1e-9);
 }
 
+TEST(Retargeter, HandForIsItsInverse) {
+  Dice dice(11);
+  for (int i = 0; i < 1000; ++i) {
+    const RetargetSettings settings = dice.settings();
+    Retargeter retargeter(settings);
+    const Pose hand0 = dice.pose(), tool0 = dice.pose(), hand = dice.pose();
+    (void)retargeter.update(sample_at(hand0), tool0);
+    const Target target = retargeter.update(sample_at(hand), tool0);
+    EXPECT_LT(distance(hand_for(settings, target.X_base_tool, tool0, hand0), hand), 1e-6 / settings.scale) << i;
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

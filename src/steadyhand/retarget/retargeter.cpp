@@ -131,4 +131,17 @@ Pose Retargeter::moved_tool(const Pose& hand, double share) const {
   return tool;
 }
 
+Pose hand_for(const RetargetSettings& settings, const Pose& X_base_tool, const Pose& X_base_tool0,
+              const Pose& X_operator_hand0) {
+  const Pose &tool = X_base_tool, &tool0 = X_base_tool0, &hand0 = X_operator_hand0;
+  const Quaternion q_base_operator(Eigen::AngleAxisd(settings.yaw, Vector3::UnitZ()));
+  const bool base_moves = settings.translation_frame == MotionFrame::kBase;
+  const Quaternion turn = base_moves ? q_base_operator : tool0.q * hand0.q.conjugate();
+  const bool base_turns = settings.rotation_frame == MotionFrame::kBase;
+  const Quaternion q = base_turns
+                           ? q_base_operator.conjugate() * tool.q * tool0.q.conjugate() * q_base_operator * hand0.q
+                           : hand0.q * tool0.q.conjugate() * tool.q;
+  return {hand0.p + turn.conjugate() * (tool.p - tool0.p) / settings.scale, q.normalized()};
+}
+
 }  // namespace steadyhand

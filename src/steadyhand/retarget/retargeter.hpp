@@ -88,4 +88,9 @@ class Retargeter {
   Pose X_operator_hand0_, X_base_tool0_;  ///< at the last engagement or release; while the ramp lasts, one sample ago
 };
 
+/// The inverse: where the hand has to be for the tool to be at X_base_tool, if they were at X_operator_hand0 and
+/// X_base_tool0 at engagement. With neither a ramp nor a limit of tilt.
+Pose hand_for(const RetargetSettings& settings, const Pose& X_base_tool, const Pose& X_base_tool0,
+              const Pose& X_operator_hand0);
+
 }  // namespace steadyhand
