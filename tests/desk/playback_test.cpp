@@ -89,5 +89,53 @@ TEST(Playback, GripsAnewWhereItIsAndGoesOn) {
   }
 }
 
+/// What is asked for while the tool is elsewhere leads it to where the recording belongs, once.
+TEST(Playback, GoesItsWayFirst) {
+  const Recording recording = away();
+  const Pose first = recording.samples.front().X_operator_hand;
+  std::vector<Pose> way(201, first);
+  for (int i = 0; i <= 200; ++i) way[i].p.y() = first.p.y() - 0.001 * (200 - i);
+  Playback playback(recording, Time(0), way);
+  OperatorSample last, sample;
+  std::vector<Pose> grips;
+  for (Time now{0}; playback.rounds() < 2; now += std::chrono::milliseconds(1)) {
+    while (playback.next(now, sample)) {
+      if (sample.clutch && !last.clutch) grips.push_back(sample.X_operator_hand);
+      if (last.clutch) {
+        EXPECT_LT((sample.X_operator_hand.p - last.X_operator_hand.p).norm(), 0.02);
+      }
+      last = sample;
+    }
+    ASSERT_LT(now, from_seconds(20.0));
+  }
+  ASSERT_EQ(grips.size(), 2u);
+  EXPECT_LT((grips[0].p - way.front().p).norm(), 1e-9);
+  EXPECT_LT((grips[1].p - first.p).norm(), 1e-9) << "the second round begins where the first one ended";
+}
+
+/// Between two places at the sides of the arm, and at its back.
+TEST(WayAroundBase, KeepsItsDistanceFromTheAxisAndItsSpeed) {
+  const auto at = [](double r, double angle, double z) {
+    return Pose{{r * std::cos(angle), r * std::sin(angle), z}, Quaternion(Eigen::AngleAxisd(angle, Vector3::UnitZ()))};
+  };
+  const double dt = to_seconds(Playback::kPeriod);
+  for (const auto& [from, to] : {std::pair(at(0.5, 1.5, 0.4), at(0.6, -1.5, 0.2)),
+                                 {at(0.3, 3.0, 0.1), at(0.4, -3.0, 0.1)},
+                                 {at(0.0, 0.0, 0.9), at(0.5, 1.0, 0.3)},
+                                 {at(0.5, 0.0, 0.3), at(0.5, 0.02, 0.3)}}) {
+    const std::vector<Pose> way = way_around_base(from, to);
+    ASSERT_GT(way.size(), 1u);
+    EXPECT_LT((way.front().p - from.p).norm() + (way.back().p - to.p).norm(), 1e-12);
+    EXPECT_LT(way.back().q.angularDistance(to.q), 1e-6);
+    const double nearest = std::min(from.p.head<2>().norm(), to.p.head<2>().norm());
+    for (std::size_t i = 1; i < way.size(); ++i) {
+      EXPECT_GE(way[i].p.head<2>().norm(), nearest - 1e-9);
+      EXPECT_LT((way[i].p - way[i - 1].p).norm(), 1.01 * kWaySpeed * dt);
+      EXPECT_LT(way[i].q.angularDistance(way[i - 1].q), 1.01 * kWayTurnRate * dt);
+    }
+  }
+  EXPECT_TRUE(way_around_base(at(0.5, 1.0, 0.3), at(0.502, 1.0, 0.3)).empty());
+}
+
 }  // namespace
 }  // namespace steadyhand

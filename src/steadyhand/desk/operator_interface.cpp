@@ -34,7 +34,11 @@ Result<int> find_name(const List& list, const std::string& name, const char* wha
 OperatorInterface::OperatorInterface(Session& session, std::vector<Profile> profiles, int profile,
                                      const RetargetSettings& retarget, const GlassSettings& glass,
                                      std::vector<NamedRecording> recordings)
-    : session_(&session), profiles_(std::move(profiles)), glass_(glass), recordings_(std::move(recordings)) {
+    : session_(&session),
+      profiles_(std::move(profiles)),
+      retarget_(retarget),
+      glass_(glass),
+      recordings_(std::move(recordings)) {
   controls_.scale = retarget.scale;
   controls_.fill = glass.fill;
   controls_.yaw = retarget.yaw;
@@ -192,9 +196,32 @@ Status OperatorInterface::play(const std::string& name, Time now) {
   if (session_->is_halted()) return Error{"no recording leads an arm that was stopped; reset it first"};
   if (controls_.policy_turn) end_turn();
   session_->release_hand();
-  playback_.emplace(recordings_[*index].recording, now);
+  playback_.emplace(recordings_[*index].recording, now, way_home(recordings_[*index].recording, now));
   controls_.playback = *index;
   return Done{};
+}
+
+/// As it is commanded; none before the arm has said where it is.
+std::optional<Pose> OperatorInterface::tool(Time now) const {
+  const Result<Kinematics> arm = session_->arm_at(now);
+  return arm ? std::optional(Pose{arm->p(), Quaternion(arm->R())}) : std::nullopt;
+}
+
+/// What the hand of a recording has to do before it, so that it begins with the tool where the session began.
+std::vector<Pose> OperatorInterface::way_home(const Recording& recording, Time now) const {
+  const std::optional<Pose> from = tool(now);
+  if (!from || !X_base_home_) return {};
+  RetargetSettings retarget = retarget_;
+  retarget.scale = controls_.scale;
+  retarget.yaw = controls_.yaw;
+  std::vector<Pose> way = way_around_base(*from, *X_base_home_);
+  if (way.empty()) return {};
+  const Pose& first = recording.samples.front().X_operator_hand;
+  const Pose grip{first.p, hand_for(retarget, *from, *X_base_home_, first).q};
+  for (Pose& at : way) at = hand_for(retarget, at, *from, grip);
+  const Vector3 shift = first.p - way.back().p;  // which the tool does not see
+  for (Pose& at : way) at.p += shift;
+  return way;
 }
 
 /// Hands what the operator chose to the planner.
@@ -325,6 +352,7 @@ Time OperatorInterface::poll(Time now) {
   const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
   if (playback_ && (alone || session_->halts() != halts_)) end_playback();
   if (controls_.policy_turn && (alone || session_->halts() != halts_)) end_turn();
+  if (!X_base_home_) X_base_home_ = tool(now);
   OperatorSample sample;
   watch_playback(now);
   while (playback_ && playback_->next(now, sample)) session_->feed(sample);

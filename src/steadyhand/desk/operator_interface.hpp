@@ -24,7 +24,8 @@ struct NamedRecording {
 ///
 /// A recorded hand has no fingers that let go, so somebody must stand for it: it ends when the hands change (the lease
 /// of who began it ends, or, begun at the terminal, somebody takes the first lease), when the arm is halted, and when
-/// the server falls silent, through which a stop would come. Only a request begins it again.
+/// the server falls silent, through which a stop would come. Only a request begins it again. It leads the tool to where
+/// that was when the session began, and moves from there: elsewhere its motion might be out of reach.
 ///
 /// A policy has its turn from a person's request on, under the same conditions. Within it a person who grips leads the
 /// arm from where it is, and once that hand lets go the policy goes on; both begin by a grip of their own, so that
@@ -65,6 +66,8 @@ class OperatorInterface {
   Status set_object(const OperatorRequest& request, Time now);
   Status set_weight(const std::string& name, double value);
   Status play(const std::string& name, Time now);
+  std::optional<Pose> tool(Time now) const;
+  std::vector<Pose> way_home(const Recording& recording, Time now) const;
   void end_playback();
   void watch_playback(Time now);
   Status give_turn(bool turn, Time now);
@@ -75,6 +78,7 @@ class OperatorInterface {
   mutable Mutex mutex_;
   Session* session_;
   std::vector<Profile> profiles_;
+  RetargetSettings retarget_;  ///< at first: controls_ has scale and yaw
   GlassSettings glass_;
   std::vector<NamedRecording> recordings_;
   std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
@@ -82,6 +86,7 @@ class OperatorInterface {
   std::shared_ptr<const std::string> cell_json_;
   std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version that it is of
   std::optional<Playback> playback_;
+  std::optional<Pose> X_base_home_;  ///< of the tool, when the session began
   Time watched_{0};
   std::uint64_t halts_ = 0;  ///< Session::halts when it or the policy's turn began
   std::optional<PolicyHand> policy_;

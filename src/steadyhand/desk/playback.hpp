@@ -1,5 +1,8 @@
 #pragma once
 
+#include <vector>
+
+#include "steadyhand/core/math.hpp"
 #include "steadyhand/input/recorded_hand.hpp"
 
 namespace steadyhand {
@@ -9,8 +12,13 @@ namespace steadyhand {
 /// waits, grips anew and goes on. Allocates nothing.
 class Playback {
  public:
-  /// The recording must outlive it. @param start of the first round, session's clock
-  Playback(const Recording& recording, Time start) : recording_(&recording), start_(start), emitted_(start) {}
+  static constexpr Time kPeriod = std::chrono::milliseconds(11);  ///< of samples that are not of the recording
+
+  /// The recording must outlive it. @param start of the first round, session's clock @param way poses of the hand, a
+  /// kPeriod apart, that it goes through in the first round before it moves as recorded; the last one is the
+  /// recording's first. Empty: it begins there.
+  Playback(const Recording& recording, Time start, std::vector<Pose> way = {})
+      : recording_(&recording), way_(std::move(way)), start_(start), emitted_(start) {}
 
   /// The next sample if its time has come by `now`: call until false. Stamped with the session's time.
   bool next(Time now, OperatorSample& sample);
@@ -23,7 +31,8 @@ class Playback {
   void grip_anew(Time now);
 
  private:
-  Time moves() const { return start_ + kOpen + kWait; }
+  Time leads() const { return start_ + kOpen + kWait; }
+  Time moves() const { return leads() + static_cast<Time::rep>(way_.size()) * kPeriod; }
   bool waits() const { return emitted_ < waits_until_; }
   bool from_recording() const {
     return !waits() && emitted_ >= moves() - kPeriod && next_sample_ < recording_->samples.size();
@@ -32,11 +41,11 @@ class Playback {
   bool hold(Time due, OperatorSample& sample);
   void note(const OperatorSample& sample);
 
-  static constexpr Time kPeriod = std::chrono::milliseconds(11);  ///< of samples that are not of the recording
   static constexpr Time kOpen = std::chrono::milliseconds(400), kWait = std::chrono::milliseconds(600),
                         kReturn = std::chrono::milliseconds(2000);
 
   const Recording* recording_;
+  std::vector<Pose> way_;
   Time start_;    ///< of this round
   Time emitted_;  ///< stamp of the last sample
   std::size_t next_sample_ = 0;
@@ -46,5 +55,13 @@ class Playback {
   Time closed_since_{0};
   Time opens_until_{0}, waits_until_{0};  ///< of a grip that is made anew
 };
+
+/// Poses of the tool, Playback::kPeriod apart, from one to another: around the base's z axis, where an arm has room,
+/// with least jerk and at no more than about kWaySpeed and kWayTurnRate. Empty where both are the same but
+/// for 5 mm and a degree.
+std::vector<Pose> way_around_base(const Pose& X_base_from, const Pose& X_base_to);
+
+inline constexpr double kWaySpeed = 0.4;     ///< m/s
+inline constexpr double kWayTurnRate = 1.0;  ///< rad/s
 
 }  // namespace steadyhand
