@@ -3,6 +3,7 @@ import { TransformControls } from 'three/examples/jsm/controls/TransformControls
 import type { Hand } from '../hand';
 import type { MutableQuat, MutableVec3 } from '../frames';
 import { STAYS_UPRIGHT, type Session } from '../session';
+import { Lately } from '../scene/lately';
 import type { Stage } from '../scene/stage';
 import { clearTheMiddle, sizeOf } from './handles';
 import { Reach } from './reach';
@@ -19,6 +20,7 @@ export class Drag {
   readonly controls: TransformControls;
   readonly #proxy = new THREE.Object3D();
   readonly #follower: THREE.Object3D;
+  readonly #glass = new Lately(); // world frame
   readonly #coarse = matchMedia('(pointer: coarse)').matches;
   readonly #at = new THREE.Vector3(); // world frame
   readonly #startTurn = new THREE.Quaternion();
@@ -78,7 +80,10 @@ export class Drag {
   follow(): void {
     const target = this.session.state?.target;
     this.controls.size = sizeOf(this.stage.view.camera, this.#proxy.getWorldPosition(this.#at), this.#coarse, this.canvas.clientHeight);
-    if (this.stage.arm) this.#follower.matrixWorld.setPosition(this.stage.arm.tool.getWorldPosition(this.#at));
+    if (this.stage.arm) {
+      this.#follower.matrixWorld.setPosition(this.stage.arm.tool.getWorldPosition(this.#at));
+      this.#glass.see(this.#at, performance.now() / 1000);
+    }
     if (!target || this.#holding) return;
     // Upright handles: they move along the base's axes.
     this.#proxy.position.set(target.p[0], target.p[1], target.p[2]);
@@ -102,8 +107,16 @@ export class Drag {
   /** Comes before the view hears of it, which does not turn where a handle is. */
   #pressed(event: PointerEvent): void {
     if (this.#holding || !this.controls.enabled) return;
-    this.controls.pointerHover(this.#place(event));
-    if (this.controls.axis === null) return;
+    const at = this.#place(event), isHit = (): boolean => {
+      this.controls.pointerHover(at);
+      return this.controls.axis !== null;
+    };
+    // Who aims at a glass that moves aims at where it was; the next picture puts its handle back.
+    const wasHit = (glass: THREE.Vector3): boolean => {
+      this.#follower.matrixWorld.setPosition(glass);
+      return isHit();
+    };
+    if (!isHit() && !this.#glass.find(wasHit, performance.now() / 1000)) return;
     this.stage.view.orbit.enabled = false;
     setTimeout(() => { this.stage.view.orbit.enabled = !this.#holding; });
   }
