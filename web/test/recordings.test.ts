@@ -252,7 +252,7 @@ describe('figures of a session', () => {
     const spilling = (...spills: [number, number][]): Player => new Player({ ...some([1]), events: [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, ...spills.map(([t_s, amount]) => ({ t_s, kind: 'spill', what: '', why: '', amount }))] });
     const of = (player: Player) => summaryOf(player).find(([what]) => what === 'Spilled')!;
     expect([spilling(), spilling([7, 0.744]), spilling([7, 0.5], [9, 1]), spilling([6, 0.1], [7, 0.2], [8, 0.3], [9, 0.05])].map((player) => of(player)[1]))
-      .toEqual(['no', '74.4 % at 0:02', '2 ×, 12.0 a minute: 50.0, 100 % at 0:02, 0:04', '4 ×, 24.0 a minute, at most 30.0 %']);
+      .toEqual(['no', '74.4 % at 0:02', '2 ×, 12.0 a minute: 50.0, 100 % at 0:02, 0:04', '4 ×, 24.0 a minute, 65.0 % in all']);
     expect([betterOf(of(spilling([7, 1])), of(spilling())), betterOf(of(spilling()), of(spilling([7, 0.1]))), betterOf(of(spilling()), of(spilling()))]).toEqual([1, 0, -1]);
     expect(betterOf(['Length', '0:10', null, ''], ['Length', '0:12', null, ''])).toBe(-1);
   });

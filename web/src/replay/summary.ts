@@ -40,6 +40,8 @@ function feltOf(player: Player): { mean: number; most: number; known: boolean } 
   return overLed(player, target?.t_s ?? [], target?.lateral ?? []);
 }
 
+const total = (values: readonly number[]): number => values.reduce((all, value) => all + value, 0);
+
 /** Spills that are told each with its time. */
 const TOLD = 3;
 
@@ -47,9 +49,10 @@ const TOLD = 3;
 function spillText(spills: readonly StoryEvent[], begin: number, led: number): string {
   if (spills.length === 0) return 'no';
   const shares = spills.flatMap(({ amount }) => (amount === undefined ? [] : [amount])), times = spills.map(({ t_s }) => clock(Math.max(0, t_s - begin)));
-  const how = shares.length === spills.length ? `${shares.slice(0, TOLD).map(percentText).join(', ')} % ` : '';
+  const allKnown = shares.length === spills.length;
+  const how = allKnown ? `${shares.slice(0, TOLD).map(percentText).join(', ')} % ` : '';
   const often = rateText(spills.length, led);
-  if (spills.length > TOLD) return `${often}${how ? `, at most ${percentText(Math.max(...shares))} %` : ''}`;
+  if (spills.length > TOLD) return `${often}${allKnown ? `, ${percentText(total(shares))} % in all` : ''}`;
   return `${spills.length > 1 ? `${often}: ` : ''}${how}at ${times.join(', ')}`;
 }
 
@@ -75,7 +78,7 @@ export function summaryOf(player: Player): Figure[] {
   const felt = feltOf(player);
   const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? []);
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
-  const lost = spills.reduce((sum, { amount = 1 }) => sum + amount, 0);
+  const lost = total(spills.map(({ amount = 1 }) => amount));
   // Who was led longer did not do worse for it: what happened is compared by the minute.
   const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : sum === 0 ? 0 : null);
   return [
@@ -84,7 +87,7 @@ export function summaryOf(player: Player): Figure[] {
     ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean sideways acceleration of the liquid while a hand led'],
     ['Slosh peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
     ['Off target, mm', off.known ? meanOffText(off.mean) : '–', off.known ? off.mean : null, 'Mean distance from the target to the glass'],
-    ['Spilled', spillText(spills, begin, led), perMinute(lost), 'How often the liquid went over the rim, how much of it, and when; compared is what was lost per minute led'],
+    ['Spilled', spillText(spills, begin, led), perMinute(lost), 'How often the liquid went over the rim, how much of a glass, and when; compared is what was lost per minute led'],
     ['Held by a limit', rateText(count('limit'), led), perMinute(count('limit')), 'How often a limit of the arm, or something near it, held it back; compared is how often per minute led'],
     ['Stops', String(stopsOf(events)), null, 'How often somebody or something stopped the arm'],
   ];
@@ -123,10 +126,10 @@ export function alikeFor(one: Player, other: Player): number | null {
 /** With a blank that does not break the line. */
 const whole = (seconds: number): string => spanText(seconds).replace(' ', '\u00a0');
 
-/** "9 ×, at most 74.4 %, in 2:28" */
+/** "9 ×, 74.4 % in all, in 2:28" */
 function oftenIn(player: Player): string {
-  const spills = (player.motion.events ?? []).filter(({ kind }) => kind === 'spill'), most = Math.max(...spills.map(({ amount = NaN }) => amount));
-  const lost = spills.length > 0 && !Number.isNaN(most) ? `, ${spills.length > 1 ? 'at most ' : ''}${percentText(most)} %,` : '';
+  const spills = (player.motion.events ?? []).filter(({ kind }) => kind === 'spill'), all = total(spills.map(({ amount = NaN }) => amount));
+  const lost = spills.length > 0 && !Number.isNaN(all) ? `, ${percentText(all)} %${spills.length > 1 ? ' in all' : ''},` : '';
   return `${spills.length}\u00a0×${lost} in ${whole(ledFor(player))}`;
 }
 
