@@ -67,6 +67,11 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   assert.equal(await page.isHidden('#first-steps'), true);
   await page.click('#lease'); // given back
   await until(async () => !(await facts(page)).yours, 'nobody');
+  await page.click('#play-again');
+  await until(async () => (await facts(page)).yours && (await state(page)).controls.playback === 0, 'the same motion again');
+  assert.equal(await page.isHidden('#play-again'), true);
+  await page.click('#lease');
+  await until(async () => !(await facts(page)).yours, 'nobody again');
   await page.click('input[name=profile][value=follow]');
   await until(async () => (await facts(page)).yours && await page.evaluate(() => { const { welcome, state } = globalThis.steadyhand.session; return welcome.profiles[state.controls.profile].name === 'follow'; }), 'the profile');
   assert.equal(await page.isHidden('#why-disabled'), true);

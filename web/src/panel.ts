@@ -131,6 +131,8 @@ export class Panel {
   #plays = false;
   #objectsHint = objectsHint('', false, false);
   #carried = false;
+  /** Name of the demo motion that led last; undefined: none has. */
+  #played: string | undefined;
 
   constructor(private readonly session: Session, private readonly connection: Connection, private readonly hand: Hand) {
     button('reset').onclick = () => this.reset();
@@ -154,6 +156,10 @@ export class Panel {
     }
     input('record').onchange = () => this.command('record', { value: input('record').checked ? 1 : 0 });
     element('rate', HTMLSelectElement).onchange = (event) => this.command('rate', { value: Number((event.target as HTMLSelectElement).value) });
+    button('play-again').onclick = ({ currentTarget }) => {
+      this.takeLease();
+      this.ask('playback', { text: (currentTarget as HTMLButtonElement).value });
+    };
     for (const id of ['playback', 'rate']) folds(element(id, HTMLSelectElement));
     const controls = () => this.session.state?.controls;
     this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
@@ -298,6 +304,20 @@ export class Panel {
     put(button('unchange'), 'disabled', !mayChoose);
   }
 
+  /** The demo motion that was asked for last, which a stop or a hand has ended. */
+  #showAgain(disabled: boolean): void {
+    const { welcome, state } = this.session, plays = state?.controls.playback ?? -1;
+    if (plays >= 0) this.#played = welcome?.recordings[plays];
+    const again = button('play-again');
+    if (plays >= 0 && document.activeElement === again) (again.parentElement?.querySelector('summary') as HTMLElement).focus({ preventScroll: true });
+    put(again, 'hidden', plays >= 0 || this.#played === undefined);
+    put(again, 'disabled', disabled);
+    if (again.hidden || this.#played === again.value) return;
+    again.value = this.#played!;
+    again.title = `${motionTitle(this.#played!)}, from the beginning`;
+    again.setAttribute('aria-label', `${motionTitle(this.#played!)} again`);
+  }
+
   #showRate({ planner_rate_hz: rate, planner_rate_automatic: automatic }: StateMessage, mayChoose: boolean, now: number): void {
     write(element('rate-now', HTMLOutputElement), `${rate.toFixed(0)} Hz${automatic ? ', automatic' : ''}`);
     const list = element('rate', HTMLSelectElement);
@@ -319,7 +339,7 @@ export class Panel {
     write(element('wave-words', HTMLElement), `Wave ${offText(high)} of ${offText(wave.room)} mm`);
     put(element('wave', HTMLElement).dataset, 'near', String(wave.most > NEAR_THE_RIM * wave.room));
     const { lean } = this.session;
-    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, stopped leaning ${lean.toFixed(1)}°` : ''}`);
+    write(element('wave-held', HTMLElement), `largest ${offText(wave.most)} mm${lean > 0 ? `, leans ${lean.toFixed(1)}°` : ''}`);
   }
 
   /** The policy that is connected, and who leads in its turn. */
@@ -405,6 +425,7 @@ export class Panel {
     put(element('pairing', HTMLFormElement), 'hidden', session.paired || session.status !== 'open');
     const mayChoose = reached && session.mayTake;
     put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
+    this.#showAgain(session.past || !session.mayTake || session.state?.state === 'stopping' || session.state?.state === 'fault');
     put(input('record'), 'disabled', !mayChoose);
     put(button('add-box'), 'disabled', !mayChoose);
     const plays = (state?.controls.playback ?? -1) >= 0;

@@ -3,8 +3,10 @@ import { Ribbon } from './ribbon';
 
 /** Standard deviations across the way of the hand that the tube shows: it holds it in seven of eight cases. */
 const SHOWN = 2;
+/** m: where it is as unsure as that, after a shake say, nothing is known that would be worth a picture. */
+const WIDEST = 0.1;
 
-/** Where the hand may be over the horizon: around its expected way, as wide as that is unsure. */
+/** Where the hand may be over the horizon: around its expected way, as wide as that is unsure, until it is too unsure. */
 export class Tube extends Ribbon {
   readonly #radii: Float32Array;
 
@@ -23,7 +25,9 @@ export class Tube extends Ribbon {
       this.append(target.p);
       for (let k = 0; k < prediction.length && k + 1 < this.capacity; ++k) {
         const node = prediction[k]!;
-        this.#radii[k + 1] = SHOWN * node[4];
+        const radius = SHOWN * node[4];
+        if (radius > WIDEST) break;
+        this.#radii[k + 1] = radius;
         this.append(node);
       }
     }
