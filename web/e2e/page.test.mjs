@@ -69,7 +69,7 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   await until(async () => !(await facts(page)).yours, 'nobody');
   await page.click('#play-again');
   await until(async () => (await facts(page)).yours && (await state(page)).controls.playback === 0, 'the same motion again');
-  assert.equal(await page.isHidden('#play-again'), true);
+  await until(() => page.isHidden('#play-again'), 'its button to go');
   await page.click('#lease');
   await until(async () => !(await facts(page)).yours, 'nobody again');
   await page.click('input[name=profile][value=follow]');

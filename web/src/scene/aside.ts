@@ -1,30 +1,38 @@
 import * as THREE from 'three';
 
+/** As the canvas: three.js gives what it draws for a headset tones and colours of the screen, and only that. */
+function target(samples: number): THREE.WebGLRenderTarget {
+  const made = Object.assign(new THREE.WebGLRenderTarget(1, 1, { samples, resolveDepthBuffer: false }), { isXRRenderTarget: true });
+  made.texture.colorSpace = THREE.SRGBColorSpace;
+  made.texture.internalFormat = 'RGBA8'; // its colours are the screen's when they are written
+  return made;
+}
+
 /**
  * A picture that is drawn beside the canvas, and put there once it is done. Where the processor draws, the browser reads back what is
  * shown of a canvas, and the page waits for as long as the drawing takes: keys and pointers with it.
  */
 export class Aside {
-  /** As the canvas: three.js gives what it draws for a headset tones and colours of the screen, and only that. */
-  readonly #target = Object.assign(new THREE.WebGLRenderTarget(1, 1), { isXRRenderTarget: true });
+  readonly #usual = target(0);
+  /** Without steps at its edges, which takes a processor twice the time. */
+  readonly #sharp = target(4);
+  /** Which of both is drawn, or was. */
+  #target = this.#usual;
   readonly #size = new THREE.Vector2();
   #ratio = 1;
   /** Of the picture that is being drawn; null: none is. */
   #fence: WebGLSync | null = null;
 
-  constructor(private readonly renderer: THREE.WebGLRenderer) {
-    const { texture } = this.#target;
-    texture.colorSpace = THREE.SRGBColorSpace;
-    texture.internalFormat = 'RGBA8'; // its colours are the screen's when they are written
-  }
+  constructor(private readonly renderer: THREE.WebGLRenderer) {}
 
   /** A picture is on its way. */
   get draws(): boolean { return this.#fence !== null; }
 
   /** Begins a picture. @param ratio of its pixels to those of the page */
-  draw(scene: THREE.Scene, camera: THREE.Camera, ratio: number): void {
+  draw(scene: THREE.Scene, camera: THREE.Camera, ratio: number, sharp: boolean): void {
     const { renderer } = this, gl = this.#gl, { x, y } = renderer.getSize(this.#size);
     this.#ratio = ratio;
+    this.#target = sharp ? this.#sharp : this.#usual;
     this.#target.setSize(Math.max(1, Math.floor(x * ratio)), Math.max(1, Math.floor(y * ratio)));
     renderer.setRenderTarget(this.#target);
     renderer.render(scene, camera);

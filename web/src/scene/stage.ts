@@ -37,8 +37,8 @@ const SHARES = [1, 0.8, 0.6, 0.4];
 /** The same where the processor draws for a headset: its board must be read. */
 const SOFTWARE_VR = 0.75;
 
-/** Of a wave, what hardly is a pixel, as a multiple of what can be seen of a place. */
-const WAVE_SEEN = 3;
+/** Of a wave, what is a pixel or two, as a multiple of what can be seen of a place: a glass takes long to come to rest. */
+const WAVE_SEEN = 10;
 
 /** Where the glass was: so many states, about two seconds. */
 const TRAIL = 120;
@@ -370,7 +370,7 @@ export class Stage {
     this.#undrawn = 0;
     const { renderer, scene, view: { camera } } = this, ratio = Math.min(devicePixelRatio, 2) * (sharp ? 1 : SHARES[this.#pace.level]!);
     if (presents) return renderer.render(scene, camera);
-    if (this.#thrift.software && !this.#blank) return this.#aside.draw(scene, camera, ratio);
+    if (this.#thrift.software && !this.#blank) return this.#aside.draw(scene, camera, ratio, sharp);
     this.#blank = false;
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     renderer.render(scene, camera);
