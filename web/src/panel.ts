@@ -161,6 +161,10 @@ export class Panel {
       this.ask('playback', { text: (currentTarget as HTMLButtonElement).value });
     };
     for (const id of ['playback', 'rate']) folds(element(id, HTMLSelectElement));
+    // What opens over other things folds with a press on these.
+    addEventListener('pointerdown', ({ target }) => {
+      for (const fold of document.querySelectorAll<HTMLDetailsElement>('.over[open]')) if (!fold.contains(target as Node)) fold.open = false;
+    }, { capture: true });
     const controls = () => this.session.state?.controls;
     this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => headingText(v),

@@ -184,7 +184,7 @@
     figure.hidden = false;
     const robot = JSON.parse(text), canvas = figure.querySelector('canvas'), range = figure.querySelector('input'), told = figure.querySelector('output');
     const tools = postures.map(([, ...q]) => chain(robot, q).points.at(-1));
-    let azimuth = -0.7, tilt = 0.35, at = 0, chosen = 0, link = null;
+    let azimuth = -0.7, tilt = 0.35, at = 0, time = postures[0][0], chosen = time, link = null;
     /** The replay of this time: it counts from the arm's first posture. */
     const linkTo = (t) => { if (link) link.href = `${replay}&t=${Math.max(0, t - postures[0][0]).toFixed(2)}`; };
     range.max = String(postures.length - 1);
@@ -218,7 +218,7 @@
       line(points, 'panel', 4);
       const [x, y, z] = points.at(-1), up = [0, 1, 2].map((i) => pose[i][2] * 0.05);
       line([[x - up[0], y - up[1], z - up[2]], [x + up[0], y + up[1], z + up[2]]], 'liquid', 8);
-      told.textContent = seconds(postures[at][0]);
+      told.textContent = seconds(time);
       range.value = String(at);
       range.setAttribute('aria-valuetext', told.textContent);
     };
@@ -226,7 +226,16 @@
       const index = postures.findIndex(([time]) => time >= t);
       return index < 0 ? postures.length - 1 : index;
     };
-    range.oninput = () => { at = chosen = Number(range.value); linkTo(postures[at][0]); draw(); };
+    const show = (t, index = indexAt(t)) => {
+      if (index === at && t === time) return;
+      [at, time] = [index, t];
+      draw();
+    };
+    range.oninput = () => {
+      const index = Number(range.value);
+      linkTo(chosen = postures[index][0]);
+      show(chosen, index);
+    };
     canvas.onpointermove = (event) => {
       if (!event.buttons) return;
       azimuth += event.movementX * 0.01;
@@ -235,16 +244,10 @@
     };
     document.addEventListener('look', ({ detail: t }) => {
       if (t === null) return;
-      at = chosen = indexAt(t);
-      linkTo(t);
-      draw();
+      linkTo(chosen = t);
+      show(t);
     });
-    document.addEventListener('point', ({ detail: t }) => {
-      const index = t === null ? chosen : indexAt(t);
-      if (index === at) return;
-      at = index;
-      draw();
-    });
+    document.addEventListener('point', ({ detail: t }) => show(t ?? chosen));
     new ResizeObserver(draw).observe(canvas);
     document.getElementById('theme').addEventListener('click', draw);
     if (SERVED) {

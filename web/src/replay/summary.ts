@@ -42,6 +42,9 @@ function feltOf(player: Player): { mean: number; most: number; known: boolean } 
 
 const total = (values: readonly number[]): number => values.reduce((all, value) => all + value, 0);
 
+/** Of one glass, or so many: who fills it again may spill more than it holds. */
+const lostText = (share: number): string => (share < 1.05 ? `${percentText(share)} %` : `${share.toFixed(1)} glasses`);
+
 /** Spills that are told each with its time. */
 const TOLD = 3;
 
@@ -52,7 +55,7 @@ function spillText(spills: readonly StoryEvent[], begin: number, led: number): s
   const allKnown = shares.length === spills.length;
   const how = allKnown ? `${shares.slice(0, TOLD).map(percentText).join(', ')} % ` : '';
   const often = rateText(spills.length, led);
-  if (spills.length > TOLD) return `${often}${allKnown ? `, ${percentText(total(shares))} % in all` : ''}`;
+  if (spills.length > TOLD) return `${often}${allKnown ? `, ${lostText(total(shares))} in all` : ''}`;
   return `${spills.length > 1 ? `${often}: ` : ''}${how}at ${times.join(', ')}`;
 }
 
@@ -129,7 +132,7 @@ const whole = (seconds: number): string => spanText(seconds).replace(' ', '\u00a
 /** "9 ×, 74.4 % in all, in 2:28" */
 function oftenIn(player: Player): string {
   const spills = (player.motion.events ?? []).filter(({ kind }) => kind === 'spill'), all = total(spills.map(({ amount = NaN }) => amount));
-  const lost = spills.length > 0 && !Number.isNaN(all) ? `, ${percentText(all)} %${spills.length > 1 ? ' in all' : ''},` : '';
+  const lost = spills.length > 0 && !Number.isNaN(all) ? `, ${lostText(all)}${spills.length > 1 ? ' in all' : ''},` : '';
   return `${spills.length}\u00a0×${lost} in ${whole(ledFor(player))}`;
 }
 

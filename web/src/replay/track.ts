@@ -206,7 +206,7 @@ export class Track {
   #point(event: MouseEvent): void {
     const at = this.#timeOf(event), [from, to] = this.#span;
     this.#tip.hidden = !(at >= from && at <= to);
-    this.#tip.textContent = `${fine(Math.max(0, at))} · ${this.#told.map((tell) => tell(at)).join(' · ')}`;
+    this.#tip.textContent = [fine(Math.max(0, at)), ...this.#told.map((tell) => tell(at))].join('\n');
     const x = this.x(at), { offsetWidth } = this.#tip; // beside the pointer, and within the plots
     this.#tip.style.left = `${Math.max(this.x(from), Math.min(this.x(to) - offsetWidth, at < (from + to) / 2 ? x + BESIDE : x - BESIDE - offsetWidth))}px`;
   }
