@@ -2,9 +2,11 @@ import * as THREE from 'three';
 import type { Item } from './menu';
 
 /** px of the canvas, and m of the board. */
-const WIDTH = 1024, HEIGHT = 1254, METRES = 0.72;
+const WIDTH = 1024, HEIGHT = 1300, METRES = 0.72;
 const LABELS = '34px system-ui, sans-serif';
-const LINE = 53, MENU = 546, ROW = 34, BUTTON = 60, LEFT = 56, GAP = 14, END = 30;
+const LINE = 53, MENU = 546, ROW = 34, BUTTON = 60, LEFT = 56, GAP = 14, END = 76;
+/** px: the bar that says by what the board is moved, as windows have it in headsets. */
+const HANDLE = { width: 300, height: 12, up: 28 } as const;
 
 /** Where an item stands, px from the top left. */
 interface Place { x: number; y: number; width: number; height: number }
@@ -90,6 +92,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
       }
     });
     this.#drawMenu();
+    if (items.length > 0) this.#drawHandle(end);
     this.material.map!.needsUpdate = true;
   }
 
@@ -126,6 +129,19 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
       return place;
     });
     return Math.min(HEIGHT, this.items.length > 0 ? y + BUTTON + END : MENU);
+  }
+
+  /** All that is no button moves the board; this says so. @param end px, of the board */
+  #drawHandle(end: number): void {
+    const c = this.#context, { width, height, up } = HANDLE;
+    c.fillStyle = '#9aa6b4';
+    c.beginPath();
+    c.roundRect((WIDTH - width) / 2, end - up, width, height, height / 2);
+    c.fill();
+    c.font = '28px system-ui, sans-serif';
+    c.textAlign = 'center';
+    c.fillText('hold here to move the board', WIDTH / 2, end - up - 14);
+    c.textAlign = 'start';
   }
 
   #drawMenu(): void {
