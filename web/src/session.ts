@@ -298,9 +298,9 @@ export class Session {
     const { reason = '', controls } = this.state ?? {};
     // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
     if (reason === 'grip to move the arm') return '';
-    if (reason === 'the hand is back') return 'the hand is heard again';
+    if (reason === 'the hand is back') return 'the hand’s position arrives again';
     if (!this.#hasHeld && NOT_HEARD.test(reason)) return ''; // whose hand that was is not here
-    if (this.isLostByBrowser) return 'this browser was too slow to tell of the hand';
+    if (this.isLostByBrowser) return 'this browser was too slow to send the hand’s position';
     return demoReason(reason, (controls?.playback ?? -1) >= 0);
   }
 

@@ -80,8 +80,8 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
   }
   if (led.length === 0) return 'Nothing has led the arm in the last minute.';
   if (led.length === 1) return '';
-  const has = (profile: number): string => { const whole = runs.motionsOf(profile); return `${name(profile)} has ${whole.length > 0 ? `led all of ${whole.map(title).join(', ')}` : 'led no demo motion from begin to end'}`; };
-  return `Not the same motion yet: ${led.map(has).join(', ')}.`;
+  const whole = (profile: number): string => `${name(profile)}: ${runs.motionsOf(profile).map(title).join(', ') || 'none'}`;
+  return `Not the same motion yet. Whole runs of ${led.map(whole).join('; ')}.`;
 }
 
 /** Gathers what comes between two rows of the history. */

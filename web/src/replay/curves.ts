@@ -32,7 +32,7 @@ function leastOfWaves(times: readonly number[], values: readonly (number | null)
     while (times[first]! < times[i]! - WAVE) ++first;
     let least = value;
     for (let k = first; k < times.length && times[k]! <= times[i]! + WAVE; ++k) least = Math.min(least, values[k] ?? least);
-    return least;
+    return Math.max(0, least); // a wave that stands above the rim
   });
 }
 
