@@ -277,6 +277,9 @@ describe('figures of a session', () => {
     const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
     const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
     expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0\u00a0× in 8.0\u00a0s that a hand led, against 1\u00a0×, 40.0 %, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    const idle = new Player(some([0, 0, 0, 0, 0]));
+    expect(told(led(0.2, 0, spill), idle)).toBe('Second was led by no hand: there is nothing to compare.');
+    expect(summaryOf(idle).every(([, , value]) => value === null)).toBe(true);
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
     expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1\u00a0×, .* %, in 8\.0\u00a0s/);
     expect(told(led(0.2, 0, spill), led(0.2, 0, spill))).toMatch(/^Both spilled about as much/);

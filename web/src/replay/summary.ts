@@ -83,7 +83,7 @@ export function summaryOf(player: Player): Figure[] {
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
   const lost = total(spills.map(({ amount = 1 }) => amount));
   // Who was led longer did not do worse for it: what happened is compared by the minute.
-  const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : sum === 0 ? 0 : null);
+  const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : null);
   return [
     ['Length', clock(duration), null, ''],
     ['Led', spanText(led), null, 'How long a hand led the arm'],
@@ -138,6 +138,8 @@ function oftenIn(player: Player): string {
 
 /** Which of two spilled less; empty: it is not known how much. */
 function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {
+  const idle = players.findIndex((player) => ledFor(player) === 0);
+  if (idle >= 0) return `${names[idle]} was led by no hand: there is nothing to compare.`;
   const less = betterOf(...spilled), lost = spilled.map(([, , perMinute]) => perMinute);
   if (less >= 0) return `${names[less]} spilled ${lost[less] === 0 ? 'nothing' : 'less'}: ${oftenIn(players[less]!)} that a hand led, against ${oftenIn(players[1 - less]!)}.`;
   if (lost.every((each) => each === 0)) return 'Neither spilled.';
