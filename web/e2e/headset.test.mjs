@@ -605,11 +605,12 @@ test('a session that cannot be drawn to is left again, and that is said', async 
 });
 
 test('the board never says that nothing moves when it cannot know', NEEDS_PROGRAM, async () => {
-  await page.evaluate(() => { globalThis.steadyhand.connection.start = () => {}; }); // stays cut
+  await page.evaluate(() => { globalThis.steadyhand.connection.start = () => { globalThis.isDue = true; }; }); // stays cut
   await page.evaluate(() => globalThis.socket.close());
   await boardSays('Not connected');
   assert.doesNotMatch(await board(), /nothing moves/i);
   assert.match(await board(), /may move/);
+  await until(() => page.evaluate(() => globalThis.isDue), 'its own time to come back, or there would be two connections');
   await page.evaluate(() => { const { connection } = globalThis.steadyhand; delete connection.start; connection.start(); });
   await ready(page);
 });
