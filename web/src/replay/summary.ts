@@ -136,14 +136,14 @@ function oftenIn(player: Player): string {
   return `${spills.length}\u00a0×${lost} in ${whole(ledFor(player))}`;
 }
 
-/** Which of two spilled less; empty: it is not known how much. */
+/** Which of two spilled less, for each minute led. */
 function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {
   const idle = players.findIndex((player) => ledFor(player) === 0);
   if (idle >= 0) return `${names[idle]} was led by no hand: there is nothing to compare.`;
   const less = betterOf(...spilled), lost = spilled.map(([, , perMinute]) => perMinute);
   if (less >= 0) return `${names[less]} spilled ${lost[less] === 0 ? 'nothing' : 'less'}: ${oftenIn(players[less]!)} that a hand led, against ${oftenIn(players[1 - less]!)}.`;
   if (lost.every((each) => each === 0)) return 'Neither spilled.';
-  return lost.includes(null) ? '' : 'Both spilled about as much for each minute led.';
+  return 'Both spilled about as much for each minute led.';
 }
 
 /** What a reader wants to know first of two. @param names what they are called @param figures of each */
