@@ -205,7 +205,10 @@ TEST_F(ServerTest, StatesReach64ClientsAndTheLeaseHoldersSamplesArrive) {
     snapshot.now = from_seconds(i);
     snapshot.samples = static_cast<std::uint64_t>(i);
     server_->publish(snapshot);
-    driver.say(sample(i));
+    // An open hand counts however late it is heard, as it is where a sanitizer serves so many.
+    Json open = sample(i);
+    open["clutch"] = false;
+    driver.say(open);
     for (auto& client : clients) client->say(sample(i));  // without the lease: nothing may come of it
     std::this_thread::sleep_for(5ms);
   }
