@@ -428,4 +428,16 @@ relativeButton.addEventListener('click', () => {
   objectiveCharts.forEach(build);
 });
 
+// Once it is known which parts this report has.
+addEventListener('DOMContentLoaded', () => {
+  const contents = document.getElementById('contents');
+  for (const heading of document.querySelectorAll('main h2[id]')) {
+    if (!heading.checkVisibility()) continue;
+    const words = heading.cloneNode(true);
+    words.querySelector('.unit')?.remove();
+    contents.append(Object.assign(document.createElement('a'), { href: `#${heading.id}`, textContent: words.textContent.trim() }));
+  }
+  contents.hidden = false;
+});
+
 root.dataset.charts = charts.length;
