@@ -59,6 +59,20 @@ export function wordsOf({ name, run = {} }: { name: string; run?: Record<string,
   return named !== name && run.recorded ? titleOf(run.recorded.replace(/ UTC$/, ''), now) : named;
 }
 
+export type Order = 'newest' | 'oldest' | 'spilled' | 'led' | 'name';
+/** As people want to see them. Equal ones stay as they came, the newest first. */
+export function ordered(sessions: readonly RecordedSession[], order: Order): RecordedSession[] {
+  const figure = (key: string) => ({ summary }: RecordedSession): number => Number.parseFloat(summary[key] ?? '') || 0;
+  const largest = (of: (session: RecordedSession) => number): RecordedSession[] => [...sessions].sort((a, b) => of(b) - of(a));
+  switch (order) {
+    case 'newest': return [...sessions];
+    case 'oldest': return [...sessions].reverse();
+    case 'spilled': return largest((session) => session.summary.spilled === 'yes' ? 1 + figure('spilled_share')(session) : 0);
+    case 'led': return largest(figure('engaged_s'));
+    case 'name': return [...sessions].sort((a, b) => (a.label ?? a.name).localeCompare(b.label ?? b.name));
+  }
+}
+
 /** When it began, where its title does not say so; empty: it does, or nobody knows. */
 export function beganOf(session: RecordedSession, now: Date): string {
   const { name, label, run } = session, named = wordsOf(session, now), known = named !== name;
@@ -176,6 +190,7 @@ export class Recordings {
       keys[key]!();
     });
     element('recordings-find', HTMLInputElement).oninput = () => this.#showList();
+    element('recordings-order', HTMLSelectElement).onchange = () => this.#showList();
     showChoice(element('past-plots', HTMLElement), this.#chosen, () => this.#drawTrack());
     addEventListener('hashchange', () => void this.follow());
   }
@@ -233,8 +248,9 @@ export class Recordings {
     this.#line = null;
     element('compare-hint', HTMLElement).hidden = this.#sessions.length < 2;
     const find = element('recordings-find', HTMLInputElement), wanted = find.value.trim();
-    element('recordings-finder', HTMLLabelElement).hidden = this.#sessions.length < 4 && wanted === '';
-    const found = this.#sessions.filter((session) => wanted === '' || isFound([session.label, wordsOf(session, new Date()), session.name, figures(session, null, this.profiles), session.summary.spilled === 'no' ? 'not spilled' : ''].join(' '), wanted));
+    element('recordings-finder', HTMLParagraphElement).hidden = this.#sessions.length < 4 && wanted === '';
+    const order = element('recordings-order', HTMLSelectElement).value as Order;
+    const found = ordered(this.#sessions, order).filter((session) => wanted === '' || isFound([session.label, wordsOf(session, new Date()), session.name, figures(session, null, this.profiles), session.summary.spilled === 'no' ? 'not spilled' : ''].join(' '), wanted));
     const all = (): void => {
       find.value = '';
       this.#showList();

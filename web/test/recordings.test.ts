@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { Busy } from '../src/busy';
-import { beganOf, figures, grown, isFound, spillOf, titleOf, wordsOf } from '../src/recordings';
+import { beganOf, figures, grown, isFound, ordered, spillOf, titleOf, wordsOf } from '../src/recordings';
 import { clock, percentText, rateText } from '../src/figures';
 import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';
@@ -208,6 +208,13 @@ describe('names', () => {
     expect(titleOf('2026-11-03_08-00-00', now)).toBe('3 November 08:00:00');
     expect(titleOf('2025-12-31_08-00-00', now)).toBe('31 December 2025 08:00:00');
     expect(titleOf('short', now)).toBe('short');
+  });
+  it('come in the order that is chosen', () => {
+    const session = (name: string, summary: Record<string, string>, label?: string) => ({ name, duration_s: 1, bytes: 1, complete: true, run: {}, summary, ...(label === undefined ? {} : { label }) });
+    const sessions = [session('c', { spilled: 'yes', engaged_s: '2' }), session('b', { spilled: 'no', spilled_share: '9', engaged_s: '30' }, 'a first try'), session('d', {}), session('a', { spilled: 'yes', spilled_share: '0.4', engaged_s: '4.5' }, 'best')];
+    const names = (order: Parameters<typeof ordered>[1]) => ordered(sessions, order).map(({ name }) => name).join('');
+    expect([names('newest'), names('oldest'), names('spilled'), names('led'), names('name')]).toEqual(['cbda', 'adbc', 'acbd', 'bacd', 'bacd']);
+    expect(sessions.map(({ name }) => name).join('')).toBe('cbda');
   });
   it('are found by all words of what is looked for', () => {
     const told = 'Yesterday 13:02:11 2026-11-24_13-02-11 0:31 · Carry · led 16.9 s · spilled';
