@@ -217,6 +217,18 @@ TEST_F(HubTest, AnyClientStops) {
   EXPECT_EQ(requests_[0].kind, OperatorRequest::Kind::kStop);
 }
 
+TEST_F(HubTest, EverybodyIsToldWhoStopsButNotOfEachStopOfAFlood) {
+  FakeOutbox driver, watcher;
+  pair(driver);
+  const auto stopper = greet(watcher);
+  const Json stop{{"type", "request"}, {"kind", "stop"}};
+  for (int i = 0; i < 1000; ++i) say(stopper, stop);
+  EXPECT_EQ(requests_.size(), 1000u);
+  ASSERT_NE(driver.last("stopped"), nullptr);
+  EXPECT_EQ((*driver.last("stopped"))["client"], stopper);
+  EXPECT_LT(driver.messages.size(), 20u);
+}
+
 TEST_F(HubTest, TwoClientsFightForTheLease) {
   FakeOutbox a, b;
   const auto first = pair(a), second = pair(b);

@@ -134,6 +134,7 @@ TEST(Messages, WritesTheServersFixtures) {
   EXPECT_EQ(Json::parse(cameras_message({"", "film.mp4: the video ended"})), expected["cameras"]);
   EXPECT_EQ(Json::parse(study_message(R"({"text":"Reach each target."})")), expected["study"]);
   EXPECT_EQ(Json::parse(reply_message(R"({"key":"tlx_mental","value":12})", 3)), expected["reply"]);
+  EXPECT_EQ(Json::parse(stopped_message(3)), expected["stopped"]);
   EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);
   EXPECT_EQ(Json::parse(lease_message({3, true, false, 5, from_seconds(7.5)})), expected["lease"]);
   EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);

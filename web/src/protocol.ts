@@ -192,10 +192,11 @@ export type ServerMessage =
   | { type: 'reply'; client: number; content: object }
   | { type: 'paired'; token: string }
   | { type: 'lease'; holder: number; yours: boolean; takeable: boolean; asker: number; grant_s: Measure }
+  | { type: 'stopped'; client: number }
   | { type: 'pong'; t_s: number; now_s: number }
   | { type: 'error'; code: Refusal; message: string };
 
-const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error', 'study', 'reply', 'cameras']);
+const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error', 'study', 'reply', 'cameras', 'stopped']);
 
 /** Bytes before a picture's H.264. */
 export const PICTURE_HEAD = 16;

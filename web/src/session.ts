@@ -141,6 +141,8 @@ export class Session {
   #ended = false;
   /** s, of the page's clock: when this page asked to reset the arm that has been at fault since; infinite: it did not. */
   #resetAt = Infinity;
+  /** Number of the client that asked for the stop that the arm is in, or comes to; 0: nobody is known to have. */
+  #stoppedBy = 0;
   /** A hand of this page has led. */
   #hasHeld = false;
   /** s, of the last picture, if the page was held up in it. */
@@ -159,7 +161,7 @@ export class Session {
     // Whatever was true of the lease ended with the connection.
     this.paired = false;
     this.yours = this.takeable = false;
-    this.holder = this.asker = 0;
+    this.holder = this.asker = this.#stoppedBy = 0;
   }
 
   take(message: ServerMessage, now: number): void {
@@ -169,7 +171,10 @@ export class Session {
       case 'state':
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
         this.#bookSpill(message);
-        if (this.state?.state === 'stopping' && message.state !== 'stopping') this.#hint.at = -Infinity;
+        if (this.state?.state === 'stopping' && message.state !== 'stopping') {
+          this.#hint.at = -Infinity;
+          this.#stoppedBy = 0;
+        }
         if (message.state !== 'fault' && message.state !== 'idle') this.#resetAt = Infinity;
         this.#countLate(message);
         if (NOT_HEARD.test(message.reason) && message.reason !== this.state?.reason) this.#lostAt = now;
@@ -190,6 +195,9 @@ export class Session {
         if (message.yours) this.lastError = null;
         break;
       case 'error': this.lastError = { code: message.code, message: message.message, at: now }; break;
+      case 'stopped': // the first to stop it counts
+        if (this.state?.state !== 'stopping' || this.#stoppedBy === 0) this.#stoppedBy = message.client;
+        break;
       case 'pong': break;
     }
   }
@@ -411,7 +419,9 @@ export class Session {
         if (plays) return takeOver;
         return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';
       case 'holding': return plays ? takeOver : `The arm holds. ${means.again}`;
-      case 'stopping': return this.rests ? `Stopped: ${means.reset}.` : 'The arm comes to rest.';
+      case 'stopping':
+        if (!this.rests) return 'The arm comes to rest.';
+        return `${this.#isStoppedByAnother ? 'Somebody else stopped the arm' : 'Stopped'}: ${means.reset}.`;
       case 'fault': return now - this.#resetAt > RESET_WITHIN ? `The fault is still there: see to its reason, then ${means.reset}.` : `Fault. Look at the arm, then ${means.reset}.`;
       default: return '';
     }
@@ -423,6 +433,8 @@ export class Session {
     const { message } = this.lastError;
     return `${message.charAt(0).toUpperCase()}${message.slice(1)}.`;
   }
+
+  get #isStoppedByAnother(): boolean { return this.#stoppedBy !== 0 && this.#stoppedBy !== this.welcome?.client; }
 
   /** Another one has the arm, and does not give it by itself. */
   get isAnothers(): boolean { return !this.yours && this.holder !== 0 && !this.takeable; }

@@ -579,6 +579,28 @@ describe('session', () => {
     expect([session.title(1), session.advice(1)]).toEqual(['stopped', 'Stopped: press “Reset”.']);
   });
 
+  it('tells of a stop that somebody else asked for, and of none after it', () => {
+    const session = new Session(), rests = { dq: [0, 0, 0, 0, 0, 0], controls: { playback: -1 } };
+    const become = (...states: string[]) => states.forEach((name) => session.take({ ...(server.state as object), ...rests, state: name } as unknown as ServerMessage, 1));
+    const stop = (client: number) => session.take({ type: 'stopped', client }, 1);
+    session.connectionBecame('open');
+    for (const message of [server.welcome!, server.paired!, server.lease!]) session.take(message as ServerMessage, 1);
+    const me = session.welcome!.client;
+    become('engaged');
+    stop(me + 1);
+    become('stopping');
+    expect(session.advice(1)).toBe('Somebody else stopped the arm: press “Reset”.');
+    stop(me); // once more does not make it theirs
+    expect(session.advice(1)).toContain('Somebody else');
+    become('ready');
+    stop(me);
+    become('stopping');
+    stop(me + 1);
+    expect(session.advice(1)).toBe('Stopped: press “Reset”.');
+    become('ready', 'stopping'); // by a pedal, or by the program
+    expect(session.advice(1)).toBe('Stopped: press “Reset”.');
+  });
+
   it('tells whose grip came before the lease to let go', () => {
     const session = new Session();
     session.connectionBecame('open');

@@ -75,6 +75,7 @@ void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
   const auto* request = std::get_if<RequestMessage>(&*message);
   if (request && request->request.kind == OperatorRequest::Kind::kStop) {
     client.useful = now;
+    tell_stop(id, now);
     return handle(id, client, *request, now);
   }
   if (!in_time) {
@@ -352,6 +353,16 @@ void Hub::tell_study(std::string content) {
   }
   if (over) study_leader_ = 0;
   study_ = over ? std::string() : std::move(content);
+}
+
+/// Who drives is to know whether it was they. Not for each stop: as many as one likes are heard, from everybody.
+void Hub::tell_stop(std::uint64_t id, Time now) {
+  constexpr Time kTellEvery = std::chrono::milliseconds(100);
+  if (stop_told_ && now - *stop_told_ < kTellEvery) return;
+  stop_told_ = now;
+  for (auto& [other, client] : clients_) {
+    if (client.greeted) send(client, stopped_message(id));
+  }
 }
 
 /// While a study is led, its leader chooses what is compared, but not under a hand that leads the arm; and ends a

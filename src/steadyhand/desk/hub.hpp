@@ -118,6 +118,7 @@ class Hub {
   void handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const WatchMessage& message, Time now);
+  void tell_stop(std::uint64_t id, Time now);
   void tell_study(std::string content);
   bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
   bool make_room(const Address& newcomer);
@@ -152,6 +153,7 @@ class Hub {
   std::uint64_t study_leader_ = 0;  ///< 0: there is no study
   std::string study_;               ///< what its pages show; empty: nothing
   std::optional<Time> idle_since_;  ///< while somebody asks: since when nothing has led the arm; none: something does
+  std::optional<Time> stop_told_;   ///< when everybody was told last who asked for a stop
   bool arm_led_ = false;            ///< as the newest state says
   Time last_grip_ = Time::min();    ///< when the holder's closed clutch was last heard
 };

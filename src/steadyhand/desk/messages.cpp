@@ -199,6 +199,12 @@ std::string reply_message(std::string_view content, std::uint64_t client) {
   return json.end();
 }
 
+std::string stopped_message(std::uint64_t client) {
+  Message json("stopped");
+  json->member("client", client);
+  return json.end();
+}
+
 std::string lease_message(const LeaseView& lease) {
   Message json("lease");
   json->member("holder", lease.holder);

@@ -92,6 +92,8 @@ std::string cameras_message(const std::vector<std::string>& ended);
 std::string picture_message(const VideoPacket& packet);
 std::string paired_message(std::string_view token);
 std::string study_message(std::string_view content);
+/// To everybody: this client asked for a stop.
+std::string stopped_message(std::uint64_t client);
 std::string reply_message(std::string_view content, std::uint64_t client);
 /// The lease as one client sees it.
 struct LeaseView {
