@@ -614,3 +614,28 @@ test('the board never says that nothing moves when it cannot know', NEEDS_PROGRA
   await page.evaluate(() => { const { connection } = globalThis.steadyhand; delete connection.start; connection.start(); });
   await ready(page);
 });
+
+test('where the processor draws, no frame that shows a picture begins another, for which the browser and the hand would wait', async () => {
+  const drawn = await open({ drawn: true, context: { viewport: { width: 420, height: 300 } }, prepare: withoutPixels });
+  await drawn.evaluate(() => document.querySelector('#emulate').click());
+  await drawn.waitForSelector('#enter-vr:not([hidden])', { state: 'attached' });
+  await drawn.evaluate(() => document.querySelector('#enter-vr').click());
+  await until(() => drawn.evaluate(() => globalThis.steadyhand.headset.session !== null), 'the session');
+  await drawn.evaluate(() => {
+    const { renderer } = globalThis.steadyhand.stage, gl = renderer.getContext();
+    globalThis.drawing = { begun: [], shown: [] };
+    for (const [of, name, list] of [[renderer, 'render', 'begun'], [gl, 'blitFramebuffer', 'shown']]) {
+      const act = of[name].bind(of);
+      of[name] = (...words) => {
+        globalThis.drawing[list].push(globalThis.steadyhand.frames());
+        return act(...words);
+      };
+    }
+  });
+  const { begun, shown } = await until(async () => {
+    const { drawing, all } = await drawn.evaluate(() => ({ drawing: globalThis.drawing, all: globalThis.steadyhand.frames() }));
+    return drawing.shown.length > 20 && all > drawing.shown[0] + 30 && drawing;
+  }, 'pictures');
+  assert.deepEqual(begun.filter((frame) => shown.includes(frame)), []);
+  await drawn.context().close();
+});

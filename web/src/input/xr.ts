@@ -129,7 +129,7 @@ export class Headset {
     session.addEventListener('visibilitychange', () => { if (session.visibilityState !== 'visible') this.#letGo(); });
     xr.getReferenceSpace()?.addEventListener('reset', () => this.#recentred());
     if (session.supportedFrameRates?.includes(RATE)) session.updateTargetFrameRate(RATE).catch(() => undefined);
-    this.stage.present(mode);
+    this.stage.present(mode, this.simulated);
     this.#rig.visible = true;
     if (this.#mouse) this.#mouse.running = true;
     this.#last.at = Infinity;

@@ -18,8 +18,10 @@ export class Aside {
   readonly #sharp = target(4);
   /** Which of both is drawn, or was. */
   #target = this.#usual;
+  /** The emulated headset wipes, before each of its frames, what is bound then: this in place of the canvas. */
+  readonly #nothing = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false });
   readonly #size = new THREE.Vector2();
-  #ratio = 1;
+  #ratio: number | null = 1;
   /** Of the picture that is being drawn; null: none is. */
   #fence: WebGLSync | null = null;
 
@@ -28,12 +30,14 @@ export class Aside {
   /** A picture is on its way. */
   get draws(): boolean { return this.#fence !== null; }
 
-  /** Begins a picture. @param ratio of its pixels to those of the page */
-  draw(scene: THREE.Scene, camera: THREE.Camera, ratio: number, sharp: boolean): void {
-    const { renderer } = this, gl = this.#gl, { x, y } = renderer.getSize(this.#size);
+  /** Begins a picture. @param ratio of its pixels to those of the page; null: as many as the canvas has, which a headset has set */
+  draw(scene: THREE.Scene, camera: THREE.Camera, ratio: number | null, sharp = false): void {
+    const { renderer } = this, gl = this.#gl;
     this.#ratio = ratio;
     this.#target = sharp ? this.#sharp : this.#usual;
-    this.#target.setSize(Math.max(1, Math.floor(x * ratio)), Math.max(1, Math.floor(y * ratio)));
+    if (ratio === null) this.#size.set(gl.drawingBufferWidth, gl.drawingBufferHeight);
+    else renderer.getSize(this.#size).multiplyScalar(ratio).floor();
+    this.#target.setSize(Math.max(1, this.#size.x), Math.max(1, this.#size.y));
     renderer.setRenderTarget(this.#target);
     renderer.render(scene, camera);
     renderer.setRenderTarget(null);
@@ -48,13 +52,16 @@ export class Aside {
     const { renderer } = this, gl = this.#gl;
     if (!gl.isContextLost() && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.SIGNALED) return;
     this.drop();
-    if (renderer.getPixelRatio() !== this.#ratio) renderer.setPixelRatio(this.#ratio);
+    if (this.#ratio !== null && renderer.getPixelRatio() !== this.#ratio) renderer.setPixelRatio(this.#ratio);
     const { width, height } = this.#target, { __webglFramebuffer: drawn } = renderer.properties.get(this.#target) as { __webglFramebuffer: WebGLFramebuffer };
     renderer.state.bindFramebuffer(gl.READ_FRAMEBUFFER, drawn);
     renderer.state.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
     renderer.state.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
   }
+
+  /** At the end of a frame of the emulated headset. */
+  keepCanvas(): void { this.renderer.setRenderTarget(this.#nothing); }
 
   /** The picture that is on its way comes too late. */
   drop(): void {

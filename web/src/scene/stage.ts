@@ -88,6 +88,8 @@ export class Stage {
   #dark = false;
   #still = false;
   #presents = false;
+  /** An emulated headset has the canvas, and the processor draws. */
+  #emulates = false;
   readonly #pace: Pace;
   readonly #thrift: Thrift;
   readonly #aside: Aside;
@@ -207,12 +209,13 @@ export class Stage {
     this.#light();
   }
 
-  /** In virtual reality there is a backdrop of ours; in augmented reality the real room takes the place of ours. */
-  present(mode: XRSessionMode | null): void {
+  /** In virtual reality there is a backdrop of ours; in augmented reality the real room takes the place of ours. @param emulated on the page's own canvas */
+  present(mode: XRSessionMode | null, emulated = false): void {
     this.#room.visible = mode !== 'immersive-ar';
     this.scene.background = mode === 'immersive-vr' ? this.#backdrop : null;
     // Drawn for both eyes, and nothing there makes a picture coarser that comes too late: it begins without what costs most.
     this.#presents = mode !== null;
+    this.#emulates = emulated && this.#thrift.software;
     this.#aside.drop();
     this.view.shows(this.#presents);
     this.#shade();
@@ -365,10 +368,18 @@ export class Stage {
       const picture = this.#thrift.next(now, this.#isDrawing(), this.#pace.level > 0);
       if (picture === 'none') return this.scene.updateMatrixWorld();
       sharp = picture === 'sharp';
+    } else if (this.#emulates && this.#isDrawing()) {
+      this.renderer.xr.updateCamera(this.view.camera);
+      this.scene.updateMatrixWorld();
+      return this.#aside.keepCanvas();
     }
     if (this.arm) this.#seeThrough.update(this.arm, presents ? this.renderer.xr.getCamera() : this.view.camera, this.glass, this.#undrawn);
     this.#undrawn = 0;
     const { renderer, scene, view: { camera } } = this, ratio = Math.min(devicePixelRatio, 2) * (sharp ? 1 : SHARES[this.#pace.level]!);
+    if (this.#emulates) {
+      this.#aside.draw(scene, camera, null);
+      return this.#aside.keepCanvas();
+    }
     if (presents) return renderer.render(scene, camera);
     if (this.#thrift.software && !this.#blank) return this.#aside.draw(scene, camera, ratio, sharp);
     this.#blank = false;
@@ -385,10 +396,12 @@ export class Stage {
     gl.flush();
   }
 
-  /** Whether the picture before is not done; one that was drawn aside is shown as soon as it is. */
+  /** Whether the picture before is not done. One that was drawn aside is shown as soon as it is; another that began in the same frame would have the browser wait for it. */
   #isDrawing(): boolean {
-    this.#aside.show();
-    if (this.#aside.draws) return true;
+    if (this.#aside.draws) {
+      this.#aside.show();
+      return true;
+    }
     if (!this.#fence) return false;
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (!gl.isContextLost() && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.SIGNALED) return true;
