@@ -1,7 +1,7 @@
-/** s between two pictures of a page that spares the processor, at least. */
-const EVERY = 0.1;
-/** Of the time that the drawing took, what it leaves to others before it begins anew; and s, at most: who waits sees nothing. */
-const LEAVES = 2, LEAVES_AT_MOST = 0.25;
+/** s between two pictures of a page that spares the processor, at least; of the time that the drawing took, what it leaves to others before it begins anew. */
+const SPARING = { inTime: { every: 0.04, leaves: 0.5 }, late: { every: 0.1, leaves: 2 } };
+/** s, that it leaves to others at most: who waits sees nothing. */
+const LEAVES_AT_MOST = 0.25;
 /** s without motion after which a coarse picture is drawn once as sharp as can be: longer than the arm takes to turn translucent. */
 const STILL = 1.2;
 /** s for which the page spares after plans came late. */
@@ -12,8 +12,8 @@ const SAME = 3e-4;
 export type Picture = 'none' | 'usual' | 'sharp';
 
 /**
- * When a picture is worth its processor's time. Where the processor draws, or where it is late with the arm's plans, some 10 a second
- * must do, and none waits for another. A scene that stands still needs none: one sharp one stays.
+ * When a picture is worth its processor's time. Where the processor draws, some 20 a second must do, and some 10 where it is late with
+ * the arm's plans; none waits for another. A scene that stands still needs none: one sharp one stays.
  */
 export class Thrift {
   #spares = false;
@@ -67,9 +67,10 @@ export class Thrift {
 
   /** @param drawing the picture before is not done yet @param coarse it could be sharper than usual */
   next(now: number, drawing: boolean, coarse: boolean): Picture {
-    this.#spares = this.software || now - this.#lateAt < SPARES_FOR;
+    const late = now - this.#lateAt < SPARES_FOR, { every, leaves } = SPARING[late ? 'late' : 'inTime'];
+    this.#spares = this.software || late;
     if (!drawing && !Number.isNaN(this.#begun)) {
-      this.#due = Math.max(this.#begun + EVERY, now + Math.min(LEAVES * (now - this.#begun), LEAVES_AT_MOST));
+      this.#due = Math.max(this.#begun + every, now + Math.min(leaves * (now - this.#begun), LEAVES_AT_MOST));
       this.#begun = NaN;
     }
     if (this.#blank) {
