@@ -59,13 +59,17 @@ async function delaysOf(page, act) {
   return `${medianAndTail(delays)} (${delays.length} events)`;
 }
 
-/** Drags the target about for SECONDS, of which a busy machine may not have led the arm all the time. */
+/**
+ * Drags the target about for SECONDS, of which a busy machine may not have led the arm all the time. As a mouse does: at times that have
+ * nothing to do with the page's pictures. Who waits for the page to have taken each event never meets it at work.
+ */
 const dragDelays = (page) => delaysOf(page, async () => {
-  const at = await pressTarget(page);
+  const at = await pressTarget(page), moves = [];
   for (let i = 1; i <= 100 * SECONDS; ++i) {
-    await page.mouse.move(at.x + 20 * Math.sin(i / 30), at.y - 20 * Math.sin(i / 40));
-    await page.waitForTimeout(8);
+    moves.push(page.mouse.move(at.x + 20 * Math.sin(i / 30), at.y - 20 * Math.sin(i / 40)));
+    await page.waitForTimeout(4 + 12 * Math.random());
   }
+  await Promise.all(moves);
   await page.mouse.up();
 });
 
