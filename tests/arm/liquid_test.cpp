@@ -68,6 +68,32 @@ TEST(Liquid, IsFilledInAGlassThatLeans) {
   }
 }
 
+/// What a glass that leaned could not hold when it was filled was not spilled later.
+TEST(Liquid, SpillsOfWhatWasInIt) {
+  const GlassSettings glass;
+  const double angle = 2.0 * std::atan((glass.height - glass.fill) / glass.radius);
+  Liquid liquid(glass);
+  liquid.reset(9.81 * Vector3(std::sin(angle), 0.0, std::cos(angle)));
+  const auto leans = [&](double further) {
+    for (int i = 0; i < 5000; ++i) {
+      const double now = angle + std::min(further, i * 1e-4);
+      liquid.update(kStep, 9.81 * Vector3(std::sin(now), 0.0, std::cos(now)));
+    }
+  };
+  leans(0.02);
+  EXPECT_TRUE(liquid.state().spilled);
+  EXPECT_GT(liquid.state().spilled_share, 0.0);
+  EXPECT_LT(liquid.state().spilled_share, 0.1);
+  liquid.update(kStep, {0.0, 0.0, -9.81});
+  for (int i = 0; i < 20000; ++i) liquid.update(kStep, {0.3, 0.1, -9.81});
+  EXPECT_NEAR(liquid.state().spilled_share, 1.0, 1e-8) << "empty";
+
+  liquid.reset({0.0, 0.5, -9.81});  // holds nothing, so that nothing can be spilled
+  for (int i = 0; i < 1000; ++i) liquid.update(kStep, {0.3, 0.1, -9.81});
+  EXPECT_FALSE(liquid.state().spilled);
+  EXPECT_EQ(liquid.state().spilled_share, 0.0);
+}
+
 /// Who looks 60 times a second misses no peak, however short.
 TEST(Liquid, TellsTheLargestForceOfTheLastMoment) {
   Liquid liquid(GlassSettings{});

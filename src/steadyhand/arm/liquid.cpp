@@ -8,6 +8,7 @@ namespace steadyhand {
 namespace {
 
 constexpr double kLooksBack = 0.02;  ///< s, of LiquidState::lateral
+constexpr double kEmpty = 1e-9;      ///< of a full glass: rounding, and no liquid
 
 /// m^3, of a plane of this slope through the middle of a cylinder, between it and a lid `above` the middle.
 double volume_above(double radius, double slope, double above) {
@@ -27,16 +28,19 @@ void Liquid::reset(const Vector3& local_acceleration) {
   const double g = kGravity.z(), down = std::max(local_acceleration.z(), 0.1 * g);
   deflection_ = g / down * local_acceleration.head<2>();
   rate_.setZero();
-  lost_ = 0.0;
+  lost_ = never_in_ = 0.0;
   state_ = {};
   state_.freeboard = state_.least_freeboard = glass_.freeboard();
   felt_.fill(0.0);
   felt_for_ = 0.0;
-  if (deflection_.isZero(1e-9)) return;
+  const bool hangs = local_acceleration.z() <= 0.0;
+  if (hangs) lost_ = M_PI * glass_.radius * glass_.radius * glass_.fill;
+  if (deflection_.isZero(1e-9) && !hangs) return;
   for (int i = 0; i < 1000 && (i == 0 || state_.freeboard < -1e-5); ++i) {  // runs off until it is as full as it can be
     update(0.0, local_acceleration);
   }
-  state_.spilled = false;  // that was never in it
+  never_in_ = lost_;
+  state_.spilled = false;
   state_.spilled_share = 0.0;
   state_.least_freeboard = state_.freeboard;
 }
@@ -58,12 +62,12 @@ void Liquid::update(double dt, const Vector3& local_acceleration) {
   state_.tilt_y = std::atan(slope.x());
   const double area = M_PI * glass_.radius * glass_.radius, steepness = slope.norm();
   double above = glass_.freeboard() + lost_ / area;
-  if (steepness * glass_.radius > above) {
-    const double left = area * glass_.fill - lost_;
+  const double full = area * glass_.fill, left = full - lost_;
+  if (steepness * glass_.radius > above && left > kEmpty * full) {
     lost_ += std::min(volume_above(glass_.radius, steepness, above), left);
     above = glass_.freeboard() + lost_ / area;
     state_.spilled = true;
-    state_.spilled_share = lost_ / (area * glass_.fill);
+    state_.spilled_share = (lost_ - never_in_) / (full - never_in_);
   }
   state_.freeboard = above - glass_.radius * steepness;
   state_.least_freeboard = std::min(state_.least_freeboard, state_.freeboard);
