@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/report/past_session.hpp"
 #include "steadyhand/report/session_story.hpp"
 
 namespace steadyhand {
@@ -285,6 +286,24 @@ TEST_F(Told, MissedDeadlinesAreToldTogether) {
   EXPECT_EQ(tell_story(session).events.front().why, "too short to stop the arm, which followed its plan");
   session.changes.push_back({from_seconds(18.0), "", "stopping", "the control loop stalled"});
   EXPECT_EQ(tell_story(session).events.front().why, "");
+}
+
+/// A program's later recordings begin where its clock is by then.
+TEST_F(Told, AReportCountsFromTheRecordingsBegin) {
+  session.overview.first = from_seconds(0.8);
+  plan(1.0, 3.05);
+  move(1.0, 3.0);
+  change(1.0, "engaged");
+  see(1.0, 0.0);
+  see(2.0, 0.1);
+  const Result<ReportInput> report = report_of_session(session, "");
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_EQ(report->story->begin_s, 0.0);
+  EXPECT_NEAR(report->story->end_s, 19.2, 1e-9);
+  ASSERT_EQ(report->story->spills.size(), 1u);
+  EXPECT_NEAR(report->story->spills[0].t_s, 1.2, 1e-9);
+  EXPECT_NEAR(report->story->events.front().t_s, 0.2, 1e-9);
+  EXPECT_NEAR(report->profiles.front().steps.front().t_s, 0.2, 1e-9);
 }
 
 /// Each profile with what was felt while the hand led by it; a stop and the rest after it are nobody's.

@@ -112,6 +112,12 @@ std::string weights_html(std::string_view weights) {
   return html;
 }
 
+/// Of a further result of the same profile, which its curves are drawn with, too.
+bool is_dashed(const ReportInput& input, std::size_t i) {
+  return std::any_of(input.profiles.begin(), input.profiles.begin() + static_cast<std::ptrdiff_t>(i),
+                     [&](const ProfileResult& before) { return before.name == input.profiles[i].name; });
+}
+
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
   std::string html;
   for (std::size_t i = 0; i < metrics.size(); ++i) {
@@ -144,14 +150,15 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
     }
     rows += row("solve time, mean", fmt::format("{:.0f}", m.solve_mean), "µs", m.solve_mean, first.solve_mean);
     html += fmt::format(
-        R"(<article class="card" style="{}">
+        R"(<article class="card" style="{}{}">
 <h3><label><input type="checkbox" data-profile="{}" checked> {}</label></h3>
 <p class="weights">{}</p>
 <dl>
 {}</dl>
 </article>
 )",
-        color(input, i), i, escape(profile.label), weights_html(profile.weights), rows);
+        color(input, i), is_dashed(input, i) ? "; border-top-style: dashed" : "", i, escape(profile.label),
+        weights_html(profile.weights), rows);
   }
   return html;
 }
@@ -218,9 +225,8 @@ std::string verdict(const std::optional<SessionStory>& story) {
   std::vector<SessionStory::Spill> spills = story->spills;
   const std::size_t count = spills.size();
   std::stable_sort(spills.begin(), spills.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
-  // What rounds to nothing is told only where it is all there is.
-  while (spills.size() > 1 && spills.back().share < kTrace) spills.pop_back();
-  const std::size_t told = std::min(spills.size(), kMostTold);
+  const auto traces = std::find_if(spills.begin() + 1, spills.end(), [](const auto& s) { return s.share < kTrace; });
+  const std::size_t told = std::min(static_cast<std::size_t>(traces - spills.begin()), kMostTold);
   std::string html = fmt::format("<div class=\"verdict spilled\"><p>Spilled {}.</p><ul>\n",
                                  count == 1 ? "once" : fmt::format("{} times", count));
   const auto add = [&html](const SessionStory::Spill& spill) {
@@ -230,11 +236,8 @@ std::string verdict(const std::optional<SessionStory>& story) {
   const auto rest = spills.begin() + static_cast<std::ptrdiff_t>(told);
   std::for_each(spills.begin(), rest, add);
   if (told < count) {
-    const std::string most = told < spills.size() ? fmt::format("at most {}", percent_text(spills[told].share))
-                                                  : std::string("less than 0.1");
-    const std::string more = fmt::format("{} more, of {} %", count - told, most);
-    if (rest == spills.end()) return html + fmt::format("<li>{}, in the list below</li>\n</ul></div>\n", more);
-    html += fmt::format("<li><details><summary>{}</summary><ul>\n", more);
+    const std::string share = percent_text(rest->share), at_most = rest->share < kTrace ? "" : "at most ";
+    html += fmt::format("<li><details><summary>{} more, of {}{} %</summary><ul>\n", count - told, at_most, share);
     std::for_each(rest, spills.end(), add);
     html += "</ul></details></li>\n";
   }

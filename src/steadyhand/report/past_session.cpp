@@ -47,6 +47,26 @@ class PastGate {
   bool good_ = false;
 };
 
+/// Times go by the program's clock in the file; people count from the recording's begin, as a replay does.
+void count_from_begin(ReportInput& report) {
+  SessionStory& story = *report.story;
+  const double begin = std::exchange(story.begin_s, 0.0);
+  const auto rebase = [begin](double& t) { t = std::max(0.0, t - begin); };
+  rebase(story.end_s);
+  for (SessionStory::Event& event : story.events) rebase(event.t_s);
+  for (SessionStory::Spill& spill : story.spills) {
+    rebase(spill.t_s);
+    if (spill.full_again_s) rebase(*spill.full_again_s);
+  }
+  for (SessionStory::Wave& wave : story.waves) rebase(wave.t_s);
+  for (SessionStory::Latency& latency : story.latency) rebase(latency.t_s);
+  for (auto& [t, q] : story.postures) rebase(t);
+  for (ProfileResult& profile : report.profiles) {
+    for (PlanStep& step : profile.steps) rebase(step.t_s);
+    for (JointCommand& command : profile.commands) command.stamp.made -= from_seconds(begin);
+  }
+}
+
 }  // namespace
 
 std::size_t pass_gate(Recording& recording, const HandGateSettings& settings) {
@@ -123,6 +143,7 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   report.command = command;
   report.story = tell_story(session);
   report.profiles = split_by_settings(std::move(session));
+  count_from_begin(report);
   return report;
 }
 
