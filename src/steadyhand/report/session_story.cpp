@@ -23,6 +23,7 @@ constexpr double kRestless = 0.01;     ///< rad (m), by which a joint of an arm 
 constexpr double kLimitsApart = 1.0;   ///< s; a limit that comes and goes quickly is told once
 constexpr double kEmpty = 0.995;       ///< share from which on no wave is left to be seen
 constexpr double kInstant = 1e-3;      ///< s
+constexpr double kAllOf = 0.99;        ///< share of a time from which on it counts as all of it
 constexpr double kMissedApart = 10.0;  ///< s
 constexpr std::size_t kMostPostures = 3000;
 constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
@@ -439,9 +440,11 @@ SessionStory tell_story(const SessionFile& session) {
 
 std::vector<SessionFile::Felt> felt_while_led(const SessionFile& session) {
   std::vector<SessionFile::Felt> led;
-  for (const SessionFile::Felt& felt : session.felt) {
-    const double t = to_seconds(felt.at);
-    if (led_between(session, t, t + kInstant) > 0.0) led.push_back(felt);
+  for (std::size_t i = 0; i < session.felt.size(); ++i) {
+    // Until the next: what a stop did within its first moment was not felt while the hand led.
+    const double t = to_seconds(session.felt[i].at),
+                 end = i + 1 < session.felt.size() ? to_seconds(session.felt[i + 1].at) : t + kInstant;
+    if (led_between(session, t, end) > kAllOf * (end - t)) led.push_back(session.felt[i]);
   }
   return led;
 }
