@@ -217,7 +217,10 @@ dark.onchange = () => {
   stage.setDark(dark.checked);
   repaint();
 };
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', repaint);
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', ({ matches }) => {
+  if (document.documentElement.className === '') stage.setDark(dark.checked = matches); // nobody chose otherwise
+  repaint();
+});
 
 onResize(canvas, fit);
 onResize(words, keepClear);

@@ -463,7 +463,7 @@ export class Panel {
     this.#showChanged(state, mayChoose);
     const list = element('playback', HTMLSelectElement);
     if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
-    write(element('playback-now', HTMLOutputElement), list.value === '' ? (session.mayTake ? 'none: you lead' : 'none') : motionTitle(list.value));
+    write(element('playback-now', HTMLOutputElement), list.value === '' ? (session.yours ? 'none: you lead' : 'none') : motionTitle(list.value));
     if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
     this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';

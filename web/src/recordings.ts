@@ -199,6 +199,7 @@ export class Recordings {
   async follow(): Promise<void> {
     const asked = new URLSearchParams(location.hash.slice(1)), name = asked.get('replay'), at = Number(asked.get('t') ?? NaN);
     if (!name) return;
+    if (this.#sessions.length === 0) await this.refresh(); // which knows what people call it
     if (this.player?.motion.name !== name) await this.open(name);
     if (!this.player || !Number.isFinite(at)) return;
     this.player.playing = false;

@@ -22,7 +22,11 @@ export class Tabs {
   constructor() {
     for (const tab of TABS) {
       const button = this.#button(tab);
-      button.onclick = () => this.show(tab);
+      button.onclick = () => {
+        this.show(tab);
+        // On a phone most of it lies below the window.
+        if (matchMedia('(max-width: 60rem)').matches) element(`panel-${tab}`, HTMLElement).scrollIntoView({ block: 'start' });
+      };
       button.onkeydown = (event) => {
         const next = tabByKey(tab, event.key);
         if (!next) return;

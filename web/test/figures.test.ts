@@ -106,7 +106,7 @@ describe('whole demo motions', () => {
     expect(shown.runs.compared).toBeNull();
     expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Whole runs of Carry: Carrying; Tracking: none.');
     expect(noteOf(null, [0], shown.runs, name, title)).toBe('');
-    expect(noteOf(null, [], shown.runs, name, title)).toBe('Nothing has led the arm in the last minute.');
+    expect(noteOf(null, [], shown.runs, name, title)).toBe('This page has seen nothing lead the arm in the last minute.');
     shown.run(1, 0);
     shown.run(1, 1, 'the demo motion was held up');
     expect(shown.runs.compared).toBeNull();

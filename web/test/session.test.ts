@@ -251,7 +251,7 @@ describe('words of a session', () => {
     expect(session.advice(1)).toBe('You are watching. This code is used up; the terminal shows the next one.');
     expect(session.whyNoMotion).toContain('enter the code');
     session.take(state({ state: 'stopping' }), 1);
-    expect(session.advice(1)).toContain('Who drives can reset');
+    expect(session.advice(1)).toContain('Whoever drives can reset');
     session.past = true;
     session.take(state({ state: 'stopping', dq: Array<number>(6).fill(0) }), 1);
     expect(session.advice(1)).toContain('The arm itself is stopped; only Stop acts on it');

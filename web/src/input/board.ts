@@ -153,7 +153,7 @@ export class Board extends THREE.Mesh<THREE.PlaneGeometry, THREE.MeshBasicMateri
         c.fillStyle = '#9aa6b4';
         c.fillText(item.row, LEFT, y - 12);
       }
-      c.font = LABELS;
+      c.font = item.on ? `600 ${LABELS}` : LABELS;
       c.fillStyle = item.on ? '#d5dee8' : '#2a323c';
       c.beginPath();
       c.roundRect(x, y, width, height, 16);

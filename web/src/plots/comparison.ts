@@ -78,7 +78,7 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
     const missing = led.filter((profile) => !runs.of(motion, profile));
     return `Each over its last whole run of the demo motion ${title(motion)}.${missing.length > 0 ? ` ${missing.map(name).join(', ')}: no whole run yet.` : ''}`;
   }
-  if (led.length === 0) return 'Nothing has led the arm in the last minute.';
+  if (led.length === 0) return 'This page has seen nothing lead the arm in the last minute.';
   if (led.length === 1) return '';
   const whole = (profile: number): string => `${name(profile)}: ${runs.motionsOf(profile).map(title).join(', ') || 'none'}`;
   return `Not the same motion yet. Whole runs of ${led.map(whole).join('; ')}.`;

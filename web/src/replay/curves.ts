@@ -24,6 +24,9 @@ export const CURVES = Object.keys(KINDS) as Curve[];
 /** s before and after, in which a wave comes and goes. */
 const WAVE = 0.15;
 
+/** Of the liquid that was spilled: from here on no wave is left to be seen. */
+const EMPTY = 0.995;
+
 /** The least of what was known around each time. */
 function leastOfWaves(times: readonly number[], values: readonly (number | null)[]): (number | null)[] {
   let first = 0;
@@ -69,7 +72,7 @@ export function fastestAt(motion: Motion, joints: readonly Joint[], at: number):
 export function measured(motion: Motion, name: Curve, joints: readonly Joint[] = []): Measured {
   const { felt, target, liquid } = motion;
   switch (name) {
-    case 'rim': return [liquid?.t_s ?? [], leastOfWaves(liquid?.t_s ?? [], liquid?.freeboard_mm ?? [])];
+    case 'rim': return [liquid?.t_s ?? [], leastOfWaves(liquid?.t_s ?? [], liquid?.freeboard_mm.map((mm, i) => (liquid.spilled_share[i]! < EMPTY ? mm : null)) ?? [])];
     case 'spilled': return [liquid?.t_s ?? [], liquid?.spilled_share.map((share) => 100 * share) ?? []];
     case 'height': return [target?.t_s ?? [], target?.p.map(([, , z]) => z) ?? []];
     case 'speed': { const { t_s, speed } = fastest(motion, joints); return [t_s, speed]; }

@@ -145,9 +145,9 @@ export class Stage {
     this.#tube.paint(0x2f7fd0);
     this.base.add(this.surroundings, this.ghost, this.#trail, this.#path, this.#tube, this.#reach);
     this.#now(false);
-    this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.#pace = new Pace(software ? SHADOWLESS : 0);
     this.#thrift = new Thrift(drawnBy === 'software');
+    this.setDark(matchMedia('(prefers-color-scheme: dark)').matches);
     this.#aside = new Aside(this.renderer);
     this.#drawAt(this.#pace.level);
   }
@@ -191,6 +191,7 @@ export class Stage {
     this.#dark = dark;
     this.#room.setDark(dark);
     this.#light();
+    this.wake();
   }
 
   #light(): void {
