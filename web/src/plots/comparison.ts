@@ -63,7 +63,7 @@ export class Comparison {
       if (!totals || row.hidden) continue;
       const { led: s, felt, most, off, spilt } = totals;
       put(cells[3]!, 'title', spilt > 1 ? `${spilt.toFixed(1)} glasses, filled again and again` : '');
-      [sloshText(felt), sloshText(most), meanOffText(off), spilt > 0 ? percentText(Math.min(spilt, 1)) : '0', secondsText(s)].forEach((text, k) => put(cells[k]!, 'textContent', text));
+      [sloshText(felt), sloshText(most), meanOffText(off), spilt > 0 ? percentText(Math.min(spilt, 1)).replace('less than ', '< ') : '0', secondsText(s)].forEach((text, k) => put(cells[k]!, 'textContent', text));
     }
     const name = (wanted: number): string => this.profiles.find(({ index }) => index === wanted)?.label ?? '';
     const words = noteOf(motion, led, runs, name, (index) => motionTitle(this.motions[index] ?? ''));
