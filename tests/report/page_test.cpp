@@ -251,6 +251,15 @@ TEST(Page, CallsNoCountOfSpillsBestButThatPerMinute) {
   EXPECT_NE(page.find("<dt>spills per minute led</dt><dd><b>12.00</b>"), std::string::npos);
 }
 
+/// Two steps are soon done well.
+TEST(Page, CallsNothingBestThatLedForAMomentOnly) {
+  ReportInput input = test::sample_input();
+  input.profiles.resize(2);
+  EXPECT_NE(write_and_read(input).find("class=\"best\""), std::string::npos);
+  input.profiles[1].steps.resize(2);
+  EXPECT_EQ(write_and_read(input).find("class=\"best\""), std::string::npos);
+}
+
 TEST(PageData, TheCrestThatCameNearestToTheRimOutlivesThinning) {
   ReportInput input = test::sample_input();
   input.story.emplace();

@@ -163,11 +163,18 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
   return html;
 }
 
-/// Index of the profile that does best in this row, or -1: no merit, only one profile, or a tie as shown.
+/// Index of the profile that does best in this row, or -1: no merit, only one profile, or a tie as shown. What led for
+/// a moment only is not compared.
 int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
-  if (row.best == MetricRow::Best::kNone || metrics.size() < 2) return -1;
+  constexpr int kMoment = 5;  // one in so many steps of the longest
+  int longest = 0;
+  for (const Metrics& m : metrics) longest = std::max(longest, m.steps);
+  const auto counts = [longest](const Metrics& m) { return kMoment * m.steps >= longest; };
+  if (row.best == MetricRow::Best::kNone || std::count_if(metrics.begin(), metrics.end(), counts) < 2) return -1;
   const double sign = row.best == MetricRow::Best::kLowest ? 1 : -1;
-  const auto better = [&](const Metrics& a, const Metrics& b) { return sign * row.value(a) < sign * row.value(b); };
+  const auto better = [&](const Metrics& a, const Metrics& b) {
+    return counts(a) == counts(b) ? sign * row.value(a) < sign * row.value(b) : counts(a);
+  };
   const auto best = std::min_element(metrics.begin(), metrics.end(), better);
   const auto ties = std::count_if(metrics.begin(), metrics.end(),
                                   [&](const Metrics& m) { return format_value(row, m) == format_value(row, *best); });
