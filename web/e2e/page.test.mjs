@@ -412,6 +412,11 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await page.keyboard.press('0');
   await page.mouse.move(x + 1, y);
   assert.ok(Math.abs((await told()) - pointed) < 0.2, 'all of it again');
+  for (const [button, isWhole] of [['#past-closer', false], ['#past-whole', true]]) {
+    for (let i = 0; i < 4; ++i) await page.click(button);
+    await page.mouse.move(x, y);
+    assert.equal(Math.abs((await told()) - pointed) < 0.2, isWhole, button);
+  }
   await seek(0.5);
   const engaged = await page.$('#past-events [data-kind=engaged] a');
   await engaged.click();
@@ -681,6 +686,10 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
   assert.deepEqual(await phone.evaluate(() => [document.documentElement.scrollWidth, innerWidth, visualViewport.scale]), [360, 360, 1], 'nothing is wider, or the phone would step back');
   const unlabelled = await phone.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);
   assert.equal(unlabelled, 0);
+  await phone.setViewportSize({ width: 740, height: 360 }); // on its side
+  const [width, scene, side] = await phone.evaluate(() => [document.documentElement.scrollWidth, ...['main', 'aside'].map((part) => document.querySelector(part).getBoundingClientRect().toJSON())]);
+  assert.equal(width, 740);
+  assert.ok(scene.height > 330 && side.left >= scene.right - 1, `the controls stand beside the scene: ${JSON.stringify([scene, side])}`);
 });
 
 test('what has the focus is in sight, however small the window', IN_CHROMIUM, async () => {

@@ -166,6 +166,9 @@ export class Recordings {
     press('past-on', () => this.player?.step(1));
     press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
     press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
+    press('past-longer', () => this.#track?.zoom(ZOOM));
+    press('past-closer', () => this.#track?.zoom(1 / ZOOM));
+    press('past-whole', () => this.#track?.zoom(Infinity));
     press('past-compared', () => this.#seeFigures());
     press('past-alone', () => { this.other = null; this.#layOut(); });
     press('past-close', () => this.close());
