@@ -69,7 +69,7 @@ export function ordered(sessions: readonly RecordedSession[], order: Order): Rec
     case 'oldest': return [...sessions].reverse();
     case 'spilled': return largest((session) => session.summary.spilled === 'yes' ? 1 + figure('spilled_share')(session) : 0);
     case 'led': return largest(figure('engaged_s'));
-    case 'name': return [...sessions].sort((a, b) => (a.label ?? a.name).localeCompare(b.label ?? b.name));
+    case 'name': return [...sessions].sort((a, b) => (a.label || a.name).localeCompare(b.label || b.name));
   }
 }
 

@@ -211,7 +211,7 @@ describe('names', () => {
   });
   it('come in the order that is chosen', () => {
     const session = (name: string, summary: Record<string, string>, label?: string) => ({ name, duration_s: 1, bytes: 1, complete: true, run: {}, summary, ...(label === undefined ? {} : { label }) });
-    const sessions = [session('c', { spilled: 'yes', engaged_s: '2' }), session('b', { spilled: 'no', spilled_share: '9', engaged_s: '30' }, 'a first try'), session('d', {}), session('a', { spilled: 'yes', spilled_share: '0.4', engaged_s: '4.5' }, 'best')];
+    const sessions = [session('c', { spilled: 'yes', engaged_s: '2' }), session('b', { spilled: 'no', spilled_share: '9', engaged_s: '30' }, 'a first try'), session('d', {}, ''), session('a', { spilled: 'yes', spilled_share: '0.4', engaged_s: '4.5' }, 'best')];
     const names = (order: Parameters<typeof ordered>[1]) => ordered(sessions, order).map(({ name }) => name).join('');
     expect([names('newest'), names('oldest'), names('spilled'), names('led'), names('name')]).toEqual(['cbda', 'adbc', 'acbd', 'bacd', 'bacd']);
     expect(sessions.map(({ name }) => name).join('')).toBe('cbda');
