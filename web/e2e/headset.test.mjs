@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, before, beforeEach, test } from 'node:test';
 import {
-  closePages, distance, facts, finish, frames as framesOf, inState, NEEDS_PROGRAM, open, ready, rest, say, start, startProgram, state, until, watch,
+  closePages, distance, facts, finish, frames as framesOf, inState, lead, NEEDS_PROGRAM, open, ready, rest, say, start, startProgram, state, until, watch,
   withoutPixels,
 } from './harness.mjs';
 
@@ -578,8 +578,7 @@ test('the emulated hand that leads pours with the other button of the mouse, and
   assert.ok(before < 1, `the glass stays upright at first: ${before}`);
   await page.mouse.move(x + 0.6 * width, y + 0.5 * height);
   await frames();
-  await page.mouse.down();
-  await until(async () => (await source()) === 'headset', 'the hand to lead');
+  await lead(page, { grip: () => page.mouse.down(), release: () => page.mouse.up() }, async () => (await source()) === 'headset', 'the hand to lead');
   await page.mouse.down({ button: 'right' });
   await until(async () => (await tilt()) > 3, 'the glass to lean as the hand does');
   await page.mouse.up({ button: 'right' });
