@@ -246,7 +246,8 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
-  if (t - lastWords > WORDS_EVERY) {
+  const wordsDue = t - lastWords > WORDS_EVERY, plotDue = t - lastPlot > PLOT_EVERY;
+  if (wordsDue) {
     lastWords = t;
     put(words.dataset, 'over', String(stage.view.isCovered && !stage.view.orbit.enabled));
     panel.draw(t, objects.chosen, objects.carries);
@@ -258,13 +259,13 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     recordings.draw();
     if (!alone) recordings.grow(session.state?.recording === true && !session.isStale(t), !session.stands(t));
   }
-  if (t - lastPlot > PLOT_EVERY) {
+  if (plotDue) {
     lastPlot = t;
     plots?.drawNext();
   }
   stage.keepPace(dt);
   if (session.isLate) stage.late(t);
-  stage.draw(dt, t);
+  stage.draw(dt, t, wordsDue || plotDue);
 });
 
 // What a scene that stands still may look like after it; pictures of it are few.

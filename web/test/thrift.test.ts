@@ -58,6 +58,19 @@ describe('Thrift', () => {
     expect([thrift.next(0.04, true, true), thrift.next(0.05, true, true)]).toEqual(['usual', 'none']);
   });
 
+  it('waits for a frame in which the page does nothing else, but never for a second one', () => {
+    const first = (thrift: Thrift): Picture[] => [0, 0.02, 0.04].map((t) => thrift.next(t, false, true, true));
+    expect(first(new Thrift(true))).toEqual(['none', 'usual', 'none']);
+    expect(first(new Thrift(false))).toEqual(['usual', 'usual', 'usual']);
+    const slow = new Thrift(true); // a page that has something to do in each of its frames
+    let drawn = 0;
+    for (let t = 0; t < 5; t += 0.1) {
+      slow.wake(t);
+      if (slow.next(t, false, true, true) !== 'none') ++drawn;
+    }
+    expect(drawn).toBe(25);
+  });
+
   it('takes for motion what can be seen, and no noise', () => {
     const thrift = new Thrift(true);
     thrift.look([0, 1], 0);

@@ -8,66 +8,75 @@ function target(samples: number): THREE.WebGLRenderTarget {
   return made;
 }
 
+/** From colours that are multiplied with their alpha, as WebGL has them, to those of ImageData, which are not. */
+function divideByAlpha({ data }: ImageData): void {
+  for (let i = 0; i < data.length; i += 4) {
+    const alpha = data[i + 3]!;
+    if (alpha === 0 || alpha === 255) continue;
+    for (let j = i; j < i + 3; ++j) data[j] = (255 * data[j]!) / alpha;
+  }
+}
+
 /**
- * A picture that is drawn beside the canvas, and put there once it is done. Where the processor draws, the browser reads back what is
- * shown of a canvas, and the page waits for as long as the drawing takes: keys and pointers with it.
+ * A picture that is drawn beside the canvas, and shown through it once it is done. Where the processor draws, the browser reads back what
+ * is drawn on a WebGL canvas, and the page waits for as long as that takes: keys and pointers with it. It reads a buffer without waiting.
  */
 export class Aside {
   readonly #usual = target(0);
   /** Without steps at its edges, which takes a processor twice the time. */
   readonly #sharp = target(4);
-  /** Which of both is drawn, or was. */
-  #target = this.#usual;
   /** The emulated headset wipes, before each of its frames, what is bound then: this in place of the canvas. */
   readonly #nothing = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false });
   readonly #size = new THREE.Vector2();
-  #ratio: number | null = 1;
-  /** Of the picture that is being drawn; null: none is. */
-  #fence: WebGLSync | null = null;
+  readonly #shown = Object.assign(document.createElement('canvas'), { className: 'picture' });
+  readonly #context: CanvasRenderingContext2D;
+  #pixels = new ImageData(1, 1);
+  /** Of the picture that is being drawn: others come too late. */
+  #number = 0;
+  #draws = false;
 
-  constructor(private readonly renderer: THREE.WebGLRenderer) {}
+  constructor(private readonly renderer: THREE.WebGLRenderer) {
+    this.#shown.setAttribute('aria-hidden', 'true');
+    this.#context = this.#shown.getContext('2d')!;
+  }
 
   /** A picture is on its way. */
-  get draws(): boolean { return this.#fence !== null; }
+  get draws(): boolean { return this.#draws; }
 
   /** Begins a picture. @param ratio of its pixels to those of the page; null: as many as the canvas has, which a headset has set */
   draw(scene: THREE.Scene, camera: THREE.Camera, ratio: number | null, sharp = false): void {
-    const { renderer } = this, gl = this.#gl;
-    this.#ratio = ratio;
-    this.#target = sharp ? this.#sharp : this.#usual;
+    const { renderer } = this, gl = renderer.getContext(), drawn = sharp ? this.#sharp : this.#usual;
     if (ratio === null) this.#size.set(gl.drawingBufferWidth, gl.drawingBufferHeight);
     else renderer.getSize(this.#size).multiplyScalar(ratio).floor();
-    this.#target.setSize(Math.max(1, this.#size.x), Math.max(1, this.#size.y));
-    renderer.setRenderTarget(this.#target);
+    const width = Math.max(1, this.#size.x), height = Math.max(1, this.#size.y);
+    drawn.setSize(width, height);
+    renderer.setRenderTarget(drawn);
     renderer.render(scene, camera);
     renderer.setRenderTarget(null);
-    this.drop();
-    this.#fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    gl.flush();
+    if (this.#pixels.width !== width || this.#pixels.height !== height) this.#pixels = new ImageData(width, height);
+    this.#draws = true;
+    const number = ++this.#number, pixels = this.#pixels;
+    renderer.readRenderTargetPixelsAsync(drawn, 0, 0, width, height, pixels.data).then(
+      () => { if (number === this.#number) this.#show(pixels); },
+      () => { if (number === this.#number) this.#draws = false; }); // the graphics context is lost: the next one draws anew
   }
 
-  /** Puts the picture on the canvas if it is done. */
-  show(): void {
-    if (!this.#fence) return;
-    const { renderer } = this, gl = this.#gl;
-    if (!gl.isContextLost() && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.SIGNALED) return;
-    this.drop();
-    if (this.#ratio !== null && renderer.getPixelRatio() !== this.#ratio) renderer.setPixelRatio(this.#ratio);
-    const { width, height } = this.#target, { __webglFramebuffer: drawn } = renderer.properties.get(this.#target) as { __webglFramebuffer: WebGLFramebuffer };
-    renderer.state.bindFramebuffer(gl.READ_FRAMEBUFFER, drawn);
-    renderer.state.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
-    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
-    renderer.state.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
+  #show(pixels: ImageData): void {
+    const shown = this.#shown, { width, height } = pixels, canvas = this.renderer.domElement;
+    this.#draws = false;
+    divideByAlpha(pixels);
+    if (shown.width !== width || shown.height !== height) Object.assign(shown, { width, height });
+    this.#context.putImageData(pixels, 0, 0);
+    if (shown.nextSibling !== canvas) canvas.before(shown); // an emulated headset takes the canvas elsewhere
   }
 
   /** At the end of a frame of the emulated headset. */
   keepCanvas(): void { this.renderer.setRenderTarget(this.#nothing); }
 
-  /** The picture that is on its way comes too late. */
+  /** What is drawn on the canvas itself is seen again. */
   drop(): void {
-    if (this.#fence) this.#gl.deleteSync(this.#fence);
-    this.#fence = null;
+    ++this.#number;
+    this.#draws = false;
+    this.#shown.remove();
   }
-
-  get #gl(): WebGL2RenderingContext { return this.renderer.getContext() as WebGL2RenderingContext; }
 }

@@ -95,8 +95,6 @@ export class Stage {
   readonly #aside: Aside;
   /** Of the picture that is being drawn on the canvas; null: none is, or nobody can say. */
   #fence: WebGLSync | null = null;
-  /** The canvas has another size, and nothing on it. */
-  #blank = false;
   /** s, since the picture before. */
   #undrawn = 0;
   /** Colour of the state, and whether a spill is drawn. */
@@ -338,8 +336,6 @@ export class Stage {
   resize(width: number, height: number, room: readonly [number, number] = [0, 0]): void {
     if (this.renderer.xr.isPresenting) return;
     this.renderer.setSize(width, height, false);
-    this.#aside.drop();
-    this.#blank = true;
     this.#thrift.blank(performance.now() / 1000);
     this.view.resize(width / height, room);
     this.#pace.restart();
@@ -354,8 +350,8 @@ export class Stage {
   /** Plans come late: the processor has more to do than the picture. */
   late(now: number): void { this.#thrift.late(now); }
 
-  /** @param dt s, since this was called last @param now s, of the page's clock */
-  draw(dt: number, now: number): void {
+  /** @param dt s, since this was called last @param now s, of the page's clock @param busy the page did other work in this frame */
+  draw(dt: number, now: number, busy: boolean): void {
     const presents = this.renderer.xr.isPresenting;
     if (!presents) this.view.update(this.ghost.visible ? this.ghost.getWorldPosition(this.#target) : null, dt);
     if (this.#still) {
@@ -366,7 +362,7 @@ export class Stage {
     let sharp = false;
     if (!presents) {
       this.#lookForMotion(now);
-      const picture = this.#thrift.next(now, this.#isDrawing(), this.#pace.level > 0);
+      const picture = this.#thrift.next(now, this.#isDrawing(), this.#pace.level > 0, busy);
       if (picture === 'none') return this.scene.updateMatrixWorld();
       sharp = picture === 'sharp';
     } else if (this.#emulates && this.#isDrawing()) {
@@ -382,8 +378,7 @@ export class Stage {
       return this.#aside.keepCanvas();
     }
     if (presents) return renderer.render(scene, camera);
-    if (this.#thrift.software && !this.#blank) return this.#aside.draw(scene, camera, ratio, sharp);
-    this.#blank = false;
+    if (this.#thrift.software) return this.#aside.draw(scene, camera, ratio, sharp);
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     renderer.render(scene, camera);
     if (this.#thrift.spares) this.#fenceOff();
@@ -397,12 +392,9 @@ export class Stage {
     gl.flush();
   }
 
-  /** Whether the picture before is not done. One that was drawn aside is shown as soon as it is; another that began in the same frame would have the browser wait for it. */
+  /** Whether the picture before is not done. */
   #isDrawing(): boolean {
-    if (this.#aside.draws) {
-      this.#aside.show();
-      return true;
-    }
+    if (this.#aside.draws) return true;
     if (!this.#fence) return false;
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (!gl.isContextLost() && gl.getSyncParameter(this.#fence, gl.SYNC_STATUS) !== gl.SIGNALED) return true;

@@ -21,6 +21,7 @@ export class Thrift {
   #movedAt = -Infinity;
   #due = 0;
   #begun = NaN;
+  #waited = false;
   #sharp = false;
   #blank = false;
   #seen = new Float64Array(0);
@@ -65,8 +66,11 @@ export class Thrift {
 
   get spares(): boolean { return this.#spares; }
 
-  /** @param drawing the picture before is not done yet @param coarse it could be sharper than usual */
-  next(now: number, drawing: boolean, coarse: boolean): Picture {
+  /**
+   * @param drawing the picture before is not done yet @param coarse it could be sharper than usual
+   * @param busy the page did other work in this frame: a hand that moves meanwhile would wait for both, and the picture waits for one frame
+   */
+  next(now: number, drawing: boolean, coarse: boolean, busy = false): Picture {
     const late = now - this.#lateAt < SPARES_FOR, { every, leaves } = SPARING[late ? 'late' : 'inTime'];
     this.#spares = this.software || late;
     if (!drawing && !Number.isNaN(this.#begun)) {
@@ -81,6 +85,11 @@ export class Thrift {
     if (this.#sharp || drawing) return 'none';
     const sharp = coarse && now - this.#movedAt > STILL;
     if (!sharp && this.#spares && now < this.#due) return 'none';
+    if (busy && this.#spares && !this.#waited) {
+      this.#waited = true;
+      return 'none';
+    }
+    this.#waited = false;
     this.#sharp = sharp;
     this.#begun = now;
     return sharp ? 'sharp' : 'usual';
