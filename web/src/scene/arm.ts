@@ -46,12 +46,12 @@ function holder(tool: THREE.Object3D, glass: GlassSize): THREE.Object3D {
   const group = new THREE.Group();
   const radius = glass.radius + WALL, reach = tool.position.length() - radius;
   if (reach < 0.01) return group;
-  const dark = new THREE.MeshStandardMaterial({ color: 0x2a3038, roughness: 0.5, metalness: 0.4 });
-  const body = new THREE.Mesh(new THREE.CylinderGeometry(0.022, 0.032, reach * 0.75, 32), dark);
+  const grey = new THREE.MeshStandardMaterial({ color: 0x66707c, roughness: 0.5, metalness: 0.1 }); // seen by day and at night
+  const body = new THREE.Mesh(new THREE.CylinderGeometry(0.022, 0.032, reach * 0.75, 32), grey);
   body.position.y = reach * 0.375;
   group.add(body);
   for (const side of [-1, 1]) {
-    const finger = new THREE.Mesh(new THREE.BoxGeometry(0.008, reach * 0.3 + 1.4 * radius, 0.02), dark);
+    const finger = new THREE.Mesh(new THREE.BoxGeometry(0.008, reach * 0.3 + 1.4 * radius, 0.02), grey);
     finger.position.set(side * (radius + 0.004), reach * 0.7 + 0.7 * radius, 0);
     group.add(finger);
   }

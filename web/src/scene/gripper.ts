@@ -2,7 +2,7 @@ import * as THREE from 'three';
 
 /** m: of a Robotiq 2F-85, from the flange on, as tasks/tools/robotiq_2f85.xml has it. */
 const PADS = 0.143, KNUCKLE = { y: 0.0306, z: 0.0549 }, LINK = { y: 0.0376, z: 0.043 }, CLOSED = 0.8;
-const DARK = 0x2a3038, GREY = 0x4a525c, PAD = 0x15181c;
+const DARK = 0x4a525c, GREY = 0x6e7884, PAD = 0x15181c;
 
 /** A gripper whose fingers stand as far apart as was measured. Hangs in the frame between its pads: z back to the flange, y the way they close. */
 export class Gripper extends THREE.Group {
