@@ -41,6 +41,8 @@ PROBE = """
     result.resources = performance.getEntriesByType('resource').map((entry) => entry.name);
     result.canvases = read('figure canvas:not(#story *)').length;
     result.colors = read('figure canvas:not(#story *)').map(painted);
+    result.rows = read('.card').map((card) => [...card.querySelectorAll('dt')].map((row) => Math.round(row.getBoundingClientRect().top)));
+    result.ticks = [[58, 60, 62], [-0.5, 0, 0.5], [700, 700.02, 700.04]].map(clock);
     result.overflow = document.documentElement.scrollWidth - innerWidth;
 
     const figures = read('figure');
@@ -157,6 +159,15 @@ def test_hovering_one_plot_reads_them_all(probed):
     assert probed["lateral"][0] == time and all(v.endswith("m/s²") for v in probed["lateral"][1:])
     assert abs(clock(probed["speeds"][0]) - clock(time)) < 0.1 and len(probed["speeds"]) == 7
     assert all(v.endswith("%") for v in probed["tail"][1:] if v != "–") and probed["tail"][0].endswith("ms")
+
+
+def test_cards_side_by_side_have_their_rows_in_line(probed):
+    assert len(probed["rows"]) == len(PROFILES) and len(probed["rows"][0]) >= 3
+    assert all(rows == probed["rows"][0] for rows in probed["rows"]), probed["rows"]
+
+
+def test_axes_have_times_as_the_rest_of_the_page(probed):
+    assert probed["ticks"] == [["0:58", "1:00", "1:02"], ["", "0:00.0", "0:00.5"], ["11:40.00", "11:40.02", "11:40.04"]]
 
 
 def test_shares_in_percent_add_up(probed):

@@ -194,6 +194,7 @@ TEST(Page, SaysFirstWhetherTheGlassKeptItsLiquid) {
   EXPECT_NE(page.find(">a &lt;label&gt;, 26 November 2026, 01:02:03 UTC</h1>"), std::string::npos);
   EXPECT_NE(page.find("<dt>scale of the hand</dt><dd>0.5, 1</dd>"), std::string::npos);
   EXPECT_NE(page.find("<dt>spilled</dt><dd><b>2 ×, each less than 0.1</b>"), std::string::npos);
+  EXPECT_NE(page.find("<td>&lt; 0.1</td>"), std::string::npos);
 }
 
 TEST(Page, CallsAGripperNoGlass) {

@@ -119,22 +119,27 @@ bool is_dashed(const ReportInput& input, std::size_t i) {
 }
 
 std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics) {
+  const bool knows_spills = std::any_of(metrics.begin(), metrics.end(), [](const Metrics& m) { return m.spills >= 0; });
+  const bool spilled = std::any_of(metrics.begin(), metrics.end(), [](const Metrics& m) { return m.spills > 0; });
   std::string html;
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     const ProfileResult& profile = input.profiles[i];
     const Metrics &m = metrics[i], &first = metrics.front();
+    int row_count = 0;
     const auto row = [&](std::string_view what, const std::string& value, std::string_view unit, double now,
                          double before) {
+      ++row_count;
       return fmt::format("<div><dt>{}</dt><dd><b>{}</b> {}{}</dd></div>\n", what, value, unit,
                          compared(now, before, input, i));
     };
     std::string rows;
     if (input.story) {  // in the words and figures of the operator's page
       rows += row("led", clock_text(profile.led_s), "", 0.0, 0.0);
-      if (m.spills >= 0) rows += row("spilled", spills_text(m), m.spills > 0 ? "%" : "", 0.0, 0.0);
-      if (m.spills > 0 && m.spills_per_minute > 0.0) {
-        rows += row("spills per minute led", fmt::format("{:.2f}", m.spills_per_minute), "", m.spills_per_minute,
-                    first.spills_per_minute);
+      if (knows_spills) rows += row("spilled", spills_text(m), m.spills > 0 ? "%" : "", 0.0, 0.0);
+      if (spilled) {
+        rows += row("spills per minute led",
+                    std::isnan(m.spills_per_minute) ? "–" : fmt::format("{:.2f}", m.spills_per_minute), "",
+                    m.spills_per_minute, first.spills_per_minute);
       }
       if (has_glass(input)) {
         rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
@@ -150,15 +155,15 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
     }
     rows += row("solve time, mean", fmt::format("{:.0f}", m.solve_mean), "µs", m.solve_mean, first.solve_mean);
     html += fmt::format(
-        R"(<article class="card" style="{}{}">
+        R"(<article class="card" style="{}{}; --rows: {}">
 <h3><label><input type="checkbox" data-profile="{}" checked> {}</label></h3>
 <p class="weights">{}</p>
 <dl>
 {}</dl>
 </article>
 )",
-        color(input, i), is_dashed(input, i) ? "; border-top-style: dashed" : "", i, escape(profile.label),
-        weights_html(profile.weights), rows);
+        color(input, i), is_dashed(input, i) ? "; border-top-style: dashed" : "", 2 + row_count, i,
+        escape(profile.label), weights_html(profile.weights), rows);
   }
   return html;
 }
@@ -186,9 +191,10 @@ std::string table_row(const MetricRow& row, const std::vector<Metrics>& metrics)
   std::string html = fmt::format("<tr><th scope=\"row\">{}{}</th>", row.label, unit);
   const int best = best_profile(row, metrics);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
-    html += static_cast<int>(i) == best ? fmt::format("<td class=\"best\">{}<span class=\"hidden\"> (best)</span></td>",
-                                                      format_value(row, metrics[i]))
-                                        : fmt::format("<td>{}</td>", format_value(row, metrics[i]));
+    const std::string value = escape(format_value(row, metrics[i]));
+    html += static_cast<int>(i) == best
+                ? fmt::format("<td class=\"best\">{}<span class=\"hidden\"> (best)</span></td>", value)
+                : fmt::format("<td>{}</td>", value);
   }
   return html + "</tr>\n";
 }

@@ -34,6 +34,18 @@ const seconds = (value) => {
   return `${Math.floor(hundredths / 6000)}:${((hundredths % 6000) / 100).toFixed(2).padStart(5, '0')}`;
 };
 
+/** m:ss of an axis, with as many decimals as its steps need. */
+function clock(ticks) {
+  const step = ticks.length > 1 ? ticks[1] - ticks[0] : 1, decimals = Math.min(3, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+  return ticks.map((tick) => {
+    const units = Math.round(tick * 10 ** decimals), minute = 60 * 10 ** decimals, rest = ((units % minute) / 10 ** decimals).toFixed(decimals);
+    return units < 0 ? '' : `${Math.floor(units / minute)}:${rest.padStart(decimals > 0 ? decimals + 3 : 2, '0')}`;
+  });
+}
+
+/** s between the ticks of an axis of time: steps that m:ss makes round. */
+const TIME_STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1200, 1800, 3600];
+
 /**
  * Joins curves [{t, values}] with times of their own into the columns of one plot: undefined where a curve has no value
  * at another's time, which the line passes over; null stays and breaks it.
@@ -185,7 +197,7 @@ function build(chart) {
       },
       scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range) }, y: { ...scale(spec.log, spec.range), dir: spec.downwards ? -1 : 1 } },
       axes: [
-        { ...axis, label: spec.x?.label ?? 'time, s', labelSize: 16, labelGap: 0, size: 26, space: 60, ...(spec.x?.log && logAxis) },
+        { ...axis, label: spec.x?.label ?? 'time, m:ss', labelSize: 16, labelGap: 0, size: 26, space: 60, ...(spec.x?.log && logAxis), ...(time && { incrs: TIME_STEPS, values: (u, ticks) => clock(ticks) }) },
         { ...axis, size: 46, space: 34, ...(spec.log && logAxis) },
       ],
       series: [

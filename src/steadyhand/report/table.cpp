@@ -92,8 +92,11 @@ bool is_known(const MetricRow& row, std::span<const Metrics> metrics) {
 
 std::string format_value(const MetricRow& row, const Metrics& metrics) {
   if (!std::isfinite(row.value(metrics))) return "none";  // such as the distance of bodies that are not there
-  const std::string text = fmt::format("{:.{}f}", row.value(metrics), row.decimals);
-  return text.starts_with('-') && text.find_first_of("123456789") == std::string::npos ? text.substr(1) : text;
+  const double value = row.value(metrics);
+  const std::string text = fmt::format("{:.{}f}", value, row.decimals);
+  if (text.find_first_of("123456789") != std::string::npos) return text;
+  return value > 0.0 && row.unit == std::string_view("%") ? fmt::format("< {:g}", std::pow(10.0, -row.decimals))
+                                                          : fmt::format("{:.{}f}", 0.0, row.decimals);
 }
 
 Metrics metrics_of(const ProfileResult& profile) {
