@@ -111,7 +111,7 @@ test('the profile decides what spills, and the next grip takes a full glass', IN
     return liquid.spilled;
   }, 'a spill');
   await spills();
-  await until(async () => /^Spilled (\d+\.\d|100|less than 0\.1) % under Tracking/.test(await page.textContent('#spill-words')), 'the words for it');
+  await until(async () => /^Spilled (\d+\.\d|100|less than 0\.1) % of this glass under Tracking/.test(await page.textContent('#spill-words')), 'the words for it');
   const level = () => page.evaluate(() => globalThis.steadyhand.stage.glass.size.fill / globalThis.steadyhand.session.state.controls.fill);
   await until(async () => (await level()) < 1, 'the glass to be emptier');
   await page.emulateMedia({ colorScheme: 'dark' });

@@ -279,7 +279,7 @@ export class Session {
   spill(): string {
     const { state, welcome } = this;
     if (this.past || !this.hasGlass || !state?.liquid.spilled) return '';
-    const whole = `Spilled ${percentText(state.liquid.spilled_share)} %`;
+    const whole = `Spilled ${percentText(state.liquid.spilled_share)} % of this glass`;
     const parts = [...this.#spilledUnder].flatMap(([index, share]) => {
       const label = welcome?.profiles.find((profile) => profile.index === index)?.label;
       return label === undefined ? [] : [{ label, share }];

@@ -115,21 +115,21 @@ describe('words of a session', () => {
     const session = open(), { controls } = server.state as { controls: object }, { profiles } = server.welcome as { profiles: { index: number; label: string }[] };
     const under = (profile: number, spilled: boolean, t: number) => session.take(state({ now_s: 2 * t, state: 'engaged', controls: { ...controls, profile }, liquid: liquid(spilled) }), t);
     under(0, true, 1);
-    expect(session.spill()).toBe('Spilled 10.0 %'); // before this page looked
+    expect(session.spill()).toBe('Spilled 10.0 % of this glass'); // before this page looked
     under(0, false, 2);
     expect(session.spill()).toBe('');
     under(1, false, 2.5);
     under(1, true, 3);
     under(0, true, 4);
     const label = (of: number): string => profiles.find(({ index }) => index === of)!.label;
-    expect(session.spill()).toBe(`Spilled 10.0 % under ${label(1)}`);
+    expect(session.spill()).toBe(`Spilled 10.0 % of this glass under ${label(1)}`);
     session.take(state({ now_s: 10, controls: { ...controls, profile: 0 }, liquid: { ...liquid(true), spilled_share: 0.9 } }), 4.5);
-    expect(session.spill()).toBe(`Spilled 90.0 %: 10.0 % under ${label(1)}, 80.0 % under ${label(0)}`);
+    expect(session.spill()).toBe(`Spilled 90.0 % of this glass: 10.0 % under ${label(1)}, 80.0 % under ${label(0)}`);
     under(0, false, 5);
     const at = (now_s: number, profile: number, no_spill: boolean, spilled_share: number) => session.take(state({ now_s, state: 'engaged', controls: { ...controls, profile, no_spill }, liquid: { ...liquid(true), spilled_share } }), now_s);
     at(100, 1, false, 0.5);
     at(100.1, 0, true, 0.6);
-    expect(session.spill()).toBe(`Spilled 60.0 % under ${label(1)}, which does not keep it in`); // what the other took over swinging
+    expect(session.spill()).toBe(`Spilled 60.0 % of this glass under ${label(1)}, which does not keep it in`); // what the other took over swinging
     under(0, false, 101);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
     expect(session.spill()).toMatch(/, in a stop$/);
