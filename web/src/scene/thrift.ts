@@ -2,6 +2,8 @@
 const SPARING = { inTime: { every: 0.04, leaves: 0.5 }, late: { every: 0.1, leaves: 2 } };
 /** s, that it leaves to others at most: who waits sees nothing. */
 const LEAVES_AT_MOST = 0.25;
+/** s for which a picture waits for a frame of its own, at most: two of 60 a second. */
+const WAITS = 0.03;
 /** s without motion after which a coarse picture is drawn once as sharp as can be: longer than the arm takes to turn translucent. */
 const STILL = 1.2;
 /** s for which the page spares after plans came late. */
@@ -21,7 +23,6 @@ export class Thrift {
   #movedAt = -Infinity;
   #due = 0;
   #begun = NaN;
-  #waited = false;
   #sharp = false;
   #blank = false;
   #seen = new Float64Array(0);
@@ -68,7 +69,7 @@ export class Thrift {
 
   /**
    * @param drawing the picture before is not done yet @param coarse it could be sharper than usual
-   * @param busy the page did other work in this frame: a hand that moves meanwhile would wait for both, and the picture waits for one frame
+   * @param busy the page did other work in this frame: a hand that moves meanwhile would wait for both
    */
   next(now: number, drawing: boolean, coarse: boolean, busy = false): Picture {
     const late = now - this.#lateAt < SPARES_FOR, { every, leaves } = SPARING[late ? 'late' : 'inTime'];
@@ -85,11 +86,7 @@ export class Thrift {
     if (this.#sharp || drawing) return 'none';
     const sharp = coarse && now - this.#movedAt > STILL;
     if (!sharp && this.#spares && now < this.#due) return 'none';
-    if (busy && this.#spares && !this.#waited) {
-      this.#waited = true;
-      return 'none';
-    }
-    this.#waited = false;
+    if (busy && this.#spares && now < this.#due + WAITS) return 'none';
     this.#sharp = sharp;
     this.#begun = now;
     return sharp ? 'sharp' : 'usual';
