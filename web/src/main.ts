@@ -246,7 +246,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
-  const wordsDue = t - lastWords > WORDS_EVERY, plotDue = t - lastPlot > PLOT_EVERY;
+  const wordsDue = t - lastWords > WORDS_EVERY, plotDue = t - lastPlot > (wordsDue ? 2 : 1) * PLOT_EVERY; // in frames of their own where they can
   if (wordsDue) {
     lastWords = t;
     put(words.dataset, 'over', String(stage.view.isCovered && !stage.view.orbit.enabled));

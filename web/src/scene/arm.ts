@@ -133,6 +133,10 @@ export class Arm extends THREE.Group {
           if (part instanceof THREE.Mesh) for (const material of [part.material].flat() as THREE.Material[]) this.#materials.add(material);
         });
         if (k === 0) node.applyMatrix4(this.#mount);
+        node.traverse((part) => { // moves with its link, and by itself never
+          part.updateMatrix();
+          part.matrixAutoUpdate = false;
+        });
         link.add(node);
         this.meshes.push(node);
       });

@@ -93,6 +93,8 @@ export class Stage {
   readonly #pace: Pace;
   readonly #thrift: Thrift;
   readonly #aside: Aside;
+  /** Shadows are drawn for every second picture: a fifth of the work, and nobody sees which. */
+  #shadowsOld = false;
   /** Of the picture that is being drawn on the canvas; null: none is, or nobody can say. */
   #fence: WebGLSync | null = null;
   /** s, since the picture before. */
@@ -111,6 +113,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.shadowMap.autoUpdate = false;
     this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.renderer.toneMappingExposure = 0.95;
     this.renderer.xr.enabled = true;
@@ -378,6 +381,7 @@ export class Stage {
       return this.#aside.keepCanvas();
     }
     if (presents) return renderer.render(scene, camera);
+    renderer.shadowMap.needsUpdate = this.#shadowsOld = !this.#shadowsOld;
     if (this.#thrift.software) return this.#aside.draw(scene, camera, ratio, sharp);
     if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
     renderer.render(scene, camera);
