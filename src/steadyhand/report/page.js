@@ -195,7 +195,7 @@ function build(chart) {
         drag: { x: true, y: false },
         ...(time && { sync: { key: 'time' } }),
       },
-      scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range) }, y: { ...scale(spec.log, spec.range), dir: spec.downwards ? -1 : 1 } },
+      scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range ?? (time ? wholeSession : undefined)) }, y: { ...scale(spec.log, spec.range), dir: spec.downwards ? -1 : 1 } },
       axes: [
         { ...axis, label: spec.x?.label ?? 'time, m:ss', labelSize: 16, labelGap: 0, size: 26, space: 60, ...(spec.x?.log && logAxis), ...(time && { incrs: TIME_STEPS, values: (u, ticks) => clock(ticks) }) },
         { ...axis, size: 46, space: 34, ...(spec.log && logAxis) },
@@ -231,6 +231,12 @@ function tellPointer({ over, posToVal }) {
   over.addEventListener('mousemove', ({ offsetX }) => tell(posToVal(offsetX, 'x')));
   over.addEventListener('mouseleave', () => tell(null));
 }
+
+/** All plots of a session's times have its begin and end, whatever part of it they have values of. */
+const wholeSession = (u, min, max) => {
+  const { story } = data, [first, last] = [u.data[0][0], u.data[0].at(-1)];
+  return story && min === first && max === last ? [Math.min(first, story.begin), Math.max(last, story.end)] : [min, max];
+};
 
 const legendColor = (series) => (series ? series.fill?.() ?? series.color() : 'transparent');
 const plain = (tick) => (tick == null ? '' : String(Number(tick.toPrecision(2))));

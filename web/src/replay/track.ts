@@ -18,7 +18,7 @@ const EXPAND_NULLS = 2;
 /** Points of a curve at most: more are seen by nobody, and a session of hours has them. */
 const POINTS = 3000;
 
-/** s: the axis of a longer recording tells minutes, as its clock does, with such steps (s). */
+/** s: a longer stretch has such steps (s). */
 const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200];
 
 /** The same where less is looked at, and what is looked at at least. */
@@ -222,8 +222,8 @@ export class Track {
   get #isLong(): boolean { return this.#span[1] - this.#span[0] > IN_SECONDS; }
 
   #timeText(t: number): string {
-    if (this.#isLong) return clock(t);
-    return this.player.duration > IN_SECONDS ? fine(t) : `${Number(t.toFixed(2))} s`;
+    const decimals = [0, 1].find((count) => Math.abs(t * 10 ** count - Math.round(t * 10 ** count)) < 1e-6) ?? 2;
+    return decimals === 0 ? clock(t) : fine(t, decimals);
   }
 
   /** So many times as long a stretch is looked at; Infinity: all. @param about s, of the time that stays where it is */
