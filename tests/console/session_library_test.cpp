@@ -94,14 +94,23 @@ TEST(SessionLibrary, LeavesOutWhatIsNoNumber) {
   EXPECT_TRUE(motion["target"]["t_s"].empty() && motion["events"].empty());
   EXPECT_EQ(motion["gripper"], Json({nullptr, nullptr}));
   EXPECT_TRUE(motion.contains("slosh") && motion["slosh"].is_null());  // no hand led
+  EXPECT_TRUE(motion.contains("off_target_mm") && motion["off_target_mm"].is_null());
   EXPECT_EQ(
       motion["felt"],
       Json({{"t_s", {1.0, 2.0, 3.0}}, {"mean", {1.0, 2.0, 3.0}}, {"largest", {1.0, 2.0, 3.0}}, {"count", {1, 1, 1}}}));
 }
 
-/// The comparison has its figure from here, and must not count anew by times that are rounded: the hand may have let go
-/// between a measurement and what its time is rounded to.
-TEST(SessionLibrary, CountsSloshAsTheReportDoes) {
+PlanStep one_joint_step(double t) {
+  PlanStep step;
+  step.t_s = t;
+  step.q = step.dq = step.ddq = JointVector::Zero(1);
+  step.X_base_planned = step.X_base_target = Pose{};
+  return step;
+}
+
+/// The comparison has its figures from here, and must not count anew by times that are rounded: the hand may have let
+/// go between a measurement and what its time is rounded to.
+TEST(SessionLibrary, CountsSloshAndDistanceAsTheReportDoes) {
   TemporaryFolder folder;
   const auto path = folder.path() / "slosh.mcap";
   {
@@ -128,6 +137,12 @@ TEST(SessionLibrary, CountsSloshAsTheReportDoes) {
     ASSERT_TRUE(felt(from_seconds(1.5), 6.0004));
     ASSERT_TRUE(state(from_seconds(2.00003), SupervisionState::kEngaged, SupervisionState::kReady));
     ASSERT_TRUE(felt(from_seconds(2.00004), 90.0));  // told as of 2.0000 s
+    for (int i = 0; i < 60; ++i) {                   // each second one is too near to be drawn
+      PlanStep step = one_joint_step(1.0 + i / 60.0);
+      step.engaged = i < 40;
+      step.X_base_target.p.x() = i % 2 == 0 ? 0.01 : 0.03;
+      ASSERT_TRUE(recorder->write(step));
+    }
     ASSERT_TRUE(recorder->close());
   }
   const Result<FreshPage> page = read_library(folder.path(), "/sessions/slosh/motion");
@@ -136,6 +151,8 @@ TEST(SessionLibrary, CountsSloshAsTheReportDoes) {
   EXPECT_EQ(motion["felt"]["t_s"], Json({1.0, 1.5, 2.0}));
   EXPECT_DOUBLE_EQ(motion["slosh"]["mean"], 5.0004);
   EXPECT_DOUBLE_EQ(motion["slosh"]["largest"], 6.0004);
+  EXPECT_EQ(motion["target"]["t_s"].size(), 30u);
+  EXPECT_NEAR(motion["off_target_mm"].get<double>(), 20.0, 1e-6);
 }
 
 /// A program of a line of shell.

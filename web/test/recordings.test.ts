@@ -227,7 +227,7 @@ describe('names', () => {
 describe('figures of a session', () => {
   const some = (engaged: number[]): Motion => ({
     ...motion, t_s: [5, 15], q: [[0], [1]],
-    target: { t_s: [5, 5.1, 5.2, 9, 9.1], p: [], q: [], engaged, lateral: [1, 3, 9, 4, null], error_mm: [10, 30, 90, 20, 20] },
+    target: { t_s: [5, 5.1, 5.2, 9, 9.1], p: [], q: [], engaged, lateral: [1, 3, 9, 4, null], error_mm: [10, 30, 90, 20, 20] }, off_target_mm: 20,
     events: [{ t_s: 5, kind: 'state', what: engaged[0] ? 'engaged' : 'ready', why: '' }, { t_s: 6, kind: 'spill', what: 'spilled', why: '' }, { t_s: 7, kind: 'limit', what: 'reach', why: '' }],
   });
   it('are means over the time that was led, gaps left out', () => {
@@ -283,9 +283,9 @@ describe('figures of a session', () => {
     expect([alikeFor(led(0.2, 0), led(0.2, 7)), alikeFor(led(0, 0), led(0, 0)), alikeFor(led(0.2, 0), new Player(motion))]).toEqual([null, null, null]);
     const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
     const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
-    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('Second spilled nothing: 0\u00a0× in 8.0\u00a0s that a hand led, against 1\u00a0×, 40.0 %, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
-    const idle = new Player(some([0, 0, 0, 0, 0]));
-    expect(told(led(0.2, 0, spill), idle)).toBe('Second was led by no hand: there is nothing to compare.');
+    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('“Second” did better: it spilled nothing in 8.0\u00a0s that a hand led. “First” spilled once, 40.0 % of a glass, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    const idle = new Player({ ...some([0, 0, 0, 0, 0]), off_target_mm: null });
+    expect(told(led(0.2, 0, spill), idle)).toBe('“Second” was led by no hand: there is nothing to compare.');
     expect(summaryOf(idle).every(([, , value]) => value === null)).toBe(true);
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
     expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1\u00a0×, .* %, in 8\.0\u00a0s/);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "steadyhand/console/modest_process.hpp"
@@ -124,13 +125,19 @@ std::string slosh_of(const SessionFile& session) {
   return dump({{"mean", metrics.lateral_mean}, {"largest", metrics.lateral_max}});
 }
 
+/// mm, over all that was led, as the report has it for each setting; null: no hand led.
+std::string off_target_of(const SessionFile& session) {
+  const double mean = mean_position_error(session.steps);
+  return std::isnan(mean) ? "null" : dump(1e3 * mean);
+}
+
 Result<FreshPage> motion(const fs::path& file) {
   const Result<McapOverview> overview = read_mcap(file);
   if (!overview) return overview.error();
   SessionParts parts;
   parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = parts.limits = parts.cells =
       parts.statistics = true;
-  parts.state_period = parts.step_period = parts.felt_period = look_period(*overview);
+  const double period = parts.state_period = parts.felt_period = look_period(*overview);
   const Result<SessionFile> session = load_session(file, parts);
   if (!session) return session.error();
   Columns arm("t_s", "q", "gripper");
@@ -142,10 +149,12 @@ Result<FreshPage> motion(const fs::path& file) {
   }
   if (arm.empty()) return Error{session->name + ": the arm never said where it was"};
   Columns hand("t_s", "p", "q", "engaged", "lateral", "error_mm");
+  double last = -std::numeric_limits<double>::infinity();
   for (const PlanStep& step : session->steps) {
     const Pose& target = step.X_base_target;
+    if (step.t_s - last < period - 1e-9) continue;
     if (!target.p.allFinite() || !target.q.coeffs().allFinite()) continue;
-    hand.begin_row(step.t_s);
+    hand.begin_row(last = step.t_s);
     hand.add_list(target.p, 4);
     hand.add_list(target.q.coeffs(), 4);
     hand.add(step.engaged ? 1.0 : 0.0, 0);
@@ -168,12 +177,12 @@ Result<FreshPage> motion(const fs::path& file) {
     liquid.add(state.spilled ? 1.0 : 0.0, 0);
     liquid.add(state.spilled_share, 3);
   }
-  return FreshPage{
-      fmt::format("{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"liquid\":{{{}}},\"settings\":{},"
-                  "\"events\":{}}}",
-                  dump(session->name), arm.json(), hand.json(), felt.json(), slosh_of(*session), liquid.json(),
-                  settings_of(*session), events_of(*session)),
-      "application/json"};
+  return FreshPage{fmt::format("{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"off_target_mm\":{},"
+                               "\"liquid\":{{{}}},\"settings\":{},"
+                               "\"events\":{}}}",
+                               dump(session->name), arm.json(), hand.json(), felt.json(), slosh_of(*session),
+                               off_target_of(*session), liquid.json(), settings_of(*session), events_of(*session)),
+                   "application/json"};
 }
 
 Result<FreshPage> report(const fs::path& file) {

@@ -285,10 +285,6 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   if (is(parts.samples, "/operator_sample")) {
     session.samples.push_back(operator_sample(parsed(), message));
   } else if (is(parts.steps, "/plan_step")) {
-    if (parts.step_period > 0.0 && !session.steps.empty() &&
-        to_seconds(message.log) - session.steps.back().t_s < parts.step_period - 1e-9) {
-      return;
-    }
     if (session.steps.empty()) session.names.terms = terms_of(message.data);
     session.steps.push_back(plan_step(parsed(), session.names.terms));
   } else if (is(parts.commands, "/joint_command")) {

@@ -22,7 +22,6 @@ namespace steadyhand {
 /// Which messages of a session are wanted.
 struct SessionParts {
   bool samples = false, steps = false, commands = false;
-  double step_period = 0.0;  ///< s, that steps are apart at least
   /// Of more commands neighbours are merged, so that a session of hours takes no more memory than one of a minute.
   std::size_t most_commands = std::numeric_limits<std::size_t>::max();
   bool states = false;              ///< measured states,

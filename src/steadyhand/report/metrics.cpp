@@ -18,6 +18,17 @@ double lateral_acceleration(const PlanStep& step) { return step.local_accelerati
 
 double position_error(const PlanStep& step) { return (step.X_base_planned.p - step.X_base_target.p).norm(); }
 
+double mean_position_error(std::span<const PlanStep> steps) {
+  double sum = 0.0;
+  int engaged = 0;
+  for (const PlanStep& step : steps) {
+    if (!step.engaged) continue;
+    sum += position_error(step);
+    ++engaged;
+  }
+  return sum / engaged;
+}
+
 double orientation_error(const PlanStep& step) { return step.X_base_planned.q.angularDistance(step.X_base_target.q); }
 
 double roll_angle(const Quaternion& q) {
@@ -60,13 +71,12 @@ Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> 
     if (!step.engaged) continue;
     ++engaged;
     const double position = position_error(step), orientation = orientation_error(step);
-    m.position_mean += position;
     m.position_rms += position * position;
     m.orientation_rms += orientation * orientation;
     m.position_max = std::max(m.position_max, position);
     m.orientation_max = std::max(m.orientation_max, orientation);
   }
-  m.position_mean /= std::max(engaged, 1);
+  m.position_mean = engaged > 0 ? mean_position_error(steps) : 0.0;
   m.position_rms = std::sqrt(m.position_rms / std::max(engaged, 1));
   m.orientation_rms = std::sqrt(m.orientation_rms / std::max(engaged, 1));
   m.lateral_p99 = percentile(lateral, 99);

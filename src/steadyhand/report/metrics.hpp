@@ -69,6 +69,8 @@ double percentile(std::vector<double> values, double percent);
 double lateral_acceleration(const PlanStep& step);
 /// Distance from target to planned position, m.
 double position_error(const PlanStep& step);
+/// Its mean over the steps in which the hand led, m; NaN: in none.
+double mean_position_error(std::span<const PlanStep> steps);
 /// Angle from target to planned orientation, rad, 0 to pi.
 double orientation_error(const PlanStep& step);
 /// Roll of a frame in base: its angle about x when written as yaw, pitch, roll (Z-Y'-X''); rad, -pi to pi.

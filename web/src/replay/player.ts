@@ -20,6 +20,8 @@ export interface Motion {
   felt?: { t_s: number[]; mean: (number | null)[]; largest: (number | null)[]; count?: number[] };
   /** m/s^2, of what was felt while a hand led, as the report counts it; null: nothing was. */
   slosh?: { mean: number; largest: number } | null;
+  /** Mean distance from the target to the glass while a hand led, as the report counts it; null: none led. */
+  off_target_mm?: number | null;
   liquid?: { t_s: number[]; tilt: [number, number][]; freeboard_mm: (number | null)[]; spilled: number[]; spilled_share: number[] };
   settings?: { t_s: number; profile: string; scale: number; fill: number }[];
   events?: StoryEvent[];

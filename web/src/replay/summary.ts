@@ -79,7 +79,7 @@ export function summaryOf(player: Player): Figure[] {
   const { motion, duration, begin } = player, { target } = motion, events = motion.events ?? [];
   const led = ledFor(player);
   const felt = feltOf(player);
-  const off = overLed(player, target?.t_s ?? [], target?.error_mm ?? []);
+  const off = motion.off_target_mm ?? null;
   const count = (wanted: string): number => events.filter(({ kind }) => kind === wanted).length, spills = events.filter(({ kind }) => kind === 'spill');
   const lost = total(spills.map(({ amount = 1 }) => amount));
   // Who was led longer did not do worse for it: what happened is compared by the minute.
@@ -89,7 +89,7 @@ export function summaryOf(player: Player): Figure[] {
     ['Led', spanText(led), null, 'How long a hand led the arm'],
     ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean sideways acceleration of the liquid while a hand led'],
     ['Slosh peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
-    ['Off target, mm', off.known ? meanOffText(off.mean) : '–', off.known ? off.mean : null, 'Mean distance from the target to the glass'],
+    ['Off target, mm', off === null ? '–' : meanOffText(off), off, 'Mean distance from the target to the glass'],
     ['Spilled', spillText(spills, begin, led), perMinute(lost), 'How often the liquid went over the rim, how much of a glass, and when; compared is what was lost per minute led'],
     ['Held by a limit', rateText(count('limit'), led), perMinute(count('limit')), 'How often a limit of the arm, or something near it, held it back; compared is how often per minute led'],
     ['Stops', String(stopsOf(events)), null, 'How often somebody or something stopped the arm'],
