@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <span>
 #include <string_view>
 
 #include "steadyhand/report/page_data.hpp"
@@ -148,8 +149,7 @@ std::string cards(const ReportInput& input, const std::vector<Metrics>& metrics)
       rows += row("off target, mean", fmt::format("{:.1f}", 1e3 * m.position_mean), "mm", m.position_mean,
                   first.position_mean);
     } else {
-      rows += row("lateral specific force, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean,
-                  first.lateral_mean);
+      rows += row("slosh, mean", fmt::format("{:.2f}", m.lateral_mean), "m/s²", m.lateral_mean, first.lateral_mean);
       rows += row("position error, RMS", fmt::format("{:.1f}", 1e3 * m.position_rms), "mm", m.position_rms,
                   first.position_rms);
     }
@@ -186,9 +186,17 @@ int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
   return ties > 1 ? -1 : static_cast<int>(best - metrics.begin());
 }
 
-std::string table_row(const MetricRow& row, const std::vector<Metrics>& metrics) {
+/// What drives a glass's liquid has one name on the operator's page and here.
+std::string label_of(const ReportInput& input, const MetricRow& row) {
+  constexpr std::string_view kForce = "Lateral specific force";
+  const std::string_view label = row.label;
+  if (!has_glass(input) || !label.starts_with(kForce)) return row.label;
+  return "Slosh" + std::string(label.substr(kForce.size()));
+}
+
+std::string table_row(const ReportInput& input, const MetricRow& row, const std::vector<Metrics>& metrics) {
   const std::string unit = *row.unit ? fmt::format(" <span class=\"unit\">{}</span>", row.unit) : "";
-  std::string html = fmt::format("<tr><th scope=\"row\">{}{}</th>", row.label, unit);
+  std::string html = fmt::format("<tr><th scope=\"row\">{}{}</th>", label_of(input, row), unit);
   const int best = best_profile(row, metrics);
   for (std::size_t i = 0; i < metrics.size(); ++i) {
     const std::string value = escape(format_value(row, metrics[i]));
@@ -197,6 +205,15 @@ std::string table_row(const MetricRow& row, const std::vector<Metrics>& metrics)
                 : fmt::format("<td>{}</td>", value);
   }
   return html + "</tr>\n";
+}
+
+/// What bold figures are, where there are some.
+std::string bold_note(const std::vector<Metrics>& metrics) {
+  const std::span<const MetricRow> rows = metric_rows();
+  const bool some = std::any_of(rows.begin(), rows.end(), [&](const MetricRow& row) {
+    return is_known(row, metrics) && best_profile(row, metrics) >= 0;
+  });
+  return some ? "    <p class=\"lead\">Bold: the best of those that led for long enough to compare.</p>\n" : "";
 }
 
 /// One table per group of rows.
@@ -216,15 +233,15 @@ std::string tables(const ReportInput& input, const std::vector<Metrics>& metrics
       html += fmt::format("<table data-group=\"{0}\"><thead><tr><th scope=\"col\">{0}</th>{1}</tr></thead><tbody>\n",
                           heading, heads);
     }
-    html += table_row(row, metrics);
+    html += table_row(input, row, metrics);
   }
   return html + "</tbody></table>\n";
 }
 
-std::string meanings(const std::vector<Metrics>& metrics) {
+std::string meanings(const ReportInput& input, const std::vector<Metrics>& metrics) {
   std::string html;
   for (const MetricRow& row : metric_rows()) {
-    if (is_known(row, metrics)) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", row.label, row.meaning);
+    if (is_known(row, metrics)) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", label_of(input, row), row.meaning);
   }
   return html;
 }
@@ -282,7 +299,7 @@ std::string title_of(const ReportInput& input) {
 
 std::string thinning_note(const Thinning& thinning, int commands_merged, bool live) {
   std::string note;
-  if (live) note += "Curves are those of the plans; what was led, and the lateral force in figures, are as measured. ";
+  if (live) note += "Curves are those of the plans; what was led, and the slosh in figures, are as measured. ";
   if (thinning.steps_per_point > 1) {
     note += fmt::format(
         "A point of a curve stands for {} planning steps: the worst of them where worse has a meaning, the first "
@@ -316,10 +333,10 @@ Result<std::string> report_page(const ReportInput& input) {
                                  ? fmt::format("{}, {} of it led", clock_text(duration), clock_text(input.story->led_s))
                                  : fmt::format("{:.1f} s", duration),
                     command = escape(input.command), card_html = cards(input, metrics),
-                    table_html = tables(input, metrics), meaning_html = meanings(metrics),
+                    table_html = tables(input, metrics), meaning_html = meanings(input, metrics),
                     title = escape(title_of(input)), verdict_html = verdict(input.story),
                     note = thinning_note(thinning, input.profiles.front().commands_merged, input.story.has_value()),
-                    data = page_data(input, thinning);
+                    bold = bold_note(metrics), data = page_data(input, thinning);
   return fill(embedded::page_html, {{"recording", recording},
                                     {"title", title},
                                     {"tool", has_glass(input) ? "glass" : "gripper"},
@@ -329,6 +346,7 @@ Result<std::string> report_page(const ReportInput& input) {
                                     {"duration", length},
                                     {"command", command},
                                     {"cards", card_html},
+                                    {"bold", bold},
                                     {"tables", table_html},
                                     {"meanings", meaning_html},
                                     {"thinning", note},

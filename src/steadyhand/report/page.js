@@ -193,7 +193,7 @@ function build(chart) {
         y: false,
         points: { size: 7 },
         drag: { x: true, y: false },
-        ...(time && { sync: { key: 'time' } }),
+        ...(time && { sync: { key: 'time' }, hover: { prox: nearby } }),
       },
       scales: { x: { time: false, ...scale(spec.x?.log, spec.x?.range ?? (time ? wholeSession : undefined)) }, y: { ...scale(spec.log, spec.range), dir: spec.downwards ? -1 : 1 } },
       axes: [
@@ -231,6 +231,9 @@ function tellPointer({ over, posToVal }) {
   over.addEventListener('mousemove', ({ offsetX }) => tell(posToVal(offsetX, 'x')));
   over.addEventListener('mouseleave', () => tell(null));
 }
+
+/** px from the pointer to what is told as there: of a profile that led before or after, nothing is. */
+const nearby = (u, series, k, t) => Math.max(12, u.valToPos(t + 0.5, 'x') - u.valToPos(t, 'x'));
 
 /** All plots of a session's times have its begin and end, whatever part of it they have values of. */
 const wholeSession = (u, min, max) => {

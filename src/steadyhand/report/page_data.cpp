@@ -13,7 +13,8 @@
 namespace steadyhand {
 namespace {
 
-constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 1000, kMaxTailPoints = 400;
+constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 3000, kMaxTailPoints = 400;
+constexpr std::size_t kMaxWavePoints = 12000;  // of all that was recorded, not only of what was led
 
 /// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
 /// kBroken keeps the first, unless the curve breaks among them. What is not a number is nowhere the extreme.
@@ -198,7 +199,7 @@ void write_story(JsonWriter& json, const SessionStory& story) {
   json.begin_object();
   json.member("begin", story.begin_s);
   json.member("end", story.end_s);
-  const std::size_t waves = story.waves.size(), per_point = waves / kMaxStepPoints + 1;
+  const std::size_t waves = story.waves.size(), per_point = waves / kMaxWavePoints + 1;
   json.key("wave");
   json.begin_object();
   json.key("t");
