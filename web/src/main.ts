@@ -10,7 +10,7 @@ import { Objects } from './input/objects';
 import { Headset } from './input/xr';
 import { EpisodePanel } from './episodes';
 import { element, onResize, put } from './element';
-import { Panel } from './panel';
+import { Panel, foldAll } from './panel';
 import { Joints } from './plots/joints';
 import { Plots } from './plots/plots';
 import { forgetColors } from './profiles';
@@ -129,6 +129,7 @@ const wantLease = () => {
 const stop = () => {
   panel.stop();
   firstSteps.closeHelp(true);
+  foldAll();
 };
 element('stop', HTMLButtonElement).onclick = stop;
 const drag = new Drag(stage, hand, session, wantLease, canvas);

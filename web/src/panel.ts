@@ -28,6 +28,11 @@ const input = (id: string) => element(id, HTMLInputElement);
 /** Hz, of the planner, that are offered beside the one it has. */
 const RATES = [50, 100, 250, 500];
 
+/** What opens over other things folds. @param around but for what this is in */
+export function foldAll(around: Node | null = null): void {
+  for (const fold of document.querySelectorAll<HTMLDetailsElement>('.over[open]')) if (!fold.contains(around)) fold.open = false;
+}
+
 /** A list is folded until its line is pressed, and folds again with the choice of a mouse, a finger or Enter; arrow keys go through it. */
 function folds(list: HTMLSelectElement): void {
   const fold = (): void => {
@@ -161,10 +166,7 @@ export class Panel {
       this.ask('playback', { text: (currentTarget as HTMLButtonElement).value });
     };
     for (const id of ['playback', 'rate']) folds(element(id, HTMLSelectElement));
-    // What opens over other things folds with a press on these.
-    addEventListener('pointerdown', ({ target }) => {
-      for (const fold of document.querySelectorAll<HTMLDetailsElement>('.over[open]')) if (!fold.contains(target as Node)) fold.open = false;
-    }, { capture: true });
+    addEventListener('pointerdown', ({ target }) => foldAll(target as Node), { capture: true });
     const controls = () => this.session.state?.controls;
     this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
     this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => headingText(v),

@@ -1,6 +1,6 @@
 import { Busy, openTab } from './busy';
 import { editForm, editOf, surely, type Change, type Edit } from './edit_form';
-import { element, put } from './element';
+import { element, onResize, put } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { waveOf, waveText } from './session';
@@ -10,7 +10,7 @@ import { fine, Happened, seenAt, spillAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
 import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
-import { Track, ZOOM } from './replay/track';
+import { PRESSED, Track } from './replay/track';
 
 /** What GET sessions answers (docs/protocol.md). */
 export interface RecordedSession {
@@ -29,8 +29,8 @@ export interface RecordedSession {
 
 /** Speeds that a press of the button goes through. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
-/** Sessions that are listed at first, and so many more with each press. */
-const SHOWN = 6, MORE = 20;
+/** Sessions that are listed at first, so many more with each press, and the most that need no press. */
+const SHOWN = 6, MORE = 20, FEW = 2;
 /** How often the list is asked for what came of a change. */
 const TRIES = 20;
 /** s, after which the list is asked for again while a session is written. */
@@ -166,12 +166,13 @@ export class Recordings {
     press('past-on', () => this.player?.step(1));
     press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
     press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
-    press('past-longer', () => this.#track?.zoom(ZOOM));
-    press('past-closer', () => this.#track?.zoom(1 / ZOOM));
+    press('past-longer', () => this.#track?.zoom(PRESSED));
+    press('past-closer', () => this.#track?.zoom(1 / PRESSED));
     press('past-whole', () => this.#track?.zoom(Infinity));
     press('past-compared', () => this.#seeFigures());
     press('past-alone', () => { this.other = null; this.#layOut(); });
     press('past-close', () => this.close());
+    onResize(this.line, () => this.#measure());
     const range = element('past-at', HTMLInputElement);
     range.oninput = () => {
       if (!this.player) return;
@@ -182,7 +183,7 @@ export class Recordings {
     const keys: Readonly<Record<string, () => void>> = {
       p: () => this.player?.toggle(), ',': () => this.player?.step(-1), '.': () => this.player?.step(1),
       arrowleft: () => this.player?.step(-1), arrowright: () => this.player?.step(1),
-      '+': () => this.#track?.zoom(1 / ZOOM), '=': () => this.#track?.zoom(1 / ZOOM), '-': () => this.#track?.zoom(ZOOM), 0: () => this.#track?.zoom(Infinity),
+      '+': () => this.#track?.zoom(1 / PRESSED), '=': () => this.#track?.zoom(1 / PRESSED), '-': () => this.#track?.zoom(PRESSED), 0: () => this.#track?.zoom(Infinity),
     };
     addEventListener('keydown', (event) => {
       if (!this.player || event.ctrlKey || event.altKey || event.metaKey || isTyped(event.target) || event.target instanceof HTMLSelectElement) return;
@@ -259,12 +260,12 @@ export class Recordings {
       find.value = '';
       this.#showList();
     };
-    const hidden = this.#sessions.length - found.length, rest = found.length - this.#most;
+    const hidden = this.#sessions.length - found.length, more = found.length - this.#most, rest = more > FEW ? more : 0;
     const notes = [
       ...(found.length === 0 ? [this.#note('No recording matches.', 'Show all', all)] : hidden > 0 ? [this.#note(`${hidden} hidden by Find.`, 'Show all', all)] : []),
       ...(rest > 0 ? [this.#note(`${rest} more.`, 'Show more', () => { this.#most += MORE; this.#showList(); })] : []),
     ];
-    this.list.replaceChildren(...found.slice(0, this.#most).map((session) => {
+    this.list.replaceChildren(...found.slice(0, rest > 0 ? this.#most : found.length).map((session) => {
       const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
       const began = beganOf(session, new Date()), told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt, began) });
       const called = this.#calledOf(name), title = Object.assign(document.createElement('strong'), { textContent: called }), spilled = spillOf(session, this.profiles);
@@ -412,6 +413,7 @@ export class Recordings {
     this.#happened.show(player);
     this.#layOut();
     element('past-play', HTMLButtonElement).focus();
+    if (matchMedia('(max-width: 60rem)').matches) scrollTo({ top: 0 }); // what happened and its plots come before the list
   }
 
   /** Where it lost most. */
@@ -431,7 +433,13 @@ export class Recordings {
     this.#seeFigures();
   }
 
-  #seeFigures(): void { element('past-compare', HTMLElement).scrollIntoView({ block: 'start' }); }
+  #seeFigures(): void {
+    this.#measure();
+    element('past-compare', HTMLElement).scrollIntoView({ block: 'start' });
+  }
+
+  /** On a phone what is scrolled to stands beneath the bar, however many lines that has. */
+  #measure(): void { document.documentElement.style.setProperty('--past-height', `${this.line.offsetHeight}px`); }
 
   #layOut(): void {
     const { player, other } = this;
@@ -447,7 +455,10 @@ export class Recordings {
 
   #drawTrack(): void {
     const { player, other } = this;
-    if (player) this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0, this.#chosen, this.joints);
+    if (!player) return;
+    const span = this.#track?.player === player ? this.#track.span : null;
+    this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0, this.#chosen, this.joints);
+    if (span) this.#track.look(span); // as closely as before
   }
 
   /** Of the one that plays, and of the other beside it, a column each. */

@@ -104,7 +104,7 @@ describe('whole demo motions', () => {
     const shown = new Shown();
     shown.run(0);
     expect(shown.runs.compared).toBeNull();
-    expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Whole runs of Carry: Carrying; Tracking: none.');
+    expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Whole so far: Carry: Carrying; Tracking: none.');
     expect(noteOf(null, [0], shown.runs, name, title)).toBe('');
     expect(noteOf(null, [], shown.runs, name, title)).toBe('This page has seen nothing lead the arm in the last minute.');
     shown.run(1, 0);

@@ -288,7 +288,7 @@ describe('figures of a session', () => {
     expect(told(led(0.2, 0, spill), idle)).toBe('“Second” was led by no hand: there is nothing to compare.');
     expect(summaryOf(idle).every(([, , value]) => value === null)).toBe(true);
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
-    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^First spilled less: 1\u00a0×, .* %, in 8\.0\u00a0s/);
+    expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^“First” did better: it spilled once, 40\.0 % of a glass, in 8\.0\u00a0s .* “Second” spilled 2 times, 80\.0 % of a glass in all, in 8\.0\u00a0s\./);
     expect(told(led(0.2, 0, spill), led(0.2, 0, spill))).toMatch(/^Both spilled about as much/);
   });
   it('are told in words to who cannot see the curves', () => {

@@ -81,7 +81,7 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
   if (led.length === 0) return 'This page has seen nothing lead the arm in the last minute.';
   if (led.length === 1) return '';
   const whole = (profile: number): string => `${name(profile)}: ${runs.motionsOf(profile).map(title).join(', ') || 'none'}`;
-  return `Not the same motion yet. Whole runs of ${led.map(whole).join('; ')}.`;
+  return `To compare, play one demo motion to its end under each. Whole so far: ${led.map(whole).join('; ')}.`;
 }
 
 /** Gathers what comes between two rows of the history. */

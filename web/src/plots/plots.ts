@@ -11,7 +11,7 @@ import { LIMITED, MISSED, SPILLED, STATE, STATES, Strip } from './strip';
 import { Swing } from '../swing';
 
 /** px, of a row's plot, and of the time axis beneath the last one. */
-const HEIGHT = 40, TIMES = 17;
+const HEIGHT = 40, TIMES = 21;
 /** px, of the value axis; the strip of states leaves as much free. */
 const AXIS = 34;
 
@@ -86,7 +86,7 @@ export class Plots {
       width: Math.max(120, box.clientWidth), height, padding: [4, 14, last ? 0 : 4, 0],
       scales: { x: { time: false, range: () => [-history.span, 0] }, y: { range: (_u, _low, high) => [0, Math.max(high ?? 0, least) * 1.08] } },
       axes: [
-        { ...axis, size: last ? TIMES : 0, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => (!last ? '' : t === 0 ? 'now' : `${+t.toFixed(1)} s`)) },
+        { ...axis, size: last ? TIMES : 0, gap: 6, space: 60, values: (_u, ticks) => ticks.map((t) => (!last ? '' : t === 0 ? 'now' : `${+t.toFixed(1)} s`)) },
         { ...axis, size: AXIS, gap: 3, space: 16 },
       ],
       cursor: { y: false, points: { size: 5 }, sync: { key: 'minute' }, drag: { x: false, y: false } },

@@ -76,7 +76,7 @@ const ledFor = ({ led }: Player): number => led.reduce((sum, { from, to }) => su
 
 /** A recorded session in figures that two sessions may be compared by. */
 export function summaryOf(player: Player): Figure[] {
-  const { motion, duration, begin } = player, { target } = motion, events = motion.events ?? [];
+  const { motion, duration, begin } = player, events = motion.events ?? [];
   const led = ledFor(player);
   const felt = feltOf(player);
   const off = motion.off_target_mm ?? null;
@@ -129,19 +129,20 @@ export function alikeFor(one: Player, other: Player): number | null {
 /** With a blank that does not break the line. */
 const whole = (seconds: number): string => spanText(seconds).replace(' ', '\u00a0');
 
-/** "9 ×, 74.4 % in all, in 2:28" */
-function oftenIn(player: Player): string {
+/** "nothing in 2:28", "once, 74.4 % of a glass, in 2:28", "9 times, 3.2 glasses in all, in 2:28" */
+function spilledIn(player: Player): string {
   const spills = (player.motion.events ?? []).filter(({ kind }) => kind === 'spill'), all = total(spills.map(({ amount = NaN }) => amount));
-  const lost = spills.length > 0 && !Number.isNaN(all) ? `, ${lostText(all)}${spills.length > 1 ? ' in all' : ''},` : '';
-  return `${spills.length}\u00a0×${lost} in ${whole(ledFor(player))}`;
+  const often = spills.length === 0 ? 'nothing' : spills.length === 1 ? 'once' : `${spills.length} times`, many = spills.length > 1 ? ' in all' : '';
+  const lost = spills.length > 0 && !Number.isNaN(all) ? `, ${lostText(all)}${all < 1.05 ? ' of a glass' : ''}${many},` : '';
+  return `${often}${lost} in ${whole(ledFor(player))}`;
 }
 
 /** Which of two spilled less, for each minute led. */
 function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {
   const idle = players.findIndex((player) => ledFor(player) === 0);
-  if (idle >= 0) return `${names[idle]} was led by no hand: there is nothing to compare.`;
+  if (idle >= 0) return `“${names[idle]}” was led by no hand: there is nothing to compare.`;
   const less = betterOf(...spilled), lost = spilled.map(([, , perMinute]) => perMinute);
-  if (less >= 0) return `${names[less]} spilled ${lost[less] === 0 ? 'nothing' : 'less'}: ${oftenIn(players[less]!)} that a hand led, against ${oftenIn(players[1 - less]!)}.`;
+  if (less >= 0) return `“${names[less]}” did better: it spilled ${spilledIn(players[less]!)} that a hand led. “${names[1 - less]}” spilled ${spilledIn(players[1 - less]!)}.`;
   if (lost.every((each) => each === 0)) return 'Neither spilled.';
   return 'Both spilled about as much for each minute led.';
 }

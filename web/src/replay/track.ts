@@ -8,7 +8,7 @@ import { fine } from './happened';
 import { indexAt, type Motion, type Player } from './player';
 
 /** px: of a plot, its value axis, the bands of states and profiles. */
-const HEIGHT = 46, TIMES = 17, AXIS = 34, BAND = 12, MARK = 7;
+const HEIGHT = 50, TIMES = 21, AXIS = 34, BAND = 12, MARK = 7;
 /** px from the pointer to the values there. */
 const BESIDE = 10;
 /** px beside a plot, for the second half of its last time. */
@@ -23,8 +23,9 @@ const IN_SECONDS = 120, STEPS = [15, 30, 60, 120, 300, 600, 900, 1800, 3600, 720
 
 /** The same where less is looked at, and what is looked at at least. */
 const FINE_STEPS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20], CLOSEST = 0.5;
-/** Of what is looked at, for a step of the wheel, or of a key. */
-export const ZOOM = 1.25;
+/** Of what is looked at, for a step of the wheel; for a button's, or a key's. */
+const ZOOM = 1.25;
+export const PRESSED = ZOOM ** 3;
 
 /** s from the begin, that are looked at. */
 export type Span = readonly [from: number, to: number];
@@ -113,7 +114,7 @@ export class Track {
   #seen = -1;
 
   /** @param other laid over it, so many s later @param chosen which plots are drawn @param joints of the arm, for their names */
-  constructor(private readonly root: HTMLElement, private readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number,
+  constructor(private readonly root: HTMLElement, readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number,
               chosen: ReadonlySet<Curve>, private readonly joints: readonly Joint[]) {
     root.replaceChildren();
     this.#span = this.#whole;
@@ -180,10 +181,10 @@ export class Track {
     this.#plots.push(new uPlot({
       width: 300, height: HEIGHT + (last ? TIMES : 0), padding: [4, RIGHT, last ? 0 : 5, 0],
       scales: { x: { time: false, range: () => [...this.#span] }, y: { range: (_u, low, high) => [Math.min(0, name === 'height' ? (low ?? 0) : 0), Math.min(full, Math.max(high ?? 0, reach) * 1.08)] } },
-      axes: [{ ...axis, size: last ? TIMES : 0, gap: 2, space: 60, incrs: () => (this.#isLong ? STEPS : FINE_STEPS), values: (_u, ticks) => ticks.map((t) => (last ? this.#timeText(t) : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
+      axes: [{ ...axis, size: last ? TIMES : 0, gap: 6, space: 60, incrs: () => (this.#isLong ? STEPS : FINE_STEPS), values: (_u, ticks) => ticks.map((t) => (last ? this.#timeText(t) : '')) }, { ...axis, size: AXIS, gap: 3, space: 18 }],
       cursor: { show: false }, legend: { show: false },
       series: [{}, { stroke: () => resolved('var(--ink)'), width: 1.5, points: { show: false } }, ...(other ? [{ stroke: () => resolved('var(--past)'), width: 1.5, dash: [4, 3], points: { show: false } }] : [])],
-    }, uPlot.join(curves as uPlot.AlignedData[], curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
+    }, uPlot.join(curves.map(([times, values]) => [times, values.map((value) => (value === null ? null : Math.min(value, full)))] as uPlot.AlignedData), curves.map((curve) => curve.map(() => EXPAND_NULLS))), box));
   }
 
   /** px from the track's left to where its times begin, and how many of them there are. */
@@ -217,6 +218,7 @@ export class Track {
     return left + (width * (at - from)) / (to - from);
   }
 
+  get span(): Span { return this.#span; }
   get #whole(): Span { return [0, Math.max(0.1, this.player.duration)]; }
   get #isWhole(): boolean { return this.#span[1] - this.#span[0] >= this.#whole[1]; }
   get #isLong(): boolean { return this.#span[1] - this.#span[0] > IN_SECONDS; }
@@ -227,9 +229,9 @@ export class Track {
   }
 
   /** So many times as long a stretch is looked at; Infinity: all. @param about s, of the time that stays where it is */
-  zoom(factor: number, about = this.player.at): void { this.#look(zoomed(this.#span, about, factor, this.#whole[1])); }
+  zoom(factor: number, about = this.player.at): void { this.look(zoomed(this.#span, about, factor, this.#whole[1])); }
 
-  #look(span: Span): void {
+  look(span: Span): void {
     this.#span = span;
     for (const plot of this.#plots) plot.setScale('x', { min: span[0], max: span[1] });
     this.resize();
@@ -241,7 +243,7 @@ export class Track {
     if (at !== this.#seen) {
       this.#seen = at;
       const span = holding(this.#span, at, this.#whole[1]);
-      if (span !== this.#span) return this.#look(span);
+      if (span !== this.#span) return this.look(span);
     }
     this.#putCursor();
   }
