@@ -42,7 +42,8 @@ export function emulatedQuest(): XRDevice {
 
 /**
  * A mouse and a few keys as the right hand of a headset that the page emulates: pressing grips, moving moves it across the
- * view, the wheel to and fro; where it holds nothing it is under the mouse; the other button pulls the trigger; the arrow keys turn the head, Home turns it back. While a session runs.
+ * view, the wheel to and fro; where it holds nothing it is under the mouse; the other button pulls the trigger, and on the board
+ * each does; the arrow keys turn the head, Home turns it back. While a session runs.
  */
 export class EmulatedHand {
   #running = false;
@@ -58,6 +59,9 @@ export class EmulatedHand {
   #held = false;
   #pulled = false;
   #away = AWAY;
+  /** The mouse is on the board, where a press that grips elsewhere presses what is there. */
+  #onBoard = false;
+  #presses = false;
   readonly #eye = new THREE.Vector3();
   readonly #sight = new THREE.Vector3();
   readonly #at = new THREE.Vector3();
@@ -113,7 +117,10 @@ export class EmulatedHand {
 
   set running(running: boolean) {
     this.#running = running;
-    if (running) return;
+    if (running) {
+      this.#look(HEAD.yaw, HEAD.pitch);
+      return;
+    }
     this.#hold(0);
     this.#settle();
     // iwer leaves it above all else there.
@@ -150,7 +157,8 @@ export class EmulatedHand {
     this.#gaze.set(q.x, q.y, q.z, q.w);
     this.#sight.set(((2 * (event.clientX - left)) / width - 1) * half * (width / height), (1 - (2 * (event.clientY - top)) / height) * half, -1);
     this.#sight.normalize().applyQuaternion(this.#gaze);
-    const away = this.boardAt(this.#eye, this.#sight) ?? this.#away;
+    const board = this.boardAt(this.#eye, this.#sight), away = board ?? this.#away;
+    this.#onBoard = board !== null;
     this.#at.copy(this.#eye).addScaledVector(this.#sight, away);
     this.#hand.set(ASIDE.right, -ASIDE.down, 0).applyQuaternion(this.#gaze).add(this.#eye).addScaledVector(this.#sight, HALFWAY * away);
     this.#gaze.setFromRotationMatrix(this.#frame.lookAt(this.#hand, this.#at, this.#up));
@@ -169,10 +177,13 @@ export class EmulatedHand {
 
   /** @param buttons of the mouse, all that are down */
   #hold(buttons: number): void {
-    const held = (buttons & GRIPS) !== 0;
+    const down = (buttons & GRIPS) !== 0;
+    if (!down) this.#presses = false;
+    else if (!this.#held && this.#onBoard) this.#presses = true;
+    const held = down && !this.#presses;
     if (held !== this.#held) this.#press('squeeze', held);
     this.#held = held;
-    const pulled = (buttons & TRIGGERS) !== 0;
+    const pulled = (buttons & TRIGGERS) !== 0 || this.#presses;
     if (pulled !== this.#pulled) this.#press('trigger', pulled);
     this.#pulled = pulled;
   }
