@@ -405,7 +405,8 @@ test('a recording appears in the list, its report opens, and it replays in the s
   for (let i = 0; i < 20; ++i) await page.mouse.wheel(0, -100);
   await page.keyboard.up('Control');
   await page.waitForTimeout(500);
-  { const again = await told(); assert.ok(Math.abs(again - pointed) < 0.11, `the same time under the pointer: ${again} and ${pointed}`); }
+  const again = await told();
+  assert.ok(Math.abs(again - pointed) < 0.11, `the same time under the pointer: ${again} and ${pointed}`);
   assert.equal(await inSight(), false, 'the time that is shown lies elsewhere');
   await page.keyboard.press('.');
   await until(inSight, 'the time that was stepped to');

@@ -1,8 +1,8 @@
 import * as THREE from 'three';
 import type { Arm } from './arm';
 
-/** s between two looks; s for which the arm may stand before the glass; how much of it stays to be seen then; 1/s, of the change. */
-const LOOK = 0.3, PATIENCE = 0.5, FAINT = 0.3, RATE = 3;
+/** s between two looks; s for which the arm may stand before the glass; 1/s, of the change. */
+const LOOK = 0.3, PATIENCE = 0.5, RATE = 3;
 /** m before the middle of the glass: what holds it does not hide it. */
 const NEAR = 0.1, NEAR_GRIPPER = 0.2;
 
@@ -15,6 +15,8 @@ export class SeeThrough {
   #hidden = 0;
   #hides = false;
   #opacity = 1;
+  /** How much of the arm stays to be seen. */
+  faint = 0.3;
 
   /** @param dt s, since the last picture */
   update(arm: Arm, camera: THREE.Camera, glass: THREE.Object3D, dt: number): void {
@@ -24,7 +26,7 @@ export class SeeThrough {
       this.#look(arm, camera, glass);
     }
     this.#hidden = this.#hides ? this.#hidden + dt : 0;
-    const wanted = this.#hidden > PATIENCE ? FAINT : 1, step = RATE * Math.min(dt, 0.2);
+    const wanted = this.#hidden > PATIENCE ? this.faint : 1, step = RATE * Math.min(dt, 0.2);
     if (this.#opacity === wanted) return;
     this.#opacity = wanted < this.#opacity ? Math.max(wanted, this.#opacity - step) : Math.min(wanted, this.#opacity + step);
     arm.setOpacity(this.#opacity);

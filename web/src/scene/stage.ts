@@ -191,6 +191,7 @@ export class Stage {
     this.#backdrop.setHex(dark ? 0x14181d : 0xe9eef3);
     this.#dark = dark;
     this.#room.setDark(dark);
+    this.#seeThrough.faint = dark ? 0.45 : 0.3; // its own grey is nearly the night's
     this.#light();
     this.wake();
   }
