@@ -404,7 +404,7 @@ export class Session {
     if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
     const stops = this.state?.state === 'stopping', itself = stops && this.rests ? 'stopped' : this.state?.state ?? 'elsewhere';
     if (this.past) return `You see a recording. The arm itself is ${itself}; ${this.mayResetNow ? '“Back to now” has its Reset.' : 'only Stop acts on it.'}`;
-    if (!this.paired) return `You are watching${this.holder ? ' somebody drive' : ''}. ${stops ? 'Whoever drives can reset the arm. ' : ''}${this.#codeRefused || means.pair}`;
+    if (!this.paired) return `${this.holder ? 'You are watching somebody drive.' : 'You are watching.'} ${stops ? 'Whoever drives can reset the arm. ' : ''}${this.#codeRefused || means.pair}`;
     if (this.asks) return `You asked for the arm. ${this.#granted(now)}`;
     if (this.isAnothers) return 'Somebody else drives. You are watching; you may stop the arm.';
     if (now - this.#hint.at < HINTED_FOR) return this.#hint.words;
