@@ -556,19 +556,21 @@ test('the emulated hand is under the mouse, and its trigger presses what the mou
     return [box.left + (box.width * (x + 1)) / 2, box.top + (box.height * (1 - y)) / 2];
   }, wanted);
   const led = async () => { const { welcome, state: now } = await page.evaluate(() => globalThis.steadyhand.session); return welcome.profiles.find(({ index }) => index === now.controls.profile).label; };
-  assert.doesNotMatch(await led(), /Waiter/);
-  await until(async () => {
-    const at = await place();
-    if (!at) return false;
-    await page.mouse.move(...at);
-    await frames();
-    await page.mouse.click(...at, { button: 'right' });
-    await page.waitForTimeout(300);
-    return /Waiter/.test(await led());
-  }, 'the profile that the mouse pressed');
-  await page.mouse.move(10, 700); // off the board
-  await say(page, { type: 'request', kind: 'profile', text: 'carry' });
-  await until(async () => /Carry/.test(await led()), 'the profile of before');
+  for (const button of ['right', 'left']) {
+    assert.doesNotMatch(await led(), /Waiter/);
+    await until(async () => {
+      const at = await place();
+      if (!at) return false;
+      await page.mouse.move(...at);
+      await frames();
+      await page.mouse.click(...at, { button });
+      await page.waitForTimeout(300);
+      return /Waiter/.test(await led());
+    }, `the profile that the mouse pressed with its ${button} button`);
+    await page.mouse.move(10, 700); // off the board
+    await say(page, { type: 'request', kind: 'profile', text: 'carry' });
+    await until(async () => /Carry/.test(await led()), 'the profile of before');
+  }
   await page.setViewportSize(small);
 });
 

@@ -418,6 +418,23 @@ test('a recording appears in the list, its report opens, and it replays in the s
     await page.mouse.move(x, y);
     assert.equal(Math.abs((await told()) - pointed) < 0.2, isWhole, button);
   }
+  for (let i = 0; i < 2; ++i) await page.click('#past-closer');
+  await page.mouse.move(x + 1, y);
+  const closely = await told();
+  for (const [label, called] of [['looked at closely', /^looked at/], ['', /^Today/]]) {
+    await page.click('#recordings [data-shown] .row button:has-text("Edit")');
+    await page.fill('.edit input >> nth=0', label);
+    await page.keyboard.press('Enter');
+    await until(async () => called.test(await page.textContent('#past-name')), 'the label');
+  }
+  await page.mouse.move(x, y);
+  assert.ok(Math.abs((await told()) - closely) < 0.11, 'a label leaves what is looked at');
+  await page.click('#past-whole');
+  const wide = page.viewportSize();
+  await page.setViewportSize({ width: 390, height: 844 });
+  const [bar, track, list] = await page.evaluate(() => ['#past', '#track', '#recordings'].map((part) => { const { top, bottom } = document.querySelector(part).getBoundingClientRect(); return { top, bottom }; }));
+  assert.ok(bar.bottom < 0.6 * 844 && track.bottom <= list.top && await page.isVisible('#past-closer'), `on a phone the plots, and their zoom, come before the list: ${JSON.stringify([bar, track, list])}`);
+  await page.setViewportSize(wide);
   await seek(0.5);
   const engaged = await page.$('#past-events [data-kind=engaged] a');
   await engaged.click();

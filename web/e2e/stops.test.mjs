@@ -242,6 +242,17 @@ test('a lease that comes while the grip is held moves nothing; a fresh grip does
   await inState(watcher, 'ready');
 });
 
+test('a stop folds what is open over other things', async () => {
+  const page = await open();
+  await ready(page);
+  const isOpen = () => page.evaluate(() => document.querySelector('#playback').closest('details').open);
+  await reveal(page, '#playback');
+  assert.equal(await isOpen(), true);
+  await page.keyboard.press('Escape');
+  await inState(page, 'stopping');
+  assert.equal(await isOpen(), false);
+});
+
 test('a stop in the middle of a drag leaves handles that can be taken again', IN_CHROMIUM, async () => {
   const page = await open(), watcher = await watch();
   await page.evaluate(() => globalThis.steadyhand.stage.setQuality(2));
