@@ -243,14 +243,15 @@ test('a lease that comes while the grip is held moves nothing; a fresh grip does
 });
 
 test('a stop folds what is open over other things', async () => {
-  const page = await open();
+  const page = await open(), watcher = await watch();
   await ready(page);
   const isOpen = () => page.evaluate(() => document.querySelector('#playback').closest('details').open);
   await reveal(page, '#playback');
   assert.equal(await isOpen(), true);
   await page.keyboard.press('Escape');
-  await inState(page, 'stopping');
+  await stopped(watcher);
   assert.equal(await isOpen(), false);
+  await reset(page, watcher);
 });
 
 test('a stop in the middle of a drag leaves handles that can be taken again', IN_CHROMIUM, async () => {
