@@ -68,18 +68,26 @@ export function editForm(edit: Edit, before: string, called: string, busy: Busy,
   return form;
 }
 
+/** ms for which a second press deletes. */
+const SURE_FOR = 15_000;
+
 /** A button that asks once more. @param called what is deleted */
 export function surely(called: string, asked: { sure: boolean }, act: () => void): HTMLButtonElement {
   const gone = Object.assign(document.createElement('button'), { type: 'button' as const });
   const show = (): void => {
     gone.textContent = asked.sure ? `Really delete “${called}”` : 'Delete';
     gone.setAttribute('aria-label', asked.sure ? `Really delete ${called}, for good` : `Delete ${called}`);
-    if (asked.sure) gone.dataset.sure = 'true';
+    if (asked.sure) gone.dataset.sure = 'true'; else delete gone.dataset.sure;
   };
   gone.onclick = () => {
     if (asked.sure) return act();
     asked.sure = true;
     show();
+    gone.scrollIntoView({ block: 'nearest' }); // it has a line of its own now
+    setTimeout(() => {
+      asked.sure = false;
+      show();
+    }, SURE_FOR);
   };
   show();
   return gone;
