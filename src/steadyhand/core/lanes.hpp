@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #include "steadyhand/core/configuration.hpp"
 
@@ -13,16 +14,24 @@ namespace steadyhand {
 inline constexpr int kLanes = STEADYHAND_LANES;
 
 /// kLanes doubles that go through the same arithmetic at once: a Scalar for Eigen and for the terms, one node of the
-/// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor; aligned alike for
-/// each.
+/// horizon per lane. Made of the compiler's vector type, so any width compiles on any processor; aligned and passed to
+/// functions alike for each. How the vector type itself is passed depends on the processor, so what takes or returns it
+/// is always inlined.
 class alignas(kLanes * sizeof(double)) Lanes {
  public:
   using Vector [[gnu::vector_size(kLanes * sizeof(double))]] = double;
   using Mask [[gnu::vector_size(kLanes * sizeof(std::int64_t))]] = std::int64_t;  ///< -1 or 0 in each lane
 
   Lanes() = default;
+  // Written out, so that calls pass Lanes in memory. In registers only callers compiled for as wide ones would agree
+  // with the library.
+  Lanes(const Lanes& other) : v_(other.v_) {}
+  Lanes& operator=(const Lanes& other) {
+    v_ = other.v_;
+    return *this;
+  }
   Lanes(double all) : v_(Vector{} + all) {}  // NOLINT(google-explicit-constructor): a number stands for all lanes
-  explicit Lanes(Vector v) : v_(v) {}
+  [[gnu::always_inline]] explicit Lanes(Vector v) : v_(v) {}
   static Lanes load(const double* from) {
     Lanes result;
     std::memcpy(&result.v_, from, sizeof(Vector));
@@ -32,7 +41,7 @@ class alignas(kLanes * sizeof(double)) Lanes {
 
   double operator[](int lane) const { return v_[lane]; }
   void set(int lane, double value) { v_[lane] = value; }
-  Vector vector() const { return v_; }
+  [[gnu::always_inline]] Vector vector() const { return v_; }
 
   Lanes& operator+=(Lanes b) { return *this = Lanes(v_ + b.v_); }
   Lanes& operator-=(Lanes b) { return *this = Lanes(v_ - b.v_); }
@@ -43,10 +52,10 @@ class alignas(kLanes * sizeof(double)) Lanes {
   friend Lanes operator*(Lanes a, Lanes b) { return Lanes(a.v_ * b.v_); }
   friend Lanes operator/(Lanes a, Lanes b) { return Lanes(a.v_ / b.v_); }
   friend Lanes operator-(Lanes a) { return Lanes(-a.v_); }
-  friend Mask operator<(Lanes a, Lanes b) { return a.v_ < b.v_; }
-  friend Mask operator>(Lanes a, Lanes b) { return a.v_ > b.v_; }
+  [[gnu::always_inline]] friend Mask operator<(Lanes a, Lanes b) { return a.v_ < b.v_; }
+  [[gnu::always_inline]] friend Mask operator>(Lanes a, Lanes b) { return a.v_ > b.v_; }
 
-  friend Lanes select(Mask mask, Lanes yes, Lanes no) { return Lanes(mask ? yes.v_ : no.v_); }
+  [[gnu::always_inline]] friend Lanes select(Mask mask, Lanes yes, Lanes no) { return Lanes(mask ? yes.v_ : no.v_); }
   /// NaN in b is passed on.
   friend Lanes max(Lanes a, Lanes b) { return select(a > b, a, b); }
   friend Lanes min(Lanes a, Lanes b) { return select(a < b, a, b); }
@@ -70,10 +79,12 @@ class alignas(kLanes * sizeof(double)) Lanes {
   Vector v_;
 };
 
+static_assert(!std::is_trivially_copy_constructible_v<Lanes>, "see the copy constructor");
+
 /// As for lanes, so that code can be written once for both.
 inline double select(bool mask, double yes, double no) { return mask ? yes : no; }
 inline bool any(bool mask) { return mask; }
-inline bool any(Lanes::Mask mask) {
+[[gnu::always_inline]] inline bool any(Lanes::Mask mask) {
   std::int64_t result = 0;
   for (int i = 0; i < kLanes; ++i) result |= mask[i];
   return result != 0;
