@@ -96,6 +96,13 @@ def test_what_cannot_be_found_is_told(prefix, tmp_path, asked, said):
     assert done.returncode == (1 if said else 0) and said in words, words
 
 
+def test_macros_of_eigen_that_would_move_members_are_compile_errors(prefix):
+    command = ["g++", "-std=c++20", "-fsyntax-only", "-DEIGEN_DONT_VECTORIZE", "-DEIGEN_DEFAULT_TO_ROW_MAJOR", "-DEIGEN_DEFAULT_DENSE_INDEX_TYPE=int",
+               "-isystem", "/usr/include/eigen3", str(prefix / "include/steadyhand/core/math.hpp")]  # fmt: skip
+    errors = re.findall(r"static assertion failed: (.*)", subprocess.run(command, capture_output=True, text=True).stderr)
+    assert [error.split()[0] for error in errors] == ["define", "EIGEN_DONT_VECTORIZE", "EIGEN_DEFAULT_TO_ROW_MAJOR", "EIGEN_DEFAULT_DENSE_INDEX_TYPE"]
+
+
 def test_no_file_names_the_checkout(prefix):
     needle = str(ROOT).encode()
     assert [str(path) for path in prefix.rglob("*") if path.is_file() and needle in path.read_bytes()] == []

@@ -2,11 +2,18 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 
 namespace steadyhand {
 
 // The layout of these types is the library's, whatever processor is compiled for where its headers are included.
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16, "define EIGEN_MAX_ALIGN_BYTES=16, as CMake's steadyhand::planning does");
+#if EIGEN_ARCH_i386_OR_x86_64 || EIGEN_ARCH_ARM_OR_ARM64  // elsewhere Eigen aligns no members
+static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16, "EIGEN_DONT_VECTORIZE or EIGEN_DONT_ALIGN_STATICALLY moves members");
+#endif
+static_assert(EIGEN_DEFAULT_MATRIX_STORAGE_ORDER_OPTION == Eigen::ColMajor,
+              "EIGEN_DEFAULT_TO_ROW_MAJOR turns matrices");
+static_assert(sizeof(Eigen::Index) == sizeof(std::ptrdiff_t), "EIGEN_DEFAULT_DENSE_INDEX_TYPE moves members");
 
 /// Largest arm that the fixed-size types below hold.
 inline constexpr int kMaxJoints = 8;
