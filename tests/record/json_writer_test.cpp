@@ -22,7 +22,7 @@ std::string written(const Write& write, JsonWriter::Digits digits = JsonWriter::
   JsonBuffer out;
   JsonWriter json(out, digits);
   write(json);
-  return fmt::to_string(out);
+  return out;
 }
 
 TEST(JsonWriter, PutsCommasWhereTheyBelong) {

@@ -1,5 +1,7 @@
 #include "steadyhand/browser/closed_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -63,7 +65,7 @@ Result<std::string> closed_loop(const BrowserSetup& setup, int profile, int prob
   json.end_array();
   json.member("times_us", times);
   json.end_object();
-  return fmt::to_string(text);
+  return text;
 }
 
 Result<std::string> commands_of(BrowserSetup setup, double seconds) {
@@ -84,7 +86,7 @@ Result<std::string> commands_of(BrowserSetup setup, double seconds) {
   for (int i = 0; kTurn * i <= seconds; ++i) (*session)->advance(from_seconds(kTurn * i));
   json.end_array();
   json.end_object();
-  return fmt::to_string(text);
+  return text;
 }
 
 }  // namespace steadyhand

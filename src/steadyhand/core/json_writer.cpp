@@ -1,5 +1,7 @@
 #include "steadyhand/core/json_writer.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace steadyhand {
@@ -27,8 +29,6 @@ std::size_t character(std::string_view text, std::size_t& bad) {
   return size;
 }
 
-void append(JsonBuffer& out, std::string_view text) { out.append(text.data(), text.data() + text.size()); }
-
 }  // namespace
 
 void JsonWriter::key(std::string_view name) {
@@ -40,7 +40,7 @@ void JsonWriter::key(std::string_view name) {
 
 void JsonWriter::raw(std::string_view json) {
   separate();
-  append(*out_, json);
+  *out_ += json;
 }
 
 void JsonWriter::value(std::string_view text) {
@@ -52,9 +52,9 @@ void JsonWriter::number_value(double number) {
   if (!std::isfinite(number)) return raw("null");
   separate();
   if (digits_ == Digits::kSix) {
-    fmt::format_to(fmt::appender(*out_), "{:.6g}", number);
+    fmt::format_to(std::back_inserter(*out_), "{:.6g}", number);
   } else {
-    fmt::format_to(fmt::appender(*out_), "{}", number);
+    fmt::format_to(std::back_inserter(*out_), "{}", number);
   }
 }
 
@@ -73,13 +73,13 @@ void JsonWriter::quoted(std::string_view text) {
                                 : c == '\t' ? "\\t"
                                             : nullptr;
     if (size == 0) {
-      append(*out_, "\xef\xbf\xbd");
+      *out_ += "\xef\xbf\xbd";
     } else if (escaped != nullptr) {
-      append(*out_, escaped);
+      *out_ += escaped;
     } else if (size == 1 && static_cast<unsigned char>(c) < 0x20) {
-      fmt::format_to(fmt::appender(*out_), "\\u{:04x}", static_cast<unsigned>(c));
+      fmt::format_to(std::back_inserter(*out_), "\\u{:04x}", static_cast<unsigned>(c));
     } else {
-      append(*out_, text.substr(0, size));
+      *out_ += text.substr(0, size);
     }
     text.remove_prefix(size == 0 ? bad : size);
   }

@@ -1,13 +1,14 @@
 #pragma once
 
-#include <fmt/format.h>
-
+#include <charconv>
 #include <concepts>
+#include <iterator>
+#include <string>
 #include <string_view>
 
 namespace steadyhand {
 
-using JsonBuffer = fmt::memory_buffer;
+using JsonBuffer = std::string;
 
 /// Appends JSON to a buffer as it is told, with the commas. Numbers that are not finite become null, since JSON has no
 /// word for them; bytes that are not UTF-8 become U+FFFD.
@@ -31,7 +32,8 @@ class JsonWriter {
   void value(std::floating_point auto number) { number_value(number); }
   void value(std::integral auto number) {
     separate();
-    fmt::format_to(fmt::appender(*out_), "{}", number);
+    char digits[24];
+    out_->append(digits, std::to_chars(digits, std::end(digits), number).ptr);
   }
   void value(bool flag) { raw(flag ? "true" : "false"); }
   void value(std::string_view text);

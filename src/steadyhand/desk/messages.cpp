@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "steadyhand/core/json_writer.hpp"
 
@@ -45,7 +46,7 @@ class Message {
   }
   std::string end() {
     json_.end_object();
-    return fmt::to_string(out_);
+    return std::move(out_);
   }
 
  private:

@@ -290,7 +290,7 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   }
   json.end_object();
   std::string embedded;  // in a <script>
-  for (const char c : fmt::to_string(out)) {
+  for (const char c : out) {
     if (c == '<') {
       embedded += "\\u003c";
     } else {
