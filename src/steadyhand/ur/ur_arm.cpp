@@ -49,6 +49,13 @@ RtdeRecipes recipes() {
   return r;
 }
 
+/// Formatted into `place`, as much as it holds.
+template <typename... Arguments>
+std::string_view words(std::span<char> place, fmt::format_string<Arguments...> text, Arguments&&... arguments) {
+  const auto end = fmt::format_to_n(place.data(), place.size(), text, std::forward<Arguments>(arguments)...).out;
+  return {place.data(), static_cast<std::size_t>(end - place.data())};
+}
+
 std::string_view why_ended(UrProgramState state) {
   switch (state) {
     case UrProgramState::kSilence:
@@ -274,9 +281,9 @@ void UniversalRobotsArm::read_script() {
             "the controller takes no programs from here (C210): switch it to remote control at the pendant, then "
             "reset");
       } else if (message.kind == UrMessage::Kind::kException) {
-        stop(words("runtime error on the controller, line {}: {}", message.line, text));
+        stop(words(next_words(), "runtime error on the controller, line {}: {}", message.line, text));
       } else {
-        stop(words("error C{}A{} of the controller: {}", message.code, message.argument, text));
+        stop(words(next_words(), "error C{}A{} of the controller: {}", message.code, message.argument, text));
       }
     }
     if (outcome == Socket::Outcome::kDone) continue;
@@ -415,7 +422,8 @@ void UniversalRobotsArm::begin_program() {
     return stop("the arm is not at rest where its controller wants it: nothing may push it");
   }
   if (!(report_.slider >= kFullSpeed)) {
-    return stop(words("the speed slider is at {:.0f} %: move it to 100 % at the pendant", 100.0 * report_.slider));
+    return stop(words(next_words(), "the speed slider is at {:.0f} %: move it to 100 % at the pendant",
+                      100.0 * report_.slider));
   }
   if (playing() && !settings_.replace_program) {
     if (!long_ago(kEnding)) return;  // ours may be about to end
@@ -499,7 +507,8 @@ void UniversalRobotsArm::watch_program() {
   }
   if (!program_is_ours()) return stop("the program on the controller was stopped or replaced");
   if (!(report_.scaling * report_.slider >= kFullSpeed)) {
-    return stop(words("the controller slows the arm down to {:.0f} %: the speed slider, or its safety limits",
+    return stop(words(next_words(),
+                      "the controller slows the arm down to {:.0f} %: the speed slider, or its safety limits",
                       100.0 * report_.scaling * report_.slider));
   }
   if (!counts_cycles()) stop("the program on the controller loses cycles: it is too slow, or slowed down");
@@ -538,12 +547,7 @@ void UniversalRobotsArm::send_input(const JointCommand* command) {
   (void)rtde_->send(input);  // one that does not get away is bridged like one lost on the way
 }
 
-template <typename... Arguments>
-std::string_view UniversalRobotsArm::words(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
-  auto& slot = words_[next_words_++ % words_.size()];
-  const auto end = fmt::format_to_n(slot.data(), slot.size(), text, std::forward<Arguments>(arguments)...).out;
-  return {slot.data(), static_cast<std::size_t>(end - slot.data())};
-}
+std::span<char> UniversalRobotsArm::next_words() { return words_[next_words_++ % words_.size()]; }
 
 void UniversalRobotsArm::stop(std::string_view reason) {
   const bool was_following = phase_ == Phase::kFollowing;

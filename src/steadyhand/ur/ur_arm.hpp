@@ -1,12 +1,11 @@
 #pragma once
 
-#include <fmt/core.h>
-
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -105,8 +104,7 @@ class UniversalRobotsArm final : public Arm {
   void upload();
   void await_program();
   void stop(std::string_view reason);
-  template <typename... Arguments>
-  std::string_view words(fmt::format_string<Arguments...> text, Arguments&&... arguments);
+  std::span<char> next_words();
   void send_input(const JointCommand* command);
   bool playing() const { return report_.runtime == UrRuntime::kPlaying; }
   bool ours() const { return report_.owner == program_.session; }
