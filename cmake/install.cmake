@@ -18,8 +18,16 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/steadyhand-config-versio
 install(FILES "${PROJECT_BINARY_DIR}/steadyhand-config.cmake" "${PROJECT_BINARY_DIR}/steadyhand-config-version.cmake"
         DESTINATION "${package_folder}")
 
+# Internal headers, which include libraries that find_package(steadyhand) does not bring.
+list(REMOVE_ITEM rooms ros2)
+set(internal_headers "")
+foreach(header config/cell_formats config/settings_table config/shape_reader config/yaml_reader mujoco/scene_model record/cell_json
+               record/json_reader record/robot_json record/shape_json robot/urdf_file)
+  list(APPEND internal_headers REGEX "/${header}[.]hpp$" EXCLUDE)
+endforeach()
 foreach(room ${rooms})
-  install(DIRECTORY "src/steadyhand/${room}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand" FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY "src/steadyhand/${room}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand"
+          FILES_MATCHING PATTERN "*.hpp" ${internal_headers})
 endforeach()
 install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand/core")

@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steady
 BUILD = PROGRAM.parent
 CONSUMER = ROOT / "tests/install/consumer"
 LEVELS = {"x86-64": [], "x86-64-v3": ["avx2"], "native": []}
+BROUGHT = re.compile(r"Eigen/\w+|[a-z_]+")  # Eigen, and the standard library
 
 
 def run(*command, **options):
@@ -101,6 +103,29 @@ def test_macros_of_eigen_that_would_move_members_are_compile_errors(prefix):
                "-isystem", "/usr/include/eigen3", str(prefix / "include/steadyhand/core/math.hpp")]  # fmt: skip
     errors = re.findall(r"static assertion failed: (.*)", subprocess.run(command, capture_output=True, text=True).stderr)
     assert [error.split()[0] for error in errors] == ["define", "EIGEN_DONT_VECTORIZE", "EIGEN_DEFAULT_TO_ROW_MAJOR", "EIGEN_DEFAULT_DENSE_INDEX_TYPE"]
+
+
+def included(header):
+    return re.findall(r'^#include ([<"])([^>"]+)', header.read_text(), re.MULTILINE)
+
+
+def test_headers_include_only_what_find_package_brings(prefix):
+    headers = sorted((prefix / "include").rglob("*.hpp"))
+    missing = [f"{header}: {name}" for header in headers for kind, name in included(header)
+               if not ((prefix / "include" / name).is_file() if kind == '"' else BROUGHT.fullmatch(name))]  # fmt: skip
+    assert len(headers) > 100 and missing == []
+
+
+@pytest.mark.long
+def test_each_header_compiles_alone(prefix):
+    def compile_alone(header):
+        command = ["g++", "-std=c++20", "-fsyntax-only", "-DEIGEN_MAX_ALIGN_BYTES=16", f"-I{prefix}/include", "-isystem", "/usr/include/eigen3",
+                   "-include", header, "-x", "c++", "/dev/null"]  # fmt: skip
+        return subprocess.run([str(word) for word in command], capture_output=True, text=True).stderr[:500]
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        complaints = list(pool.map(compile_alone, sorted((prefix / "include").rglob("*.hpp"))))
+    assert [words for words in complaints if words] == []
 
 
 def test_no_file_names_the_checkout(prefix):
