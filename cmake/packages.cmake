@@ -49,6 +49,15 @@ if(STEADYHAND_WITH_TESTS)
 endif()
 
 file(GLOB site_packages "${STEADYHAND_DEPS}/venv/lib/python3*/site-packages")
+# Where the URDFs of robots/ are: among these, otherwise where `python3` has airo-models.
+set(urdf_packages "${site_packages}")
+if(NOT urdf_packages)
+  execute_process(COMMAND python3 -c "from importlib.util import find_spec as f; print(f('airo_models').submodule_search_locations[0])"
+                  OUTPUT_VARIABLE airo_models OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  if(airo_models)
+    get_filename_component(urdf_packages "${airo_models}" DIRECTORY)
+  endif()
+endif()
 if(STEADYHAND_WITH_FATROP)
   if(NOT EXISTS "${site_packages}/casadi/include/fatrop/fatrop.hpp")
     message(FATAL_ERROR "FATROP not found under ${STEADYHAND_DEPS}: run ./steadyhand once, which installs the pinned packages, "

@@ -171,6 +171,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"urdf_not_there", "urdf: arm.urdf\n", "arm.urdf: no such file"},
         Refusal{"package", "urdf: {package: nothing, path: a.urdf}\n",
                 "Python package 'nothing' with its file 'a.urdf' is not in"},
+        Refusal{"distribution", "urdf: {package: nothing, path: a.urdf, distribution: no-thing}\n",
+                "/packages' no-thing"},
         Refusal{"urdf_key", "urdf: {package: airo_models, file: a.urdf}\n", "arm.yaml:1: unknown key 'file' in 'urdf'"},
         Refusal{"key", "urdf: a\n\ntoool: {}\n", "arm.yaml:3: unknown key 'toool'; did you mean 'tool'?"},
         Refusal{"tool_size", "urdf: a\ntool: {link: a, xyz: [0, 0], rpy: [0, 0, 0]}\n",

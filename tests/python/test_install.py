@@ -39,7 +39,9 @@ def prefix(tmp_path_factory):
 
 
 def build_consumer(folder, *options):
-    run("cmake", "-S", CONSUMER, "-B", folder, "-G", "Ninja", *options)
+    readme = folder / "readme.cpp"
+    readme.write_text(re.search(r"```cpp\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL).group(1))
+    run("cmake", "-S", CONSUMER, "-B", folder, "-G", "Ninja", f"-DREADME={readme}", *options)
     run("cmake", "--build", folder)
     return folder
 
@@ -55,11 +57,11 @@ def consumers(prefix, tmp_path_factory):
     return folders
 
 
-def test_a_program_leads_an_arm_whatever_processor_it_is_compiled_for(consumers, tmp_path):
+def test_the_program_of_the_readme_runs_whatever_processor_it_is_compiled_for(consumers, tmp_path):
     environment = {key: value for key, value in os.environ.items() if not key.startswith("STEADYHAND")}
-    commands = {level: run(folder / "lead", cwd=tmp_path, env=environment) for level, folder in consumers.items()}
-    assert len(set(commands.values())) == 1, commands  # the library computes: bit for bit the same
-    assert len(commands["x86-64"].split()) == 6
+    commands = {level: run(folder / "readme", cwd=tmp_path, env=environment) for level, folder in consumers.items()}
+    assert len(set(commands.values())) == 1, commands  # the library computes: the same
+    assert len(commands["x86-64"].split()) == 500 * 6
 
 
 def test_terms_of_the_callers_work_whatever_processor_they_are_compiled_for(consumers, tmp_path):
@@ -146,7 +148,8 @@ def test_it_is_a_subproject_that_needs_neither_node_nor_a_wheel(tmp_path):
     folder = build_consumer(
         tmp_path, f"-DSTEADYHAND_SOURCE={ROOT}", f"-DSTEADYHAND_DEPS={tmp_path}/none", "-DCMAKE_CXX_FLAGS=-march=x86-64 -O1"
     )
-    refused = subprocess.run([folder / "lead"], capture_output=True, text=True, timeout=60)
-    assert refused.returncode == 2 and "airo_models" in refused.stderr  # the URDF's package: data, not for the build
-    (folder / "steadyhand/share/steadyhand/packages").symlink_to(BUILD / "share/steadyhand/packages")
-    assert len(run(folder / "lead").split()) == 6
+    refused = subprocess.run([folder / "readme"], capture_output=True, text=True, timeout=60)
+    packages = folder / "steadyhand/share/steadyhand/packages"  # the URDF's is data, not for the build
+    assert refused.returncode == 2 and refused.stderr.strip().endswith(f"--no-deps --target '{packages}' airo-models")
+    packages.symlink_to(BUILD / "share/steadyhand/packages")
+    assert len(run(folder / "readme").split()) == 500 * 6

@@ -23,7 +23,11 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
   if (found) {
     settings.urdf = *found;
   } else {
-    urdf.fail("package", ": " + found.error().message + (distribution.empty() ? "" : ": pip install " + distribution));
+    const std::string folder = (places.packages.empty() ? places.data / "packages" : places.packages.front()).string();
+    urdf.fail("package", ": " + found.error().message +
+                             (distribution.empty() ? ""
+                                                   : fmt::format(": python3 -m pip install --no-deps --target '{}' {}",
+                                                                 folder, distribution)));
   }
 }
 
