@@ -700,6 +700,49 @@ TEST(ClientClock, ForgetsAClockThatWasSetWithinTwoWindows) {
   EXPECT_NEAR(to_seconds(clock.to_session(from_seconds(52.0), now)), 112.0, 1e-6);
 }
 
+TEST_F(HubTest, AClockThatIsSetAheadIsFollowedOn) {
+  FakeOutbox outbox;
+  const auto id = pair(outbox);
+  say(id, {{"type", "take"}});
+  std::uint64_t sequence = 0;
+  for (const double ahead : {0.0, 3.0, 3603.0}) {
+    samples_.clear();
+    for (int i = 0; i < 90; ++i) {
+      now_ += from_seconds(1.0 / 90.0);
+      const Time late = std::chrono::milliseconds(i % 7);
+      say(id, sample(++sequence, to_seconds(now_ - late) + ahead));
+      ASSERT_EQ(samples_.size(), i + 1u) << ahead << ": " << outbox.last_words();
+      EXPECT_LE(now_ - samples_.back().stamp.hand, std::chrono::milliseconds(12));
+      if (i > 0) {
+        EXPECT_GT(samples_[i].stamp.hand, samples_[i - 1].stamp.hand);
+      }
+    }
+  }
+  EXPECT_EQ(outbox.count("error"), 0) << outbox.last_words();
+}
+
+TEST_F(HubTest, AClockThatIsSetBackIsUnderstoodAgainWithinTenSeconds) {
+  FakeOutbox outbox;
+  const auto id = pair(outbox);
+  say(id, {{"type", "take"}});
+  std::uint64_t sequence = 0;
+  const auto send_for = [&](double seconds, double ahead) {
+    samples_.clear();
+    for (int i = 0; i < 90.0 * seconds; ++i) {
+      now_ += from_seconds(1.0 / 90.0);
+      say(id, sample(++sequence, to_seconds(now_) + ahead));
+    }
+  };
+  send_for(1.0, 0.0);
+  EXPECT_EQ(samples_.size(), 90u);
+  send_for(1.0, -3.0);
+  EXPECT_TRUE(samples_.empty());
+  EXPECT_EQ(outbox.last_error(), "late");
+  send_for(9.0, -3.0);
+  send_for(1.0, -3.0);
+  EXPECT_EQ(samples_.size(), 90u);
+}
+
 TEST_F(HubTest, AStudyIsShownToAllAndAnsweredToItsLeader) {
   FakeOutbox leader, stranger, page, late;
   leader.this_user = true;
