@@ -353,6 +353,51 @@ TEST_F(Faults, AStopIsObeyedAtOnceAndLastsUntilReset) {
   EXPECT_TRUE(session.grip());
 }
 
+/// Follows only after restart(), which no session calls when it begins.
+class WaitsForRestart final : public Arm {
+ public:
+  explicit WaitsForRestart(Clock& clock) : arm_(ur5e(), ur5e().home, {}, clock) {}
+  const ArmInfo& info() const override { return arm_.info(); }
+  ArmState receive() override {
+    ArmState state = arm_.receive();
+    if (restarts == 0) state.status = ArmStatus::kStarting;
+    return state;
+  }
+  void send(const JointCommand& command) override { arm_.send(command); }
+  void restart() override {
+    ++restarts;
+    arm_.restart();
+  }
+
+  int restarts = 0;
+
+ private:
+  SimulatedArm arm_;
+};
+
+TEST(Starting, AnArmThatDoesNotBeginToFollowIsReported) {
+  WaitsForRestart* arm = nullptr;
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  options.make_arm = [&](Clock& clock) {
+    auto made = std::make_unique<WaitsForRestart>(clock);
+    arm = made.get();
+    return made;
+  };
+  VirtualSession session(options);
+  session.planner_runs = false;
+  session.run(9.0);
+  EXPECT_EQ(session.view.reason, "starting");
+  session.run(12.0);
+  EXPECT_EQ(session.state(), State::kIdle);
+  EXPECT_EQ(session.view.reason, "the arm is still starting: it has not reported that it follows");
+  EXPECT_EQ(arm->restarts, 0);
+  session.ask_stop();
+  session.run(0.1);
+  session.ask_reset();
+  EXPECT_TRUE(session.run_until([&] { return session.state() == State::kReady; }, 0.5)) << session.view.reason;
+  EXPECT_EQ(arm->restarts, 1);
+}
+
 TEST(Stalls, AControlLoopThatSleptStopsTheArm) {
   for (const double timeout : {1.0, 0.1}) {  // the arm's own, which comes first or does not
     VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());

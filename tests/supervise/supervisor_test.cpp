@@ -81,6 +81,9 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
       case Event::kArmFollows:
         input.arm_follows = true;
         break;
+      case Event::kArmLate:
+        input.now += std::chrono::seconds(11);
+        break;
       case Event::kStopAsked:
         ++d.stops;
         break;

@@ -11,9 +11,9 @@ namespace steadyhand {
 
 /// Whether an arm does what it is told.
 enum class ArmStatus {
-  kStarting,  ///< not yet: it is being switched on, or recovers from a stop
-  kFollowing,
-  kStopped,  ///< it stopped by itself (protective stop, connection lost); only restart() brings it back
+  kStarting,   ///< not yet: it is being switched on, or recovers from a stop
+  kFollowing,  ///< the arm goes from kStarting to this by itself, also at first, when nobody calls restart()
+  kStopped,    ///< it stopped by itself (protective stop, connection lost); only restart() brings it back
 };
 
 /// What an arm reports once a cycle.
@@ -51,8 +51,8 @@ class Arm {
   /// The set-point of this cycle. Ignored unless the arm is following. It must continue those before it, the arm's own
   /// too (ArmState::carried_on): an arm may refuse a step, or limits exceeded, with a stop of its own.
   virtual void send(const JointCommand& command) = 0;
-  /// Asks the arm to begin (again) to follow commands, from where it stands; the first command must be there. Does not
-  /// wait: the status tells when it does.
+  /// Asks the arm to follow commands again after a stop, from where it is; the first command must be there. A session
+  /// calls this after each reset, and not when it begins. Does not wait: the status shows when the arm follows.
   virtual void restart() = 0;
 
  protected:

@@ -74,7 +74,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   links_->asked.halts = supervisor_.halts();
   links_->asked.halted = after == SupervisionState::kStopping || after == SupervisionState::kFault;
 
-  output_.restart_arm = transition != nullptr && after == SupervisionState::kIdle;
+  output_.restart_arm = before != SupervisionState::kIdle && after == SupervisionState::kIdle;
   if (transition != nullptr && after == SupervisionState::kStopping) {
     begin_stop(*transition, now);
   } else if (transition != nullptr && after == SupervisionState::kFault && input.arm_follows) {

@@ -15,6 +15,7 @@ constexpr Transition kTransitions[] = {
     {State::kIdle, Event::kFailed, State::kFault, ""},
     {State::kIdle, Event::kStopAsked, State::kStopping, "a stop was asked for"},
     {State::kIdle, Event::kArmFollows, State::kReady, "grip to move the arm"},
+    {State::kIdle, Event::kArmLate, State::kIdle, "the arm is still starting: it has not reported that it follows"},
 
     {State::kReady, Event::kArmStopped, State::kFault, ""},
     {State::kReady, Event::kFailed, State::kFault, ""},
@@ -102,6 +103,8 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
       return !input.failure.empty();
     case Event::kArmFollows:
       return input.arm_follows;
+    case Event::kArmLate:
+      return passed(settings_.arm_late_after, since_);
     case Event::kStopAsked:
       return input.stops != stops_;
     case Event::kStalled:
@@ -127,6 +130,7 @@ bool Supervisor::happened(Event event, const SupervisionInput& input) const {
 }
 
 const Transition* Supervisor::update(const SupervisionInput& input) {
+  if (since_ == Time(0)) since_ = input.now;
   const Transition* taken = step(input);
   const bool halts = taken != nullptr && (taken->to == State::kStopping || taken->to == State::kFault);
   if (halts || input.stops != stops_) ++halts_;
