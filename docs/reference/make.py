@@ -20,6 +20,14 @@ def installed_rooms():
     return rooms
 
 
+def internal():
+    """Folders and headers of these rooms that are not installed."""
+    text = (ROOT / "cmake/install.cmake").read_text()
+    rooms = re.search(r"list\(REMOVE_ITEM rooms ([^)]*)\)", text).group(1).split()
+    headers = re.search(r"foreach\(header ([^)]*)\)", text).group(1).split()
+    return [f"src/steadyhand/{room}" for room in rooms] + [f"src/steadyhand/{header}.hpp" for header in headers]
+
+
 def complaints(words):
     """Doxygen's, but for what need not be documented."""
     begin = re.compile(rf"/steadyhand/(?!(?:{'|'.join(DOCUMENTED)})/)\w+/.*is not documented\.$")
@@ -32,7 +40,7 @@ def make(folder):
     headers = " ".join(f"src/steadyhand/{room}" for room in installed_rooms())
     version = re.search(r"project\(steadyhand VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
     settings = (ROOT / "docs/reference/Doxyfile").read_text()
-    settings += f"INPUT = docs/reference/main.md {headers}\nPROJECT_NUMBER = {version}\nOUTPUT_DIRECTORY = {folder}\n"
+    settings += f"INPUT = docs/reference/main.md {headers}\nEXCLUDE = {' '.join(internal())}\nPROJECT_NUMBER = {version}\nOUTPUT_DIRECTORY = {folder}\n"
     done = subprocess.run(["doxygen", "-"], input=settings, cwd=ROOT, capture_output=True, text=True)
     return complaints(done.stderr) or ([] if done.returncode == 0 else [done.stderr])
 
