@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <random>
 
 #include "steadyhand/fit/cover.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace steadyhand {
 namespace {
@@ -79,6 +81,49 @@ TEST(Prove, GrowsUntilEachPieceIsHeld) {
     solid.shape.radius -= 1e-3;
     EXPECT_FALSE(is_covered(plate, solids));
     solid.shape.radius += 1e-3;
+  }
+}
+
+TEST(Cover, OfALineAndOfNeedlesHasFewPieces) {
+  for (const auto& [height, count] : {std::pair(0.0, 20), {1e-6, 20}, {1e-4, 20}, {0.0, 10000}}) {
+    Surface line;
+    for (int i = 0; i < count; ++i) {
+      line.push_back({Vector3(0, 0, 0), Vector3(0, 0, 1.0), Vector3(height, 0, 0.8 * i / count)});
+    }
+    std::vector<Probe> probes;  // all along it
+    for (int i = -2; i <= 12; ++i) {
+      for (const double side : {-1.0, 1.0}) {
+        probes.push_back({Vector3(0.05 * side, 0.0, 0.1 * i), 0.05, 0.01, 0.05, 0.1});
+        probes.push_back({Vector3(0.0, 0.05 * side, 0.1 * i), 0.05, 0.01, 0.05, 0.1});
+      }
+    }
+    CoverSettings settings;
+    settings.most = 1;
+    const Cover found = cover(line, probes, settings);
+    EXPECT_TRUE(is_covered(line, found.solids)) << height;
+  }
+}
+
+TEST(LoadMesh, RefusesAFaceOfVeryManyCorners) {
+  const TemporaryFolder folder;
+  for (const int corners : {300, 20000}) {
+    std::ofstream file(folder.path() / "disc.obj");
+    std::string face = "f";
+    for (int i = 1; i <= corners; ++i) {
+      const double angle = 2.0 * M_PI * i / corners;
+      file << "v " << std::cos(angle) << " " << std::sin(angle) << " 0\n";
+      face += " " + std::to_string(i);
+    }
+    file << face << "\n";
+    file.close();
+    const Result<Surface> disc = load_mesh(folder.path() / "disc.obj");
+    ASSERT_EQ(bool(disc), corners == 300);
+    if (disc) {
+      EXPECT_EQ(disc->size(), 298u);
+    } else {
+      EXPECT_NE(disc.error().message.find("disc.obj has faces of up to 20000 corners"), std::string::npos)
+          << disc.error().message;
+    }
   }
 }
 

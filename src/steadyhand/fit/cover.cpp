@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <random>
 
 #include "steadyhand/fit/hull.hpp"
+#include "steadyhand/fit/pieces.hpp"
 
 namespace steadyhand {
 
@@ -185,75 +185,11 @@ Parameters search(Parameters p, double step, int rounds, std::mt19937& random, c
 
 // ---- The cover of one link
 
-/// What is to be covered, thinned if there is much of it: small triangles by indices of corners.
-struct Mesh {
-  Points corners;
+/// What is to be covered.
+struct Mesh : Pieces {
+  explicit Mesh(Pieces pieces) : Pieces(std::move(pieces)), cloud(corners) {}
   Cloud cloud;
-  std::vector<std::array<int, 3>> triangles;
 };
-
-/// Triangles cut into pieces with edges of at most `edge`.
-void cut_small(const Triangle& triangle, double edge, Surface& pieces) {
-  const auto& [a, b, c] = triangle;
-  const double ab = (a - b).norm(), bc = (b - c).norm(), ca = (c - a).norm();
-  const double longest = std::max({ab, bc, ca});
-  if (longest <= edge) {
-    pieces.push_back(triangle);
-  } else if (longest == ab) {
-    const Vector3 middle = 0.5 * (a + b);
-    cut_small({a, middle, c}, edge, pieces);
-    cut_small({middle, b, c}, edge, pieces);
-  } else if (longest == bc) {
-    const Vector3 middle = 0.5 * (b + c);
-    cut_small({a, b, middle}, edge, pieces);
-    cut_small({a, middle, c}, edge, pieces);
-  } else {
-    const Vector3 middle = 0.5 * (c + a);
-    cut_small({a, b, middle}, edge, pieces);
-    cut_small({middle, b, c}, edge, pieces);
-  }
-}
-
-/// @param grid m: corners within one cell become one
-Mesh joined(const Surface& surface, double grid) {
-  Mesh mesh;
-  std::map<std::array<long, 3>, int> cells;
-  std::map<std::array<int, 3>, int> seen;
-  for (const Triangle& triangle : surface) {
-    std::array<int, 3> indices;
-    for (int i = 0; i < 3; ++i) {
-      const Vector3 cell = (triangle[i] / grid).array().round();
-      const std::array<long, 3> key{std::lround(cell.x()), std::lround(cell.y()), std::lround(cell.z())};
-      const auto [place, fresh] = cells.emplace(key, static_cast<int>(mesh.corners.size()));
-      if (fresh) mesh.corners.push_back(triangle[i]);
-      indices[i] = place->second;
-    }
-    std::sort(indices.begin(), indices.end());
-    if (seen.emplace(indices, 0).second) mesh.triangles.push_back(indices);
-  }
-  mesh.cloud = Cloud(mesh.corners);
-  return mesh;
-}
-
-Mesh small_triangles(const Surface& surface) {
-  constexpr std::size_t kEnough = 7000;
-  double area = 0.0;
-  for (const auto& [a, b, c] : surface) area += 0.5 * (b - a).cross(c - a).norm();
-  const double edge = std::max(2.5 * std::sqrt(area / 3000.0), 1e-4);
-  Mesh mesh;
-  if (surface.size() > kEnough) {
-    // First thinned, so that cutting begins with few.
-    const Mesh thin = joined(surface, 0.3 * edge);
-    Surface pieces;
-    for (const auto& [a, b, c] : thin.triangles) {
-      cut_small({thin.corners[a], thin.corners[b], thin.corners[c]}, edge, pieces);
-    }
-    return joined(pieces, 1e-7);
-  }
-  Surface pieces;
-  for (const Triangle& triangle : surface) cut_small(triangle, edge, pieces);
-  return joined(pieces, 1e-7);
-}
 
 class LinkCover {
  public:
@@ -573,7 +509,7 @@ class LinkCover {
 
 Cover cover(const Surface& surface, const std::vector<Probe>& probes, const CoverSettings& settings,
             const std::vector<Solid>& last) {
-  const Mesh mesh = small_triangles(surface);
+  const Mesh mesh(small_triangles(surface));
   LinkCover link(mesh, probes, settings);
   Cover best;
   best.cost = kInfinity;

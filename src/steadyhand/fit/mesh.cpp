@@ -6,6 +6,7 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
 
@@ -49,16 +50,39 @@ bool collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above,
   return true;
 }
 
+/// Cuts faces of more than three corners. Assimp's time for a face grows with the square of its corners.
+Status triangulate(Assimp::Importer& importer, const std::filesystem::path& file) {
+  constexpr double kMostWork = 1e8;  // corners squared, some seconds
+  const aiScene& scene = *importer.GetScene();
+  double work = 0.0;
+  unsigned most = 0;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const unsigned corners = mesh.mFaces[f].mNumIndices;
+      if (corners > 4) work += static_cast<double>(corners) * corners;
+      most = std::max(most, corners);
+    }
+  }
+  if (work > kMostWork) {
+    return Error{fmt::format("{} has faces of up to {} corners, too many to cut into triangles; save it as triangles",
+                             file.string(), most)};
+  }
+  importer.ApplyPostProcessing(aiProcess_Triangulate);
+  return Done{};
+}
+
 }  // namespace
 
 Result<std::vector<Painted>> load_painted_mesh(const std::filesystem::path& file) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
+  const aiScene* scene = importer.ReadFile(file.string(), 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     return Error{fmt::format("{} cannot be read as a mesh: {}", file.string(),
                              scene == nullptr ? importer.GetErrorString() : "it has no scene")};
   }
+  if (Status s = triangulate(importer, file); !s) return s.error();
   std::vector<Painted> parts;
   std::size_t count = 0;
   if (!collect(*scene, *scene->mRootNode, aiMatrix4x4(), count, parts)) {
