@@ -73,6 +73,13 @@ TEST(Csv, NormalisesQuaternionsThatAreNearlyUnit) {
   for (const OperatorSample& sample : recording->samples) EXPECT_NEAR(sample.X_operator_hand.q.norm(), 1.0, 1e-15);
 }
 
+TEST(Csv, TakesNumbersWithAPlus) {
+  const auto recording = load_csv(kHeader + "+0.5,+0.1,0,-0.2,0,0,0,+1\n+1.5e0,0,0,0,0,0,0,1\n");
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_EQ(recording->samples[0].X_operator_hand.p, Vector3(0.1, 0, -0.2));
+  EXPECT_EQ(recording->samples[1].stamp.hand, from_seconds(1.0));
+}
+
 TEST(Csv, CutsARangeAndStartsItAtZero) {
   std::string content = kHeader;
   for (int i = 0; i <= 100; ++i) content += fmt::format("{},{},0,0,0,0,0,1\n", 3.0 + 0.1 * i, 0.1 * i);
@@ -116,6 +123,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadCsv{"TooManyValues", kHeader + kRow + "1,0,0,0,0,0,0,1,\n", ":3: has 9 values; the header names 8 columns"},
         BadCsv{"Text", kHeader + kRow + "1,0,up,0,0,0,0,1\n", ":3: column py is \"up\"; it must be a finite number"},
         BadCsv{"ExtraText", kHeader + kRow + "1,0,2 m,0,0,0,0,1\n", ":3: column py is \"2 m\""},
+        BadCsv{"TwoSigns", kHeader + kRow + "1,0,+-2,0,0,0,0,1\n", ":3: column py is \"+-2\""},
+        BadCsv{"OnlyASign", kHeader + kRow + "1,0,+,0,0,0,0,1\n", ":3: column py is \"+\""},
+        BadCsv{"GitLfs", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
+               "hand.csv: is a pointer of Git LFS, not the file itself; `git lfs pull` gets that"},
+        BadCsv{"Utf16", std::string("\xFF\xFEt\0,\0p\0", 8), "is UTF-16 text; save it as UTF-8"},
         BadCsv{"EmptyCell", kHeader + kRow + "1,0,,0,0,0,0,1\n", ":3: column py is \"\""},
         BadCsv{"Binary", kHeader + std::string("\0\x01\xff", 3) + ",0,0,0,0,0,0,1\n", ":2: column t is"},
         BadCsv{"NotANumber", kHeader + "0,nan,0,0,0,0,0,1\n", ":2: column px is \"nan\"; it must be a finite number"},

@@ -39,7 +39,7 @@ struct YamlMap::File {
 
 Result<double> parse_number(const std::string& text) {
   const char *begin = text.data(), *end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') ++begin;
   double value = 0.0;
   const auto [stop, error] = std::from_chars(begin, end, value);
   if (stop != end || begin == end || error == std::errc::invalid_argument) {

@@ -14,4 +14,9 @@ inline bool is_name(std::string_view text) {
   return !text.empty();
 }
 
+/// Whether a file that begins so is what Git LFS leaves in the place of a file until that is pulled.
+inline bool is_lfs_pointer(std::string_view begin) { return begin.starts_with("version https://git-lfs.github.com/"); }
+/// Behind the file's name.
+inline constexpr std::string_view kLfsAdvice = "is a pointer of Git LFS, not the file itself; `git lfs pull` gets that";
+
 }  // namespace steadyhand

@@ -63,9 +63,11 @@ Result<std::vector<std::size_t>> read_header(const std::vector<std::string_view>
 }
 
 Result<double> read_number(std::string_view cell, std::string_view column, const std::string& where) {
+  std::string_view digits = cell;
+  if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') digits.remove_prefix(1);  // which from_chars refuses
   double value = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  const bool number = error == std::errc() && end == cell.data() + cell.size();
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  const bool number = error == std::errc() && end == digits.data() + digits.size();
   if (number && std::isfinite(value)) return value;
   return Error{fmt::format("{}: column {} is \"{}\"; it must be a finite number", where, column, cell.substr(0, 40))};
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "steadyhand/core/text.hpp"
 #include "steadyhand/input/aframe.hpp"
 #include "steadyhand/input/csv.hpp"
 
@@ -51,6 +52,11 @@ Result<Recording> load_recording(const std::filesystem::path& path, const Record
   const std::size_t first = text->find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {
     return Error{fmt::format("{}: is empty; a recording is a CSV or an A-Frame JSON file", name)};
+  }
+
+  if (is_lfs_pointer(*text)) return Error{fmt::format("{}: {}", name, kLfsAdvice)};
+  if (text->starts_with("\xFF\xFE") || text->starts_with("\xFE\xFF")) {
+    return Error{fmt::format("{}: is UTF-16 text; save it as UTF-8", name)};
   }
 
   Recording recording;
