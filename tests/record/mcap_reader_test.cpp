@@ -86,30 +86,96 @@ TEST(McapReader, CutAnywhereGivesItsCompleteChunks) {
   EXPECT_GT(messages_before, kMessages / 2);
 }
 
-TEST(McapReader, ChangedBytesAreRefusedOrHarmless) {
+/// Indices of the messages that are read.
+std::vector<int> indices_in(const std::filesystem::path& path, Result<McapOverview>& overview) {
+  std::vector<int> indices;
+  overview = read_mcap(path, [&](const McapMessage& message) -> Status {
+    indices.push_back(std::stoi(std::string(message.data.substr(5))));
+    EXPECT_EQ(message.topic, indices.back() % 3 ? "/first" : "/second");
+    return Done{};
+  });
+  return indices;
+}
+
+TEST(McapReader, KeepsWhatIsBeforeAndAfterADamagedPart) {
+  const auto path = test::temporary_file("damaged.mcap");
+  const std::string bytes = written(path);
+  std::vector<std::size_t> chunks;
+  for (std::size_t at = bytes.find("zstd"); at < bytes.size() * 7 / 10; at = bytes.find("zstd", at + 1)) {
+    chunks.push_back(at - 41);
+  }
+  ASSERT_GT(chunks.size(), 8u);
+  // Of the head: opcode, which becomes none, another that is skipped, or the footer's; length; size. Then contents.
+  constexpr std::pair<std::size_t, int> kDamages[] = {{0, 0x55},  {0, 0x86},  {0, 0x04}, {0, 0x01},
+                                                      {1, 0xff},  {2, 0x7f},  {4, 0x55}, {7, 0x55},
+                                                      {25, 0x55}, {44, 0x55}, {60, 0x55}};
+  for (const std::size_t chunk : {chunks[0], chunks[4]}) {
+    for (const auto& [offset, bits] : kDamages) {
+      std::string changed = bytes;
+      changed[chunk + offset] = static_cast<char>(changed[chunk + offset] ^ bits);
+      write_file(path, changed);
+      Result<McapOverview> overview = Error{};
+      const std::vector<int> read = indices_in(path, overview);
+      ASSERT_TRUE(overview) << overview.error().message;
+      EXPECT_GT(read.size(), kMessages * 8u / 10u) << offset << ", " << bits;
+      // A chunk that is said to be longer than it is can be read.
+      EXPECT_TRUE(read.size() < std::size_t(kMessages) || offset == 1 || offset == 2) << offset << ", " << bits;
+      EXPECT_TRUE(std::is_sorted(read.begin(), read.end()));
+      EXPECT_EQ(read.back(), kMessages - 1);
+      EXPECT_TRUE(overview->complete);
+      ASSERT_EQ(overview->lost.size(), 1u) << offset << ", " << bits;
+      const McapLoss& loss = overview->lost[0];
+      EXPECT_TRUE(loss.at == chunk || offset == 1 || offset == 2) << offset << ", " << bits;
+      for (int i = 0; i < kMessages; ++i) {
+        const Time t = std::chrono::milliseconds(10 * (i + 1));
+        if (!std::binary_search(read.begin(), read.end(), i)) EXPECT_TRUE(loss.first < t && t < loss.last) << i;
+      }
+      EXPECT_NE(to_text(loss).find("are damaged"), std::string::npos);
+      const auto outside = read_mcap(path);
+      ASSERT_TRUE(outside) << outside.error().message;
+      EXPECT_TRUE(outside->complete);
+      EXPECT_EQ(outside->last, overview->last);
+    }
+  }
+}
+
+TEST(McapReader, ChangedBytesCostOnlyWhatIsNoted) {
   const auto path = test::temporary_file("changed.mcap");
   const std::string bytes = written(path);
   std::mt19937 random(6);
-  int refused = 0;
+  int damaged = 0;
   for (int i = 0; i < 400; ++i) {
     std::string changed = bytes;
     for (int n = 1 + static_cast<int>(random() % 3); n > 0; --n) {
       changed[random() % changed.size()] = static_cast<char>(random());
     }
     write_file(path, changed);
-    int messages = 0;
-    const auto overview = read_mcap(path, [&](const McapMessage&) -> Status {
-      ++messages;
-      return Done{};
-    });
-    EXPECT_LE(messages, kMessages);
-    if (!overview) {
-      ++refused;
-      EXPECT_NE(overview.error().message.find("changed.mcap"), std::string::npos);
-    }
+    Result<McapOverview> overview = Error{};
+    const std::vector<int> read = indices_in(path, overview);
     (void)read_mcap(path);
+    if (!overview) {
+      EXPECT_NE(overview.error().message.find("changed.mcap"), std::string::npos);
+      continue;
+    }
+    EXPECT_TRUE(std::is_sorted(read.begin(), read.end()));
+    EXPECT_EQ(std::adjacent_find(read.begin(), read.end()), read.end());
+    EXPECT_GT(read.size(), kMessages / 3u);
+    if (read.size() == kMessages) continue;
+    ++damaged;
+    EXPECT_TRUE(!overview->lost.empty() || !overview->complete);
   }
-  EXPECT_GT(refused, 100);
+  EXPECT_GT(damaged, 100);
+}
+
+TEST(McapReader, RefusesAFileOfWhichNothingCanBeRead) {
+  const auto path = test::temporary_file("all.mcap");
+  std::string bytes = written(path);
+  for (std::size_t at = bytes.find("zstd"); at != std::string::npos; at = bytes.find("zstd", at + 1)) bytes[at] = 'Z';
+  write_file(path, bytes);
+  Result<McapOverview> overview = Error{};
+  EXPECT_TRUE(indices_in(path, overview).empty());
+  ASSERT_FALSE(overview);
+  EXPECT_NE(overview.error().message.find("corrupt at byte"), std::string::npos) << overview.error().message;
 }
 
 TEST(McapReader, TellsWhatIsNoMcap) {
@@ -121,6 +187,8 @@ TEST(McapReader, TellsWhatIsNoMcap) {
     ASSERT_FALSE(overview);
     EXPECT_NE(overview.error().message.find("is no MCAP file"), std::string::npos) << overview.error().message;
   }
+  write_file(path, "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
+  EXPECT_NE(read_mcap(path).error().message.find("is a pointer of Git LFS"), std::string::npos);
   EXPECT_FALSE(read_mcap(test::temporary_file("missing.mcap")));
   EXPECT_FALSE(is_mcap(test::temporary_file(".")));
 }

@@ -8,7 +8,9 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "steadyhand/core/text.hpp"
 #include "steadyhand/record/crc32.hpp"
 #include "steadyhand/record/mcap_format.hpp"
 
@@ -20,6 +22,10 @@ using mcap::Opcode;
 
 constexpr std::uint64_t kHeadSize = 1 + 8;            ///< opcode and length of a record
 constexpr std::uint64_t kLargestRecord = 256u << 20;  ///< of what is read into memory; a chunk of ours has 1 MiB
+
+/// In a chunk, behind its times, size and checksum: how it is packed.
+constexpr std::string_view kZstd("\4\0\0\0zstd", 8);
+constexpr std::uint64_t kBeforeName = 3 * 8 + 4;
 
 /// Takes fields off the front of bytes. Fields that are not there are 0 or empty, and then ok() is false.
 class Fields {
@@ -76,12 +82,30 @@ class Reader {
     if (!error) stream_.open(name_, std::ios::binary);
     if (error || !stream_) return Error{fmt::format("{}: cannot be read", name_)};
     std::string magic(mcap::kMagic.size(), '\0');
-    if (!fill(magic) || magic != mcap::kMagic) return Error{fmt::format("{}: is no MCAP file", name_)};
+    if (!fill(magic) || magic != mcap::kMagic) {
+      magic.resize(200);
+      seek(0);
+      (void)fill(magic);
+      return Error{fmt::format("{}: {}", name_, is_lfs_pointer(magic) ? kLfsAdvice : "is no MCAP file")};
+    }
+    whole_until_ = overview_.end;
+    std::optional<Error> damage;
     while (!overview_.complete) {
       const std::optional<std::uint64_t> length = begin_record();
-      if (!length) break;
-      if (Status s = read_record(*length); !s) return s.error();
+      if (!length) {
+        if (!resume()) break;
+        continue;
+      }
+      const std::uint64_t at = record_at_, next = overview_.end + *length;
+      const Status read = read_record(*length);
+      if (read) continue;
+      if (damaged_.empty()) return read.error();
+      if (!damage) damage = read.error();
+      whole_until_ = at + kHeadSize;  // it is not tried again
+      lose(at, next, std::exchange(damaged_, ""));
+      seek(next);
     }
+    if (damage && !overview_.any) return *damage;
     return std::move(overview_);
   }
 
@@ -92,7 +116,57 @@ class Reader {
     return static_cast<std::size_t>(stream_.gcount()) == bytes.size();
   }
 
-  /// Length of the next record; none if the file ends within it.
+  void seek(std::uint64_t at) {
+    stream_.clear();
+    stream_.seekg(static_cast<std::streamoff>(at));
+    overview_.end = at;
+  }
+
+  void lose(std::uint64_t from, std::uint64_t until, const std::string& reason) {
+    if (!loss_is_open_) overview_.lost.push_back({from, 0, latest_, latest_, reason});
+    McapLoss& loss = overview_.lost.back();
+    if (until > loss.at) loss.bytes = std::max(loss.bytes, until - loss.at);
+    loss_is_open_ = true;
+  }
+
+  /// Behind what cannot be a record: goes on at the next chunk that is whole. False if there is none, as in a file that
+  /// was cut.
+  bool resume() {
+    const std::uint64_t end = overview_.end;
+    const std::optional<std::uint64_t> next = find_chunk(whole_until_);
+    seek(next.value_or(end));
+    if (next) lose(std::min(*next, end), *next, "no record begins there");
+    return next.has_value();
+  }
+
+  /// Where the next whole chunk begins that zstd has packed, as chunks of ours are.
+  std::optional<std::uint64_t> find_chunk(std::uint64_t from) {
+    constexpr std::uint64_t kBefore = kHeadSize + kBeforeName, kBlock = 1u << 20;
+    std::string block;
+    for (std::uint64_t at = from; at < size_; at += kBlock - kZstd.size()) {
+      block.resize(std::min(kBlock, size_ - at));
+      seek(at);
+      if (!fill(block)) return std::nullopt;
+      for (std::size_t i = block.find(kZstd); i != std::string::npos; i = block.find(kZstd, i + 1)) {
+        if (at + i < from + kBefore) continue;
+        if (is_chunk(at + i - kBefore)) return at + i - kBefore;
+        if (++false_chunks_ == kMostFalseChunks) return std::nullopt;
+      }
+    }
+    return std::nullopt;
+  }
+
+  bool is_chunk(std::uint64_t at) {
+    seek(at);
+    const std::optional<std::uint64_t> length = begin_record();
+    if (!length || opcode_ != Opcode::kChunk || *length > kLargestRecord) return false;
+    record_.resize(*length);
+    const bool whole = fill(record_) && unpack(Fields(record_));
+    damaged_.clear();
+    return whole;
+  }
+
+  /// Length of the next record; none if the file ends within it, or it can be none.
   std::optional<std::uint64_t> begin_record() {
     if (size_ - overview_.end < kHeadSize) return std::nullopt;
     record_at_ = overview_.end;
@@ -101,7 +175,9 @@ class Reader {
     Fields fields(head);
     opcode_ = fields.number<Opcode>();
     const auto length = fields.number<std::uint64_t>();
-    if (length <= size_ - overview_.end) return length;
+    const auto code = static_cast<unsigned>(opcode_);
+    const bool exists = (code > 0 && opcode_ <= Opcode::kDataEnd) || code >= 0x80;  // the latter are of applications
+    if (exists && length <= size_ - overview_.end) return length;
     overview_.end = record_at_;
     return std::nullopt;
   }
@@ -109,15 +185,20 @@ class Reader {
   Status read_record(std::uint64_t length) {
     const bool wanted = opcode_ == Opcode::kMetadata || opcode_ == Opcode::kChunk || opcode_ == Opcode::kSchema ||
                         opcode_ == Opcode::kChannel || opcode_ == Opcode::kMessage;
+    constexpr std::uint64_t kFooterLength = 8 + 8 + 4;
+    if (opcode_ == Opcode::kFooter && length != kFooterLength) return corrupt("a footer that is none");
     if (opcode_ == Opcode::kFooter) overview_.complete = true;
     const bool outside_only = opcode_ == Opcode::kChunk && !handler_;
     if (!wanted || outside_only) {
-      const std::uint64_t seen = outside_only ? std::min<std::uint64_t>(length, 16) : 0;
+      const std::uint64_t seen = std::min<std::uint64_t>(length, kBeforeName + kZstd.size());
       record_.resize(seen);
       if (!fill(record_)) return Error{fmt::format("{}: cannot be read at byte {}", name_, record_at_)};
-      if (outside_only) note_chunk(Fields(record_));
-      overview_.end += length - seen;
-      stream_.seekg(static_cast<std::streamoff>(overview_.end));
+      if (outside_only) {
+        note_chunk(Fields(record_));
+        whole_until_ = record_at_ + kHeadSize;
+      }
+      if (!wanted && record_.ends_with(kZstd)) return corrupt("a chunk that is called another kind of record");
+      seek(overview_.end + length - seen);
       return Done{};
     }
     if (length > kLargestRecord) return corrupt(fmt::format("a record of {} bytes", length));
@@ -127,7 +208,8 @@ class Reader {
     return read_content(opcode_, Fields(record_));
   }
 
-  Status corrupt(const std::string& what) const {
+  Error corrupt(const std::string& what) {
+    damaged_ = what;
     return Error{fmt::format("{}: corrupt at byte {}: {}", name_, record_at_, what)};
   }
 
@@ -140,12 +222,16 @@ class Reader {
   }
 
   void note_time(Time first, Time last) {
+    if (loss_is_open_) overview_.lost.back().last = std::max(first, latest_);
+    loss_is_open_ = false;
+    latest_ = last;
     overview_.first = overview_.any ? std::min(overview_.first, first) : first;
     overview_.last = overview_.any ? std::max(overview_.last, last) : last;
     overview_.any = true;
   }
 
-  Status read_chunk(Fields fields) {
+  /// The records of a chunk.
+  Result<std::string_view> unpack(Fields fields) {
     (void)fields.number<std::uint64_t>();
     (void)fields.number<std::uint64_t>();
     const auto size = fields.number<std::uint64_t>();
@@ -153,6 +239,7 @@ class Reader {
     const std::string_view compression = fields.sized();
     std::string_view content = fields.sized<std::uint64_t>();
     if (!fields.ok()) return corrupt("a chunk that is shorter than it says");
+    const std::uint64_t end = record_at_ + kHeadSize + record_.size() - fields.rest().size();
     if (compression == "zstd") {
       if (size > kLargestRecord) return corrupt(fmt::format("a chunk of {} bytes", size));
       chunk_.resize(size);
@@ -163,8 +250,15 @@ class Reader {
       return corrupt(fmt::format("compression '{}'; zstd and none are known", compression));
     }
     if (crc != 0 && crc != crc32(content)) return corrupt("a chunk whose checksum is wrong");
+    whole_until_ = end;
+    return content;
+  }
+
+  Status read_chunk(Fields fields) {
+    const Result<std::string_view> content = unpack(fields);
+    if (!content) return content.error();
     ++overview_.chunks;
-    Fields records(content);
+    Fields records(*content);
     while (!records.empty()) {
       const auto opcode = records.number<Opcode>();
       const std::string_view record = records.sized<std::uint64_t>();
@@ -194,6 +288,7 @@ class Reader {
       (void)fields.number<std::uint32_t>();
       const auto log = fields.number<std::int64_t>(), publish = fields.number<std::int64_t>();
       if (!fields.ok() || log < 0 || publish < 0) return corrupt("a message record");
+      if (!channels_.contains(id)) read_summary();
       const auto channel = channels_.find(id);
       if (channel == channels_.end()) return corrupt(fmt::format("a message of channel {}, which is not there", id));
       note_time(Time(log), Time(log));
@@ -202,6 +297,33 @@ class Reader {
       return handler_({c.topic, c.encoding, &c.metadata, Time(log), Time(publish), fields.rest()});
     }
     return Done{};
+  }
+
+  /// At its end a complete file repeats its channels: those of a chunk that was lost.
+  void read_summary() {
+    constexpr std::uint64_t kFooter = kHeadSize + 8 + 8 + 4, kTail = kFooter + mcap::kMagic.size();
+    if (std::exchange(summary_is_read_, true) || size_ < kTail) return;
+    std::ifstream stream(name_, std::ios::binary);
+    const auto read = [&](std::uint64_t from, std::uint64_t size) {
+      std::string bytes(size, '\0');
+      stream.seekg(static_cast<std::streamoff>(from));
+      return stream.read(bytes.data(), static_cast<std::streamsize>(size)) ? bytes : std::string();
+    };
+    const std::string tail = read(size_ - kTail, kFooter);
+    Fields footer(tail);
+    const auto opcode = footer.number<Opcode>();
+    (void)footer.number<std::uint64_t>();
+    const auto begin = footer.number<std::uint64_t>(), end = size_ - kTail;
+    if (opcode != Opcode::kFooter || begin == 0 || begin > end || end - begin > kLargestRecord) return;
+    const std::string summary = read(begin, end - begin);
+    Fields records(summary);
+    while (!records.empty()) {
+      const auto kind = records.number<Opcode>();
+      const std::string_view record = records.sized<std::uint64_t>();
+      if (!records.ok()) return;
+      if (kind == Opcode::kChannel) (void)read_content(kind, Fields(record));
+    }
+    damaged_.clear();
   }
 
   struct Channel {
@@ -213,6 +335,13 @@ class Reader {
   const McapMessageHandler& handler_;
   std::ifstream stream_;
   std::uint64_t size_ = 0, record_at_ = 0;
+  std::uint64_t whole_until_ = 0;  ///< from where on the next chunk is looked for, if need be
+  std::string damaged_;            ///< what is wrong with the record that was read last
+  bool loss_is_open_ = false;      ///< nothing was read since the last loss
+  bool summary_is_read_ = false;
+  static constexpr int kMostFalseChunks = 100;  ///< that are tried: to unpack each takes time
+  int false_chunks_ = 0;
+  Time latest_{0};  ///< of the last message
   Opcode opcode_{};
   std::string record_, chunk_;
   std::map<std::uint16_t, Channel> channels_;
@@ -227,6 +356,12 @@ bool is_mcap(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   std::string magic(mcap::kMagic.size(), '\0');
   return stream.read(magic.data(), static_cast<std::streamsize>(magic.size())) && magic == mcap::kMagic;
+}
+
+std::string to_text(const McapLoss& loss) {
+  return fmt::format("{} bytes at byte {} are damaged ({}): messages from {:.3f} s {} are lost", loss.bytes, loss.at,
+                     loss.reason, to_seconds(loss.first),
+                     loss.last > loss.first ? fmt::format("to {:.3f} s", to_seconds(loss.last)) : std::string("on"));
 }
 
 Result<McapOverview> read_mcap(const std::filesystem::path& path, const McapMessageHandler& handler) {
