@@ -1,5 +1,6 @@
 """The study kit: orders, files, tasks, the simulated operator, measures, statistics, what is kept; and what it says to bad input."""
 
+import csv
 import errno
 import itertools
 import math
@@ -507,11 +508,65 @@ def test_damaged_trials_are_named(simulated, tmp_path, capsys):
     out = copied(simulated, tmp_path)
     victim = sorted(out.glob("participants/P01/trials/*.csv"))[0]
     whole = victim.read_text()
-    for text, words in ((whole.replace("whole", "x")[:40], "columns"), (whole + "P01,1,1,a,b,1,0,c,d,one,0,m,x,s\n", f"{victim}:{whole.count(chr(10)) + 1}")):
+    rows = [line.split(",") for line in whole.splitlines()]
+    not_finite = "\n".join(",".join(row if n == 0 else [*row[:-2], "nan", row[-1]]) for n, row in enumerate(rows)) + "\n"
+    for text, words in (
+        (whole.replace("whole", "x")[:40], "columns"),
+        (whole + "P01,1,1,a,b,1,0,c,d,one,0,m,x,s\n", f"{victim}:{whole.count(chr(10)) + 1}"),
+        (not_finite, f"{victim}:2: movement_time is nan; it must be finite"),
+        (whole.replace(",P01,", ",P02,").replace("\nP01,", "\nP02,"), f"{victim}:2 is of another trial, P02's"),
+        (whole.replace(f",{rows[1][3]},", ",elsewhere,"), "is of another trial, P01's"),
+    ):
         victim.write_text(text)
         assert main(["analyse", str(out)]) == 2
         assert words in capsys.readouterr().err
     assert main(["analyse", str(tmp_path)]) == 2 and "no folder of a study" in capsys.readouterr().err
+
+
+def test_a_schedule_that_says_anything_else_is_named(simulated, tmp_path, capsys):
+    path, out = simulated[0], copied(simulated, tmp_path)
+    kept = out / "schedule.csv"
+    whole = kept.read_text()
+    lines = whole.split("\n")
+    for text, line in ((whole.replace("P02", "P03"), 6), (whole[:50], 1), ("", 1), (whole + "P09,1\n", len(lines)), ("\n".join([lines[0], *lines[2:]]), 2)):
+        kept.write_text(text)
+        for command in (["analyse", str(out)], [str(path), "--simulated", "2", "--out", str(out)]):
+            assert main(command) == 2 and f"{kept}:{line} is '" in (said := capsys.readouterr().err) and "ake the file away" in said
+    kept.unlink()
+    assert main([str(path), "--simulated", "2", "--out", str(out)]) == 0 and kept.read_text() == whole
+
+
+def test_a_trial_that_is_not_finite_is_not_kept(tmp_path):
+    study = load_study(write(tmp_path, SMALL))
+    planned = run.schedule_of(study)[0][0]
+    folder = record.Folder(tmp_path / "out")
+    for name in measures.UNDEFINED:
+        folder.write_trial(planned, study.conditions[0], [measures.Row(-1, name, math.nan, "")], b"")
+    folder.trial(planned, ".csv").unlink()
+    with pytest.raises(StudyError, match="path_length is nan"):
+        folder.write_trial(planned, study.conditions[0], [measures.Row(-1, "path_length", math.nan, "m")], b"")
+    assert not folder.finished(planned)
+
+
+def test_all_tasks_together_are_the_mean_of_the_tasks(simulated):
+    results = analysis.analyse(simulated[1])
+    by = {(each.task, each.measure.name): each for each in results.analysed}
+    whole, targets, carry = (by[task, "completion_time"] for task in (analysis.ALL_TASKS, "targets", "carry"))
+    assert np.allclose(whole.values, (targets.values + carry.values) / 2)
+    assert whole.means[0].value == pytest.approx(math.sqrt(targets.means[0].value * carry.means[0].value))
+    assert (analysis.ALL_TASKS, "throughput") not in by, "only one task has it"
+    assert "<h2>all tasks</h2>" in render(results)
+
+
+def test_contrasts_say_whether_they_are_ratios(simulated):
+    with open(simulated[1] / "contrasts.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    summary = {(each.task, each.measure.name): each for each in analysis.analyse(simulated[1]).analysed}
+    for kind, measure in (("ratio", "completion_time"), ("difference", "spilled_share")):
+        [row] = [each for each in rows if each["measure"] == measure and each["task"] == "carry" and each["by"] == "pair"]
+        (a, *_), (b, *_) = summary["carry", measure].means
+        assert row["kind"] == kind and float(row["value"]) == pytest.approx(a / b if kind == "ratio" else a - b), row
+    assert {row["unit"] for row in rows if row["kind"] == "ratio"} == {""} and {row["unit"] for row in rows if row["measure"] == "throughput"} == {"bit/s"}
 
 
 def test_what_is_damaged_is_told_before_anybody_is_in_the_room(simulated, tmp_path, capsys):

@@ -19,6 +19,9 @@ from .study_file import Study, StudyError, load_study
 from .tasks import Task
 
 
+ALL_TASKS = "all tasks"
+
+
 class Trials(NamedTuple):
     """What was measured. goals: rows of single goals, (condition, task, distance m, width m, movement time s)."""
 
@@ -180,13 +183,21 @@ def analyse(out: Path) -> Results:
     people = sorted({key[0] for key in trials.values})
     conditions = [each.name for each in study.conditions]
     periods = np.array([[trials.periods.get((who, condition), np.nan) for condition in conditions] for who in people])
-    scheduled = sum(trial.repetition > 0 or not simulated for each in schedule_of(study) for trial in each if not folder.deleted(trial.participant))
+    schedule = [[trial for trial in each if trial.repetition > 0 or not simulated] for each in schedule_of(study)]
+    folder.check_schedule(schedule)
+    scheduled = sum(not folder.deleted(trial.participant) for each in schedule for trial in each)
     analysed = []
+    by_measure: dict[Measure, list[Array]] = {}
     for task in study.tasks:
         for measure in MEASURES:
             values = _table(trials, people, conditions, task.name, measure)
             if np.isfinite(values).any():
                 analysed.append(analyse_table(task.name, measure, values, conditions, study.reference, periods))
+                by_measure.setdefault(measure, []).append(values)
+    for measure, tables in by_measure.items():
+        values = np.mean(tables, axis=0)  # NaN where a participant lacks a task, or what differs between tasks would count
+        if len(tables) > 1 and np.isfinite(values).any():
+            analysed.append(analyse_table(ALL_TASKS, measure, values, conditions, study.reference, periods))
     for measure, values in _questionnaires(study, folder, people, conditions):
         analysed.append(analyse_table("questionnaires", measure, values, conditions, study.reference, periods))
     targets = {task.name for task in study.tasks if task.kind == "targets"}
@@ -201,15 +212,20 @@ def analyse(out: Path) -> Results:
 def write_tables(results: Results, out: Path) -> None:
     """summary.csv, and contrasts.csv: what the report shows, for other programs."""
     rows, contrasts = [], []
+
+    def contrast_row(each: Analysed, by: str, a: str, b: str, difference: st.Estimate, *more: float | str) -> None:
+        kind, unit = ("ratio", "") if each.measure.logarithmic else ("difference", each.measure.unit)
+        contrasts.append((each.task, each.measure.name, by, a, b, kind, *map(float, each.shown(difference)), unit, *more))
+
     for each in results.analysed:
         for condition, mean, n in zip(results.study.conditions, each.means, each.counts):
             rows.append((each.task, each.measure.name, each.measure.unit, condition.name, *map(float, mean), n))
         for contrast in each.model:
-            contrasts.append((each.task, each.measure.name, "mixed model", contrast.name, contrast.reference, *map(float, contrast.difference), contrast.p, "", ""))
+            contrast_row(each, "mixed model", contrast.name, contrast.reference, contrast.difference, contrast.p, "", "")
         for pair in each.pairs:
-            contrasts.append((each.task, each.measure.name, "pair", pair.a, pair.b, *map(float, pair.difference), pair.p, pair.p_holm, pair.n))
+            contrast_row(each, "pair", pair.a, pair.b, pair.difference, pair.p, pair.p_holm, pair.n)
     write_whole(Path(out) / "summary.csv", csv_of(("task", "measure", "unit", "condition", "mean", "low", "high", "n"), rows))
-    write_whole(Path(out) / "contrasts.csv", csv_of(("task", "measure", "by", "condition", "reference", "difference", "low", "high", "p", "p_holm", "n"), contrasts))
+    write_whole(Path(out) / "contrasts.csv", csv_of(("task", "measure", "by", "condition", "reference", "kind", "value", "low", "high", "unit", "p", "p_holm", "n"), contrasts))
 
 
 __all__ = ["Analysed", "FittsLine", "Results", "Task", "analyse", "fitts_line", "open_study", "read_trials", "write_tables"]

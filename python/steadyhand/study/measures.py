@@ -39,6 +39,8 @@ MEASURES = (
     Measure("submovements", "Submovements", "", -1, False, 0.0),
 )
 BY_NAME = {each.name: each for each in MEASURES}
+UNDEFINED = ("throughput", "smoothness")
+"""Measures that are NaN of a trial that is too short for them. Every other value of a trial is finite."""
 
 
 class Row(NamedTuple):

@@ -14,6 +14,7 @@ import csv
 import fcntl
 import io
 import json
+import math
 import os
 import re
 import shutil
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._files import csv_of, write_whole
-from .measures import Row
+from .measures import UNDEFINED, Row
 from .study_file import Study, StudyError
 from .trial import Condition, Track
 
@@ -84,11 +85,17 @@ def trial_rows(path: Path) -> list[TrialRow]:
         try:
             if None in row:  # more cells than columns
                 raise ValueError
-            found.append(TrialRow(row["participant"], int(row["period"]), row["condition"], row["task"], int(row["repetition"]), int(row["goal"]),
-                                  row["measure"], float(row["value"])))  # fmt: skip
+            each = TrialRow(row["participant"], int(row["period"]), row["condition"], row["task"], int(row["repetition"]), int(row["goal"]),
+                            row["measure"], float(row["value"]))  # fmt: skip
+            stem = Planned(each.participant, int(row["number"]), each.period, each.condition, each.task, each.repetition).stem
         except (TypeError, ValueError):
-            raise StudyError(f"{path}:{line} is {','.join(map(str, row.values()))}; goal, period and repetition must be whole numbers, "
+            raise StudyError(f"{path}:{line} is {','.join(map(str, row.values()))}; number, goal, period and repetition must be whole numbers, "
                              f"value a number{AGAIN}") from None  # fmt: skip
+        if not math.isfinite(each.value) and each.measure not in UNDEFINED:
+            raise StudyError(f"{path}:{line}: {each.measure} is {each.value}; it must be finite{AGAIN}")
+        if stem != path.stem or each.participant != path.parts[-3]:
+            raise StudyError(f"{path}:{line} is of another trial, {each.participant}'s {stem}{AGAIN}")
+        found.append(each)
     if not found or not text.endswith("\n"):
         raise StudyError(f"{path} ends in the middle, after {len(found)} rows{AGAIN}")
     return found
@@ -129,8 +136,22 @@ class Folder:
         for who in dict.fromkeys(each.participant for each in rows):
             self.consented(who)
             self.answers(who)
+        if kept.exists():
+            self.check_schedule(schedule)
         write_whole(self.path / "schedule.csv", csv_of(Planned._fields, rows))
         write_whole(kept, head + study.text.encode())
+
+    def check_schedule(self, schedule: list[list[Planned]]) -> None:
+        """Raises StudyError if schedule.csv is there and says anything else than the study: it is for people, and nobody reads it back."""
+        path = self.path / "schedule.csv"
+        expected = csv_of(Planned._fields, [each for participant in schedule for each in participant]).decode().split("\n")
+        if not path.exists():
+            return
+        kept = path.read_text(encoding="utf-8", errors="replace").split("\n")
+        for line, (is_there, follows) in enumerate(zip(kept + [""] * len(expected), expected), 1):
+            if is_there != follows:
+                raise StudyError(f"{path}:{line} is '{is_there}'; of study.yaml follows '{follows}', which is what was and will be done. Take the file away, "
+                                 "and the same command writes it again")  # fmt: skip
 
     def has_room(self) -> None:
         free = shutil.disk_usage(self.path).free
@@ -151,6 +172,10 @@ class Folder:
         return (self.path / "deleted" / who).exists()
 
     def write_trial(self, planned: Planned, condition: Condition, rows: list[Row], mcap: bytes) -> None:
+        """Raises StudyError for a trial with values that are not finite: nothing is written of it."""
+        for row in rows:
+            if not math.isfinite(row.value) and row.measure not in UNDEFINED:
+                raise StudyError(f"{planned.participant}, {planned.stem}: {row.measure} is {row.value}; the trial is not kept, and the same command does it again")
         head = (planned.participant, planned.number, planned.period, planned.condition, condition.profile, condition.scale, condition.latency,
                 condition.path, planned.task, planned.repetition)  # fmt: skip
         write_whole(self.trial(planned, ".mcap"), mcap)

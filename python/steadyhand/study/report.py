@@ -12,7 +12,7 @@ import numpy as np
 
 from .._files import write_whole
 from . import statistics as st
-from .analysis import Analysed, Results
+from .analysis import ALL_TASKS, Analysed, Results
 from .measures import MEASURES
 from .order import rows_of
 from .trial import ONE_INSTANT_IK
@@ -231,6 +231,8 @@ def methods(results: Results) -> str:
         "degrees of freedom), and by Friedman's test with Wilcoxon signed-rank tests of all pairs, corrected by Holm (1979). Effect sizes are Cohen's "
         "d<sub>z</sub>, their 95 % intervals by the noncentral t distribution."
     )
+    if any(each.task == ALL_TASKS for each in results.analysed):
+        text.append("For all tasks together, the mean of a participant's values of the tasks was analysed in the same way.")
     if results.missing > 0:
         text.append(f"{results.missing} trials of the schedule were not done.")
     return "<blockquote><p>" + " ".join(text) + "</p></blockquote>\n"
