@@ -84,6 +84,27 @@ TEST_F(Console, LeadsTheArmServesThePageAndRecords) {
   EXPECT_EQ(session->names.joints.size(), 6u);
 }
 
+TEST_F(Console, AnArmThatStartsInsideAnObjectIsReportedBeforeItMoves) {
+  settings.page = false;
+  CellObject& ball = settings.live.cell.objects.emplace_back();
+  ball.name = "ball";
+  ball.shape = Shape::sphere(0.05);
+  Kinematics home(ur5e());
+  home.set_position(ur5e().home);
+  ball.origin = Eigen::Translation3d(home.p());
+  auto made = LiveConsole::make(ur5e(), settings, arm, clock, callbacks);
+  ASSERT_TRUE(made) << made.error().message;
+  ASSERT_TRUE((*made)->start());
+  const std::string line = "note: the arm is inside the object 'ball': its body '";
+  for (int i = 0; i < 1000 && lines().find(line) == std::string::npos; ++i) run(**made, 0.01);
+  EXPECT_NE(lines().find(line), std::string::npos) << lines();
+  EXPECT_EQ((*made)->session().snapshot().command.dq.size(), 6);
+  EXPECT_EQ((*made)->session().snapshot().command.dq.norm(), 0.0) << "nobody has engaged it yet";
+  const LiveSummary summary = (*made)->finish();
+  (*made)->say_notices();
+  EXPECT_EQ(lines().find(line, lines().find(line) + 1), std::string::npos) << "once";
+}
+
 TEST_F(Console, WithoutAPageNothingIsServed) {
   settings.page = false;
   auto made = LiveConsole::make(ur5e(), settings, arm, clock, callbacks);

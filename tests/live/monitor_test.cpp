@@ -68,6 +68,28 @@ TEST_F(Witness, KnowsWhoHoldsAGlass) {
   }
 }
 
+TEST_F(Witness, NamesWhatTheArmIsIn) {
+  Kinematics arm(ur5e());
+  arm.set_position(home);
+  Cell cell;
+  for (const char* name : {"far", "ball", "touchable"}) {
+    CellObject& object = cell.objects.emplace_back();
+    object.name = name;
+    object.shape = Shape::sphere(0.05);
+    object.origin = Eigen::Translation3d(arm.p());
+  }
+  cell.objects[0].origin.translation() += Vector3(0.0, 0.0, 2.0);
+  for (const Body& body : ur5e().bodies) cell.objects[2].may_be_touched_by.push_back(body.name);
+  Monitor witness(ur5e(), {});
+  const auto obstacles = obstacles_of(cell, ur5e());
+  ASSERT_TRUE(obstacles) << obstacles.error().message;
+  witness.set_obstacles(*obstacles, {"far", "ball", "touchable"});
+  witness.update(JointState{{Time(0), Time(0)}, home, none});
+  const std::vector<std::string> lines = witness.overlaps();
+  ASSERT_EQ(lines.size(), 1u) << lines.back();
+  EXPECT_EQ(lines[0].find("the arm is inside the object 'ball': its body '"), 0u) << lines[0];
+}
+
 TEST_F(Witness, CountsPositionsBeyondTheirLimits) {
   JointVector q = home;
   q[2] = ur5e().position_max[2] + 1e-5;

@@ -257,7 +257,6 @@ Status run(Options options, int& exit_code) {
   console.close_page();
   ros2.close();
   const LiveSummary summary = console.finish();
-  for (const std::string& line : session.warnings()) out.say("note: " + line + "\n");
   out.say(format_summary(summary));
   if (*cameras) out.say(format_cameras(**cameras));
   console.say_notices();

@@ -97,6 +97,10 @@ void LiveConsole::say_addresses(const std::vector<std::string>& urls) const {
 }
 
 void LiveConsole::say_notices() {
+  for (const std::string& line : session_->warnings(warned_)) {
+    say("note: " + line + "\n");
+    ++warned_;
+  }
   for (const std::string& line : recorder_->take_notices()) say(line + "\n");
 }
 

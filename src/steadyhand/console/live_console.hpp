@@ -76,7 +76,7 @@ class LiveConsole {
   void close_page() { server_.reset(); }
   /// Brings the arm to rest, ends threads and recording.
   LiveSummary finish();
-  /// What people should know of the recording, as far as it was not said; poll() does it too.
+  /// What people should know of session and recording, as far as it was not said; poll() does it too.
   void say_notices();
 
   LiveSession& session() { return *session_; }
@@ -121,6 +121,7 @@ class LiveConsole {
   std::uint64_t seed_ = 0;       ///< of the scene's places
   std::unique_ptr<Server> server_;
   std::atomic<bool> started_{false};
+  std::size_t warned_ = 0;  ///< of the session's warnings
   Time shown_{0};
 };
 

@@ -96,6 +96,17 @@ void Monitor::look_at_obstacles(Time now) {
   result_.touching += touches;
 }
 
+std::vector<std::string> Monitor::overlaps() const {
+  std::vector<std::string> lines;
+  for (int i = 0; i < obstacles_.count; ++i) {
+    const auto [body, distance] = nearest_body(measured_, obstacles_, i, to_seconds(last_state_ - obstacles_.time));
+    if (distance >= -kOverlap) continue;
+    lines.push_back(fmt::format("the arm is inside the object '{}': its body '{}' by {:.1f} mm", names_[i], name(body),
+                                -1e3 * distance));
+  }
+  return lines;
+}
+
 void Monitor::update(const JointState& state) {
   const JointVector& fastest = measured_.model().velocity_max;
   result_.too_fast += note(excess(state.dq, fastest), kMeasured * fastest.minCoeff(), result_.measured_excess);

@@ -56,6 +56,9 @@ class Monitor {
   /// m, of fresh liquid.
   void fill(double height);
 
+  /// For people, a line for each obstacle that the arm is in, as it was measured last.
+  std::vector<std::string> overlaps() const;
+
   const Obstacles& obstacles() const { return obstacles_; }
   const MonitorResult& result() const { return result_; }
   const LiquidState& liquid() const { return liquid_.state(); }

@@ -111,9 +111,9 @@ void Session::warn(const std::string& line) {
   warnings_.push_back(line);
 }
 
-std::vector<std::string> Session::warnings() const {
+std::vector<std::string> Session::warnings(std::size_t from) const {
   const Lock lock(mutex_);
-  return warnings_;
+  return {warnings_.begin() + static_cast<std::ptrdiff_t>(std::min(from, warnings_.size())), warnings_.end()};
 }
 
 void Session::control_cycle() {
@@ -158,7 +158,11 @@ void Session::drain() {
     monitor_.update(tapped.command, tapped.anew);
     if (taps_.command) taps_.command(tapped.command);
   }
-  empty(rings.states, taps_.state, [&](const JointState& state) { monitor_.update(state); });
+  empty(rings.states, taps_.state, [&](const JointState& state) {
+    monitor_.update(state);
+    if (monitor_.result().states > 1) return;
+    for (const std::string& line : monitor_.overlaps()) warn(line + " at start; move the arm or the object");
+  });
   empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
 }
 

@@ -72,8 +72,9 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Lines for people about what could not be had, or failed. Any thread.
-  std::vector<std::string> warnings() const;
+  /// Lines for people about what could not be had, or failed, or is in the arm at start. Any thread.
+  /// @param from index of the first
+  std::vector<std::string> warnings(std::size_t from = 0) const;
 
   /// The operator's hand. One thread at a time.
   void feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
