@@ -63,6 +63,9 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
   parts.samples = parts.settings = parts.cells = true;
   const Result<SessionFile> session = load_session(options.recording, parts);
   if (!session) return session.error();
+  for (const McapLoss& loss : session->overview.lost) {
+    std::cerr << "steadyhand: " << options.recording << ": " << to_text(loss) << "\n";
+  }
   const auto take = [&](const char* key, bool own, double& value) {
     const std::string text = session->run(key);
     if (!own && !text.empty()) value = std::strtod(text.c_str(), nullptr);  // checked as if it were typed

@@ -60,6 +60,8 @@ Status run(const Options& options) {
   const fs::path page = options.out.empty() ? fs::path(options.session).replace_extension(".html") : options.out;
   const Result<ReportInput> report = load_session_report(options.session);
   if (!report) return report.error();
+  for (const std::string& line : report->lost)
+    std::cerr << "steadyhand: " << options.session.string() << ": " << line << "\n";
   if (Status s = write_report(*report, page); !s) return s.error();
   std::cout << format_table(report->profiles) << "\nreport: " << page.string() << "\n";
   return Done{};

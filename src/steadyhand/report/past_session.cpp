@@ -142,6 +142,7 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   for (const double scale : scales) report.scales += fmt::format("{}{:.3g}", report.scales.empty() ? "" : ", ", scale);
   report.command = command;
   report.story = tell_story(session);
+  for (const McapLoss& loss : session.overview.lost) report.lost.push_back(to_text(loss));
   report.profiles = split_by_settings(std::move(session));
   count_from_begin(report);
   return report;

@@ -78,6 +78,7 @@ struct ReportInput {
   std::string command;    ///< what to type to get this report again
   std::vector<ProfileResult> profiles;
   std::optional<SessionStory> story;  ///< of a live session
+  std::vector<std::string> lost;      ///< damaged parts of its file
 };
 
 /// One HTML page that needs nothing else: metrics, the paper's plots, planner and limits, for all profiles side by

@@ -287,11 +287,26 @@ double rest_begins(const SessionFile& session, double from, double until) {
   return from;
 }
 
+/// Where the file is damaged, nothing is known.
+void tell_losses(const SessionFile& session, SessionStory& story) {
+  for (const McapLoss& loss : session.overview.lost) {
+    const double seconds = to_seconds(loss.last - loss.first);
+    story.events.push_back({to_seconds(loss.first), "gap", fmt::format("{:.1f} s are lost", seconds),
+                            fmt::format("the file is damaged at byte {}: {}", loss.at, loss.reason)});
+  }
+}
+
+bool is_lost(const SessionFile& session, double from, double until) {
+  return std::any_of(session.overview.lost.begin(), session.overview.lost.end(), [&](const McapLoss& loss) {
+    return to_seconds(loss.first) < until && from < to_seconds(loss.last);
+  });
+}
+
 /// Where there was no plan: an arm at rest needs none, and one that moves has its last, or a stop.
 void tell_gaps(const SessionFile& session, SessionStory& story) {
   for (std::size_t i = 1; i < session.steps.size(); ++i) {
     const double from = session.steps[i - 1].t_s, until = session.steps[i].t_s;
-    if (until - from <= kGap) continue;
+    if (until - from <= kGap || is_lost(session, from, until)) continue;
     if (const double led = led_between(session, from, until); led > kGap) {
       story.events.push_back({from, "gap", fmt::format("no plan for {:.1f} s while the hand led", led), ""});
       continue;
@@ -427,6 +442,7 @@ SessionStory tell_story(const SessionFile& session) {
   tell_limits(session, story);
   tell_counts(session, story);
   tell_gaps(session, story);
+  tell_losses(session, story);
   story.led_s = led_between(session, story.begin_s, story.end_s);
   std::stable_sort(story.events.begin(), story.events.end(),
                    [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
