@@ -13,7 +13,7 @@ from ._glass import Glass
 from ._objective import Node, Objective
 from ._planner import Pipeline, Plan, Planner
 from ._poses import pose, quat_xyzw
-from ._replay import Change, Commands, Hand, Replay, Session, Setting, States, Steps, read_recording, read_session, replay
+from ._replay import Change, Commands, Hand, Loss, Replay, Session, Setting, States, Steps, read_recording, read_session, replay
 from ._robot import Robot
 from ._solve import Solution, solve
 from ._stages import Liquid, LiquidState, Predictor, Retargeter
@@ -22,7 +22,7 @@ SteadyhandError.__module__ = __name__
 SteadyhandError.__doc__ = "What was refused, and what would be right, in the words that the program prints."
 
 __all__ = [
-    "Cell", "Change", "Commands", "Glass", "Hand", "Liquid", "LiquidState", "Node", "Object", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
+    "Cell", "Change", "Commands", "Glass", "Hand", "Liquid", "LiquidState", "Loss", "Node", "Object", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",
     "Robot", "Session", "Setting", "Solution", "States", "SteadyhandError", "Steps", "__version__", "pose", "processor",
     "quat_xyzw", "read_recording", "read_session", "replay", "solve", "solvers",
 ]  # fmt: skip

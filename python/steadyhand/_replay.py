@@ -185,6 +185,18 @@ class Scenes:
 
 
 @dataclass(frozen=True)
+class Loss:
+    """A damaged part of a session's file: what was recorded meanwhile is missing."""
+
+    begin: float
+    """s, the last message before."""
+    end: float
+    """s, the first message after; begin: there is none."""
+    reason: str
+    """With the byte where it is."""
+
+
+@dataclass(frozen=True)
 class Session:
     """A recorded session; times count from its begin."""
 
@@ -208,6 +220,8 @@ class Session:
     episodes: list[Episode]
     """Those that somebody marked, in their order."""
     scenes: Scenes
+    lost: list[Loss]
+    """Damaged parts of the file, which could not be read."""
 
 
 def _hand(columns: dict[str, Any]) -> Hand:
@@ -354,9 +368,9 @@ def read_recording(path: str | os.PathLike[str], *, track: str = "", start: floa
 
 
 def read_session(path: str | os.PathLike[str]) -> Session:
-    """What a live session or a replay recorded (MCAP, docs/recordings.md), also one that was cut short.
+    """What a live session or a replay recorded (MCAP, docs/recordings.md), also one that was cut short or is damaged in part.
 
-    Raises SteadyhandError for a file that is no session of steadyhand's or is damaged, with the byte where;
+    Raises SteadyhandError for a file that is no session of steadyhand's or of which nothing can be read, with the byte where;
     FileNotFoundError for a path where nothing is.
     """
     answer = opened("session", path, _native.read_session)
@@ -369,6 +383,7 @@ def read_session(path: str | os.PathLike[str]) -> Session:
         settings=[Setting(*setting) for setting in answer.pop("settings")],
         episodes=_episodes(answer.pop("episodes")),
         scenes=_scenes(answer.pop("scenes"), answer["metadata"]),
+        lost=[Loss(*loss) for loss in answer.pop("lost")],
         **answer,
     )
 

@@ -97,6 +97,27 @@ def test_other_actions(recorded, joints, tmp_path, action, width):
         assert np.allclose(np.linalg.norm(values[:, 3:], axis=1), 1.0, atol=1e-6)
 
 
+def damaged(recorded, path, share):
+    """A copy with one byte changed in the chunk at this share of the file."""
+    content = bytearray(recorded.read_bytes())
+    content[content.index(b"\x04\0\0\0zstd", int(share * len(content))) + 500] ^= 0xFF
+    path.write_bytes(content)
+    return path
+
+
+def test_a_damaged_chunk_costs_its_half_second_only(recorded, tmp_path, capsys):
+    path = damaged(recorded, tmp_path / "damaged.mcap", 0.15)  # within the first of the grips
+    (loss,) = steadyhand.read_session(path).lost
+    assert 0.0 < loss.begin < loss.end < min(3.0, loss.begin + 0.7)
+    assert make(path, "--out", tmp_path / "set", "--shortest", 0.2) == 0
+    said = capsys.readouterr()
+    assert "4 episodes" in said.out and f"{loss.reason}\n" in said.err and "checksum" in loss.reason, said
+    begins = pd.concat(pd.read_parquet(file) for file in (tmp_path / "set/meta/episodes").rglob("*.parquet"))["session_start_s"]
+    assert np.abs(begins.iloc[1] - loss.end) < 0.03 < begins.iloc[2]
+    report = subprocess.run([PROGRAM, "report", path], capture_output=True, text=True, timeout=60)
+    assert report.returncode == 0 and loss.reason in report.stderr and "the file is damaged at byte" in path.with_suffix(".html").read_text()
+
+
 def test_appends_and_refuses_what_is_of_another_kind(recorded, tmp_path, capsys):
     assert make(recorded, "--out", tmp_path / "set", "--task", "one") == 0
     assert make(recorded, "--out", tmp_path / "set", "--task", "two", "--episodes", "session") == 0

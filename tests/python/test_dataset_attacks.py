@@ -79,7 +79,8 @@ def test_damaged_sessions_are_named_and_nothing_is_left_behind(filmed, tmp_path,
         code = make(tmp_path / "session.mcap", "--out", tmp_path / "set", "--episodes", "session", "--shortest", 0.1, "--picture-pause", 10)
         ends[code] += 1
         if code == 0:
-            assert json.loads((tmp_path / "set/meta/info.json").read_text())["total_episodes"] == 1
+            whole_parts = json.loads((tmp_path / "set/meta/info.json").read_text())["total_episodes"]
+            assert whole_parts == 1 or ("are damaged" in capsys.readouterr().err and 1 < whole_parts < 10)
             _lerobot.shutil.rmtree(tmp_path / "set")
         else:
             assert "session" in capsys.readouterr().err

@@ -110,7 +110,6 @@ def run(words: list[str]) -> int:
     try:
         if not no_video:
             import av  # noqa: F401
-            import mcap  # noqa: F401
 
         from . import _lerobot  # noqa: F401
         from ._merge import is_set

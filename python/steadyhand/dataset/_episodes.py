@@ -11,7 +11,7 @@ import numpy as np
 from .._arrays import Array
 from .._poses import quat_xyzw
 from .._replay import Episode as Marked
-from .._replay import Session
+from .._replay import Loss, Session
 from .._robot import Robot
 from ._video import PICTURE_PAUSE, Film, Video, lay
 
@@ -137,6 +137,14 @@ class _Stretch:
     """s, of the session."""
     marked: Marked | None = None
 
+    def meets(self, loss: Loss) -> bool:
+        return loss.begin < self.end and self.begin < loss.end
+
+
+def _without(stretches: list[_Stretch], loss: Loss) -> list[_Stretch]:
+    """What is before and after a damaged part of the file."""
+    return [piece for each in stretches for piece in ([_Stretch(each.begin, loss.begin), _Stretch(loss.end, each.end)] if each.meets(loss) else [each]) if piece.begin < piece.end]
+
 
 def _stretches(session: Session, episodes: str) -> tuple[list[_Stretch], list[str]]:
     """Those that are wanted, and a line on each that is not."""
@@ -147,13 +155,13 @@ def _stretches(session: Session, episodes: str) -> tuple[list[_Stretch], list[st
         return [_Stretch(each.begin, each.end, each) for each in wanted if each.end is not None], left_out
     if not len(steps.t):
         return [], []
-    if episodes == "session":
-        return [_Stretch(float(steps.t[0]), float(steps.t[-1]))], []
     found = []
-    for engaged, group in itertools.groupby(range(len(steps.t)), key=lambda k: bool(steps.engaged[k])):
+    for engaged, group in itertools.groupby(range(len(steps.t)), key=lambda k: episodes == "session" or bool(steps.engaged[k])):
         rows = list(group)
         if engaged:
             found.append(_Stretch(float(steps.t[rows[0]]), float(steps.t[rows[-1]])))
+    for loss in session.lost:
+        found = _without(found, loss)
     return found, []
 
 
@@ -217,12 +225,16 @@ def cut(
         return [], [f"{session.name}: has no commands, or no measured states"]
     found = []
     stretches, left_out = _stretches(session, episodes)
+    left_out = [f"{session.name}: {loss.reason}" for loss in session.lost] + left_out
     for stretch in stretches:
         begin, end = max(stretch.begin, commands.t[0], states.t[0]), min(stretch.end, commands.t[-1], states.t[-1])
         where = f"{session.name}, {begin:.1f} to {end:.1f} s"
         frames = int(np.floor((end - begin) * fps + 1e-9))  # the action of the last one ends within
         if end - begin < shortest or frames < 1:
             left_out.append(f"{where}: shorter than {max(shortest, 1 / fps):g} s")
+            continue
+        if any(stretch.meets(loss) for loss in session.lost):
+            left_out.append(f"{where}: a part of it is damaged in the file")
             continue
         pause = max(motion.longest_gap(begin, end) for motion in (commands, states))
         if pause > LONGEST_GAP:

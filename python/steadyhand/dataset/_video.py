@@ -6,7 +6,6 @@ import base64
 import json
 import os
 import re
-import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import _native
 from .._arrays import Array
 
 PICTURE_PAUSE = 0.1
@@ -74,13 +74,14 @@ class Film:
 
 
 def read_videos(path: str | os.PathLike[str]) -> dict[str, Video]:
-    """By the cameras' names, of a session's recording; of one whose writer was killed, up to then. Needs the PyPI package mcap.
+    """By the cameras' names, of a session's recording; of one that was cut short or is damaged, what can be read.
 
     Raises ValueError for a camera whose channel does not say what it films.
     """
     videos: dict[str, Video] = {}
-    for topic, about, data in _camera_messages(path):
-        name = topic.removeprefix(_TOPIC)
+    channels, messages = _native.read_messages(os.fspath(path), _TOPIC)
+    for topic, data in messages:
+        name, about = topic.removeprefix(_TOPIC), channels[topic]
         try:
             if name not in videos:
                 videos[name] = Video(int(about["width"]), int(about["height"]), float(about["rate_hz"]))
@@ -91,33 +92,6 @@ def read_videos(path: str | os.PathLike[str]) -> dict[str, Video]:
         videos[name].t.append(exposed)
         videos[name].packets.append(packet)
     return videos
-
-
-def _camera_messages(path: str | os.PathLike[str]) -> Iterator[tuple[str, dict[str, str], bytes]]:
-    """Topic, metadata of the channel, message; up to where the file is cut off."""
-    import zstandard
-    from mcap.exceptions import McapError
-    from mcap.reader import NonSeekingReader, make_reader
-
-    cut_off = McapError, struct.error, zstandard.ZstdError, EOFError, RuntimeError, MemoryError, OverflowError, UnicodeDecodeError
-    with Path(path).open("rb") as file:
-        try:
-            summary = make_reader(file).get_summary()
-        except cut_off:
-            summary = None
-        topics = [channel.topic for channel in summary.channels.values() if channel.topic.startswith(_TOPIC)] if summary else None
-        if topics == []:
-            return
-        file.seek(0)
-        reader = make_reader(file) if summary else NonSeekingReader(file)
-        messages = reader.iter_messages(topics=topics, log_time_order=bool(summary))
-        while True:
-            try:
-                _, channel, message = next(messages)
-            except (StopIteration, *cut_off):
-                return
-            if channel.topic.startswith(_TOPIC):
-                yield channel.topic, channel.metadata, message.data
 
 
 def lay(name: str, video: Video, t: Array, longest: float = PICTURE_PAUSE) -> Film:

@@ -52,15 +52,16 @@ def _scores_of(path: Path, robot: str | None, profiles: Sequence[str], rate: flo
         session = read_session(path)
         name = robot or robot_of(session)
         model = Robot(name)
+        lost = [f"{path}: {loss.reason}" for loss in session.lost]
         if not profiles:
-            return [score(session, model)], []
+            return [score(session, model)], lost
         for profile in profiles:
             with tempfile.TemporaryDirectory() as folder:
                 made = _replayed(path, name, profile, rate, Path(folder))
                 found.append(score(read_session(made), model, Path(profile).stem)._replace(session=session.name))
                 if keep:
                     write_whole(keep / f"{path.stem}-{Path(profile).stem}.mcap", made.read_bytes())
-        return found, []
+        return found, lost
     except (ValueError, OSError) as error:
         return [], [str(error) if str(path) in str(error) else f"{path}: {error}"]
 

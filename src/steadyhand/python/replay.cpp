@@ -262,7 +262,29 @@ nb::dict read_session(const std::string& path) {
   }
   answer["episodes"] = episodes;
   answer["scenes"] = columns_of(session.scenes);
+  nb::list lost;
+  for (const McapLoss& loss : session.overview.lost)
+    lost.append(nb::make_tuple(to_seconds(loss.first), to_seconds(loss.last), to_text(loss)));
+  answer["lost"] = lost;
   return answer;
+}
+
+/// Topic and bytes of each message whose topic begins so; of each topic, what its channel says.
+nb::tuple read_messages(const std::string& path, const std::string& topics) {
+  std::vector<std::pair<std::string, std::string>> messages;
+  std::map<std::string, std::map<std::string, std::string>> about;
+  {
+    const Unlocked unlocked;
+    value_of(read_mcap(path, [&](const McapMessage& message) -> Status {
+      if (!message.topic.starts_with(topics)) return Done{};
+      messages.emplace_back(message.topic, message.data);
+      about.try_emplace(messages.back().first, *message.channel_metadata);
+      return Done{};
+    }));
+  }
+  nb::list found;
+  for (const auto& [topic, data] : messages) found.append(nb::make_tuple(topic, nb::bytes(data.data(), data.size())));
+  return nb::make_tuple(nb::cast(about), found);
 }
 
 /// The metadata `run`, without the messages.
@@ -286,6 +308,7 @@ void bind_replay(nb::module_& module) {
   module.def("replay", &run_replay);
   module.def("read_session", &read_session);
   module.def("session_run", &session_run);
+  module.def("read_messages", &read_messages);
   module.attr("live_ramp") = kLiveRamp;
   module.def("is_session", [](const std::string& path) { return is_mcap(path); });
 }
