@@ -65,6 +65,43 @@ handle
 0 0 0 1
 .
 )";
+// Two solids of one object, and others called as the second and the third would be.
+const std::string kTakenNames = R"(names
+* rack
+1
+sphere
+0.1
+0 0 0
+0 0 0 1
+0 0 0 0
+* rack 2
+2
+sphere
+0.2
+0 0 0
+0 0 0 1
+0 0 0 0
+sphere
+0.3
+0 0 0
+0 0 0 1
+0 0 0 0
+* rack
+1
+sphere
+0.4
+0 0 0
+0 0 0 1
+0 0 0 0
+* rack 3
+1
+sphere
+0.5
+0 0 0
+0 0 0 1
+0 0 0 0
+.
+)";
 const std::string kWorld = R"(
 cuboid:
   box: {dims: [0.2, 0.4, 0.6], pose: [1, 0, 0, 0.70710678, 0, 0, 0.70710678], color: [1, 0.5, 0, 1]}
@@ -133,6 +170,15 @@ TEST(CellFormat, ACapsuleGoesFromBaseToTip) {
   const CellObject& post = cell->objects.at(2);
   ASSERT_EQ(post.name, "post");
   EXPECT_TRUE((post.origin * Vector3(0.0, 0.0, post.shape.core.z())).isApprox(Vector3(0.0, 1.0, 0.5), 1e-9));
+}
+
+TEST(CellFormat, FurtherSolidsOfAnObjectTakeNoOtherObjectsName) {
+  const TemporaryFolder folder;
+  const auto cell = load_cell(folder.write("taken.scene", kTakenNames));
+  ASSERT_TRUE(cell) << cell.error().message;
+  std::vector<std::string> names;
+  for (const CellObject& object : cell->objects) names.push_back(object.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"rack", "rack 2", "rack 2 2", "rack 4", "rack 3"}));
 }
 
 /// Whole lines are missing at the end: never a crash, and an error that tells where.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "steadyhand/config/cell_formats.hpp"
 #include "steadyhand/config/shape_reader.hpp"
@@ -68,6 +70,25 @@ bool read_frame(YamlMap& map) {
   return frame == "root";
 }
 
+/// Objects of these formats may have several solids, which all have the object's name: the second becomes "NAME 2", and
+/// so on, past names that other objects have.
+Result<Cell> with_own_names(Result<Cell> cell) {
+  if (!cell) return cell;
+  std::map<std::string, int> solids;
+  for (const CellObject& object : cell->objects) solids.emplace(object.name, 0);
+  std::set<std::string> invented;
+  for (CellObject& object : cell->objects) {
+    int& number = solids[object.name];
+    if (++number == 1) continue;
+    std::string name;
+    do name = fmt::format("{} {}", object.name, number++);
+    while (solids.contains(name) || !invented.insert(name).second);
+    --number;
+    object.name = name;
+  }
+  return cell;
+}
+
 Result<Cell> in_root(Result<Cell> cell) {
   if (!cell) return cell;
   for (CellObject& object : cell->objects) object.in_root = true;
@@ -82,8 +103,8 @@ std::string hex_color(const std::vector<double>& rgb) {
 }
 
 Result<Cell> load_cell(const std::filesystem::path& file) {
-  if (file.extension() == ".scene") return in_root(load_moveit_scene(file));
-  if (file.extension() == ".urdf") return in_root(load_urdf_cell(file));
+  if (file.extension() == ".scene") return in_root(with_own_names(load_moveit_scene(file)));
+  if (file.extension() == ".urdf") return in_root(with_own_names(load_urdf_cell(file)));
   Result<YamlMap> opened = YamlMap::open(file);
   if (!opened) return opened.error();
   YamlMap& map = *opened;

@@ -6,7 +6,8 @@
 #include "steadyhand/robot/cell.hpp"
 
 /// Cells as other software writes them. Their frame is taken for the arm's base; margins are CellObject's default. Each
-/// fails on what it cannot keep the arm clear of, such as meshes, with file, line or object, and the reason.
+/// fails on what it cannot keep the arm clear of, such as meshes, with file, line or object, and the reason. All solids
+/// of an object have its name; load_cell() tells them apart.
 namespace steadyhand {
 
 /// MoveIt's scene text (.scene), before and after objects had poses of their own.

@@ -109,7 +109,7 @@ void read_object(SceneReader& scene, const std::string& name, bool has_pose, Cel
   const int shapes = scene.count("the number of shapes");
   for (int i = 0; i < shapes && !scene.error(); ++i) {
     CellObject object;
-    object.name = i == 0 ? name : fmt::format("{} {}", name, i + 1);
+    object.name = name;
     object.shape = read_shape(scene);
     object.origin = X_base_object * scene.pose("the shape's position");
     const std::vector<double> rgba = scene.numbers("red, green, blue and opacity", 4);

@@ -39,7 +39,7 @@ Status add_link(const std::string& file, const urdf::Link& link, const Eigen::Is
     const Result<Shape> shape = shape_of(*collision->geometry);
     if (!shape) return refuse(shape.error().message);
     CellObject& object = cell.objects.emplace_back();
-    object.name = count == 1 ? link.name : fmt::format("{} {}", link.name, count);
+    object.name = link.name;
     object.shape = *shape;
     object.origin = X_base_link * to_eigen(collision->origin);
   }
