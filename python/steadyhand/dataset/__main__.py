@@ -16,6 +16,18 @@ from ._episodes import ACTIONS, EPISODES, Episode, cut
 from ._video import PICTURE_PAUSE, read_videos
 
 
+def _frames_a_second(text: str) -> int:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = 0.0
+    if not 1 <= rate <= 500:
+        raise ValueError(f"--fps is {text}; it must be a whole number from 1 to 500")
+    if rate != int(rate):
+        raise ValueError(f"--fps is {text}; data sets have whole numbers, such as {round(rate)}. Each frame takes the image exposed nearest to it, whatever the camera's rate")
+    return int(rate)
+
+
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand dataset",
@@ -26,7 +38,7 @@ def _parser() -> Parser:
     parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, a folder of them, or a data set of LeRobot's format, which is merged with the others, before all sessions")
     parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there. With other formats a new file (robomimic) or folder (rerun)")
     parser.add_argument("--format", choices=("lerobot", "robomimic", "rerun"), default="lerobot", help="LeRobot's v3.0, one HDF5 file as robomimic reads it, without pictures, or a recording of each episode (.rrd) as Rerun shows it (lerobot)")
-    parser.add_argument("--fps", type=int, default=30, metavar="N", help="frames a second, 1 to 500 (30)")
+    parser.add_argument("--fps", default="30", metavar="N", help="frames a second, 1 to 500 (30)")
     parser.add_argument("--action", choices=ACTIONS, default="joints", help="what an action is: joint positions, their change, the tool's pose, or positions and velocities (joints)")
     parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words, where a session does not say it")
     parser.add_argument("--episodes", choices=EPISODES, default="auto", help="those that were marked and kept, from each grip to its release, or all of a session (auto: marked where a session has marks, else grips)")
@@ -97,8 +109,7 @@ def run(words: list[str]) -> int:
     """The command; its exit code. Raises ValueError for bad input."""
     arguments = _parser().parse_args(words)
     workers = workers_of(arguments)
-    if not 1 <= arguments.fps <= 500:
-        raise ValueError(f"--fps is {arguments.fps}; it must be from 1 to 500")
+    fps = _frames_a_second(arguments.fps)
     if not 0.0 <= arguments.shortest < float("inf"):
         raise ValueError(f"--shortest is {arguments.shortest}; it must be at least 0 s")
     if not 0.0 < arguments.picture_pause < float("inf"):
@@ -125,7 +136,7 @@ def run(words: list[str]) -> int:
     if not write:
         _lerobot.is_there(Path(arguments.out))  # what is no data set is told before sessions are read
     sessions = [word for word in arguments.sessions if word not in sets]
-    options = {"fps": arguments.fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
+    options = {"fps": fps, "action": arguments.action, "task": arguments.task, "episodes": arguments.episodes, "shortest": arguments.shortest, "no_video": no_video, "picture_pause": arguments.picture_pause}
     episodes, left_out = read_sessions(sessions_of(sessions), arguments.robot, options, workers) if sessions else ([], [])
     tell_left_out(left_out)
     if write:
