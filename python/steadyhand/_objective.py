@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Array, array, number, text
 from ._documented import document
-from ._robot import Robot
+from ._robot import Robot, as_robot
 
 
 class Node:
@@ -65,7 +67,8 @@ class Objective:
     name: lower-case letters, digits and underscores. weight_count: how many weights it has; 0: one for each joint.
     acts_on: "intervals", nodes k = 0..N-1 with ddq, or "states", nodes k = 1..N without. unit: of a weight, for people.
 
-    Without gradient() and hessian() of your own, differences stand in, which is slower still and less exact. Python is called
+    Without gradient() and hessian() of your own, differences stand in, which is slower still and less exact. check_derivatives()
+    compares yours with differences: with wrong ones plans fail, or are not the best. Python is called
     for each node in each iteration: such a planner is for trying terms, not for a real-time loop (docs/python.md has figures).
 
     What it raises ends the planner's call; the planner goes on from its last good plan.
@@ -88,20 +91,68 @@ class Objective:
 
     def gradient(self, node: Node, weight: Array) -> Array:
         """(3n,): its derivative by z = [q; dq; ddq]."""
-        return _differences(lambda z: self.value(node.moved_to(z), weight), node.z, 1e-6, self._free(node))
+        return _differences(lambda z: _value(self, node.moved_to(z), weight), node.z, 1e-6, self._free(node))
 
     def hessian(self, node: Node, weight: Array) -> Array:
         """(3n, 3n): its second derivative by z; symmetric."""
         free = self._free(node)
         if type(self).gradient is not Objective.gradient:
-            H = _differences(lambda z: self.gradient(node.moved_to(z), weight), node.z, 1e-6, free)
+            H = _differences(lambda z: _gradient(self, node.moved_to(z), weight), node.z, 1e-6, free)
             return (H + H.T) / 2
-        return _second_differences(lambda z: self.value(node.moved_to(z), weight), node.z, 1e-4, free)
+        return _second_differences(lambda z: _value(self, node.moved_to(z), weight), node.z, 1e-4, free)
+
+    def check_derivatives(self, robot: Robot | str | os.PathLike[str], weight: ArrayLike | None = None, *, hessian: bool = True, nodes: int = 10, seed: int = 1) -> None:
+        """Compares gradient() and hessian() of your own with the differences that would stand in for them, at random nodes within the
+        robot's limits.
+
+        weight: (weight_count,); 1 each if it is not given. hessian: False for one that is an approximation on purpose.
+        Raises ValueError with the entry, the joint, both numbers and the node's q.
+        """
+        model = as_robot(robot)
+        bound([self], model)  # refuses bad names, units and the like
+        n = model.dof
+        count = self.weight_count or n
+        w = np.ones(count) if weight is None else array("weight", weight, (count,), what="the term's weights")
+        rng = np.random.default_rng(seed)
+        low, high = np.maximum(model.position_min, -np.pi), np.minimum(model.position_max, np.pi)
+        for _ in range(nodes):
+            q, aim = rng.uniform(low, high), rng.uniform(low, high)
+            dq, ddq = (rng.uniform(-0.5, 0.5, n) * limit for limit in (model.velocity_max, model.acceleration_max))
+            node = Node(model, q, dq, None if self.acts_on == "states" else ddq, model.fk(aim))
+            size = abs(_value(self, node, w))
+            if type(self).gradient is not Objective.gradient:
+                _compare(f"objective {self.name!r}: gradient", _gradient(self, node, w), Objective.gradient(self, node, w), 1e-4, 1e-6 * size, node)
+            if hessian and type(self).hessian is not Objective.hessian:
+                _compare(f"objective {self.name!r}: hessian", _hessian(self, node, w), Objective.hessian(self, node, w), 1e-3, 1e-5 * size, node)
 
     @staticmethod
     def _free(node: Node) -> int:
         """How many entries of z the term may depend on."""
         return len(node.q) * (2 if node.ddq is None else 3)
+
+
+def _value(objective: Objective, node: Node, weight: Array) -> float:
+    return number(f"objective {objective.name!r}: value", objective.value(node, weight))
+
+
+def _gradient(objective: Objective, node: Node, weight: Array) -> Array:
+    return array(f"objective {objective.name!r}: gradient", objective.gradient(node, weight), (3 * len(node.q),), what="by [q; dq; ddq]")
+
+
+def _hessian(objective: Objective, node: Node, weight: Array) -> Array:
+    n = 3 * len(node.q)
+    return array(f"objective {objective.name!r}: hessian", objective.hessian(node, weight), (n, n), what="by [q; dq; ddq]")
+
+
+def _compare(name: str, given: Array, expected: Array, share: float, noise: float, node: Node) -> None:
+    """share: of the largest entry by which differences may be wrong; noise: by how much besides, as it grows with what they are made of."""
+    off = np.abs(given - expected)
+    if off.max() <= share * np.abs(expected).max() + noise + 1e-7:
+        return
+    worst = tuple(int(i) for i in np.unravel_index(off.argmax(), off.shape))
+    n = len(node.q)
+    by = ", ".join(f"{('q', 'dq', 'ddq')[i // n]} of {node.robot.joint_names[i % n]}" for i in worst)
+    raise ValueError(f"{name}[{', '.join(map(str, worst))}] (by {by}) is {given[worst]:.6g}; differences say {expected[worst]:.6g}, at q = {node.q.round(3).tolist()}")
 
 
 def _differences(function: Callable[[Array], Any], z: Array, h: float, free: int) -> Array:
@@ -131,18 +182,16 @@ class _Bound:
     """A term of one robot, as the library calls it; looks at what the term answers."""
 
     def __init__(self, objective: Objective, robot: Robot) -> None:
-        self.objective, self.robot, self.where = objective, robot, f"objective {objective.name!r}"
+        self.objective, self.robot = objective, robot
 
     def value(self, q: Array, dq: Array, ddq: Array | None, T_reference: Array, weight: Array) -> float:
-        return number(f"{self.where}: value", self.objective.value(Node(self.robot, q, dq, ddq, T_reference), weight))
+        return _value(self.objective, Node(self.robot, q, dq, ddq, T_reference), weight)
 
     def gradient(self, q: Array, dq: Array, ddq: Array | None, T_reference: Array, weight: Array) -> Array:
-        gradient = self.objective.gradient(Node(self.robot, q, dq, ddq, T_reference), weight)
-        return array(f"{self.where}: gradient", gradient, (3 * len(q),), what="by [q; dq; ddq]")
+        return _gradient(self.objective, Node(self.robot, q, dq, ddq, T_reference), weight)
 
     def hessian(self, q: Array, dq: Array, ddq: Array | None, T_reference: Array, weight: Array) -> Array:
-        hessian = self.objective.hessian(Node(self.robot, q, dq, ddq, T_reference), weight)
-        return array(f"{self.where}: hessian", hessian, (3 * len(q), 3 * len(q)), what="by [q; dq; ddq]")
+        return _hessian(self.objective, Node(self.robot, q, dq, ddq, T_reference), weight)
 
 
 def bound(objectives: Iterable[Objective], robot: Robot) -> list[Any]:

@@ -119,6 +119,64 @@ def test_bad_answers(robot, answers, kind, said):
     assert said in str(refused.value)
 
 
+class ByHand(steadyhand.Objective):
+    """Answers what the test hands it, for each of its methods."""
+
+    name = "by_hand"
+
+    def __init__(self, value=None, gradient=None):
+        self.answers = value, gradient
+
+    def value(self, node, weight):
+        return weight[0] * node.q[1] ** 2 if self.answers[0] is None else self.answers[0]
+
+
+class WithGradient(ByHand):
+    def gradient(self, node, weight):
+        return self.answers[1]
+
+
+@pytest.mark.parametrize(
+    "term, kind, said",
+    [
+        (ByHand(np.zeros(3)), TypeError, "value must be a number, not ndarray"),
+        (ByHand("much"), TypeError, "value must be a number, not 'much'"),
+        (ByHand([1, 2]), TypeError, "value must be a number, not list"),
+        (WithGradient(None, np.zeros((18, 1))), ValueError, "gradient has shape (18, 1); expected (18,), by [q; dq; ddq]"),
+        (WithGradient(None, np.zeros(6)), ValueError, "gradient has shape (6,); expected (18,), by [q; dq; ddq]"),
+        (WithGradient(None, None), TypeError, "gradient must be numbers, not None"),
+        (WithGradient(None, ["a"] * 18), TypeError, "gradient must be numbers, not list"),
+    ],
+)
+@pytest.mark.parametrize("asked", ["gradient", "hessian"])
+def test_differences_of_bad_answers_are_told_as_those(robot, term, kind, said, asked):
+    bound = steadyhand._objective._Bound(term, robot)
+    with pytest.raises(kind) as refused:
+        getattr(bound, asked)(robot.home, 0 * robot.home, 0 * robot.home, np.eye(4), np.ones(1))
+    assert f"objective 'by_hand': {said}" in str(refused.value)
+
+
+def test_derivatives_are_checked(robot):
+    class Half(Effort):
+        def gradient(self, node, weight):
+            return super().gradient(node, weight) / 2
+
+    class Mixed(Effort):
+        def hessian(self, node, weight):
+            return np.diag(np.concatenate([0 * node.q, 2 * weight, 2 * weight]))
+
+    for good in (Effort(), Nearness(), ByHand()):
+        good.check_derivatives(robot)
+    Effort().check_derivatives("ur5e", [1, 2, 3, 4, 5, 6])
+    with pytest.raises(ValueError, match=r"objective 'effort': gradient\[1[2-7]\] \(by ddq of \w+_joint\) is .*; differences say .*, at q = "):
+        Half().check_derivatives(robot)
+    with pytest.raises(ValueError, match=r"objective 'effort': hessian\[(\d+), \1\] \(by dq of (\w+), dq of \2\) is 2; differences say 0"):
+        Mixed().check_derivatives(robot)
+    Mixed().check_derivatives(robot, hessian=False)
+    with pytest.raises(ValueError, match=r"weight has shape \(2,\); expected \(6,\)"):
+        Effort().check_derivatives(robot, [1, 2])
+
+
 def test_a_term_may_not_use_its_planner(robot):
     planner = steadyhand.Planner(robot, objectives=[Given(lambda node: planner.update(np.eye(4), 0.0).dt)], weights={"given": 1.0})
     with pytest.raises(steadyhand.SteadyhandError, match="another thread is using this object"):
