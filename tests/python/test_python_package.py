@@ -550,3 +550,33 @@ def test_every_public_thing_is_documented_and_typed(name):
             assert value.__doc__, f"{name}.{member}"
             assert "return" in value.__annotations__, f"{name}.{member}"
     assert (PACKAGE / "py.typed").exists() and "class Stages" in (PACKAGE / "_native.pyi").read_text()
+
+
+WITHOUT_EXTRAS = """
+import sys
+sys.modules.update(dict.fromkeys(["av", "h5py", "matplotlib", "mcap", "pandas", "pyarrow", "rerun", "scipy", "statsmodels", "yaml"]))
+from steadyhand.__main__ import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("words, code, said", [
+    (["--help"], 0, ["replay", "describe", "solve", "study", "dataset", "score", "policy"]),
+    (["dataset", "--help"], 0, ["usage: steadyhand dataset"]),
+    (["study", "--help"], 0, ["usage: steadyhand study"]),
+    (["score", "--help"], 0, ["usage: steadyhand score"]),
+    (["policy", "--help"], 0, ["usage: steadyhand policy"]),
+    (["dataset", "a.mcap", "--out", "set"], 2, ["pip install steadyhand[dataset]"]),
+    (["dataset", "a.mcap", "--out", "set", "--format", "robomimic"], 2, ["pip install steadyhand[dataset]"]),
+    (["study", "study.yaml", "--check"], 2, ["study: ", "pip install steadyhand[study]"]),
+    (["study", "analyse", "out"], 2, ["pip install steadyhand[study]"]),
+    (["study", "operator"], 2, ["pip install steadyhand[study]"]),
+    (["study", "truth"], 2, ["pip install steadyhand[study]"]),
+])  # fmt: skip
+def test_the_command_without_extras_names_them(tmp_path, words, code, said):
+    environment = {**os.environ, "PYTHONPATH": str(Path(P.__file__).parents[1])}
+    done = subprocess.run([sys.executable, "-c", WITHOUT_EXTRAS, *words], capture_output=True, text=True, cwd=tmp_path, env=environment, timeout=60)
+    assert done.returncode == code and "Traceback" not in done.stderr, done.stderr
+    for words in said:
+        assert words in done.stdout + done.stderr
+    assert not list(tmp_path.iterdir())

@@ -6,6 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from .._command_line import lacks
+
 BAD_INPUT = 2
 
 EXAMPLES = """examples:
@@ -150,11 +152,12 @@ def main(arguments: list[str] | None = None) -> int:
         command = COMMANDS.get(arguments[0]) if arguments else None
         return command(arguments[1:]) if command else _run(arguments)
     except ValueError as error:  # StudyError, and what the library refuses
-        from .study_file import StudyError
-
-        if not isinstance(error, StudyError) and type(error).__name__ != "SteadyhandError":
+        if type(error).__name__ not in ("StudyError", "SteadyhandError"):
             raise
         sys.stderr.write(f"steadyhand: {error}\n")
+        return BAD_INPUT
+    except ModuleNotFoundError as error:
+        sys.stderr.write(f"steadyhand: study: {lacks(error, 'study')}\n")
         return BAD_INPUT
     except OSError as error:
         sys.stderr.write(f"steadyhand: {error.filename or 'a file'}: {error.strerror}. Finished trials are kept: run the same command again to go on\n")

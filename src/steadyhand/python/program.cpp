@@ -14,6 +14,8 @@ constexpr const char* kExamples =
     "  steadyhand replay hand.csv --profile waiter --out results\n"
     "  steadyhand describe ur5e                 the robot as JSON\n"
     "  steadyhand solve problem.json            one planning problem, or an array of them\n"
+    "  steadyhand study STUDY.yaml --simulated 24\n"
+    "  steadyhand dataset sessions --out set\n"
     "The Python package has these commands; those with an arm or a page are the program's.\n"
     "Exit codes: 0 done; 2 bad input, with the reason on stderr.";
 
@@ -30,6 +32,11 @@ nb::tuple run_program(std::vector<std::string> words) {
   add_replay_command(app, command);
   add_describe_command(app, command);
   add_solve_command(app, command);
+  // Written in Python, which takes these words before they come here (python/steadyhand/__main__.py).
+  app.add_subcommand("study", "A user study, by people or simulated operators (needs pip install steadyhand[study])");
+  app.add_subcommand("dataset", "A data set of recorded sessions (needs pip install steadyhand[dataset])");
+  app.add_subcommand("score", "Recorded sessions as rows of figures");
+  app.add_subcommand("policy", "A policy of a Python file controls the arm of a running program");
   const Result<int> done = [&] {
     const Unlocked unlocked;
     return run(app, command, 0, static_cast<int>(argv.size()), argv.data());
