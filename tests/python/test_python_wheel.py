@@ -72,6 +72,7 @@ def test_pip_installs_it_in_a_clean_environment(tmp_path):
 
 def test_the_wheel_names_its_glibc_and_carries_what_a_machine_need_not_have(wheel):
     assert re.fullmatch(r"steadyhand-[\d.]+-cp3\d+-cp3\d+-manylinux_2_\d+_x86_64\.whl", wheel.name)
+    assert wheel.name.split("-")[-1].removesuffix(".whl") in (ROOT / "docs/python.md").read_text()
     assert wheel.stat().st_size < 10e6
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
