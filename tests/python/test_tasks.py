@@ -124,6 +124,34 @@ def test_the_task_sees_that_the_glass_stands_on_its_mark(session):
     assert not np.allclose(scenes.things["mark"][-1, :3, 3], mark)
 
 
+def test_scripted_episodes_become_a_data_set(tmp_path, capsys):
+    words = [PROGRAM, "tasks", "carry", "--episodes", "2", "--profiles", "tracking", "--sessions", tmp_path / "scripted"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    recorded = sorted((tmp_path / "scripted").glob("*.mcap"))
+    assert len(recorded) == 2 and done.stderr.count("recorded: ") == 2
+    sessions = [steadyhand.read_session(path) for path in recorded]
+    assert [session.metadata["task"]["seed"] for session in sessions] == ["1", "2"]
+    for session in sessions:
+        assert session.complete and not session.lost
+        [episode] = session.episodes
+        assert episode.kept and episode.success and episode.task == "Carry the full glass to the mark and set it down there."
+    assert command.run([str(tmp_path / "scripted"), "--out", str(tmp_path / "set"), "--no-video"]) == 0
+    said = capsys.readouterr()
+    assert "2 episodes" in said.out and said.err == ""
+    frames = pd.read_parquet(tmp_path / "set/data/chunk-000/file-000.parquet")
+    assert frames["next.success"].sum() == 2 and len(frames) > 2 * 5 * 30
+    things = json.loads((tmp_path / "set/meta/info.json").read_text())["features"]["observation.environment_state"]["names"]
+    ends = dict(zip(things, frames["observation.environment_state"].iloc[-1]))
+    assert abs(ends["glass_bottom.x"] - ends["mark.x"]) < 0.03
+
+
+@pytest.mark.parametrize("words", [["--port", "0"], ["--lan"], ["--task", "peg"], ["--profile", "carry"], ["--scale", "2"]])
+def test_options_that_a_script_decides_are_refused(words):
+    done = subprocess.run([PROGRAM, "tasks", "carry", "--episodes", "1", *words], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2 and words[0] in done.stderr
+
+
 def test_what_was_kept_becomes_a_data_set(session, tmp_path, capsys):
     path = session[0]
     read = steadyhand.read_session(path)

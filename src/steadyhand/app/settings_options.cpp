@@ -25,7 +25,7 @@ Status SettingsOptions::apply(SettingsTable& table) const {
   return Done{};
 }
 
-void add_settings_options(CommandLine& command, SettingsOptions& options) {
+void add_settings_options(CommandLine& command, SettingsOptions& options, OptionsFor who) {
   command.add_option("--settings", options.file, "YAML file of settings; `steadyhand config` prints one");
   command.add_option("--set", options.assignments, "KEY=VALUE of any setting, also several")->expected(1, -1);
   const auto value = [&](const std::string& name, const std::string& key, const std::string& what) {
@@ -38,18 +38,19 @@ void add_settings_options(CommandLine& command, SettingsOptions& options) {
   };
   value("--robot", "robot", "Name, robot file or URDF");
   value("--cell", "cell", "What stands around the arm: name, cell file or none");
-  value("--task", "task", "What is to be done, with --arm mujoco: name of tasks/ or task file");
-  value("--profile", "profile", "Name or file of a profile");
   value("--rate", "planner.rate", "Planning, Hz, or auto: what this machine sustains");
   value("--solver", "planner.solver", "Solver, instead of the profile's own");
+  value("--sessions", "recording.folder", "Folder of the recordings");
+  flag("--no-recording", "recording.enabled", "false", "Record nothing but what leads to a fault");
+  if (who == OptionsFor::kTasks) return;
+  value("--task", "task", "What is to be done, with --arm mujoco: name of tasks/ or task file");
+  value("--profile", "profile", "Name or file of a profile");
   value("--scale", "hand.scale", "Metres of the tool per metre of the hand");
   value("--yaw", "hand.yaw", "Turn of the operator's axes about the base's z, degrees");
   flag("--accept-emulated", "gate.accept_emulated", "true",
        "Follow poses whose position the headset guesses (emulated headsets say so of all)");
   flag("--lan", "server.lan", "true", "Serve the local network too, over HTTPS");
   value("--port", "server.port", "Of the page on this computer; 0: any");
-  value("--sessions", "recording.folder", "Folder of the recordings");
-  flag("--no-recording", "recording.enabled", "false", "Record nothing but what leads to a fault");
 }
 
 }  // namespace steadyhand

@@ -23,7 +23,10 @@ struct SettingsOptions {
   Status apply(SettingsTable& table) const;
 };
 
+/// Who leads: an operator, or a script, for which some settings are decided.
+enum class OptionsFor { kOperator, kTasks };
+
 /// Adds --settings, --set, and options for what is set most. `options` must live as long as the command.
-void add_settings_options(CommandLine& command, SettingsOptions& options);
+void add_settings_options(CommandLine& command, SettingsOptions& options, OptionsFor who = OptionsFor::kOperator);
 
 }  // namespace steadyhand

@@ -13,6 +13,7 @@
 #include "steadyhand/app/commands.hpp"
 #include "steadyhand/app/settings_options.hpp"
 #include "steadyhand/app/task_choice.hpp"
+#include "steadyhand/archive/recording_folder.hpp"
 #include "steadyhand/config/cell_file.hpp"
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/simulate/task_run.hpp"
@@ -51,17 +52,32 @@ std::string unmet(const Task& task, std::uint32_t held) {
   return all;
 }
 
+/// Where episodes are recorded.
+struct Recordings {
+  RecordingSettings settings;
+  RecordingFolderSettings folder;
+  SessionRecorder::Metadata metadata;
+};
+
 /// One episode in virtual time.
-Result<Outcome> run_episode(const TaskStage& stage, std::uint32_t seed) {
+/// @param recordings null: it is not recorded
+Result<Outcome> run_episode(const TaskStage& stage, std::uint32_t seed, const Recordings* recordings) {
   auto made = TaskRun::make(stage, seed);
   if (!made) return made.error();
   TaskRun& run = **made;
+  if (recordings) {
+    SessionRecorder::Metadata metadata = recordings->metadata;
+    metadata["task"]["seed"] = fmt::format("{}", seed);
+    Status s = run.record(std::make_unique<RecordingFolder>(recordings->folder), recordings->settings, metadata);
+    if (!s) return s.error();
+  }
   ScriptedOperator hand(stage.task);
   run.on_look = [&](const SessionSnapshot& look) {
     const double gripper = look.measured.gripper.value_or(std::numeric_limits<double>::quiet_NaN());
     run.desk().hand(hand.update(look.now, run.scene(), look.X_base_tool, gripper));
   };
   while (!run.is_over()) run.step();
+  for (const std::string& line : run.finish_recording()) std::cerr << line << "\n";
 
   const LiveSummary summary = run.session().summary();
   Outcome outcome;
@@ -144,12 +160,17 @@ Status run_task(const TasksOptions& options, const std::string& name, const Plac
     stage.live.time_budget = false;
     stage.live.cell = in_base(*cell, stage.model);
     stage.mujoco = settings.mujoco;
-    const Profile& profile = stage.profile;
+    Profile& profile = stage.profile;
+    if (settings.solver != "profile") profile.solver = settings.solver;
+    Recordings recordings{settings.recording, settings.recording_place, {{"settings", table.values()}}};
+    recordings.metadata["run"] = {{"arm", std::string(kMujoco.name)}};
+    recordings.metadata["task"] = describe_task(stage.task);
+    const bool records = table.origin("recording.folder") != "default" && settings.recording.enabled;
     std::vector<Outcome> all;
     const auto begin = std::chrono::steady_clock::now();
     for (int i = 0; i < options.episodes; ++i) {
       const std::uint32_t seed = stage.mujoco.seed + static_cast<std::uint32_t>(i);
-      const Result<Outcome> outcome = run_episode(stage, seed);
+      const Result<Outcome> outcome = run_episode(stage, seed, records ? &recordings : nullptr);
       if (!outcome) return outcome.error();
       all.push_back(*outcome);
       if (options.each || !outcome->success) {
@@ -187,13 +208,14 @@ void add_tasks_command(CommandLine& app, Command& chosen) {
       ->capture_default_str();
   command->add_option("--profiles", options->profiles, "Under which profiles")->expected(1, -1)->capture_default_str();
   command->add_flag("--each", options->each, "Say on stderr how each episode went, not only those that failed");
-  add_settings_options(*command, options->settings);
+  add_settings_options(*command, options->settings, OptionsFor::kTasks);
   command->footer(
       "In virtual time, as fast as this machine can, planning at 50 Hz unless --rate says another; the first seed is "
-      "mujoco.seed.\n"
+      "mujoco.seed. With --sessions each episode is recorded, which `dataset` reads.\n"
       "Examples:\n"
       "  steadyhand tasks stack --episodes 100 --profiles tracking carry\n"
-      "  steadyhand tasks --episodes 3 --each --set mujoco.seed=7");
+      "  steadyhand tasks --episodes 3 --each --set mujoco.seed=7\n"
+      "  steadyhand tasks stack --episodes 50 --profiles carry --sessions scripted");
   command->callback([options, &chosen] { chosen = [options] { return run_tasks(*options); }; });
 }
 

@@ -62,11 +62,47 @@ Result<std::unique_ptr<TaskRun>> TaskRun::make(const TaskStage& stage, std::uint
   return run;
 }
 
+Status TaskRun::record(std::unique_ptr<RecordingPlace> place, RecordingSettings settings,
+                       SessionRecorder::Metadata metadata) {
+  LiveSettings live = stage_->live;
+  take_profiles({stage_->profile}, 0, live);
+  live.cell = session_->cell_set().cell;
+  for (auto& [name, entries] : describe_run(stage_->model, live, {stage_->profile}, 0, session_->planner_rate_hz())) {
+    metadata[name].merge(entries);
+  }
+  settings.flight_seconds = 0.0;  // all of it is recorded
+  recorder_.emplace(session_->ocp(), settings, std::move(metadata), clock_.now(), std::move(place));
+  if (recorder_->recording()) return Done{};
+  const std::vector<std::string> why = recorder_->take_notices();
+  return Error{why.empty() ? "not recorded" : why.front()};
+}
+
+std::vector<std::string> TaskRun::finish_recording() {
+  if (!recorder_) return {};
+  if (ready_) mark(EpisodeMark::Kind::kKeep);
+  recorder_->finish(session_->summary());
+  return recorder_->take_notices();
+}
+
+void TaskRun::mark(EpisodeMark::Kind kind) {
+  EpisodeMark mark;
+  mark.at = clock_.now();
+  mark.episode = 1;
+  mark.kind = kind;
+  mark.task = stage_->task.instruction;
+  if (kind == EpisodeMark::Kind::kKeep) mark.success = judge_.progress().success.value_or(false);
+  recorder_->mark(mark);
+}
+
 void TaskRun::step() {
   if (!started_) {
     started_ = true;
     LiveTaps taps;
-    taps.look = [this](const SessionSnapshot& look) { see(look); };
+    if (recorder_) taps = recorder_->taps();
+    taps.look = [this, record = std::move(taps.look)](const SessionSnapshot& look) {
+      see(look);
+      if (record) record(look);
+    };
     session_->start(std::move(taps));
   }
   session_->step();
@@ -76,8 +112,10 @@ void TaskRun::step() {
 void TaskRun::see(const SessionSnapshot& look) {
   look_ = look;
   if (look.state == SupervisionState::kIdle || (!arm_->read_scene(scene_) && !ready_)) return;
+  if (recorder_ && !ready_) mark(EpisodeMark::Kind::kBegin);
   ready_ = true;
-  judge_.update(scene_, look.liquid.spilled_share);
+  const TaskProgress& progress = judge_.update(scene_, look.liquid.spilled_share);
+  if (recorder_) recorder_->see({scene_, progress});
   if (Status s = things_.follow(scene_, *session_); !s && fault_) fault_ = s;
   if (on_look) on_look(look);
 }

@@ -2,10 +2,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "steadyhand/archive/session_recorder.hpp"
 #include "steadyhand/browser/one_thread_session.hpp"
 #include "steadyhand/config/places.hpp"
 #include "steadyhand/config/profile.hpp"
@@ -41,6 +43,13 @@ class TaskRun {
   static Result<std::unique_ptr<TaskRun>> make(const TaskStage& stage, std::uint64_t seed);
   ~TaskRun();
 
+  /// Records it as a live session: an episode that is kept, with whether it succeeded. Before the first step. Fails,
+  /// with the reason, where nothing can be recorded there.
+  /// @param metadata beside what describe_run() has
+  Status record(std::unique_ptr<RecordingPlace> place, RecordingSettings settings, SessionRecorder::Metadata metadata);
+  /// Completes the recording. @return where it is, or what failed, for people
+  std::vector<std::string> finish_recording();
+
   /// Called 100 times a second with what there is to see; feeds hands and targets to desk(). Before the first step.
   std::function<void(const SessionSnapshot&)> on_look;
   /// One cycle of the arm, and what is due by then.
@@ -60,12 +69,14 @@ class TaskRun {
  private:
   explicit TaskRun(const TaskStage& stage);
   void see(const SessionSnapshot& look);
+  void mark(EpisodeMark::Kind kind);
 
   const TaskStage* stage_;
   SteppedClock clock_{nullptr};
   std::unique_ptr<MujocoArm> arm_;
   std::unique_ptr<OneThreadSession> session_;
   std::unique_ptr<OperatorInterface> desk_;
+  std::optional<SessionRecorder> recorder_;
   TaskJudge judge_;
   SceneThings things_;
   SceneState scene_;
