@@ -67,7 +67,7 @@ class Objective:
     name: lower-case letters, digits and underscores. weight_count: how many weights it has; 0: one for each joint.
     acts_on: "intervals", nodes k = 0..N-1 with ddq, or "states", nodes k = 1..N without. unit: of a weight, for people.
 
-    Without gradient() and hessian() of your own, differences stand in, which is slower still and less exact. check_derivatives()
+    Without your gradient() and hessian(), differences replace them, which is slower still and less exact. check_derivatives()
     compares yours with differences: with wrong ones plans fail, or are not the best. Python is called
     for each node in each iteration: such a planner is for trying terms, not for a real-time loop (docs/python.md has figures).
 
@@ -102,7 +102,7 @@ class Objective:
         return _second_differences(lambda z: _value(self, node.moved_to(z), weight), node.z, 1e-4, free)
 
     def check_derivatives(self, robot: Robot | str | os.PathLike[str], weight: ArrayLike | None = None, *, hessian: bool = True, nodes: int = 10, seed: int = 1) -> None:
-        """Compares gradient() and hessian() of your own with the differences that would stand in for them, at random nodes within the
+        """Compares your gradient() and hessian() with the differences that replace them otherwise, at random nodes within the
         robot's limits.
 
         weight: (weight_count,); 1 each if it is not given. hessian: False for one that is an approximation on purpose.

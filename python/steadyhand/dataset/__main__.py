@@ -24,7 +24,7 @@ def _frames_a_second(text: str) -> int:
     if not 1 <= rate <= 500:
         raise ValueError(f"--fps is {text}; it must be a whole number from 1 to 500")
     if rate != int(rate):
-        raise ValueError(f"--fps is {text}; data sets have whole numbers, such as {round(rate)}. Each frame takes the image exposed nearest to it, whatever the camera's rate")
+        raise ValueError(f"--fps is {text}; data sets have whole numbers, such as {round(rate)}. Each frame takes the image exposed nearest to it, at any rate of the camera")
     return int(rate)
 
 

@@ -142,7 +142,7 @@ class Folder:
         write_whole(kept, head + study.text.encode())
 
     def check_schedule(self, schedule: list[list[Planned]]) -> None:
-        """Raises StudyError if schedule.csv is there and says anything else than the study: it is for people, and nobody reads it back."""
+        """Raises StudyError if schedule.csv is there and says anything else than the study: it is for people; the program does not read it."""
         path = self.path / "schedule.csv"
         expected = csv_of(Planned._fields, [each for participant in schedule for each in participant]).decode().split("\n")
         if not path.exists():

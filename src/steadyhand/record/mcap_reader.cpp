@@ -129,8 +129,8 @@ class Reader {
     loss_is_open_ = true;
   }
 
-  /// Behind what cannot be a record: goes on at the next chunk that is whole. False if there is none, as in a file that
-  /// was cut.
+  /// Behind what cannot be a record: continues at the next chunk that is whole. False if there is none, as in a file
+  /// that was cut.
   bool resume() {
     const std::uint64_t end = overview_.end;
     const std::optional<std::uint64_t> next = find_chunk(whole_until_);

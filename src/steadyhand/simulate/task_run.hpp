@@ -45,7 +45,7 @@ class TaskRun {
 
   /// Records it as a live session: an episode that is kept, with whether it succeeded. Before the first step. Fails,
   /// with the reason, where nothing can be recorded there.
-  /// @param metadata beside what describe_run() has
+  /// @param metadata in addition to describe_run()
   Status record(std::unique_ptr<RecordingPlace> place, RecordingSettings settings, SessionRecorder::Metadata metadata);
   /// Completes the recording. @return where it is, or what failed, for people
   std::vector<std::string> finish_recording();
