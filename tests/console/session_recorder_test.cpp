@@ -1,66 +1,16 @@
 #include "steadyhand/archive/session_recorder.hpp"
 
-#include <algorithm>
 #include <fstream>
+#include <numeric>
 
-#include "steadyhand/archive/recording_folder.hpp"
-#include "steadyhand/record/robot_json.hpp"
-#include "steadyhand/record/session_file.hpp"
 #include "steadyhand/replay/replay.hpp"
 #include "steadyhand/report/past_session.hpp"
-#include "support/temporary_folder.hpp"
-#include "support/virtual_session.hpp"
+#include "support/recorded.hpp"
 
 namespace steadyhand {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Messages as a session's writer thread hands them over: states at 500 Hz, a hand at 100 Hz, a look each 10 ms.
-struct Recorded : testing::Test {
-  Recorded() : ocp(ur5e(), load_profile("waiter")->ocp) { place.path = folder.path() / "sessions"; }
-
-  SessionRecorder make() {
-    return SessionRecorder(ocp, settings, {{"robot", {{"json", robot_json(ur5e())}}}, {"run", {{"profile", "waiter"}}}},
-                           begin, std::make_unique<RecordingFolder>(place));
-  }
-  void run(LiveTaps& taps, double seconds) {
-    for (const Time end = now + from_seconds(seconds); now < end; now += std::chrono::milliseconds(2)) {
-      const JointVector q = ur5e().home, zero = JointVector::Zero(6);
-      taps.state({{now, now}, q, zero});
-      taps.command({{now, now}, q, zero, zero});
-      if (now.count() % 10'000'000 != 0) continue;
-      OperatorSample sample;
-      sample.stamp = {now, now};
-      sample.clutch = true;
-      taps.sample(sample);
-      SessionSnapshot snapshot;
-      snapshot.now = now;
-      taps.look(snapshot);
-    }
-  }
-  std::vector<fs::path> files() const {
-    std::vector<fs::path> paths;
-    if (!fs::exists(place.path)) return paths;
-    for (const auto& entry : fs::directory_iterator(place.path)) paths.push_back(entry.path());
-    std::sort(paths.begin(), paths.end());
-    return paths;
-  }
-  static SessionFile read(const fs::path& path) {
-    SessionParts parts;
-    parts.samples = parts.commands = parts.states = parts.changes = parts.settings = parts.cells = true;
-    auto session = load_session(path, parts);
-    EXPECT_TRUE(session) << session.error().message;
-    return *std::move(session);
-  }
-
-  TemporaryFolder folder;
-  Ocp ocp;
-  RecordingSettings settings;
-  RecordingFolderSettings place;
-  const Time begin = std::chrono::seconds(5000);
-  Time now = begin;
-};
 
 TEST_F(Recorded, EverythingIsInTheFileAndTimesCountFromTheBegin) {
   SessionRecorder recorder = make();
@@ -411,6 +361,51 @@ TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
     sample.X_operator_hand.p.x() = 0.001 * i;
     sample.clutch = i > 20;
     if (i == 100) sample.X_operator_hand.p.x() = std::numeric_limits<double>::quiet_NaN();
+/// What a term adds to J is what the planner has weighed; so all of them together are J, where the plan is the
+/// solution.
+TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
+  VirtualSession::Options options;
+  options.profile = "carry";
+  VirtualSession session(options);
+  session.hand = sweeping({0.2, 0.2, 0.1});
+  const Ocp& planned = session.planning().ocp();
+  SessionRecorder recorder(planned, settings, {{"robot", {{"json", robot_json(ur5e())}}}}, Time(0),
+                           std::make_unique<RecordingFolder>(place));
+  LiveTaps taps = recorder.taps();
+  std::vector<double> objectives;
+  ASSERT_TRUE(session.grip());
+  session.run(0.5);
+  PlanningRecord step;
+  const auto take = [&] {
+    while (session.planner_side().taps.steps.pop(step)) {
+      taps.step(step);
+      objectives.push_back(step.objective);
+    }
+  };
+  take();
+  for (int i = 0; i < 50; ++i) {
+    session.run(0.02);
+    take();
+  }
+  recorder.finish({});
+  SessionParts parts;
+  parts.steps = true;
+  const auto recorded = load_session(files().at(0), parts);
+  ASSERT_TRUE(recorded) << recorded.error().message;
+  ASSERT_EQ(recorded->steps.size(), objectives.size());
+  std::size_t whole = 0, moved = 0;
+  for (std::size_t i = 0; i < objectives.size(); ++i) {
+    const PlanStep& each = recorded->steps[i];
+    if (each.status != PlanOrigin::kSolved || !each.engaged) continue;
+    ++moved;
+    const double sum = std::accumulate(each.shares.begin(), each.shares.end(), 0.0);
+    EXPECT_NEAR(sum, objectives[i], 1e-2 * objectives[i]) << i;  // a stop may begin within the horizon
+    whole += std::abs(sum - objectives[i]) < 1e-4 * objectives[i];
+  }
+  EXPECT_GT(moved, 30u);
+  EXPECT_GT(2 * whole, moved);
+}
+
     if (i == 200) sample.X_operator_hand.p.x() += 0.7;  // a teleport
     if (i == 250) sample.stamp.hand -= std::chrono::milliseconds(100);
     taps.sample(sample);

@@ -227,6 +227,7 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
     trajectory_.x[k] << node.q, node.dq;
     if (k < nodes) trajectory_.u[k] = node.ddq;
   }
+  instance_.u_followed = record.u_followed;
   instance_.x0 = trajectory_.x[0];
   PlanStep step = describer_.describe(record.plan, record.at, instance_, trajectory_);
   step.t_s = to_seconds(record.at - begin_);

@@ -78,6 +78,7 @@ struct PlanningRecord {
   Plan plan;   ///< what is followed from there on, if the step failed the plan before
   Pose X_base_target;
   Reference reference;
+  JointVector u_followed;                           ///< rad/s^2, as OcpInstance has it
   std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
   double objective = 0.0, solve_us = 0.0;
   int iterations = 0;

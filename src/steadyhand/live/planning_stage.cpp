@@ -305,6 +305,7 @@ void PlanningStage::tap(const Reference& reference, std::span<const JointVector>
   record_.plan = scaled_.planner->plan();
   record_.X_base_target = predictor_.at(reference.start);
   record_.reference = reference;
+  record_.u_followed = scaled_.planner->instance().u_followed;
   std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
   record_.objective = scaled_.planner->solution().objective;
   record_.solve_us = scaled_.planner->solution().time_us;
