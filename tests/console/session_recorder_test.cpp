@@ -88,7 +88,7 @@ TEST_F(Recorded, EveryFileTellsWhatStandsAroundTheArm) {
   taps.cell(now, {"desk", {{"ball", Shape::sphere(0.1), Eigen::Isometry3d::Identity()}}});
   run(taps, 0.5);
   recorder.ask(false);
-  run(taps, 0.1);
+  run(taps, to_seconds(SessionRecorder::kShortestFile));
   recorder.ask(true);
   run(taps, 0.1);
   recorder.finish({});
@@ -212,27 +212,37 @@ TEST_F(Recorded, TheOperatorBeginsAndEndsFiles) {
     run(taps, 0.3);
     EXPECT_TRUE(recorder.recording());
     recorder.ask(false);
-    run(taps, 0.1);
+    run(taps, to_seconds(SessionRecorder::kShortestFile));
     ASSERT_EQ(files().size(), i);
   }
   for (const fs::path& path : files()) EXPECT_TRUE(read(path).overview.complete);
 }
 
-/// However often, with a file for each time.
-TEST_F(Recorded, TheOperatorMayBeginAsManyFilesAsHeLikes) {
+/// A file every kShortestFile at most. All that was wanted is recorded.
+TEST_F(Recorded, WhoAsksAgainAndAgainGetsFewFilesAndAllThatWasWanted) {
   settings.enabled = false;
   settings.flight_seconds = 0.0;
   SessionRecorder recorder = make();
   LiveTaps taps = recorder.taps();
-  for (int i = 0; i < 120; ++i) {
-    recorder.ask(true);
+  std::size_t wanted = 0;
+  for (int i = 0; i < 360; ++i) {
+    const bool record = i % 2 == 0;
+    recorder.ask(record);
     run(taps, 0.02);
-    ASSERT_TRUE(recorder.recording()) << i;
-    recorder.ask(false);
-    run(taps, 0.02);
+    EXPECT_TRUE(!record || recorder.recording()) << i;
+    wanted += record ? 10 : 0;
   }
-  EXPECT_EQ(files().size(), 120u);
-  for (const std::string& line : recorder.take_notices()) EXPECT_EQ(line.rfind("recorded: ", 0), 0u) << line;
+  run(taps, to_seconds(SessionRecorder::kShortestFile));
+  EXPECT_FALSE(recorder.recording());
+  const std::size_t most = static_cast<std::size_t>(360 * 0.02 / to_seconds(SessionRecorder::kShortestFile)) + 1;
+  EXPECT_LE(files().size(), most);
+  std::size_t commands = 0;
+  for (const fs::path& path : files()) {
+    const SessionFile session = read(path);
+    EXPECT_TRUE(session.overview.complete);
+    commands += session.commands.size();
+  }
+  EXPECT_GT(commands, wanted - 10 * most);  // a file begins with the look after the first messages
 }
 
 /// It is told, and what comes after it is recorded. Nobody says "recorded" of a file that is not there.
@@ -351,16 +361,6 @@ TEST_F(Recorded, WhatTheOperatorSetComesBackAndIsReplayed) {
   EXPECT_NE(refused.error().message.find("nothing"), std::string::npos) << refused.error().message;
 }
 
-TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
-  SessionRecorder recorder = make();
-  LiveTaps taps = recorder.taps();
-  for (int i = 0; i < 300; ++i) {
-    OperatorSample sample;
-    const Time t = begin + std::chrono::milliseconds(11 * i);
-    sample.stamp = {t, t};
-    sample.X_operator_hand.p.x() = 0.001 * i;
-    sample.clutch = i > 20;
-    if (i == 100) sample.X_operator_hand.p.x() = std::numeric_limits<double>::quiet_NaN();
 /// What a term adds to J is what the planner has weighed; so all of them together are J, where the plan is the
 /// solution.
 TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
@@ -406,6 +406,16 @@ TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
   EXPECT_GT(2 * whole, moved);
 }
 
+TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {
+  SessionRecorder recorder = make();
+  LiveTaps taps = recorder.taps();
+  for (int i = 0; i < 300; ++i) {
+    OperatorSample sample;
+    const Time t = begin + std::chrono::milliseconds(11 * i);
+    sample.stamp = {t, t};
+    sample.X_operator_hand.p.x() = 0.001 * i;
+    sample.clutch = i > 20;
+    if (i == 100) sample.X_operator_hand.p.x() = std::numeric_limits<double>::quiet_NaN();
     if (i == 200) sample.X_operator_hand.p.x() += 0.7;  // a teleport
     if (i == 250) sample.stamp.hand -= std::chrono::milliseconds(100);
     taps.sample(sample);

@@ -316,7 +316,8 @@ void SessionRecorder::look(const SessionSnapshot& now) {
     tally_.begin = tally_.last = std::max(at, Time(0));  // the first snapshots may be from before the session's begin
     tally_.missed_before = now.missed_deadlines;
   }
-  if (!wanted_ && file_) {
+  if (!wanted_ && file_ && at - tally_.begin >= kShortestFile) {
+    write_waiting();  // what was said before belongs in it
     sum_up(now);
     end_file();
   }

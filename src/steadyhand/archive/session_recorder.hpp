@@ -51,6 +51,7 @@ class History {
 class SessionRecorder {
  public:
   using Metadata = std::map<std::string, std::map<std::string, std::string>>;
+  static constexpr Time kShortestFile = std::chrono::seconds(2);
 
   /// @param metadata goes into every file; `run` and `robot` are what a report needs
   /// @param begin what counts as 0, session's clock. The Ocp must outlive it.
@@ -62,6 +63,7 @@ class SessionRecorder {
 
   // ---- any thread
   /// Begins a new file, or ends the one that is being written, soon.
+  /// A file is at least kShortestFile long: if recording is asked for again until then, the file continues.
   void ask(bool record) { wanted_ = record; }
   bool recording() const { return recording_; }
   /// Name of the session that is written now, without folder and extension; empty: none.
