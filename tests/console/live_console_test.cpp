@@ -105,6 +105,44 @@ TEST_F(Console, AnArmThatStartsInsideAnObjectIsReportedBeforeItMoves) {
   EXPECT_EQ(lines().find(line, lines().find(line) + 1), std::string::npos) << "once";
 }
 
+OperatorRequest episode(EpisodeMark::Kind kind) {
+  OperatorRequest request;
+  request.kind = OperatorRequest::Kind::kEpisode;
+  request.episode.kind = kind;
+  return request;
+}
+
+/// What counts as kept is what a data set will find.
+TEST_F(Console, AnEpisodeIsKeptOnceItIsRecorded) {
+  auto made = LiveConsole::make(ur5e(), settings, arm, clock, callbacks);
+  ASSERT_TRUE(made) << made.error().message;
+  LiveConsole& console = **made;
+  ASSERT_TRUE(console.start());
+  using Kind = EpisodeMark::Kind;
+  const auto wait_until = [&](const auto& condition) {
+    for (int i = 0; i < 500 && !condition(); ++i) run(console, 0.01);
+    return condition();
+  };
+  ASSERT_TRUE(console.apply(episode(Kind::kBegin)));
+  OperatorRequest off;
+  off.kind = OperatorRequest::Kind::kRecord;
+  const Status refused = console.apply(off);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "episode 1 is running; keep or discard it first");
+  ASSERT_TRUE(console.apply(episode(Kind::kKeep)));
+  EXPECT_TRUE(wait_until([&] { return console.episode().kept == 1; }));
+
+  ASSERT_TRUE(console.apply(episode(Kind::kBegin)));
+  run(console, 0.05);
+  for (const auto& file : std::filesystem::directory_iterator(folder.path())) std::filesystem::remove(file);
+  (void)console.apply(episode(Kind::kKeep));
+  EXPECT_TRUE(wait_until([&] { return console.episode().lost == 1; }));
+  EXPECT_EQ(console.episode().kept, 1);
+  EXPECT_FALSE(console.episode().running);
+  EXPECT_NE(lines().find("episode 2 is lost: its recording ended before it was kept\n"), std::string::npos) << lines();
+  EXPECT_FALSE(console.apply(episode(Kind::kDiscard)));
+}
+
 TEST_F(Console, WithoutAPageNothingIsServed) {
   settings.page = false;
   auto made = LiveConsole::make(ur5e(), settings, arm, clock, callbacks);

@@ -56,7 +56,7 @@ OperatorView fixture_view() {
   s.planner_rate_automatic = true;
   s.recording = true;
   s.task = {12.5, 0b01, 0.125, false};
-  s.episode = {true, 3, 4.5, 1, 1, std::nullopt};
+  s.episode = {true, 3, 4.5, 1, 1, 2, std::nullopt};
   s.scene.things = 1;
   s.scene.thing[0].X_base_thing.p = {0.5, 0.0, 0.25};
   s.target.leader = Leader::kPolicy;
@@ -115,6 +115,11 @@ TEST(Messages, RefusesWhatIsTooLongOrTooDeep) {
   EXPECT_FALSE(parse_client_message(std::string(kMaxClientMessage + 1, ' ')));
   EXPECT_FALSE(parse_client_message(std::string(kMaxClientMessage, '[')));
   EXPECT_FALSE(parse_client_message(std::string(1'000'000, '{')));
+}
+
+/// Notes are for people, who write as many lines as they like; they reach no terminal as they are.
+TEST(Messages, NotesMayHaveLines) {
+  EXPECT_TRUE(parse_client_message(R"({"type":"request","kind":"episode","text":"keep","notes":"a\nb"})"));
 }
 
 TEST(Messages, WritesTheServersFixtures) {

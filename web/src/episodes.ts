@@ -22,7 +22,7 @@ export function taskText(task: Omit<NonNullable<WelcomeMessage['task']>, 'things
 
 /** How the episodes stand, for people. */
 export function episodeText(episode: StateMessage['episode']): string {
-  const counts = `${episode.kept} kept, ${episode.discarded} discarded.`;
+  const counts = `${episode.kept} kept, ${episode.discarded} discarded${episode.lost ? `, ${episode.lost} lost: not recorded to the end` : ''}.`;
   if (episode.running) return `Episode ${episode.number} runs: ${episode.time.toFixed(1)} s${decided(episode.success)}. ${counts}`;
   return episode.number ? `Episode ${episode.number} ended after ${episode.time.toFixed(1)} s${decided(episode.success)}. ${counts}` : 'None yet.';
 }
@@ -73,6 +73,6 @@ export class EpisodePanel {
     for (const id of ['episode-keep', 'episode-discard']) put(button(id), 'disabled', !may || !(running || ended));
     put(button('set-up'), 'disabled', !may || running);
     if (state) put(element('episodes-now', HTMLOutputElement), 'textContent', running ? `number ${state.episode.number} runs` : ended ? `${state.episode.kept} kept` : '');
-    if (state) put(element('episode-state', HTMLElement), 'textContent', state.recording ? episodeText(state.episode) : 'Record this session to keep episodes.');
+    if (state) put(element('episode-state', HTMLElement), 'textContent', state.recording ? episodeText(state.episode) : `Record this session to keep episodes.${ended ? ` ${episodeText(state.episode)}` : ''}`);
   }
 }

@@ -93,8 +93,8 @@ export interface StateMessage {
   recording: boolean;
   /** How the task of a simulated scene goes; null: there is none. `held`: a bit for each of `welcome.task.conditions`. `time`: s; `things`: poses of those of `welcome.task`, in the base: x, y, z and quaternion. */
   task: { time: number; held: number; spilled: number; success: boolean | null; things: number[][] } | null;
-  /** The one that runs, or ran last; number 0: there was none. */
-  episode: { running: boolean; number: number; time: number; kept: number; discarded: number; success: boolean | null };
+  /** The one that runs, or ran last; number 0: there was none. `lost`: how many are not recorded to their end. */
+  episode: { running: boolean; number: number; time: number; kept: number; discarded: number; lost: number; success: boolean | null };
   controls: Controls;
 }
 

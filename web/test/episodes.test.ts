@@ -14,7 +14,8 @@ it('waits for the first grip, and knows no spill of a gripper', () => {
 });
 
 it('tells how the episodes stand', () => {
-  expect(episodeText({ running: false, number: 0, time: 0, kept: 0, discarded: 0, success: null })).toBe('None yet.');
-  expect(episodeText({ running: true, number: 3, time: 1.5, kept: 1, discarded: 1, success: null })).toBe('Episode 3 runs: 1.5 s. 1 kept, 1 discarded.');
-  expect(episodeText({ running: false, number: 3, time: 4, kept: 2, discarded: 1, success: true })).toBe('Episode 3 ended after 4.0 s, a success. 2 kept, 1 discarded.');
+  expect(episodeText({ running: false, number: 0, time: 0, kept: 0, discarded: 0, lost: 0, success: null })).toBe('None yet.');
+  expect(episodeText({ running: true, number: 3, time: 1.5, kept: 1, discarded: 1, lost: 0, success: null })).toBe('Episode 3 runs: 1.5 s. 1 kept, 1 discarded.');
+  expect(episodeText({ running: false, number: 3, time: 4, kept: 2, discarded: 1, lost: 0, success: true })).toBe('Episode 3 ended after 4.0 s, a success. 2 kept, 1 discarded.');
+  expect(episodeText({ running: false, number: 3, time: 4, kept: 1, discarded: 1, lost: 1, success: null })).toBe('Episode 3 ended after 4.0 s. 1 kept, 1 discarded, 1 lost: not recorded to the end.');
 });

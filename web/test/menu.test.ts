@@ -27,7 +27,7 @@ describe('menu of the headset', () => {
     session.paired = session.yours = true;
     const see = (task: boolean, recording: boolean, episode: object) => {
       session.take({ ...server.welcome!, ...(task ? {} : { task: null }) } as ServerMessage, 0);
-      session.take({ ...server.state!, recording, episode: { running: false, number: 0, time: 0, kept: 0, discarded: 0, success: null, ...episode } } as ServerMessage, 1);
+      session.take({ ...server.state!, recording, episode: { running: false, number: 0, time: 0, kept: 0, discarded: 0, lost: 0, success: null, ...episode } } as ServerMessage, 1);
       session.paired = session.yours = true;
     };
     const row = () => itemsOf(session, asks).filter(({ row }) => row.startsWith('Episode'));

@@ -79,6 +79,7 @@ void SessionRecorder::begin_file() {
     {
       const Lock lock(mutex_);
       opened_ = *std::move(opened);
+      ++files_;
     }
     file_.emplace(*std::move(recorder));
     has_begun_.assign(cameras_.size(), false);
@@ -97,6 +98,7 @@ void SessionRecorder::end_file() {
   const Status closed = file_->close();
   file_.reset();
   recording_ = false;
+  lose_episode();
   notice(!closed                    ? "the recording ended: " + closed.error().message
          : place_->is_gone(opened_) ? "the recording was deleted or moved away: " + opened_.where
                                     : "recorded: " + opened_.where);
@@ -143,15 +145,19 @@ void SessionRecorder::sum_up(const SessionSnapshot& now) {
   if (!added) notice("the recording has no summary: " + added.error().message);
 }
 
-/// One message to the file. If that fails the recording is over.
+/// One message to the file.
 template <typename... Message>
 void SessionRecorder::write(const Message&... message) {
-  if (!file_) return;
-  if (const Status s = file_->write(message...); !s) {
-    wanted_ = recording_ = false;
-    file_.reset();
-    notice("the recording ended, the session goes on: " + s.error().message);
-  }
+  if (file_) check(file_->write(message...));
+}
+
+/// If writing failed the recording is over.
+void SessionRecorder::check(const Status& written) {
+  if (written) return;
+  wanted_ = recording_ = false;
+  file_.reset();
+  lose_episode();
+  notice("the recording ended, the session goes on: " + written.error().message);
 }
 
 /// The same message, its stamps counted from the session's begin.
@@ -221,13 +227,13 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
   if (!file_ && !flight_) return;
   for (std::size_t i = 0; i < instance_.weights.size(); ++i) instance_.weights[i] = record.weights[i];
   instance_.reference = record.reference;
+  instance_.u_followed = record.u_followed;
   const int nodes = static_cast<int>(trajectory_.u.size());
   for (int k = 0; k <= nodes; ++k) {
     const JointCommand node = sample(record.plan, record.at + from_seconds(k * record.reference.dt));
     trajectory_.x[k] << node.q, node.dq;
     if (k < nodes) trajectory_.u[k] = node.ddq;
   }
-  instance_.u_followed = record.u_followed;
   instance_.x0 = trajectory_.x[0];
   PlanStep step = describer_.describe(record.plan, record.at, instance_, trajectory_);
   step.t_s = to_seconds(record.at - begin_);
@@ -250,9 +256,44 @@ void SessionRecorder::write_step(const PlanningRecord& record) {
   write(plan, describer_.path(plan));
 }
 
-void SessionRecorder::mark(const EpisodeMark& mark) {
+Status SessionRecorder::mark(const EpisodeMark& mark) {
   const Lock lock(mutex_);
-  marks_.push_back(mark);
+  if (mark.kind == EpisodeMark::Kind::kBegin) episode_file_ = files_;
+  if (!recording_ || episode_file_ != files_) {
+    return Error{fmt::format("the recording of episode {} has ended; what it says of the episode stays", mark.episode)};
+  }
+  marks_.emplace_back(mark, files_);
+  return Done{};
+}
+
+std::vector<EpisodeOutcome> SessionRecorder::take_episode_outcomes() {
+  const Lock lock(mutex_);
+  return std::exchange(outcomes_, {});
+}
+
+void SessionRecorder::report(const EpisodeOutcome& outcome) {
+  const Lock lock(mutex_);
+  outcomes_.push_back(outcome);
+}
+
+/// The file has ended.
+void SessionRecorder::lose_episode() {
+  if (const int lost = std::exchange(running_, 0)) report({lost, EpisodeMark::Kind::kBegin, false});
+}
+
+/// @return whether the file has it; it may be another than that of the mark by now, or deleted
+bool SessionRecorder::write_mark(EpisodeMark mark, int file) {
+  using Kind = EpisodeMark::Kind;
+  if (!file_ || file != files_) return false;
+  mark.at -= begin_;
+  write(mark);
+  if (mark.kind == Kind::kBegin && file_) running_ = mark.episode;
+  if (mark.kind == Kind::kBegin || mark.kind == Kind::kMark) return file_.has_value();
+  if (file_) check(file_->flush());
+  if (file_ && place_->is_gone(opened_)) end_file();
+  if (!file_) return false;
+  running_ = 0;
+  return true;
 }
 
 void SessionRecorder::see(const SceneLook& look) {
@@ -279,7 +320,7 @@ std::uint64_t SessionRecorder::dropped_pictures() const {
 
 /// What other threads have left for the file.
 void SessionRecorder::write_waiting() {
-  std::vector<EpisodeMark> marks;
+  std::vector<std::pair<EpisodeMark, int>> marks;
   std::vector<SceneLook> looks;
   std::vector<VideoPacket> pictures;
   {
@@ -300,10 +341,7 @@ void SessionRecorder::write_waiting() {
     look.scene.at -= begin_;
     write(look);
   }
-  for (EpisodeMark& mark : marks) {
-    mark.at -= begin_;
-    write(mark);
-  }
+  for (const auto& [mark, file] : marks) report({mark.episode, mark.kind, write_mark(mark, file)});
 }
 
 /// Once a round: what has no arrow of its own, and what was asked for.

@@ -66,13 +66,17 @@ class SessionRecorder {
   /// A file is at least kShortestFile long: if recording is asked for again until then, the file continues.
   void ask(bool record) { wanted_ = record; }
   bool recording() const { return recording_; }
+  bool wanted() const { return wanted_; }  ///< what was asked for
   /// Name of the session that is written now, without folder and extension; empty: none.
   std::string writing() const;
   /// What people should know of: files begun and ended, and what failed. Each line once.
   std::vector<std::string> take_notices();
 
-  /// What was said of an episode, by the session's clock, soon in the file.
-  void mark(const EpisodeMark& mark);
+  /// What was said of an episode, by the session's clock, soon in the file that it began in. Fails if that has ended.
+  Status mark(const EpisodeMark& mark);
+  /// What became of each mark, and of episodes whose file ended within them. Each once. A mark counts as recorded when
+  /// the operating system has taken everything up to it.
+  std::vector<EpisodeOutcome> take_episode_outcomes();
   /// The same of a scene; looks that nobody has written yet may be dropped.
   void see(const SceneLook& look);
 
@@ -92,6 +96,7 @@ class SessionRecorder {
 
   template <typename... Message>
   void write(const Message&... message);
+  void check(const Status& written);
   template <typename Message>
   Message from_begin(Message message) const;
   void write_settings(const AppliedSettings& applied);
@@ -99,6 +104,9 @@ class SessionRecorder {
   void write_step(const PlanningRecord& record);
   void look(const SessionSnapshot& snapshot);
   void write_waiting();
+  bool write_mark(EpisodeMark mark, int file);
+  void report(const EpisodeOutcome& outcome);
+  void lose_episode();
   void begin_file();
   void end_file();
   std::string profiles_that_led() const;
@@ -120,6 +128,7 @@ class SessionRecorder {
 
   std::optional<Recorder> file_;
   RecordingPlace::Opened opened_;  ///< the same; its sink is the file's
+  int running_ = 0;                ///< number of the episode that runs in it; 0: none
   Time next_plan_{0}, next_statistics_{0};
   ActiveConstraint constraint_;
   std::optional<SettingsChange> operator_settings_;  ///< in force
@@ -154,7 +163,10 @@ class SessionRecorder {
   std::atomic<bool> wanted_, recording_{false};
   mutable Mutex mutex_;  ///< of the notices, and of opened_ for other threads
   std::vector<std::string> notices_;
-  std::vector<EpisodeMark> marks_;  ///< to be written, as the next
+  int files_ = 0;                                   ///< number of files so far, and of the newest
+  int episode_file_ = 0;                            ///< number of that in which the newest episode began
+  std::vector<std::pair<EpisodeMark, int>> marks_;  ///< to be written, as the next; each to the file of this number
+  std::vector<EpisodeOutcome> outcomes_;
   std::vector<SceneLook> looks_;
   std::vector<VideoPacket> pictures_;
   std::vector<CameraInfo> cameras_;

@@ -102,6 +102,23 @@ void LiveConsole::say_notices() {
     ++warned_;
   }
   for (const std::string& line : recorder_->take_notices()) say(line + "\n");
+  for (const EpisodeOutcome& outcome : recorder_->take_episode_outcomes()) settle(outcome);
+}
+
+void LiveConsole::settle(const EpisodeOutcome& outcome) {
+  if (episodes_.settle(outcome, clock_->now())) {
+    say(fmt::format("episode {} is lost: its recording ended before it was kept\n", outcome.episode));
+  } else if (!outcome.recorded && outcome.kind != EpisodeMark::Kind::kBegin) {
+    say(fmt::format("'{}' of episode {} is not recorded: its recording has ended\n", to_string(outcome.kind),
+                    outcome.episode));
+  }
+}
+
+/// During an episode neither the scene nor the recording changes.
+Status LiveConsole::check_between_episodes() const {
+  const EpisodeView now = episode();
+  if (!now.running) return Done{};
+  return Error{fmt::format("episode {} is running; keep or discard it first", now.number)};
 }
 
 Status LiveConsole::open_page() {
@@ -182,15 +199,16 @@ Status LiveConsole::apply(const OperatorRequest& request) {
   if (const std::optional<SessionEdit> edit = session_edit(request)) return edit_session(*edit);
   if (request.kind == OperatorRequest::Kind::kEpisode) return mark_episode(request.episode);
   if (request.kind == OperatorRequest::Kind::kSetUp) return set_up_scene(request.value);
+  if (request.kind == OperatorRequest::Kind::kRecord && request.value == 0.0) {
+    if (Status s = check_between_episodes(); !s) return s;
+  }
   return operator_interface_->apply(request, clock_->now());
 }
 
 /// @param seed negative: the next
 Status LiveConsole::set_up_scene(double seed) {
   if (settings_.scene == nullptr) return Error{"there is no scene to set up; --arm mujoco --task has one"};
-  if (const EpisodeView episode = episodes_.view(clock_->now()); episode.running) {
-    return Error{fmt::format("episode {} is running; keep or discard it first", episode.number)};
-  }
+  if (Status s = check_between_episodes(); !s) return s;
   const Lock lock(scene_);
   seed_ = seed < 0.0 ? seed_ + 1 : static_cast<std::uint64_t>(seed);
   return settings_.scene->set_up(seed_);
@@ -198,7 +216,7 @@ Status LiveConsole::set_up_scene(double seed) {
 
 Status LiveConsole::mark_episode(EpisodeMark mark) {
   if (!started_) return Error{"the session has not begun"};
-  if (mark.kind == EpisodeMark::Kind::kBegin && !recorder_->recording()) {
+  if (mark.kind == EpisodeMark::Kind::kBegin && !(recorder_->recording() && recorder_->wanted())) {
     return Error{"the session is not recorded, so no episode could be kept; record it first"};
   }
   mark.at = clock_->now();
@@ -214,7 +232,10 @@ Status LiveConsole::mark_episode(EpisodeMark mark) {
   const bool begins = mark.kind == EpisodeMark::Kind::kBegin;
   const Result<EpisodeMark> made = episodes_.take(std::move(mark), decided);
   if (!made) return made.error();
-  recorder_->mark(*made);
+  if (const Status marked = recorder_->mark(*made); !marked) {
+    settle({made->episode, made->kind, false});
+    return marked;
+  }
   if (begins) episode_begins_ = true;
   return Done{};
 }

@@ -80,8 +80,11 @@ class LiveConsole {
   void say_notices();
 
   LiveSession& session() { return *session_; }
+  /// Carries out what a client asks for, as the server does on its thread.
+  Status apply(const OperatorRequest& request);
   OperatorInterface& operator_interface() { return *operator_interface_; }
-  const Server* server() const { return server_.get(); }  ///< null without a page
+  const Server* server() const { return server_.get(); }                 ///< null without a page
+  EpisodeView episode() const { return episodes_.view(clock_->now()); }  ///< that which runs, or ran last
   const Profile& profile() const { return settings_.profiles[settings_.profile]; }
 
  private:
@@ -90,11 +93,12 @@ class LiveConsole {
   SessionRecorder::Metadata describe() const;
   Status open_page();
   Status edit_session(const SessionEdit& edit);
-  Status apply(const OperatorRequest& request);
   Status set_up_scene(double seed);
   Status mark_episode(EpisodeMark mark);
   void look_at_cameras(Time now);
   void look_at_scene(const SessionSnapshot& snapshot);
+  Status check_between_episodes() const;
+  void settle(const EpisodeOutcome& outcome);
   void say(const std::string& text) const {
     if (callbacks_.say) callbacks_.say(text);
   }

@@ -324,6 +324,7 @@ std::string state_message(const OperatorView& s) {
   json->member("time", s.episode.time);
   json->member("kept", s.episode.kept);
   json->member("discarded", s.episode.discarded);
+  json->member("lost", s.episode.lost);
   decided(s.episode.success);
   json->end_object();
   json->key("controls");

@@ -26,6 +26,14 @@ struct EpisodeMark {
   std::string notes;            ///< for people; empty: as they were
 };
 
+/// Whether it reached the recording that its episode began in. Of an episode whose recording ends within it: kBegin,
+/// and not recorded.
+struct EpisodeOutcome {
+  int episode = 0;
+  EpisodeMark::Kind kind = EpisodeMark::Kind::kBegin;
+  bool recorded = false;
+};
+
 /// "begin", "keep", "discard", "mark".
 std::string_view to_string(EpisodeMark::Kind kind);
 std::optional<EpisodeMark::Kind> find_episode_kind(std::string_view name);
