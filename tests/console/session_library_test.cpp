@@ -1,8 +1,10 @@
 #include "steadyhand/console/session_library.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <csignal>
 #include <fstream>
 #include <future>
 #include <limits>
@@ -241,6 +243,109 @@ TEST(SessionEdits, LabelRenameAndDeleteWhatIsThere) {
   EXPECT_EQ(session_label(folder.path(), "two"), "");
   ASSERT_TRUE(edit({Kind::kDelete, "two", ""}));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+std::string content(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Each was possible when it was asked for.
+TEST(SessionEdits, OfTwoRenamesToOneNameOneIsCarriedOut) {
+  TemporaryFolder folder;
+  using Kind = SessionEdit::Kind;
+  for (const char* name : {"one", "two"}) {
+    folder.write(std::string(name) + ".mcap", name);
+    folder.write(std::string(name) + ".label", name);
+    ASSERT_TRUE(check_edit(folder.path(), {Kind::kRename, name, "three"}, ""));
+  }
+  EXPECT_TRUE(carry_out(folder.path(), {Kind::kRename, "one", "three"}));
+  const Status second = carry_out(folder.path(), {Kind::kRename, "two", "three"});
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().message, "there is a recording 'three' already");
+  EXPECT_EQ(content(folder.path() / "three.mcap"), "one");
+  EXPECT_EQ(session_label(folder.path(), "three"), "one");
+  EXPECT_EQ(content(folder.path() / "two.mcap"), "two");
+  EXPECT_EQ(session_label(folder.path(), "two"), "two");
+}
+
+/// A label without a recording is not lost either, and does not become that of another recording.
+TEST(SessionEdits, ALabelIsNotReplacedByARename) {
+  TemporaryFolder folder;
+  folder.write("one.mcap", "one");
+  folder.write("one.label", "mine");
+  folder.write("two.label", "of a recording on another disk");
+  const Status renamed = carry_out(folder.path(), {SessionEdit::Kind::kRename, "one", "two"});
+  ASSERT_FALSE(renamed);
+  EXPECT_NE(renamed.error().message.find("one.label: cannot be changed: File exists"), std::string::npos)
+      << renamed.error().message;
+  EXPECT_EQ(content(folder.path() / "one.mcap"), "one");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "two.mcap"));
+  EXPECT_EQ(session_label(folder.path(), "two"), "of a recording on another disk");
+}
+
+/// As check_edit has seen it; by now it has another name, or has gone.
+TEST(SessionEdits, WhatIsNoLongerThereIsNeitherLabelledNorDeletedInSilence) {
+  TemporaryFolder folder;
+  using Kind = SessionEdit::Kind;
+  for (const SessionEdit& edit :
+       {SessionEdit{Kind::kLabel, "one", "mine"}, {Kind::kRename, "one", "two"}, {Kind::kDelete, "one", ""}}) {
+    const Status done = carry_out(folder.path(), edit);
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().message, "there is no recording 'one'");
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+/// The file of what it shall say is made before the old one goes.
+TEST(SessionEdits, ALabelThatCannotBeWrittenLeavesTheOldOne) {
+  TemporaryFolder folder;
+  folder.write("one.mcap", "one");
+  folder.write("one.label", "before");
+  struct rlimit before {};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const struct rlimit full {
+    0, before.rlim_max
+  };
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const Status labelled = carry_out(folder.path(), {SessionEdit::Kind::kLabel, "one", "after"});
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(labelled);
+  EXPECT_EQ(session_label(folder.path(), "one"), "before");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+}
+
+TEST(SessionEdits, NoFileSystemReplacesAFile) {
+  for (const auto& move : {move_to_free_name, move_over_placeholder}) {
+    TemporaryFolder folder;
+    folder.write("one", "1");
+    folder.write("two", "2");
+    EXPECT_EQ(move(folder.path() / "one", folder.path() / "two"), std::errc::file_exists);
+    EXPECT_EQ(content(folder.path() / "two"), "2");
+    EXPECT_EQ(move(folder.path() / "none", folder.path() / "three"), std::errc::no_such_file_or_directory);
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "three"));
+    EXPECT_FALSE(move(folder.path() / "one", folder.path() / "three"));
+    EXPECT_EQ(content(folder.path() / "three"), "1");
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "one"));
+  }
+}
+
+/// Who asks second is answered at once, though a report may keep the first one waiting.
+TEST(SessionLibrary, ANameIsPromisedToOneRename) {
+  TemporaryFolder folder;
+  for (const char* name : {"one", "two"}) folder.write(std::string(name) + ".mcap", name);
+  SessionLibrary library(folder.path(), script(folder, "sleep 0.2"));
+  using Kind = SessionEdit::Kind;
+  library.fetch("/sessions", [](const Result<FreshPage>&) {});
+  std::promise<bool> done;
+  ASSERT_TRUE(library.edit({Kind::kRename, "one", "three"}, "", [&](const Status& s) { done.set_value(bool(s)); }));
+  const Status second = library.edit({Kind::kRename, "two", "three"}, "", [](const Status&) {});
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().message, "there is a recording 'three' already");
+  EXPECT_TRUE(done.get_future().get());
+  EXPECT_EQ(content(folder.path() / "two.mcap"), "two");
 }
 
 TEST(SessionEdits, SayWhatCannotBeDoneAndTouchNothing) {

@@ -1,8 +1,13 @@
 #include "steadyhand/console/session_edits.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <system_error>
 
@@ -18,7 +23,60 @@ fs::path file_of(const fs::path& folder, const std::string& name, const char* ex
   return folder / (name + extension);
 }
 
+std::error_code last_error() { return {errno, std::generic_category()}; }
+
+Error taken(const std::string& name) { return Error{fmt::format("there is a recording '{}' already", name)}; }
+Error missing(const std::string& name) { return Error{fmt::format("there is no recording '{}'", name)}; }
+Error cannot_change(const fs::path& path, const std::error_code& why) {
+  return Error{fmt::format("{}: cannot be changed: {}", path.string(), why.message())};
+}
+
+/// The new label, or the old one: never a part.
+std::error_code write_label(const fs::path& path, const std::string& text) {
+  std::string draft = path.parent_path() / ("." + path.filename().string() + ".XXXXXX");  // no session's name
+  const int file = mkstemp(draft.data());
+  if (file < 0) return last_error();
+  const std::string line = text + "\n";
+  const bool written = write(file, line.data(), line.size()) == static_cast<ssize_t>(line.size()) && fsync(file) == 0;
+  std::error_code failed = written ? std::error_code() : last_error();
+  if (close(file) != 0 && !failed) failed = last_error();
+  if (!failed) fs::rename(draft, path, failed);
+  if (failed) (void)unlink(draft.c_str());
+  return failed;
+}
+
+/// The recording, then its label; both or none.
+Status rename_session(const fs::path& folder, const std::string& name, const std::string& to) {
+  const fs::path file = file_of(folder, name, ".mcap"), new_file = file_of(folder, to, ".mcap");
+  const fs::path label = file_of(folder, name, ".label");
+  if (const std::error_code failed = move_to_free_name(file, new_file)) {
+    return failed == std::errc::file_exists                 ? taken(to)
+           : failed == std::errc::no_such_file_or_directory ? missing(name)
+                                                            : cannot_change(file, failed);
+  }
+  const std::error_code failed = move_to_free_name(label, file_of(folder, to, ".label"));
+  if (!failed || failed == std::errc::no_such_file_or_directory) return Done{};  // most have none
+  if (const std::error_code stays = move_to_free_name(new_file, file)) return cannot_change(new_file, stays);
+  return cannot_change(label, failed);
+}
+
 }  // namespace
+
+std::error_code move_to_free_name(const fs::path& from, const fs::path& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return {};
+  return errno == EINVAL || errno == ENOSYS ? move_over_placeholder(from, to) : last_error();
+}
+
+std::error_code move_over_placeholder(const fs::path& from, const fs::path& to) {
+  if (access(from.c_str(), F_OK) != 0) return last_error();
+  const int placeholder = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (placeholder < 0) return last_error();
+  (void)close(placeholder);
+  if (std::rename(from.c_str(), to.c_str()) == 0) return {};
+  const std::error_code failed = last_error();
+  (void)unlink(to.c_str());
+  return failed;
+}
 
 bool is_session_name(const std::string& text) {
   const auto fits = [](char c) {
@@ -42,7 +100,7 @@ std::string session_label(const fs::path& folder, const std::string& name) {
 Status check_edit(const fs::path& folder, const SessionEdit& edit, const std::string& written) {
   std::error_code failed;
   if (!is_session_name(edit.name) || !fs::is_regular_file(file_of(folder, edit.name, ".mcap"), failed)) {
-    return Error{fmt::format("there is no recording '{}'", edit.name)};
+    return missing(edit.name);
   }
   if (edit.name == written && edit.kind != SessionEdit::Kind::kLabel) {
     return Error{fmt::format("'{}' is being recorded; end the recording first", edit.name)};
@@ -54,34 +112,21 @@ Status check_edit(const fs::path& folder, const SessionEdit& edit, const std::st
   if (!is_session_name(edit.to)) {
     return Error{fmt::format("'{}' is no name for a recording: letters, digits, '-', '_' and '.', not first", edit.to)};
   }
-  if (fs::exists(file_of(folder, edit.to, ".mcap"), failed)) {
-    return Error{fmt::format("there is a recording '{}' already", edit.to)};
-  }
-  return Done{};
+  return fs::exists(file_of(folder, edit.to, ".mcap"), failed) ? Status(taken(edit.to)) : Done{};
 }
 
 Status carry_out(const fs::path& folder, const SessionEdit& edit) {
   std::error_code failed;
-  const auto error = [&](const fs::path& path) {
-    return Error{fmt::format("{}: cannot be changed: {}", path.string(), failed.message())};
-  };
   const fs::path file = file_of(folder, edit.name, ".mcap"), label = file_of(folder, edit.name, ".label");
   switch (edit.kind) {
     case SessionEdit::Kind::kLabel:
-      if (edit.to.empty()) {
-        fs::remove(label, failed);
-      } else if (std::ofstream out(label); !(out << edit.to << "\n").flush()) {
-        failed = std::make_error_code(std::errc::io_error);
-      }
-      return failed ? Status(error(label)) : Status(Done{});
+      if (!fs::exists(file, failed)) return missing(edit.name);
+      edit.to.empty() ? (void)fs::remove(label, failed) : (void)(failed = write_label(label, edit.to));
+      return failed ? Status(cannot_change(label, failed)) : Done{};
     case SessionEdit::Kind::kRename:
-      fs::rename(file, file_of(folder, edit.to, ".mcap"), failed);
-      if (failed) return error(file);
-      fs::rename(label, file_of(folder, edit.to, ".label"), failed);  // most have none
-      return Done{};
+      return rename_session(folder, edit.name, edit.to);
     case SessionEdit::Kind::kDelete:
-      fs::remove(file, failed);
-      if (failed) return error(file);
+      if (!fs::remove(file, failed)) return failed ? cannot_change(file, failed) : missing(edit.name);
       fs::remove(label, failed);
       return Done{};
   }

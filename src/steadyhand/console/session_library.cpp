@@ -236,8 +236,25 @@ void SessionLibrary::fetch(const std::string& path, Answer answer) {
 
 Status SessionLibrary::edit(const SessionEdit& edit, const std::string& written, std::function<void(Status)> done) {
   if (Status possible = check_edit(folder_, edit, written); !possible) return possible;
-  add([this, edit, done = std::move(done)] { done(carry_out(folder_, edit)); });
+  const bool renames = edit.kind == SessionEdit::Kind::kRename;
+  if (renames && !promise(edit.to)) return Error{fmt::format("there is a recording '{}' already", edit.to)};
+  add([this, edit, renames, done = std::move(done)] {
+    const Status carried_out = carry_out(folder_, edit);
+    if (renames) take_back(edit.to);
+    done(carried_out);
+  });
   return Done{};
+}
+
+/// @return whether no other rename under way is to take the name
+bool SessionLibrary::promise(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  return promised_.insert(name).second;
+}
+
+void SessionLibrary::take_back(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  promised_.erase(name);
 }
 
 void SessionLibrary::add(std::function<void()> task) {

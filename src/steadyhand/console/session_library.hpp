@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -35,12 +36,15 @@ class SessionLibrary {
  private:
   void work();
   void add(std::function<void()> task);
+  bool promise(const std::string& name);
+  void take_back(const std::string& name);
   Result<FreshPage> ask(const std::string& path) const;
 
   const std::filesystem::path folder_, program_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> tasks_;
+  std::set<std::string> promised_;  ///< names that renames under way take
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
