@@ -78,8 +78,8 @@ Result<RecordingPlace::Opened> RecordingFolder::open(const std::function<std::st
   for (int i = 1;; ++i) {  // this session's earlier files, and another that began in the same second
     const std::string name = numbered(i);
     const fs::path path = settings_.path / (name + ".mcap");
-    if (fs::exists(path, failed)) continue;
     auto file = open_mcap_file(path, {.replace = false});
+    if (!file && fs::exists(path, failed)) continue;
     if (!file) return file.error();
     return Opened{name, path.string(), *std::move(file)};
   }
