@@ -91,6 +91,14 @@ TEST(OutputQueue, TellsWhatIsMissing) {
   EXPECT_FALSE(out.finish(std::chrono::seconds(5)));
 }
 
+TEST(OutputQueue, NoTextCommandsATerminalButOurOwn) {
+  Pipe pipe;
+  OutputQueue out(pipe.ends[1]);
+  out.say("refused: there is no recording '\x1b]0;mine\a'\n");
+  out.draw("\x1b[0m the end\n");
+  EXPECT_EQ(pipe.read_until("the end\n"), "refused: there is no recording '\\x1b]0;mine\\x07'\n\x1b[0m the end\n");
+}
+
 TEST(OutputQueue, AReaderThatGoesAwayIsAnError) {
   Pipe pipe;
   OutputQueue out(pipe.ends[1]);

@@ -212,7 +212,8 @@ Status run(Options options, int& exit_code) {
   console_settings.live.planning.first_speed_scaling = options.arm.first_speed_scaling();
   Ros2Side ros2;
   ConsoleCallbacks callbacks;
-  callbacks.say = [&out](std::string text) { out.say(std::move(text)); };
+  callbacks.say = [&out](const std::string& text) { out.say(text); };
+  callbacks.draw = [&out](std::string picture) { out.draw(std::move(picture)); };
   callbacks.on_lease = [&ros2](std::uint64_t client) { ros2.lead_at_page(client != 0); };
   auto made = LiveConsole::make(*model, std::move(console_settings), **arm, clock, std::move(callbacks));
   if (!made) return made.error();
@@ -228,7 +229,7 @@ Status run(Options options, int& exit_code) {
                                                   : ""));
 
   if (Status s = ros2.open(options.arm, *model, settings, clock, session, operator_interface,
-                           [&out](std::string text) { out.say(std::move(text)); });
+                           [&out](const std::string& text) { out.say(text); });
       !s)
     return s;
   // With a page too, so that there is something to see until somebody takes over. No real arm begins so, and no task.

@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "steadyhand/core/text.hpp"
+
 namespace steadyhand {
 
 ProgressBar::ProgressBar(int runs, std::string doing)
@@ -29,8 +31,8 @@ void ProgressBar::show(const std::string& run, double fraction) {
   const double left = std::chrono::duration<double>(now - start_).count() * (1.0 - total) / total;
   constexpr int kWidth = 40;
   const int filled = static_cast<int>(total * kWidth + 0.5);
-  fmt::print(stderr, "\r\033[K{:<14} [{:=<{}}{:<{}}] {:3.0f} %  {:.0f} s left", run, "", filled, "", kWidth - filled,
-             100.0 * total, left);
+  fmt::print(stderr, "\r\033[K{:<14} [{:=<{}}{:<{}}] {:3.0f} %  {:.0f} s left", printable(run), "", filled, "",
+             kWidth - filled, 100.0 * total, left);
   std::fflush(stderr);
 }
 

@@ -1,5 +1,7 @@
 #include "steadyhand/app/run.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <exception>
 #include <iostream>
@@ -8,6 +10,7 @@
 #include <vector>
 
 #include "steadyhand/core/nearest.hpp"
+#include "steadyhand/core/printable_stream.hpp"
 
 namespace steadyhand {
 
@@ -30,6 +33,9 @@ Result<int> run(CommandLine& app, const Command& chosen, const int& exit_code, i
   if (!parsed) return Error{parsed.error().message + help};
   if (!*parsed) return 0;
   if (!chosen) return Error{"a command is expected" + help};
+  std::optional<PrintableStream> out, errors;  // pipes and files get every byte
+  if (isatty(STDOUT_FILENO)) out.emplace(std::cout);
+  if (isatty(STDERR_FILENO)) errors.emplace(std::cerr);
   try {
     const Status status = chosen();
     if (!status) return status.error();

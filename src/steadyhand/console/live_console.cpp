@@ -96,6 +96,11 @@ void LiveConsole::say_addresses(const std::vector<std::string>& urls) const {
   for (const std::string& url : urls) say("open  " + url + "\n");
 }
 
+/// For a phone, which reaches this machine by the network alone.
+void LiveConsole::draw(const std::string& url) const {
+  if (settings_.server.lan && callbacks_.draw) callbacks_.draw(terminal_qr(url));
+}
+
 void LiveConsole::say_notices() {
   for (const std::string& line : session_->warnings(warned_)) {
     say("note: " + line + "\n");
@@ -151,7 +156,7 @@ Status LiveConsole::open_page() {
   };
   callbacks.on_pairing = [this](const std::vector<std::string>& urls) {
     say_addresses(urls);
-    if (settings_.server.lan) say(terminal_qr(urls.back()));
+    draw(urls.back());
   };
   callbacks.on_fetch = [this](const std::string& path, SessionLibrary::Answer answer) {
     library_->fetch(path, std::move(answer));
@@ -167,8 +172,8 @@ Status LiveConsole::open_page() {
   server_ = *std::move(server);
   say_addresses(server_->urls());
   if (settings_.server.lan) {
-    const std::string url = server_->urls().back();
-    say("certificate's SHA-256 fingerprint: " + server_->fingerprint() + "\n" + terminal_qr(url));
+    say("certificate's SHA-256 fingerprint: " + server_->fingerprint() + "\n");
+    draw(server_->urls().back());
   }
   if (settings_.browser) open_browser(server_->local_url());
   return Done{};

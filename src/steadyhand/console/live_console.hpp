@@ -45,6 +45,8 @@ struct ConsoleSettings {
 struct ConsoleCallbacks {
   /// Lines for people, from any thread; must not block.
   std::function<void(std::string text)> say;
+  /// The same with escape sequences of a terminal: a code for a phone's camera.
+  std::function<void(std::string picture)> draw;
   /// Another client of the page leads the arm, or (0) nobody. On the server's thread; must not block.
   std::function<void(std::uint64_t client)> on_lease;
 };
@@ -78,10 +80,10 @@ class LiveConsole {
   LiveSummary finish();
   /// What people should know of session and recording, as far as it was not said; poll() does it too.
   void say_notices();
-
-  LiveSession& session() { return *session_; }
   /// Carries out what a client asks for, as the server does on its thread.
   Status apply(const OperatorRequest& request);
+
+  LiveSession& session() { return *session_; }
   OperatorInterface& operator_interface() { return *operator_interface_; }
   const Server* server() const { return server_.get(); }                 ///< null without a page
   EpisodeView episode() const { return episodes_.view(clock_->now()); }  ///< that which runs, or ran last
@@ -95,13 +97,14 @@ class LiveConsole {
   Status edit_session(const SessionEdit& edit);
   Status set_up_scene(double seed);
   Status mark_episode(EpisodeMark mark);
-  void look_at_cameras(Time now);
-  void look_at_scene(const SessionSnapshot& snapshot);
   Status check_between_episodes() const;
   void settle(const EpisodeOutcome& outcome);
+  void look_at_cameras(Time now);
+  void look_at_scene(const SessionSnapshot& snapshot);
   void say(const std::string& text) const {
     if (callbacks_.say) callbacks_.say(text);
   }
+  void draw(const std::string& url) const;
   void say_addresses(const std::vector<std::string>& urls) const;
 
   const RobotModel* model_;

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <utility>
 
+#include "steadyhand/core/text.hpp"
 #include "steadyhand/live/realtime.hpp"
 
 namespace steadyhand {
@@ -33,7 +34,9 @@ OutputQueue::~OutputQueue() {
   if (thread_.joinable()) (void)finish(std::chrono::seconds(1));
 }
 
-void OutputQueue::say(std::string text) {
+void OutputQueue::say(std::string_view text) { draw(printable(text)); }
+
+void OutputQueue::draw(std::string text) {
   {
     const std::lock_guard lock(shared_->mutex);
     if (shared_->failed) return;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "steadyhand/core/time.hpp"
@@ -19,8 +20,11 @@ class OutputQueue {
   /// As finish(), with a timeout of a second.
   ~OutputQueue();
 
-  /// Any thread. The text should end with a line's end.
-  void say(std::string text);
+  /// Any thread. The text should end with a line's end. It is written as printable() has it, whoever named what it
+  /// speaks of.
+  void say(std::string_view text);
+  /// The same without a look at what is in it: escape sequences of our own.
+  void draw(std::string picture);
   /// Waits until everything is written, as long as somebody takes something within `timeout`. Once, and last.
   /// @return false if something was dropped, or could not be written
   bool finish(Time timeout);

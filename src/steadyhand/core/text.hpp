@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace steadyhand {
@@ -18,5 +19,10 @@ inline bool is_name(std::string_view text) {
 inline bool is_lfs_pointer(std::string_view begin) { return begin.starts_with("version https://git-lfs.github.com/"); }
 /// Behind the file's name.
 inline constexpr std::string_view kLfsAdvice = "is a pointer of Git LFS, not the file itself; `git lfs pull` gets that";
+
+/// The text as a terminal may have it: line ends, tabs and valid UTF-8 are unchanged. Control characters, characters
+/// that change the direction of the text, and bytes that are not UTF-8 are written as in C: a backslash, x and two
+/// digits for each byte.
+std::string printable(std::string_view text);
 
 }  // namespace steadyhand
