@@ -70,7 +70,15 @@ class Reader {
     return value && !error_ && value->get<bool>();
   }
 
+  /// Without control characters: it may be shown on a terminal, or become a name.
   std::string text(const char* key, std::size_t longest, bool required = true) {
+    std::string text = prose(key, longest, required);
+    if (!text.empty() && !is_name(text)) fail(fmt::format("'{}' must be without control characters", key));
+    return text;
+  }
+
+  /// What people wrote, of as many lines as they like.
+  std::string prose(const char* key, std::size_t longest, bool required = true) {
     const Json* value = member(key, required);
     if (value && !value->is_string()) fail(fmt::format("'{}' must be text", key));
     if (!value || error_) return {};
@@ -160,7 +168,7 @@ TargetMessage read_target(Reader& reader) {
 PolicyMessage read_policy(Reader& reader) {
   PolicyMessage message;
   message.policy.name = reader.text("name", 64);
-  if (!is_name(message.policy.name)) reader.fail("'name' must be text without control characters");
+  if (!is_name(message.policy.name)) reader.fail("'name' must not be empty");
   message.policy.period = reader.number("period_s", PolicyHand::kFastest, PolicyHand::kSlowest);
   return message;
 }
@@ -242,8 +250,7 @@ EpisodeMark read_episode(Reader& reader, const std::string& kind) {
   }
   if (reader.has("success")) mark.success = reader.flag("success");
   mark.task = reader.text("task", 256, false);
-  mark.notes = reader.text("notes", 1000, false);
-  if (!mark.task.empty() && !is_name(mark.task)) reader.fail("'task' must be without control characters");
+  mark.notes = reader.prose("notes", 1000, false);
   return mark;
 }
 
@@ -267,9 +274,6 @@ RequestMessage read_request(Reader& reader) {
     const bool of_session = names || known.kind == RequestKind::kDelete;
     if (known.text) message.request.text = reader.text("text", of_session ? 128 : 64);
     if (names) message.request.to = reader.text("to", 128);
-    if (known.kind == RequestKind::kLabel && !message.request.to.empty() && !is_name(message.request.to)) {
-      reader.fail("'to' must be without control characters");
-    }
     if (known.kind == RequestKind::kEpisode) message.request.episode = read_episode(reader, message.request.text);
     if (known.kind == RequestKind::kSetUp) message.request.value = reader.number_or("value", 0.0, kLargestValue, -1.0);
     if (known.value) {
@@ -278,7 +282,7 @@ RequestMessage read_request(Reader& reader) {
     }
     const bool carries = known.kind == RequestKind::kAttach || known.kind == RequestKind::kDetach;
     if ((carries || known.kind == RequestKind::kObject) && !is_name(message.request.text))
-      reader.fail("'text' must be the object's name, without control characters");
+      reader.fail("'text' must be the object's name");
     if (known.kind == RequestKind::kObject) {
       const Json* object = reader.member("object");
       if (object && object->is_object()) {
