@@ -4,6 +4,7 @@ import signal
 import sys
 
 from . import _native
+from ._command_line import printable
 
 
 def main() -> int:
@@ -26,7 +27,7 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Python would look for Ctrl-C only after the command
     code, message = _native.run_program(["steadyhand", *sys.argv[1:]])
     if message:
-        sys.stderr.write(f"steadyhand: {message}\n")
+        sys.stderr.write(f"steadyhand: {printable(message)}\n")
     return code
 
 

@@ -3,9 +3,33 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import re
 import sys
 from collections.abc import Callable
-from typing import NoReturn
+from typing import Any, NoReturn
+
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+def printable(text: str) -> str:
+    r"""The text as a terminal may have it: control characters, except line ends and tabs, and characters that change the direction of the text
+    are written as \x1b."""
+    return _CONTROLS.sub(lambda found: "".join(f"\\x{byte:02x}" for byte in found[0].encode()), text)
+
+
+class Shown:
+    """A stream whose texts are printable. Names of files, and what is in them, must not command the user's terminal."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        self._stream.write(printable(text))
+        return len(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 class Parser(argparse.ArgumentParser):
@@ -24,8 +48,9 @@ def lacks(error: ModuleNotFoundError, extra: str) -> str:
 
 def exit_code(command: Callable[[list[str]], int], words: list[str]) -> int:
     """That of the command; bad input is told, and is 2."""
-    try:
-        return command(words)
-    except (ValueError, OSError) as error:
-        print(f"steadyhand: {error}", file=sys.stderr)
-        return 2
+    with contextlib.redirect_stdout(Shown(sys.stdout)), contextlib.redirect_stderr(Shown(sys.stderr)):
+        try:
+            return command(words)
+        except (ValueError, OSError) as error:
+            print(f"steadyhand: {error}", file=sys.stderr)
+            return 2

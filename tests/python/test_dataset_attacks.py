@@ -144,6 +144,15 @@ def test_where_folders_cannot_be_exchanged_the_set_is_put_in_place_all_the_same(
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
+def test_names_of_files_do_not_command_the_terminal(tmp_path, capsys):
+    evil = tmp_path / "a\x1b]0;mine\x07\u009b2J.mcap"
+    evil.write_bytes(b"no recording")
+    assert command.main([str(evil), "--out", str(tmp_path / "set")]) == 2
+    said = capsys.readouterr()
+    assert "a\\x1b]0;mine\\x07\\xc2\\x9b2J.mcap" in said.err
+    assert not any(c in said.out + said.err for c in "\x1b\x07\u009b")
+
+
 def test_of_two_that_append_at_once_none_loses_its_episodes(by_robot, tmp_path):
     words = [sys.executable, "-m", "steadyhand.dataset", by_robot["ur5e"], "--out", tmp_path / "set"]
     at_once = [subprocess.Popen(words, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(4)]

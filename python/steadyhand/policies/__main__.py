@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from .._command_line import Parser
+from .._command_line import Parser, printable
 from ._live import lead
 
 
@@ -58,13 +58,13 @@ def main(words: list[str]) -> int:
         options = _parser().parse_args(words)
         policy = _make(options.policy, options.arguments)
     except (ValueError, OSError, SyntaxError, ImportError, TypeError) as error:
-        sys.stderr.write(f"steadyhand: {error}\n")
+        sys.stderr.write(f"steadyhand: {printable(str(error))}\n")
         return 2
     signal.signal(signal.SIGINT, signal.default_int_handler)  # who starts it in the background may have it ignored
     try:
         lead(policy, options.port, name=options.policy.rpartition(":")[2], turn=options.turn, seconds=options.seconds)
     except ConnectionError as error:
-        sys.stderr.write(f"steadyhand: {error}\n")
+        sys.stderr.write(f"steadyhand: {printable(str(error))}\n")
         return 1
     except KeyboardInterrupt:
         pass

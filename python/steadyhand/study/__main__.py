@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from pathlib import Path
 
-from .._command_line import lacks
+from .._command_line import Shown, lacks, printable
 
 BAD_INPUT = 2
 
@@ -150,17 +151,18 @@ def main(arguments: list[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
         command = COMMANDS.get(arguments[0]) if arguments else None
-        return command(arguments[1:]) if command else _run(arguments)
+        with contextlib.redirect_stdout(Shown(sys.stdout)):
+            return command(arguments[1:]) if command else _run(arguments)
     except ValueError as error:  # StudyError, and what the library refuses
         if type(error).__name__ not in ("StudyError", "SteadyhandError"):
             raise
-        sys.stderr.write(f"steadyhand: {error}\n")
+        sys.stderr.write(f"steadyhand: {printable(str(error))}\n")
         return BAD_INPUT
     except ModuleNotFoundError as error:
         sys.stderr.write(f"steadyhand: study: {lacks(error, 'study')}\n")
         return BAD_INPUT
     except OSError as error:
-        sys.stderr.write(f"steadyhand: {error.filename or 'a file'}: {error.strerror}. Finished trials are kept: run the same command again to go on\n")
+        sys.stderr.write(f"steadyhand: {printable(str(error.filename or 'a file'))}: {error.strerror}. Finished trials are kept: run the same command again to go on\n")
         return 1
     except KeyboardInterrupt:
         sys.stderr.write("steadyhand: interrupted. Finished trials are kept: run the same command again to go on\n")
