@@ -45,12 +45,15 @@ class Sheet:
         self.changes = [(0.05, "idle", "ready"), (1.004, "ready", "engaged"), (3.004, "engaged", "ready"), (5.004, "ready", "stopping"),
                         (6.004, "stopping", "idle"), (6.054, "idle", "ready"), (7.004, "ready", "engaged"), (7.604, "engaged", "stopping"),
                         (9.504, "stopping", "idle"), (9.554, "idle", "ready"), (9.9, "ready", "stopping")]
-        self.log = [dict(t=0.0, kind="start"), dict(t=0.3, kind="take", client="o", paired=True), dict(t=0.31, kind="lease", client="o", holder=1)]
+        self.profiles = [(0.0, "gentle"), (0.5, "tracking"), (6.0, "gentle")]
+        self.log = [dict(t=0.0, kind="start", velocity_scales={"gentle": 0.1}), dict(t=0.3, kind="take", client="o", paired=True), dict(t=0.31, kind="lease", client="o", holder=1)]
         for t in np.arange(0.5, 7.6, 0.01):
             self.log.append(dict(t=t, kind="sample", client="o", clutch=bool(1.0 <= t < 3.0 or t >= 7.0)))
         for t, kind in ((5.0, "stop"), (6.0, "reset"), (7.6, "stop"), (9.5, "reset")):
             self.log.append(dict(t=t, kind="request", client="o", request=kind, text=None))
         self.log.append(dict(t=9.99, kind="end", how="told", code=0, took=0.5, said="5000 looked at, 0 beyond a limit, 0 in contact"))
+        self.log.append(dict(t=4.0, kind="spied", path="/sessions", shows="Accept: */*", status=401, size=300))
+        self.log.append(dict(t=10.5, kind="archive", before={"a": "label of a", "b": ""}, after=[["b", ""], ["a", "label of a"]], killed=False, recordings=1))
 
     def request(self, t, kind, client="o", text=None):
         self.log.append(dict(t=t, kind="request", client=client, request=kind, text=text))
@@ -73,7 +76,8 @@ class Sheet:
         lists = [a[kept].tolist() for a in (self.t, self.q, self.dq, self.ddq, self.state_q, self.state_dq)]
         return {"/joint_command": [(t, dict(q=q, dq=dq, ddq=ddq)) for t, q, dq, ddq, _, _ in zip(*lists)],
                 "/joint_state": [(t, dict(q=q, dq=dq)) for t, _, _, _, q, dq in zip(*lists)],
-                "/supervision": [(t, {"from": before, "to": after, "reason": after}) for t, before, after in self.changes]}
+                "/supervision": [(t, {"from": before, "to": after, "reason": after}) for t, before, after in self.changes],
+                "/operator_settings": [(t, {"profile": name}) for t, name in self.profiles]}
 
     def recorded(self):
         return RecordedSession(self.messages(), {"robot": {"json": json.dumps(ROBOT)}}, [(self.t[0], self.t[-1])])
@@ -296,6 +300,40 @@ def is_not_served(s):
     s.log.append(dict(t=4.0, kind="failed", what="a newcomer was not served"))
 
 
+def a_recording_for_anybody(s):
+    s.log.append(dict(t=4.1, kind="spied", path="/sessions/a/session.mcap", shows="Authorization: Bearer ", status=200, size=30000))
+
+
+def archive_of(s, *after, **members):
+    s.drop("archive")
+    s.log.append(dict(t=10.5, kind="archive", before={"a": "label of a", "b": ""}, after=list(after), **({"killed": False, "recordings": 1} | members)))
+
+
+def a_recording_lost(s):
+    archive_of(s, ["a", "label of a"])
+
+
+def a_recording_in_two_places(s):
+    archive_of(s, ["a", "label of a"], ["b", ""], ["b", ""])
+
+
+def a_label_of_another(s):
+    archive_of(s, ["a", ""], ["b", "label of a"])
+
+
+def recordings_without_end(s):
+    archive_of(s, ["a", "label of a"], ["b", ""], recordings=8)
+
+
+def commands_the_terminal(s):
+    s.drop("end")
+    s.log.append(dict(t=9.99, kind="end", how="told", code=0, took=0.5, said="there is no recording '\x1b]0;mine\x07'\n5000 looked at, 0 beyond a limit, 0 in contact"))
+
+
+def a_profile_in_name_only(s):
+    s.profiles = [(0.0, "gentle")]
+
+
 def says_too_little(s):
     beyond_position(s)
 
@@ -313,6 +351,9 @@ def says_too_little(s):
     (undone_by_itself, "stop undone"), (undone_by_a_reset_before, "stop undone"), (reset_by_a_stranger, "stop undone"),
     (no_rest_after_stop, "stop obeyed"), (an_old_grip, "fresh grip"), (a_playback_after_a_stop, "no living hand"),
     (hangs, "ends"), (crashes, "ends"), (ends_in_disorder, "ends"), (ends_without_a_word, "summary"), (is_not_served, "served"), (says_too_little, "summary"),
+    (a_recording_for_anybody, "unpaired reader"), (a_recording_lost, "recordings"), (a_recording_in_two_places, "recordings"),
+    (a_label_of_another, "recordings"), (recordings_without_end, "recordings"), (commands_the_terminal, "terminal"),
+    (a_profile_in_name_only, "profile speed"),
 ])
 def test_each_rule_finds_what_it_is_for(sheet, doctor, rule):
     doctor(sheet)
@@ -346,7 +387,15 @@ def nobody_read_how_it_ended(s):
     s.log.append(dict(t=9.99, kind="end", how="told", code=2, took=4.0, said="", unread=True, deaf=True))
 
 
-@pytest.mark.parametrize("doctor", [a_stop_in_a_pause, granted_long_after_it_was_asked_for, stop_then_reset, reset_of_another_within_the_race,
+def a_profile_that_the_arm_slows_down_to(s):
+    s.profiles = [(0.0, "tracking"), (1.6, "gentle")]
+
+
+def killed_between_recording_and_label(s):
+    archive_of(s, ["a", ""], ["b", ""], killed=True)
+
+
+@pytest.mark.parametrize("doctor", [a_profile_that_the_arm_slows_down_to, killed_between_recording_and_label, a_stop_in_a_pause, granted_long_after_it_was_asked_for, stop_then_reset, reset_of_another_within_the_race,
                                     nobody_read_how_it_ended])
 def test_what_is_allowed_breaks_nothing(sheet, doctor):
     doctor(sheet)

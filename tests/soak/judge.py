@@ -21,11 +21,13 @@ def judge(session, log, meshes=None):
     if session.robot is not None and len(session.commands):
         for rule in motion_rules.RULES:
             found += rule(session, meshes)
+        found += motion_rules.profile_limits(session, log)
     log.begin = begin_on_clock(session.states, log.of("look"))
     if log.begin is not None:
         for rule in lease_rules.RULES:
             found += rule(session, log)
     found += lease_rules.program_rules(session, log, found)
+    found += lease_rules.recording_rules(log)
     return sorted(found, key=lambda v: v[1])
 
 

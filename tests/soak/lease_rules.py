@@ -14,6 +14,8 @@ CUT_OFF = 0.05  # s, from being cut off to knowing
 CYCLE = 0.01  # s: what comes while a cycle waits for its turn counts in it, after its stamp
 MOVES = 1e-5  # rad/s, commanded
 STOPPED = ("stopping", "fault")
+SHORTEST_RECORDING = 2.0  # s
+CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]+")  # control characters, except line ends and tabs
 
 
 def stops(log):
@@ -164,6 +166,8 @@ def program_rules(session, log, found):
             yield ("ends", at, f"was still there {e['took']:.0f} s after it was {e['how']}")
         elif e["how"] != "killed" and e["code"] != 0 and not (e["code"] == 2 and e.get("unread")):
             yield ("ends", at, f"exit code {e['code']} after it was {e['how']}: {e['said'][-300:]}")
+        if CONTROL.search(e["said"]):
+            yield ("terminal", at, f"printed control characters: {CONTROL.search(e['said'])[0]!r}")
         said = re.search(r"(\d+) looked at, (\d+) beyond a limit, (\d+) in contact", e["said"])
         if not said:
             if e["how"] == "told" and not e.get("deaf"):
@@ -176,3 +180,22 @@ def program_rules(session, log, found):
             yield ("summary", at, "says 0 in contact")
     if not log.of("end"):
         yield ("ends", 0.0, "the log has no end")
+
+
+def recording_rules(log):
+    """Only paired clients read recordings, none is lost, and requests to record make a bounded number."""
+    begin = log.begin or log.entries[0]["t"]
+    for e in log.of("spied"):
+        if 200 <= e["status"] < 400:
+            yield ("unpaired reader", e["t"] - begin, f"got {e['path']} ({e['size']} bytes, status {e['status']}) by '{e['shows']}'")
+    for e in log.of("archive"):
+        at = e["t"] - begin
+        for content, label in e["before"].items():
+            labels = [a[1] for a in e["after"] if a[0] == content]
+            if len(labels) != 1:
+                yield ("recordings", at, f"'{content}' is there {len(labels)} times")
+            elif labels[0] != label and not e["killed"]:  # a killed program may be between the two files
+                yield ("recordings", at, f"'{content}' has the label '{labels[0]}' in place of '{label}'")
+        most = (e["t"] - log.entries[0]["t"]) / SHORTEST_RECORDING + 2
+        if e["recordings"] > most:
+            yield ("recordings", at, f"the session made {e['recordings']} recordings, more than {most:.0f}")

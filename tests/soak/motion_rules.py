@@ -12,6 +12,8 @@ POSITION = 2e-6  # rad
 COMMANDED = 1e-4  # share of speed and acceleration
 # The measurement: steps of an encoder in positions; the servo may swing a little beyond what it is told.
 ENCODER = 1.3e-5  # rad
+PLANNED = 0.01  # share of a profile's speeds: the solver's tolerance
+CHANGED = 1.5  # s, after which the arm is as slow as a profile that was chosen asks for
 MEASURED_SPEED = 0.01  # share
 MEASURED_ACCELERATION = 0.05  # share
 WINDOW = 10  # cycles: what encoder steps add to differences of positions becomes small
@@ -73,6 +75,19 @@ def command_steps(session, _):
     step = np.abs(np.diff(c.q, axis=0)) - speed * (on + braking) + 0.5 * change_max * braking**2
     follows = ~restarts(session)
     yield from worst("command step", c.t[1:][follows], step[follows], "more at once than an arm goes on by itself")
+
+
+def profile_limits(session, log):
+    """The share of the speeds that a profile may use, while it is in force."""
+    scales = next((e.get("velocity_scales", {}) for e in log.of("start")), {})
+    changes = [(t, name) for i, (t, name) in enumerate(session.profiles) if i == 0 or session.profiles[i - 1][1] != name]
+    c = session.commands
+    for (begin, name), (end, _) in zip(changes, changes[1:] + [(np.inf, None)]):
+        if name not in scales:
+            continue
+        judged = (c.t > begin + CHANGED) & (c.t < end)
+        excess = np.abs(c.dq[judged]) - scales[name] * share(session.robot, "velocity_max", PLANNED)
+        yield from worst("profile speed", c.t[judged], excess, f"beyond the share of {name}")
 
 
 def measured_limits(session, _):

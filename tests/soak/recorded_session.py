@@ -9,7 +9,7 @@ from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 
 UNREADABLE = (McapError, EOFError, ValueError, struct.error)  # what the reader says of a file that ends too early
-TOPICS = ("/joint_command", "/joint_state", "/supervision")
+TOPICS = ("/joint_command", "/joint_state", "/supervision", "/operator_settings")
 
 
 class Track:
@@ -33,6 +33,7 @@ class RecordedSession:
         self.commands = Track(messages["/joint_command"], "q", "dq", "ddq")
         self.states = Track(messages["/joint_state"], "q", "dq")
         self.changes = sorted((t, m["from"], m["to"], m["reason"]) for t, m in messages["/supervision"])
+        self.profiles = sorted((t, m["profile"]) for t, m in messages["/operator_settings"] if "profile" in m)  # in force from then on
         self.robot = json.loads(metadata["robot"]["json"]) if "robot" in metadata else None
 
     @staticmethod
@@ -45,7 +46,7 @@ class RecordedSession:
                 with open(path, "rb") as file:
                     for topic, t, members in read_messages(file):
                         messages[topic].append((t, members))
-                        if topic != "/supervision":
+                        if topic in ("/joint_command", "/joint_state"):
                             times.append(t)
             except UNREADABLE:
                 pass

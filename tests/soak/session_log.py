@@ -8,6 +8,8 @@
 | lease | client: was told that it holds the lease; holder: number of who does, as anybody was told |
 | pause | until: the program was stopped (SIGSTOP) from t on |
 | look | now_s, state, q, dq, command, command_dq: a live state as a watcher got it |
+| spied | path, shows (header), status, size: a client that had not paired asked for a recording |
+| archive | before (label by content), after (list of content and label): recordings that were there before the session, at its end; recordings: how many files the session made |
 | end | how; code: the program's exit code; took: s; said: its output |
 | failed | what: a promise to a client that was not kept |
 """
