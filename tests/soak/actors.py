@@ -10,10 +10,11 @@ import hands
 from network import frame
 
 REQUESTS = ("stop", "reset")
-PROFILES = ("tracking", "anti-slosh", "waiter")
+PROFILES = ("tracking", "anti-slosh", "waiter", "carry", "follow")
 RECORDINGS = ("carrying", "events-demo-recording", "mouse-demo-recording", "physics-demo-laser")
 SERVED_WITHIN = CUT_OFF_WITHIN = 5.0  # s
 FLOOD = 20000  # messages: eight times what is too much
+PARTS = ("session.mcap", "motion", "report.html")  # of a recording, as /sessions/NAME/PART
 
 
 def samples(client, hand, seconds, clutch, rate, **members):
@@ -39,9 +40,9 @@ def bursts(world, random, clients):
 
 
 def change_a_setting(world, random, client):
-    kind = random.choice(("profile", "weight", "scale", "yaw", "rate", "record", "object", "object", "refused"))
+    kind = random.choice(("profile", "profile", "weight", "weight", "scale", "yaw", "rate", "record", "object", "object", "fill", "refused"))
     if kind == "profile":
-        request(client, kind, text=random.choice(PROFILES))
+        request(client, kind, text=random.choice(world.profiles))
     elif kind == "weight":
         terms = ("position", "orientation", "velocity", "acceleration", "lateral", "vertical")
         request(client, kind, text=random.choice(terms), value=random.choice((0.0, 0.01, 1.0, 100.0, 1e6)))
@@ -53,6 +54,8 @@ def change_a_setting(world, random, client):
         request(client, kind, value=random.choice((20.0, 50.0, 100.0, 250.0, 500.0)))
     elif kind == "record" and world.may_stop_recording:
         request(client, kind, value=random.choice((0, 1, 1)))
+    elif kind == "fill":
+        request(client, kind, value=random.uniform(0.03, 0.09))
     elif kind == "object":
         request(client, kind, text=f"object {random.randrange(4)}", object=some_object(random))
     else:
@@ -123,7 +126,7 @@ def drive(world, random, client):
 
 def interlude(world, random, client, hand, rate):
     """Something else while the clutch is closed."""
-    kind = random.choice(("stop", "bursts", "setting", "setting", "stall", "clock", "untracked", "emulated", "playback", "reset",
+    kind = random.choice(("stop", "bursts", "setting", "setting", "refill", "stall", "clock", "untracked", "emulated", "playback", "reset",
                           "give", "silence", "take", "answer"))
     world.count(kind)
     if kind in REQUESTS:
@@ -137,6 +140,9 @@ def interlude(world, random, client, hand, rate):
         request(client, "reset")
     elif kind == "setting":
         change_a_setting(world, random, client)
+    elif kind == "refill":
+        for _ in range(random.choice((1, 1, 5))):
+            request(client, kind)
     elif kind == "stall":
         client.network.stall_until = time.monotonic() + random.choice((0.03, 0.08, 0.08, 0.2, 0.4))
     elif kind == "clock":
@@ -344,6 +350,33 @@ def saboteur(world, random):
             world.program.deaf = False
 
 
+def stumbler(world, random):
+    """Stops the program for a moment, again and again, under the profile that spills nothing."""
+    while True:
+        yield random.uniform(0.2, 2.0)
+        if world.profile == "carry" and world.holders():
+            world.count("stumbles")
+            world.program.pause(random.choice((0.005, 0.01, 0.015, 0.02, 0.03, 0.05, 0.07, 0.1)))
+
+
+def archivist(world, random):
+    """Renames recordings in a hurry: two to one name at once, to a name that the program may be about to give, or that is taken."""
+    while True:
+        yield random.uniform(0.3, 3.0)
+        holders, names = world.holders(), sorted(world.archived())
+        if not holders or len(names) < 2:
+            continue
+        one, two = random.sample(names, 2)
+        running = world.running_recording()
+        to = random.choice((f"kept-{random.randrange(4)}", f"kept-{random.randrange(4)}", f"{running}_{random.randint(2, 3)}", two, running))
+        if random.random() < 0.1:
+            to += "\x1b]0;renamed\x07"  # would be the title of the terminal's window
+        world.count("renames", by=2)
+        clients = [random.choice(holders) for _ in range(2)]
+        for client, name in zip(clients, (one, two)):
+            request(client, "rename", text=name, to=to)
+
+
 def newcomer(world, random):
     """A person who comes to stop the arm: is served, and the stop is obeyed, whatever else goes on."""
     while True:
@@ -369,22 +402,40 @@ def reader(world, random):
     """Looks at recorded sessions, which takes the program's time and memory."""
     while True:
         yield random.uniform(2.0, 15.0)
+        token = next((client.token for client in world.clients if client.token and not client.gone), None)
+        if token is None:
+            continue
         world.count("reports read")
-        listed = yield from fetch(world, "/sessions")
+        status, listed = yield from fetch(world, "/sessions", f"Authorization: Bearer {token}")
+        if status in (401, 403):
+            world.log("failed", what=f"a paired reader's list of recordings was answered {status}")
         names = re.findall(rb'"name":"([^"]+)"', listed)
         if names:
-            yield from fetch(world, f"/sessions/{random.choice(names).decode()}/{random.choice(('motion', 'report.html'))}")
+            yield from fetch(world, f"/sessions/{random.choice(names).decode()}/{random.choice(PARTS)}", f"Authorization: Bearer {token}")
 
 
-def fetch(world, path, seconds=10.0):
-    """What GET answers, as far as it comes in time."""
+def spy(world, random):
+    """Downloads recordings without having paired. They show people, as cameras do."""
+    while True:
+        yield random.uniform(1.0, 8.0)
+        names = sorted(path.stem for path in world.folder.glob("*.mcap"))
+        path = f"/sessions/{random.choice(names)}/{random.choice(PARTS)}" if names and random.random() < 0.8 else "/sessions"
+        made_up = "".join(random.choice("abcdefghjkmnpqrstuvwxyz23456789") for _ in range(26))
+        shows = random.choice(("Accept: */*", f"Authorization: Bearer {made_up}", "Authorization: Bearer ", f"Cookie: steadyhand-{world.program.port}={made_up}"))
+        world.count("recordings spied on")
+        status, answer = yield from fetch(world, path, shows)
+        world.log("spied", path=path, shows=shows, status=status, size=len(answer))
+
+
+def fetch(world, path, header, seconds=10.0):
+    """(status, everything that came in time) of a GET; status 0: nothing came."""
     answer, end = b"", time.monotonic() + seconds
     try:
         connection = socket.create_connection(("127.0.0.1", world.program.port), timeout=1.0)
         connection.setblocking(False)
-        connection.send(f"GET {path} HTTP/1.1\r\nHost: localhost:{world.program.port}\r\nConnection: close\r\n\r\n".encode())
+        connection.send(f"GET {path} HTTP/1.1\r\nHost: localhost:{world.program.port}\r\n{header}\r\nConnection: close\r\n\r\n".encode())
     except OSError:
-        return answer
+        return 0, answer
     with connection:
         while time.monotonic() < end:
             try:
@@ -396,4 +447,5 @@ def fetch(world, path, seconds=10.0):
                 yield 0.02
             except OSError:
                 break
-    return answer
+    status = re.match(rb"HTTP/1\.1 (\d{3}) ", answer)
+    return int(status[1]) if status else 0, answer

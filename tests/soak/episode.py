@@ -7,13 +7,17 @@ import time
 from collections import Counter
 
 import actors
+from hands import ROOT
 from network import FaultyClient
 from program import Program
 
 CAST = {"operator": (actors.operator, (1, 1, 2)), "watcher": (actors.watcher, (1, 2)), "helper": (actors.helper, (1,)),
         "newcomer": (actors.newcomer, (1,)), "attacker": (actors.attacker, (0, 0, 1, 2)), "saboteur": (actors.saboteur, (0, 1, 1)),
-        "brawler": (actors.brawler, (0, 1, 1)), "reader": (actors.reader, (0, 0, 1))}
+        "brawler": (actors.brawler, (0, 1, 1)), "reader": (actors.reader, (0, 0, 1)), "spy": (actors.spy, (0, 1, 1)),
+        "stumbler": (actors.stumbler, (1,)), "archivist": (actors.archivist, (1,))}
 MEMORY = 250.0  # MiB, at most
+GENTLE = {"gentle": 0.3}  # velocity_scale of a profile that is none of the bundled ones
+MAGIC = b"\x89MCAP0\r\n"
 ENDS = ("told", "told", "told twice", "terminated", "killed")
 
 
@@ -27,20 +31,60 @@ class World:
         full = self.random.random() < 0.1
         self.may_stop_recording = self.random.random() < 0.2
         self.may_block_output = self.random.random() < 0.3
+        self.profiles, self.profile = list(actors.PROFILES), self.random.choice((*actors.PROFILES, "carry", "gentle"))
         arguments = self.choose_arguments()
+        self.archive = {f"archive {i}": "" if i % 2 else f"label of archive {i}" for i in range(6)}
+        self.fill_archive()
         if full:
             self.count("full disk")
-        self.log("start", seed=seed, arguments=arguments, full=full)
+        self.log("start", seed=seed, arguments=arguments, full=full, velocity_scales=GENTLE)
         self.program = Program(folder, arguments, self.log, file_size=self.random.randint(200, 3000) * 1000 if full else None)
 
     def choose_arguments(self):
         choose = self.random.choice
-        arguments = ["--profile", choose(actors.PROFILES), "--scale", choose((0.5, 1.0, 2.0)), "--yaw", choose((0, 90, 180))]
+        profile = self.gentle_profile() if self.profile == "gentle" else self.profile
+        arguments = ["--profile", profile, "--scale", choose((0.5, 1.0, 2.0)), "--yaw", choose((0, 90, 180))]
         if self.random.random() < 0.4:
             arguments += ["--rate", choose((20, 50, 100, 250, 500))]
         if self.random.random() < 0.2:
             arguments += ["--set", f"control.soft_stop={choose((0, 0.1, 1.0))}"]
         return arguments
+
+    def gentle_profile(self):
+        """A file: tracking, but slower."""
+        text = (ROOT / "profiles/tracking.yaml").read_text()
+        scaled = text.replace("name: tracking", "name: gentle").replace("velocity_scale: 1.0", f"velocity_scale: {GENTLE['gentle']}")
+        assert scaled.count("gentle") and scaled.count(f"velocity_scale: {GENTLE['gentle']}") == 1
+        path = self.folder / "gentle.yaml"
+        path.write_text(scaled)
+        self.profiles += ["gentle", "gentle"]
+        return str(path)
+
+    def fill_archive(self):
+        """Recordings that were there before, each with its own content, some with a label."""
+        for content, label in self.archive.items():
+            path = self.folder / f"{content.replace(' ', '-')}.mcap"
+            path.write_text(content)
+            if label:
+                path.with_suffix(".label").write_text(label + "\n")
+
+    def archived(self):
+        """name: (content, label) of those, as they are called now."""
+        found = {}
+        for path in self.folder.glob("*.mcap"):
+            try:
+                with open(path, "rb") as file:
+                    content = file.read(100)
+                label = path.with_suffix(".label")
+                if not content.startswith(MAGIC):
+                    found[path.stem] = content.decode(errors="replace"), label.read_text().strip() if label.exists() else ""
+            except OSError:
+                continue  # it was renamed in this moment
+        return found
+
+    def running_recording(self):
+        """Name of the newest recording of this session."""
+        return max((p.stem for p in self.folder.glob("2*.mcap") if "-fault-" not in p.name), default="none")
 
     def log(self, kind, t=None, **members):
         self.entries.append({"t": time.monotonic() if t is None else t, "kind": kind, **members})
@@ -112,6 +156,8 @@ class World:
         self.program.end(how)
         for client in self.clients:
             client.leave()
+        recordings = [p for p in self.folder.glob("*.mcap") if "-fault-" not in p.name and p.stem not in self.archived()]
+        self.log("archive", before=self.archive, after=list(self.archived().values()), killed=how == "killed", recordings=len(recordings))
         return how
 
     def save(self, path):
