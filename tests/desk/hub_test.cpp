@@ -217,6 +217,51 @@ TEST_F(HubTest, AnyClientStops) {
   EXPECT_EQ(requests_[0].kind, OperatorRequest::Kind::kStop);
 }
 
+/// Whatever else is wrong with a client or its message, until its socket is closed.
+TEST_F(HubTest, AStopCountsWhateverIsWrongWithItsClient) {
+  const Json stop{{"type", "request"}, {"kind", "stop"}};
+  FakeOutbox newer, garbled, rude, flooder;
+  const auto of_another_version = hub_.join(newer, kHere, now_);
+  say(of_another_version, {{"type", "hello"}, {"version", kProtocolVersion + 1}});
+  ASSERT_TRUE(newer.closed);
+  say(of_another_version, stop);
+  EXPECT_EQ(requests_.size(), 1u) << "behind a hello of another version";
+
+  const auto bad = greet(garbled);
+  for (int i = 0; i <= Hub::kMaxStrikes; ++i) hub_.receive(bad, "{", now_);
+  ASSERT_TRUE(garbled.closed);
+  say(bad, stop);
+  EXPECT_EQ(requests_.size(), 2u) << "behind malformed messages";
+
+  const auto silent = hub_.join(rude, kHere, now_);
+  say(silent, {{"type", "take"}});
+  ASSERT_TRUE(rude.closed);
+  say(silent, stop);
+  EXPECT_EQ(requests_.size(), 3u) << "of a client that never greeted";
+
+  const auto many = greet(flooder);
+  for (int i = 0; i < 4000; ++i) say(many, {{"type", "release"}});
+  ASSERT_TRUE(flooder.closed);
+  say(many, stop);
+  EXPECT_EQ(requests_.size(), 4u) << "behind a flood";
+  for (const OperatorRequest& request : requests_) EXPECT_EQ(request.kind, OperatorRequest::Kind::kStop);
+  say(many, {{"type", "request"}, {"kind", "reset"}});
+  EXPECT_EQ(requests_.size(), 4u) << "nothing else does";
+}
+
+TEST_F(HubTest, AStopCountsWhateverElseStandsInItsMessage) {
+  FakeOutbox watcher;
+  const auto id = greet(watcher);
+  for (const char* text : {R"({"type":"request","kind":"stop","reason":"hand"})",
+                           R"({"type":"request","kind":"stop","text":7,"value":"now","to":null,"object":[]})",
+                           R"({"why":{"deep":[1]},"kind":"stop","type":"request"})"}) {
+    const std::size_t before = requests_.size();
+    hub_.receive(id, text, now_);
+    EXPECT_EQ(requests_.size(), before + 1) << text;
+  }
+  EXPECT_FALSE(watcher.closed);
+}
+
 TEST_F(HubTest, EverybodyIsToldWhoStopsButNotOfEachStopOfAFlood) {
   FakeOutbox driver, watcher;
   pair(driver);

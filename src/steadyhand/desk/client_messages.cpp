@@ -254,6 +254,15 @@ EpisodeMark read_episode(Reader& reader, const std::string& kind) {
   return mark;
 }
 
+/// A stop is obeyed whatever else stands in its message: a mistake there must not keep the arm moving.
+bool is_stop(const Json& json) {
+  const auto is = [&](const char* key, const char* value) {
+    const auto found = json.find(key);
+    return found != json.end() && *found == value;
+  };
+  return is("type", "request") && is("kind", "stop");
+}
+
 /// JSON that is handed on.
 std::string read_content(Reader& reader, bool may_be_null) {
   const Json* content = reader.member("content");
@@ -316,6 +325,7 @@ Result<ClientMessage> parse_client_message(std::string_view text) {
   const auto type = json.find("type");
   if (type == json.end() || !type->is_string()) return Error{"'type' must be text"};
   const auto& name = type->get_ref<const std::string&>();
+  if (is_stop(json)) return ClientMessage(RequestMessage{});
   Reader reader(json);
   if (name == "sample") return finished(reader, read_sample(reader));
   if (name == "request") return finished(reader, read_request(reader));

@@ -60,23 +60,19 @@ void Hub::leave(std::uint64_t id, Time now) {
 
 void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
   const auto found = clients_.find(id);
-  if (found == clients_.end() || found->second.closed) return;
+  const bool listened_to = found != clients_.end() && !found->second.closed;
+  const bool in_time = listened_to && within_rate(found->second, now);
+  const Result<ClientMessage> message = parse_client_message(text);
+  // A stop counts whoever sends it, whatever it sent before and however much, until its socket is closed.
+  const auto* request = message ? std::get_if<RequestMessage>(&*message) : nullptr;
+  if (request && request->request.kind == OperatorRequest::Kind::kStop) return stop(id, now);
+  if (!listened_to || found->second.closed) return;
   Client& client = found->second;
   client.last_message = now;
-  const bool in_time = within_rate(client, now);
-  if (client.closed) return;
-  const Result<ClientMessage> message = parse_client_message(text);
   if (!message) {
     refuse(client, Refusal::kMalformed, message.error().message);
     if (++client.strikes > kMaxStrikes) close(client);
     return;
-  }
-  // A stop counts whoever sends it, whatever it sent before and however much.
-  const auto* request = std::get_if<RequestMessage>(&*message);
-  if (request && request->request.kind == OperatorRequest::Kind::kStop) {
-    client.useful = now;
-    tell_stop(id, now);
-    return handle(id, client, *request, now);
   }
   if (!in_time) {
     return complain(client, Refusal::kTooMany, "more messages than one client may send; some are discarded", now);
@@ -254,9 +250,17 @@ void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message,
   callbacks_.on_sample(sample);
 }
 
+/// @param id a client, or one that was sent away and whose socket is not closed yet
+void Hub::stop(std::uint64_t id, Time now) {
+  const auto found = clients_.find(id);
+  if (found != clients_.end()) found->second.useful = found->second.last_message = now;
+  tell_stop(id, now);
+  const Status done = callbacks_.on_request({});
+  if (!done && found != clients_.end()) complain(found->second, Refusal::kUnknown, done.error().message, now);
+}
+
 void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now) {
-  if (message.request.kind != OperatorRequest::Kind::kStop && holder_ != id &&
-      !sets_condition(id, message.request, now)) {
+  if (holder_ != id && !sets_condition(id, message.request, now)) {
     return refuse(client, Refusal::kNoLease, "only who has control of the arm may ask for this; everybody may stop it");
   }
   const auto& [kind, text, value, object, to, episode] = message.request;

@@ -27,7 +27,8 @@ class Outbox {
   /// A picture of a camera, when there is nothing else to send; a key picture replaces those of its camera that have
   /// not been sent. False: the client is behind, or takes no pictures, and this one is dropped.
   virtual bool send_picture(std::shared_ptr<const std::string>, int /*camera*/, bool /*is_key*/) { return false; }
-  /// After what was sent before, but soon. No further message of this client reaches the hub.
+  /// After what was sent before, but soon. What the client still says reaches the hub until its socket is closed:
+  /// stops count.
   virtual void close() = 0;
   /// Whether the client is a program of the same user on this machine.
   virtual bool of_this_user() = 0;
@@ -59,7 +60,7 @@ class Hub {
   /// live until leave().
   std::uint64_t join(Outbox& outbox, const Address& address, Time now);
   void leave(std::uint64_t client, Time now);
-  /// Any bytes at all.
+  /// Any bytes at all; a client that was sent away is heard if it asks for a stop.
   void receive(std::uint64_t client, std::string_view text, Time now);
   /// A frame that is no message, such as a ping of the transport: it counts, too.
   void receive_frame(std::uint64_t client, Time now);
@@ -118,6 +119,7 @@ class Hub {
   void handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const WatchMessage& message, Time now);
+  void stop(std::uint64_t id, Time now);
   void tell_stop(std::uint64_t id, Time now);
   void tell_study(std::string content);
   bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
