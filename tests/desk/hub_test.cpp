@@ -671,6 +671,26 @@ TEST_F(PlacesTest, WhoSaysNothingUsefulLeavesFirst) {
   EXPECT_EQ(requests_.size(), before + 1);
 }
 
+TEST_F(PlacesTest, WhoLosesItsPlaceMayStopAndWhoLeadsAStudyKeepsIt) {
+  FakeOutbox leader;
+  leader.this_user = true;
+  const auto leads = greet(leader);
+  say(leads, {{"type", "study"}, {"content", {{"text", "Reach."}}}});
+  FakeOutbox& first = come(kHere);
+  const auto evicted = last_;
+  for (int i = 0; i < 3 * kPlaces; ++i) come(kHere);
+  ASSERT_TRUE(first.closed);
+  say(evicted, {{"type", "request"}, {"kind", "stop"}});
+  EXPECT_EQ(requests_.size(), 1u);
+  EXPECT_FALSE(leader.closed) << leader.last_words();
+  EXPECT_EQ((*outboxes_.back()->last("study"))["content"]["text"], "Reach.");
+  hub_.leave(leads, now_);
+  FakeOutbox next;
+  next.this_user = true;
+  say(greet(next), {{"type", "study"}, {"content", {{"text", "Rest."}}}});
+  EXPECT_EQ(next.last_error(), "") << "no study is led any more";
+}
+
 TEST_F(PlacesTest, ACrowdTakesNoPlaceFromAnotherAddress) {
   const Address near{"192.0.2.7", false}, far{"198.51.100.1", false};
   FakeOutbox& here = come(kHere);

@@ -14,7 +14,7 @@ Hub::Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_
       max_clients_(static_cast<std::size_t>(std::max(max_clients, 1))) {}
 
 std::uint64_t Hub::join(Outbox& outbox, const Address& address, Time now) {
-  if (!make_room(address)) return 0;
+  if (!make_room(address, now)) return 0;
   const std::uint64_t id = ++last_id_;
   Client& client = clients_[id];
   client.outbox = &outbox;
@@ -27,15 +27,15 @@ std::uint64_t Hub::join(Outbox& outbox, const Address& address, Time now) {
 }
 
 /// Paired clients stay, as many of each token as one person may have; everybody else is a guest.
-bool Hub::make_room(const Address& newcomer) {
+bool Hub::make_room(const Address& newcomer, Time now) {
   if (clients_.size() < max_clients_) return true;
   constexpr int kEach = 8;
   std::map<std::string_view, int> paired;
   std::vector<Guest> guests;
   for (auto it = clients_.rbegin(); it != clients_.rend(); ++it) {  // the newest first
     const auto& [id, client] = *it;
-    const bool stays =
-        id == holder_ || id == asker_ || id == policy_ || (!client.token.empty() && ++paired[client.token] <= kEach);
+    const bool has_role = id == holder_ || id == asker_ || id == policy_ || id == study_leader_;
+    const bool stays = has_role || (!client.token.empty() && ++paired[client.token] <= kEach);
     if (!stays) guests.push_back({id, client.address, client.useful});
   }
   const auto guest = who_leaves(guests, newcomer);
@@ -43,7 +43,7 @@ bool Hub::make_room(const Address& newcomer) {
   const auto found = clients_.find(*guest);
   refuse(found->second, Refusal::kFull, "all places are taken: pair to keep yours");
   close(found->second);
-  clients_.erase(found);
+  leave(*guest, now);
   return true;
 }
 

@@ -123,7 +123,7 @@ class Hub {
   void tell_stop(std::uint64_t id, Time now);
   void tell_study(std::string content);
   bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
-  bool make_room(const Address& newcomer);
+  bool make_room(const Address& newcomer, Time now);
   bool within_rate(Client& client, Time now);
   void pair(std::uint64_t id, Client& client, const std::string& code, Time now);
   Result<std::string> admit(Client& client);
