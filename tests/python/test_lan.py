@@ -65,6 +65,13 @@ class Demo:
         self.process.send_signal(signal.SIGINT)
         self.process.wait(timeout=60)
 
+    def get_plain(self, host):
+        """The status of loopback's port, asked under this name."""
+        port = int(self.wait_for(r"http://127\.0\.0\.1:(\d+)/"))
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        connection.request("GET", "/", headers={"Host": f"{host}:{port}"})
+        return connection.getresponse().status
+
     def connect(self):
         """Any certificate will do; the caller looks at it."""
         context = ssl.create_default_context()
@@ -131,6 +138,11 @@ def test_serves_the_network_over_tls_to_who_knows_the_code(tmp_path):
         kept = tmp_path / "state/steadyhand/server.pem"
         assert stat.S_IMODE(kept.stat().st_mode) == 0o600
         assert demo.get(host="elsewhere.example")[0] == 421, "a name that is not this machine's"
+        name = socket.gethostname()
+        assert demo.get(host=name)[0] == demo.get(host=f"{name}.local")[0] == 200
+        assert demo.get_plain("localhost") == 200
+        # Who answers for a name in the network could make it point here, and `local` would pair the page.
+        assert {demo.get_plain(host) for host in (name, f"{name}.local", demo.host)} == {421}
 
         with WebSocket(demo, "https://elsewhere.example") as stranger:
             assert stranger.status == 403

@@ -21,7 +21,9 @@ TEST(Access, KnowsItsOwnNamesOnly) {
     EXPECT_TRUE(host_allowed(host, names)) << host;
   }
   for (const char* host :
-       {"", ":8642", "evil.example", "localhost.evil.example:8642", "127.0.0.1.evil.example", "[::1]"}) {
+       {"", ":8642", "evil.example", "localhost.evil.example:8642", "127.0.0.1.evil.example", "[::1]",
+        "localhost:", "127.0.0.1:x", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:+1", "127.0.0.1:1:2", "127.0.0.1:1 ",
+        "127.0.0.1:8642; script-src *", "localhost:8642@evil.example"}) {
     EXPECT_FALSE(host_allowed(host, names)) << host;
   }
 }

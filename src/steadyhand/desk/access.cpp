@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <utility>
 
 namespace steadyhand {
@@ -16,11 +17,10 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// "name:port" without its port.
-std::string_view without_port(std::string_view host) {
-  const std::size_t colon = host.rfind(':');
-  if (colon == std::string_view::npos || host.find(']', colon) != std::string_view::npos) return host;
-  return host.substr(0, colon);
+bool is_port(std::string_view text) {
+  unsigned port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && end == text.data() + text.size() && port > 0 && port <= 65535;
 }
 
 }  // namespace
@@ -45,7 +45,9 @@ bool equal_secret(std::string_view a, std::string_view b) {
 }
 
 bool host_allowed(std::string_view host, const std::vector<std::string>& names) {
-  const std::string name = lower(without_port(host));
+  const std::size_t colon = std::min(host.find(':'), host.size());
+  if (colon < host.size() && !is_port(host.substr(colon + 1))) return false;
+  const std::string name = lower(host.substr(0, colon));
   return std::any_of(names.begin(), names.end(), [&](const std::string& allowed) { return lower(allowed) == name; });
 }
 

@@ -18,8 +18,8 @@ std::string random_text(int length);
 bool equal_secret(std::string_view a, std::string_view b);
 
 /// Whether a request for `host` (the Host header, "name" or "name:port") is meant for one of `names`. A page of
-/// somebody else's whose name was made to point here (DNS rebinding) carries that name. Case does not count; "[::1]" is
-/// an IPv6 name.
+/// somebody else's whose name was made to point here (DNS rebinding) carries that name. Case does not count. The port
+/// may be any number: a forwarded one is another than ours.
 bool host_allowed(std::string_view host, const std::vector<std::string>& names);
 
 /// Whether a WebSocket's Origin header is that of a page that this server gave out under this Host header.

@@ -30,8 +30,12 @@ struct Kind {
 /// Requests one after another on one connection.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Stream stream, ConnectionsShared& shared, Address address)
-      : stream_(std::move(stream)), timer_(stream_->get_executor()), shared_(shared), address_(std::move(address)) {}
+  HttpConnection(Stream stream, ConnectionsShared& shared, const Listener& listener, Address address)
+      : stream_(std::move(stream)),
+        timer_(stream_->get_executor()),
+        shared_(shared),
+        listener_(listener),
+        address_(std::move(address)) {}
   ~HttpConnection() { shared_.visitors.erase(visitor_); }
 
   void start() {
@@ -75,7 +79,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void answer() {
     const auto& request = parser_->get();
     const std::string_view host = view(request[http::field::host]);
-    if (!host_allowed(host, shared_.hosts)) {
+    if (!host_allowed(host, listener_.hosts)) {
       return respond(http::status::misdirected_request, "This server does not go by that name.\n");
     }
     if (beast::websocket::is_upgrade(request)) return upgrade(host);
@@ -164,6 +168,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<Stream> stream_;  // until a WebSocket goes on with it
   asio::steady_timer timer_;
   ConnectionsShared& shared_;
+  const Listener& listener_;
   Address address_;
   std::uint64_t visitor_ = 0;
   beast::flat_buffer buffer_{kMaxHeader + 1024};
@@ -175,7 +180,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
 }  // namespace
 
-void serve_connection(asio::ip::tcp::socket socket, ConnectionsShared& shared, asio::ssl::context* tls) {
+void serve_connection(asio::ip::tcp::socket socket, ConnectionsShared& shared, const Listener& listener) {
   error_code gone;
   const auto peer = socket.remote_endpoint(gone).address();
   if (gone) return;
@@ -188,7 +193,7 @@ void serve_connection(asio::ip::tcp::socket socket, ConnectionsShared& shared, a
     shared.visitors.erase(found);
     cut();
   }
-  std::make_shared<HttpConnection>(Stream(std::move(socket), tls), shared, address)->start();
+  std::make_shared<HttpConnection>(Stream(std::move(socket), listener.tls), shared, listener, address)->start();
 }
 
 }  // namespace steadyhand

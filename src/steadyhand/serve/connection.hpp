@@ -22,7 +22,6 @@ struct ConnectionsShared {
   Hub* hub = nullptr;
   const Site* site = nullptr;
   std::function<Time()> now;
-  std::vector<std::string> hosts;  ///< names under which this machine may be asked
   bool accept_missing_origin = true;
   Time timeout{0};      ///< with a peer that says or takes nothing
   bool ending = false;  ///< the program: who is sent away then did nothing wrong
@@ -46,8 +45,15 @@ struct ConnectionsShared {
   std::uint64_t last_fetch = 0;
 };
 
+/// Where connections come in.
+struct Listener {
+  /// Names under which it may be asked. Plain HTTP only under those that nobody on the network can make point elsewhere.
+  std::vector<std::string> hosts;
+  boost::asio::ssl::context* tls = nullptr;  ///< nullptr: plain HTTP
+};
+
 /// A connection that serves the page's files and, at /live, becomes a WebSocket. Keeps itself alive until it ends; ends
-/// itself when the peer falls silent. tls: nullptr for plain HTTP.
-void serve_connection(boost::asio::ip::tcp::socket socket, ConnectionsShared& shared, boost::asio::ssl::context* tls);
+/// itself when the peer falls silent. The listener must outlive it.
+void serve_connection(boost::asio::ip::tcp::socket socket, ConnectionsShared& shared, const Listener& listener);
 
 }  // namespace steadyhand

@@ -60,7 +60,7 @@ struct Server::Impl {
   Status prepare_tls() {
     auto folder = settings.state_folder.empty() ? state_folder() : Result<std::filesystem::path>(settings.state_folder);
     if (!folder) return folder.error();
-    auto certificate = load_or_make_certificate(*folder, shared.hosts);
+    auto certificate = load_or_make_certificate(*folder, at_lan.hosts);
     if (!certificate) return certificate.error();
     fingerprint = certificate->fingerprint;
     tls.emplace(ssl::context::tls_server);
@@ -72,16 +72,16 @@ struct Server::Impl {
     return Done{};
   }
 
-  void accept(tcp::acceptor& acceptor, ssl::context* context) {
-    acceptor.async_accept([this, &acceptor, context](error_code error, tcp::socket socket) {
+  void accept(tcp::acceptor& acceptor, const Listener& listener) {
+    acceptor.async_accept([this, &acceptor, &listener](error_code error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
       if (!error) {
-        accept(acceptor, context);  // first, so that others can come whatever the rest throws
-        return serve_connection(std::move(socket), shared, context);
+        accept(acceptor, listener);  // first, so that others can come whatever the rest throws
+        return serve_connection(std::move(socket), shared, listener);
       }
       // Out of file descriptors, most likely: trying again at once would spin.
       auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds(100));
-      pause->async_wait([this, &acceptor, context, pause](error_code) { accept(acceptor, context); });
+      pause->async_wait([this, &acceptor, &listener, pause](error_code) { accept(acceptor, listener); });
     });
   }
 
@@ -187,7 +187,6 @@ struct Server::Impl {
     shared.hub = &hub;
     shared.site = &site;
     shared.now = callbacks.now;
-    shared.hosts = {"127.0.0.1", "localhost"};
     shared.timeout = settings.timeout;
     shared.accept_missing_origin = settings.accept_non_browser_clients;
     shared.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
@@ -196,15 +195,17 @@ struct Server::Impl {
     if (Status s = listen(local, {asio::ip::address_v4::loopback(), settings.port}); !s) return s;
     port = local.local_endpoint().port();
     if (settings.lan) {
-      for (const std::string& name : lan_addresses()) shared.hosts.push_back(name);
-      for (const std::string& name : host_names()) shared.hosts.push_back(name);
+      at_lan.hosts = at_loopback.hosts;
+      for (const std::string& name : lan_addresses()) at_lan.hosts.push_back(name);
+      for (const std::string& name : host_names()) at_lan.hosts.push_back(name);
       if (Status s = prepare_tls(); !s) return s;
+      at_lan.tls = &*tls;
       if (Status s = listen(lan, {asio::ip::address_v4::any(), settings.lan_port}); !s) return s;
       lan_port = lan.local_endpoint().port();
-      accept(lan, &*tls);
+      accept(lan, at_lan);
     }
     urls = make_urls();
-    accept(local, nullptr);
+    accept(local, at_loopback);
     tick();
     thread = std::thread([this] {
       if (callbacks.on_thread) callbacks.on_thread();
@@ -245,6 +246,7 @@ struct Server::Impl {
   Hub hub;
   ConnectionsShared shared;
   std::optional<ssl::context> tls;
+  Listener at_loopback{{"127.0.0.1", "localhost"}, nullptr}, at_lan;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   std::string fingerprint;
   std::uint16_t port = 0, lan_port = 0;
