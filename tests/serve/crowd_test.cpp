@@ -111,6 +111,60 @@ TEST_F(CrowdTest, AFlooderThatDoesNotReadIsCutOff) {
   EXPECT_TRUE(wait_until([&] { return server_->counters().clients == 0; }));
 }
 
+/// Their answers wait until the client is cut off, and the server reads on meanwhile.
+TEST_F(CrowdTest, AFlooderThatDoesNotReadItsPongsIsCutOff) {
+  start();
+  SocketClient flooder(server_->port(), 4096);
+  ASSERT_EQ(flooder.connect(), 101u);
+  ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
+  std::string flood;
+  for (int i = 0; i < 10'000; ++i) flood += frame(0x89, std::string(125, 'x'));
+  std::atomic<bool> hears{false};
+  std::thread sender([&] {
+    while (flooder.say_bytes(flood)) {
+    }
+    hears = true;
+  });
+  EXPECT_TRUE(wait_until([&] { return server_->counters().clients == 0; }));
+  EXPECT_TRUE(wait_until([&] { return hears.load(); })) << "its connection is reset";
+  server_.reset();
+  sender.join();
+}
+
+TEST_F(CrowdTest, AStopBehindAPongThatNobodyReadsCounts) {
+  start();
+  SocketClient deaf(server_->port(), 4096);
+  ASSERT_EQ(deaf.connect(), 101u);
+  deaf.greet();
+  ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
+  OperatorView snapshot;
+  snapshot.measured.q.setZero(6);
+  ASSERT_TRUE(wait_until([&] {
+    server_->publish(snapshot);
+    return server_->counters().states_skipped > 20;
+  }));
+  deaf.say_bytes(frame(0x89, "x"));
+  deaf.say({{"type", "request"}, {"kind", "stop"}});
+  EXPECT_TRUE(wait_for([&] { return requests_.size() == 1; }));
+}
+
+/// Also what is on its way when the server says goodbye, or comes then.
+TEST_F(CrowdTest, AStopCountsUntilTheSocketIsClosed) {
+  start();
+  SocketClient future(server_->port());
+  ASSERT_EQ(future.connect(), 101u);
+  future.say({{"type", "hello"}, {"version", 99}});
+  EXPECT_EQ(future.hear("error")["code"], "version");
+  std::size_t stops = 0;
+  while (future.say_text(R"({"type":"request","kind":"stop"})")) {
+    ++stops;
+    std::this_thread::sleep_for(10ms);
+  }
+  const std::lock_guard lock(mutex_);
+  EXPECT_GE(requests_.size() + 2, stops) << "the last may have met a closed socket";
+  EXPECT_GE(requests_.size(), 3u) << "it is open for a while";
+}
+
 /// A server that waits for nobody for longer than this.
 class PatienceTest : public CrowdTest {
  protected:

@@ -43,10 +43,48 @@ class Stream::TransportOver final : public Transport {
 
 Stream::Stream(Socket socket, asio::ssl::context* tls) {
   if (tls) {
-    transport_ = std::make_unique<TransportOver<TlsSocket>>(std::move(socket), *tls);
+    transport_ = std::make_shared<TransportOver<TlsSocket>>(std::move(socket), *tls);
   } else {
-    transport_ = std::make_unique<TransportOver<Socket>>(std::move(socket));
+    transport_ = std::make_shared<TransportOver<Socket>>(std::move(socket));
   }
+}
+
+std::size_t Stream::Transport::put(const Pieces<asio::const_buffer>& from) {
+  const std::size_t size = asio::buffer_size(from);
+  if (is_last) return size;
+  if (waiting.empty() && going.empty()) progress = std::chrono::steady_clock::now();
+  for (const asio::const_buffer& piece : from) waiting.append(static_cast<const char*>(piece.data()), piece.size());
+  if (going.empty()) send();
+  return size;
+}
+
+void Stream::Transport::send() {
+  if (going.empty()) going.swap(waiting);
+  write({asio::buffer(going)}, [self = shared_from_this()](error_code error, std::size_t bytes) {
+    if (error) {
+      self->socket().close(error);  // whoever reads hears of it
+      return;
+    }
+    self->progress = std::chrono::steady_clock::now();
+    self->going.erase(0, bytes);
+    if (!self->going.empty() || !self->waiting.empty()) return self->send();
+    if (self->taken) self->taken();
+  });
+}
+
+void Stream::write_behind(std::function<void()> taken) {
+  transport_->is_behind = true;
+  transport_->taken = std::move(taken);
+}
+
+std::chrono::steady_clock::duration Stream::waiting_for() const {
+  if (waiting_bytes() == 0) return {};
+  return std::chrono::steady_clock::now() - transport_->progress;
+}
+
+void Stream::write_last(std::string_view bytes) {
+  transport_->put({asio::buffer(bytes)});
+  transport_->is_last = true;
 }
 
 void Stream::finish() {
@@ -56,6 +94,7 @@ void Stream::finish() {
 
 void Stream::cut() {
   error_code ignored;
+  if (transport_->is_writing || waiting_bytes() > 0) socket().set_option(asio::socket_base::linger(true, 0), ignored);
   socket().close(ignored);
 }
 

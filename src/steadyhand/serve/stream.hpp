@@ -6,8 +6,11 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/beast/core/role.hpp>
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <utility>
 
 namespace boost::asio::ssl {
@@ -34,9 +37,18 @@ class Stream {
   Socket& socket() { return transport_->socket(); }
   /// Before anything else.
   void handshake(Done done) { transport_->handshake(std::move(done)); }
+  /// From here on a write is done at once and its bytes go out behind it: Beast, which answers pings while it reads,
+  /// reads on where its peer does not. @param taken called whenever all bytes have gone out
+  void write_behind(std::function<void()> taken);
+  /// Bytes that have not gone out, and since when none has.
+  std::size_t waiting_bytes() const { return transport_->waiting.size() + transport_->going.size(); }
+  std::chrono::steady_clock::duration waiting_for() const;
+  /// Behind all that was written; what is written later is thrown away.
+  void write_last(std::string_view bytes);
   /// No more will be written; what was is delivered.
   void finish();
-  /// At once: what is under way ends.
+  /// At once: what is under way ends. A peer that takes nothing is told by a reset: the kernel would keep its
+  /// connection for minutes.
   void cut();
   /// Called with the size of all that is read from here on.
   void on_read(std::function<void(std::size_t bytes)> call) { on_read_ = std::move(call); }
@@ -57,9 +69,17 @@ class Stream {
   auto async_write_some(const Buffers& buffers, Handler&& handler) {
     return boost::asio::async_initiate<Handler, void(error_code, std::size_t)>(
         [this](auto done, const auto& from) {
-          transport_->write(
-              gather<boost::asio::const_buffer>(from),
-              [kept = keep(std::move(done))](error_code error, std::size_t bytes) { (*kept)(error, bytes); });
+          const auto pieces = gather<boost::asio::const_buffer>(from);
+          auto kept = keep(std::move(done));
+          if (!transport_->is_behind) {
+            transport_->is_writing = true;
+            return transport_->write(pieces, [kept, transport = transport_](error_code error, std::size_t bytes) {
+              transport->is_writing = false;
+              (*kept)(error, bytes);
+            });
+          }
+          const std::size_t bytes = transport_->put(pieces);
+          boost::asio::post(get_executor(), [kept, bytes] { (*kept)(error_code(), bytes); });
         },
         handler, buffers);
   }
@@ -68,13 +88,22 @@ class Stream {
   template <typename Buffer>
   using Pieces = std::array<Buffer, 8>;  // what is beyond these waits for the next call
 
-  struct Transport {
+  struct Transport : std::enable_shared_from_this<Transport> {
     virtual ~Transport() = default;
     virtual bool encrypted() const = 0;
     virtual Socket& socket() = 0;
     virtual void handshake(Done done) = 0;
     virtual void read(const Pieces<boost::asio::mutable_buffer>& to, Done done) = 0;
     virtual void write(const Pieces<boost::asio::const_buffer>& from, Done done) = 0;
+
+    /// Behind what waits. @return its size
+    std::size_t put(const Pieces<boost::asio::const_buffer>& from);
+    void send();
+
+    bool is_writing = false, is_behind = false, is_last = false;
+    std::string waiting, going;  ///< `going` is being written
+    std::chrono::steady_clock::time_point progress;
+    std::function<void()> taken;
   };
   template <typename Layer>
   class TransportOver;
@@ -95,7 +124,7 @@ class Stream {
     return pieces;
   }
 
-  std::unique_ptr<Transport> transport_;
+  std::shared_ptr<Transport> transport_;
   std::function<void(std::size_t)> on_read_;
 };
 

@@ -27,9 +27,11 @@ constexpr std::ptrdiff_t kMostPictures = 4;                 // of a camera
 constexpr int kSendBuffer = 32 * 1024;  // bytes the kernel may hold: some ten states, not minutes of them
 /// Bytes that a client may send without a message or control frame in them. Beast reads over frames that hold nothing.
 constexpr std::size_t kMaxHollow = 4 * kMaxClientMessage;
+/// Bytes of answers to its pings that a client may leave unread.
+constexpr std::size_t kMaxUnread = 4 * kMaxClientMessage;
 
-/// A client of the hub: at most one write is under way; behind it wait a bounded queue of messages, the newest state,
-/// and few pictures.
+/// A client of the hub: at most one message is on its way; behind it wait a bounded queue of messages, the newest
+/// state, and few pictures. It is read whether it reads or not, until its socket is closed: it may ask for a stop.
 class WebSocketClient final : public Outbox, public std::enable_shared_from_this<WebSocketClient> {
  public:
   WebSocketClient(Stream stream, ConnectionsShared& shared)
@@ -47,9 +49,17 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     socket_.read_message_max(kMaxClientMessage);
     socket_.auto_fragment(false);
     // Not by shared pointers: the socket is a member, and they would keep it for good.
-    socket_.control_callback([this](websocket::frame_type, beast::string_view) {
+    socket_.control_callback([this](websocket::frame_type kind, beast::string_view payload) {
       hollow_ = 0;
       shared_.hub->receive_frame(id_, shared_.now());
+      if (kind == websocket::frame_type::ping) unread_ += 2 + payload.size();
+      if (unread_ > kMaxUnread) close();
+    });
+    socket_.next_layer().write_behind([weak = weak_from_this()] {
+      const auto self = weak.lock();
+      if (!self) return;
+      self->unread_ = 0;
+      self->write();
     });
     socket_.next_layer().on_read([this](std::size_t bytes) {
       hollow_ += bytes;
@@ -57,7 +67,6 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     });
     request_ = std::move(request);
     writing_ = true;
-    written_ = shared_.now();
     socket_.async_accept(request_, [self = shared_from_this()](error_code error) {
       self->writing_ = false;
       if (error) return self->end();
@@ -99,7 +108,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     return true;
   }
 
-  /// Until it answers, what a client sends is read for nothing: not for long, and whether it reads or not.
+  /// Not for long, whether it reads or not.
   void close() override {
     if (closing_) return;
     closing_ = true;
@@ -127,7 +136,7 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
   }
 
   void write() {
-    if (writing_ || ended_) return;
+    if (writing_ || ended_ || socket_.next_layer().waiting_bytes() > 0) return;
     bool is_text = true;
     if (!queue_.empty()) {
       output_ = std::move(queue_.front());
@@ -139,14 +148,10 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
       pictures_.pop_front();
       is_text = false;
     } else {
-      if (!closing_) return;
-      writing_ = true;
-      socket_.async_close(shared_.ending ? websocket::close_code::going_away : websocket::close_code::policy_error,
-                          [self = shared_from_this()](error_code) { self->end(); });
+      if (closing_) say_goodbye();
       return;
     }
     writing_ = true;
-    written_ = shared_.now();
     socket_.text(is_text);
     socket_.async_write(asio::buffer(*output_), [self = shared_from_this()](error_code error, std::size_t) {
       self->writing_ = false;
@@ -155,8 +160,17 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     });
   }
 
+  /// The frame that closes a WebSocket. Not Beast's own: behind that it reads for nothing, and a stop would not be
+  /// heard. The socket is closed when the client answers it or goes, or when `farewell_` is due.
+  void say_goodbye() {
+    const auto code = static_cast<std::uint16_t>(shared_.ending ? websocket::close_code::going_away
+                                                                : websocket::close_code::policy_error);
+    const char frame[] = {'\x88', 2, static_cast<char>(code >> 8), static_cast<char>(code & 0xff)};
+    socket_.next_layer().write_last({frame, sizeof frame});
+  }
+
   /// Beast's timeout is about what a client says, not about what it takes.
-  bool stuck() const { return writing_ && shared_.now() - written_ > shared_.timeout; }
+  bool stuck() const { return socket_.next_layer().waiting_for() > shared_.timeout; }
 
   void turn_away(unsigned version) {
     ended_ = true;
@@ -203,8 +217,8 @@ class WebSocketClient final : public Outbox, public std::enable_shared_from_this
     std::shared_ptr<const std::string> message;
   };
   std::deque<Picture> pictures_;
-  Time written_{0};
   std::size_t hollow_ = 0;  // bytes since the last message or control frame
+  std::size_t unread_ = 0;  // bytes of answers to pings since it took all that it was sent
   bool writing_ = false, closing_ = false, ended_ = false;
 };
 
