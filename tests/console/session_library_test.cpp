@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <future>
@@ -165,10 +167,20 @@ std::filesystem::path script(const TemporaryFolder& folder, const std::string& l
   return path;
 }
 
+/// The beginning of its file.
+std::string text_of(const FreshPage& page) {
+  std::string text(std::min<std::size_t>(page.size, 4096), '\0');
+  const ssize_t read = pread(fileno(page.file.get()), text.data(), text.size(), 0);
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(0, read)));
+  return text;
+}
+
 Result<FreshPage> fetch(SessionLibrary& library, const std::string& path) {
   std::promise<Result<FreshPage>> answered;
   library.fetch(path, [&](Result<FreshPage> page) { answered.set_value(std::move(page)); });
-  return answered.get_future().get();
+  Result<FreshPage> page = answered.get_future().get();
+  if (page) page->body = text_of(*page);
+  return page;
 }
 
 TEST(SessionLibrary, AsksAProgramAndPassesOnWhatItSays) {
@@ -185,6 +197,20 @@ TEST(SessionLibrary, AsksAProgramAndPassesOnWhatItSays) {
   EXPECT_EQ(bad.error().message, "why");
 }
 
+TEST(SessionLibrary, AFileIsOpenedAndNotReadWhateverItsSize) {
+  TemporaryFolder folder;
+  std::ofstream(folder.path() / "long.mcap") << "MCAP";
+  std::filesystem::resize_file(folder.path() / "long.mcap", (256u << 20) + 1);
+  mkfifo((folder.path() / "pipe.mcap").c_str(), 0600);
+  SessionLibrary library(folder.path(), "/nowhere/steadyhand");
+  const Result<FreshPage> page = fetch(library, "/sessions/long/session.mcap");
+  ASSERT_TRUE(page) << page.error().message;
+  EXPECT_EQ(page->size, (256u << 20) + 1);
+  EXPECT_EQ(page->body.substr(0, 4), "MCAP");
+  EXPECT_FALSE(fetch(library, "/sessions/pipe/session.mcap"));
+  EXPECT_FALSE(fetch(library, "/sessions/../long/session.mcap"));
+}
+
 TEST(SessionLibrary, AnswersInOrderFromItsOwnThread) {
   TemporaryFolder folder;
   std::vector<std::string> answers;
@@ -192,7 +218,7 @@ TEST(SessionLibrary, AnswersInOrderFromItsOwnThread) {
   SessionLibrary library(folder.path(), script(folder, R"(echo "$5")"));
   for (int i = 0; i < 20; ++i) {
     library.fetch("/" + std::to_string(i), [&, i](const Result<FreshPage>& page) {
-      answers.push_back(page ? page->body : page.error().message);
+      answers.push_back(page ? text_of(*page) : page.error().message);
       if (i == 19) last.set_value(std::this_thread::get_id());
     });
   }

@@ -217,7 +217,7 @@ TEST_F(HubTest, AnyClientStops) {
   EXPECT_EQ(requests_[0].kind, OperatorRequest::Kind::kStop);
 }
 
-/// Whatever else is wrong with a client or its message, until its socket is closed.
+/// Also of a client that is being sent away, until its socket is closed.
 TEST_F(HubTest, AStopCountsWhateverIsWrongWithItsClient) {
   const Json stop{{"type", "request"}, {"kind", "stop"}};
   FakeOutbox newer, garbled, rude, flooder;
@@ -688,7 +688,7 @@ TEST_F(PlacesTest, WhoLosesItsPlaceMayStopAndWhoLeadsAStudyKeepsIt) {
   FakeOutbox next;
   next.this_user = true;
   say(greet(next), {{"type", "study"}, {"content", {{"text", "Rest."}}}});
-  EXPECT_EQ(next.last_error(), "") << "no study is led any more";
+  EXPECT_EQ(next.last_error(), "") << "the study has ended";
 }
 
 TEST_F(PlacesTest, ACrowdTakesNoPlaceFromAnotherAddress) {

@@ -60,7 +60,9 @@ class Demo:
             code = self.code(after=code)
             client.send(type="pair", code=code)
             # Somebody may have used it up meanwhile: then the next is on its way.
-            if client.wait_for(("paired", "error"))["type"] == "paired":
+            answer = client.wait_for(("paired", "error"))
+            if answer["type"] == "paired":
+                client.token = answer["token"]
                 break
         return client
 
@@ -81,6 +83,7 @@ class Client:
         self.socket.sendall(
             f"GET /live HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n".encode())
+        self.token = None  # once it is paired
         self.pictures = []  # of cameras that it watches: when each came, and the message
         self.parts = b""  # of a message in several frames
         self.buffer, self.state, self.closed, self.sequence = b"", None, False, 0

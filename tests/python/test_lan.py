@@ -143,6 +143,8 @@ def test_serves_the_network_over_tls_to_who_knows_the_code(tmp_path):
         assert demo.get_plain("localhost") == 200
         # Who answers for a name in the network could make it point here, and `local` would pair the page.
         assert {demo.get_plain(host) for host in (name, f"{name}.local", demo.host)} == {421}
+        status, body, _ = demo.get("/sessions")
+        assert status == 401 and b"paired" in body
 
         with WebSocket(demo, "https://elsewhere.example") as stranger:
             assert stranger.status == 403

@@ -232,9 +232,11 @@ def test_a_long_report_is_made_beside_the_session_and_not_waited_for(session, tm
     time.sleep(1.0)
     before = memory(pid, "VmRSS")
 
-    def ask(path="/sessions/long/report.html"):
+    paired = {"Authorization": f"Bearer {demo.client().token}"}
+
+    def ask(path="/sessions/long/report.html", headers=paired):
         connection = http.client.HTTPConnection("127.0.0.1", demo.port, timeout=120)
-        connection.request("GET", path)
+        connection.request("GET", path, headers=headers)
         return connection
 
     asked = ask()
@@ -255,6 +257,10 @@ def test_a_long_report_is_made_beside_the_session_and_not_waited_for(session, tm
     motion = json.loads(ask("/sessions/long/motion").getresponse().read())
     assert motion["t_s"][-1] > 200.0
     assert ask("/sessions/none/report.html").getresponse().status == 404
+    assert len(ask("/sessions/long/session.mcap").getresponse().read()) == (tmp_path / "long.mcap").stat().st_size
+    for part in ("", "/long/motion", "/long/report.html", "/long/session.mcap"):
+        refused = ask("/sessions" + part, {}).getresponse()
+        assert refused.status == 401 and b"paired" in refused.read(), part
 
     waiting = [ask() for _ in range(8)]
     time.sleep(0.3)

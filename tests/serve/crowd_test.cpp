@@ -56,6 +56,24 @@ TEST_F(CrowdTest, ConnectionsThatAskForNothingKeepNobodyOut) {
   EXPECT_EQ(client.connect(), 101u);
 }
 
+TEST_F(CrowdTest, WhoReadsARecordingKeepsItsConnection) {
+  large_ = 4u << 20;
+  start_with(2);
+  SocketClient client(server_->port()), reader(server_->port(), 1 << 16);
+  join(client, false);
+  ASSERT_TRUE(reader.reach());
+  reader.say_bytes("GET /sessions/large HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAuthorization: Bearer " +
+                   token_ + "\r\n\r\n");
+  std::uint64_t come = reader.hear_raw(1).size();
+  for (int i = 0; i < 60; ++i) {
+    crowd_.push_back(std::make_unique<SocketClient>(server_->port()));
+    ASSERT_TRUE(crowd_.back()->reach());
+  }
+  EXPECT_EQ(fetch(server_->port(), "/").status, 200u);
+  for (std::string piece; !(piece = reader.hear_raw(1u << 20)).empty();) come += piece.size();
+  EXPECT_GT(come, large_);
+}
+
 class FloodTest : public CrowdTest, public testing::WithParamInterface<std::pair<const char*, std::string>> {
  public:
   static std::string of(int head, const std::string& payload = "") { return frame(head, payload); }
@@ -199,6 +217,25 @@ TEST_F(PatienceTest, WhoTakesNothingIsLetGo) {
     std::this_thread::sleep_for(5ms);
     return server_->counters().clients == 0;
   }));
+}
+
+TEST_F(PatienceTest, AnAnswerMayTakeAsLongAsItsBytesAreTaken) {
+  large_ = 4u << 20;
+  SocketClient client(server_->port()), reader(server_->port(), 1 << 16), idle(server_->port(), 1 << 16);
+  join(client, false);
+  for (SocketClient* each : {&reader, &idle}) {
+    ASSERT_TRUE(each->reach());
+    each->say_bytes("GET /sessions/large HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAuthorization: Bearer " +
+                    token_ + "\r\n\r\n");
+  }
+  std::uint64_t come = 0;
+  for (std::string piece; !(piece = reader.hear_raw(1u << 16)).empty(); std::this_thread::sleep_for(25ms)) {
+    come += piece.size();
+  }
+  EXPECT_GT(come, large_) << "with its headers, in more than twice the server's patience";
+  std::uint64_t left = 0;
+  for (std::string piece; !(piece = idle.hear_raw(1u << 20)).empty();) left += piece.size();
+  EXPECT_LT(left, large_) << "a client that takes nothing is cut off";
 }
 
 TEST_F(PatienceTest, ARequestThatNeverEndsIsLetGo) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -54,6 +55,7 @@ class ServerTest : public testing::Test {
     callbacks.on_fetch = [this](const std::string& path, Answer answer) {
       if (path == "/sessions/never") return tell([&] { unanswered_.push_back(std::move(answer)); });
       if (path == "/sessions/none") return answer(Error{"no such session"});
+      if (path == "/sessions/large") return answer(large());
       answer(FreshPage{path, path == "/sessions" ? "application/json" : "text/html", path != "/sessions"});
     };
     auto started = Server::start(settings, facts, callbacks);
@@ -94,7 +96,9 @@ class ServerTest : public testing::Test {
     client.greet();
     ASSERT_FALSE(client.hear("welcome").is_null());
     client.say({{"type", "pair"}, {"code", code()}});
-    ASSERT_FALSE(client.hear("paired").is_null());
+    const Json paired = client.hear("paired");
+    ASSERT_FALSE(paired.is_null());
+    token_ = paired["token"];
     if (!take) return;
     client.say({{"type", "take"}});
     while (true) {
@@ -109,6 +113,15 @@ class ServerTest : public testing::Test {
             {"tracked", true},  {"emulated", false}};
   }
 
+  /// A file of `large_` bytes that takes no room.
+  Result<FreshPage> large() const {
+    const std::shared_ptr<std::FILE> file(std::tmpfile(), [](std::FILE* open) { std::fclose(open); });
+    if (ftruncate(fileno(file.get()), static_cast<off_t>(large_)) != 0) return Error{"no temporary file"};
+    return FreshPage{{}, "application/octet-stream", false, file, large_};
+  }
+
+  std::uint64_t large_ = 0;
+  std::string token_;  ///< of who joined last
   std::vector<CameraInfo> cameras_;
   std::vector<Answer> unanswered_;
   std::mutex mutex_;

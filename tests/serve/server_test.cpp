@@ -39,19 +39,78 @@ TEST_F(ServerTest, ServesAFolder) {
 
 TEST_F(ServerTest, PagesThatAreMadeOnDemandHaveNoRightsHere) {
   start();
-  const Page list = fetch(server_->port(), "/sessions?again");
+  SocketClient client(server_->port());
+  join(client, false);
+  const Page list = fetch_with(server_->port(), "/sessions?again", token_);
   EXPECT_EQ(list.status, 200u);
   EXPECT_EQ(list.body, "/sessions");
   EXPECT_EQ(list.type, "application/json");
   EXPECT_NE(list.policy.find("default-src 'self'"), std::string::npos);
-  const Page report = fetch(server_->port(), "/sessions/a/report.html");
+  const Page report = fetch_with(server_->port(), "/sessions/a/report.html", token_);
   EXPECT_EQ(report.body, "/sessions/a/report.html");
   EXPECT_NE(report.policy.find("sandbox"), std::string::npos);
   EXPECT_EQ(report.policy.find("allow-same-origin"), std::string::npos);
-  const Page none = fetch(server_->port(), "/sessions/none");
+  const Page none = fetch_with(server_->port(), "/sessions/none", token_);
   EXPECT_EQ(none.status, 404u);
   EXPECT_EQ(none.body, "no such session\n");
   EXPECT_EQ(fetch(server_->port(), "/sessionsx").status, 404u);
+}
+
+TEST_F(ServerTest, RecordingsAreForPairedClientsAlone) {
+  start();
+  const std::uint16_t port = server_->port();
+  SocketClient client(port);
+  join(client, false);
+  for (const char* path : {"/sessions", "/sessions/a/motion", "/sessions/a/report.html", "/sessions/a/session.mcap"}) {
+    const Page stranger = fetch(port, path);
+    EXPECT_EQ(stranger.status, 401u) << path;
+    EXPECT_NE(stranger.body.find("paired"), std::string::npos) << stranger.body;
+    EXPECT_EQ(stranger.cookie, "");
+    EXPECT_EQ(fetch_with(port, path, "bcdfghjkmnpqbcdfghjkmnpqbc").status, 401u) << path;
+    EXPECT_EQ(fetch(port, path + ("?token=" + token_)).status, 401u) << "a token in an address is seen by others";
+    EXPECT_EQ(fetch_with(port, path, token_).status, 200u) << path;
+  }
+  const std::string cookie = fetch_with(port, "/sessions", token_).cookie;
+  EXPECT_NE(cookie.find("; Path=/sessions; HttpOnly; SameSite=Strict"), std::string::npos) << cookie;
+  const std::string shown = cookie.substr(0, cookie.find(';')), key = shown.substr(shown.find('=') + 1);
+  EXPECT_EQ(fetch_with(port, "/sessions/a/report.html", "a=b; " + shown, "Cookie").status, 200u);
+  EXPECT_EQ(fetch_with(port, "/sessions", "a" + shown, "Cookie").status, 401u);
+  SocketClient thief(port);
+  ASSERT_EQ(thief.connect(), 101u);
+  thief.say({{"type", "hello"}, {"version", kProtocolVersion}, {"token", key}});
+  thief.say({{"type", "take"}});
+  EXPECT_EQ(thief.hear("error")["code"], "unpaired") << "what reads recordings moves no arm";
+}
+
+std::size_t resident() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t size = 0, pages = 0;
+  file >> size >> pages;
+  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+TEST_F(ServerTest, AFileIsSentWhateverItsSizeAndNeverHeldWhole) {
+  large_ = (256u << 20) + 1;
+  start();
+  SocketClient client(server_->port());
+  join(client, false);
+  const std::size_t before = resident();
+  SocketClient reader(server_->port());
+  ASSERT_TRUE(reader.reach());
+  reader.say_bytes("GET /sessions/large HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAuthorization: Bearer " +
+                   token_ + "\r\n\r\n");
+  std::string head;
+  while (head.find("\r\n\r\n") == std::string::npos) head += reader.hear_raw(512);
+  EXPECT_NE(head.find(" 200 OK"), std::string::npos) << head;
+  EXPECT_NE(head.find("Content-Length: " + std::to_string(large_)), std::string::npos) << head;
+  std::uint64_t come = head.size() - (head.find("\r\n\r\n") + 4);
+  std::size_t most = 0;
+  for (std::string piece; !(piece = reader.hear_raw(1u << 20)).empty();) {
+    come += piece.size();
+    most = std::max(most, resident());
+  }
+  EXPECT_EQ(come, large_);
+  EXPECT_LT(most, before + (32u << 20));
 }
 
 TEST_F(ServerTest, WhatThrowsOnItsThreadIsToldAndItGoesOn) {
@@ -91,18 +150,32 @@ TEST_F(ServerTest, WhatThrowsWhileSomebodyComesLocksNobodyOut) {
 
 TEST_F(ServerTest, AnAnswerThatNeverComesNeitherBlocksNorOutlivesTheServer) {
   start();
+  SocketClient other(server_->port()), driver(server_->port());
+  join(other, false);
+  const std::string token = token_;
+  join(driver, true);
   std::vector<std::thread> askers;
-  for (int i = 0; i < ServerCallbacks::kMaxFetches; ++i) {
-    askers.emplace_back([port = server_->port()] {
-      try {
-        fetch(port, "/sessions/never");
-      } catch (const std::exception&) {  // the server ended before it was asked
-      }
-    });
-  }
-  ASSERT_TRUE(wait_for([&] { return unanswered_.size() == ServerCallbacks::kMaxFetches; }));
-  EXPECT_EQ(fetch(server_->port(), "/sessions").status, 503u);
+  const auto ask = [&](int count, const std::string& as) {
+    for (int i = 0; i < count; ++i) {
+      askers.emplace_back([port = server_->port(), as] {
+        try {
+          fetch_with(port, "/sessions/never", as);
+        } catch (const std::exception&) {  // the server ended before it was asked
+        }
+      });
+    }
+  };
+  using Most = ServerCallbacks;
+  ask(Most::kMaxFetchesEach, token);
+  ASSERT_TRUE(wait_for([&] { return unanswered_.size() == Most::kMaxFetchesEach; }));
+  EXPECT_EQ(fetch_with(server_->port(), "/sessions", token).status, 503u) << "too many of one address";
   EXPECT_EQ(fetch(server_->port(), "/").status, 200u);
+  for (int i = 0; i < 40; ++i) EXPECT_EQ(fetch(server_->port(), "/sessions").status, 401u);
+  EXPECT_EQ(fetch_with(server_->port(), "/sessions", token_).status, 200u) << "who drives has a place";
+  const std::size_t all = Most::kMaxFetches + Most::kReservedFetches;
+  ask(static_cast<int>(all) - Most::kMaxFetchesEach, token_);
+  ASSERT_TRUE(wait_for([&] { return unanswered_.size() == all; }));
+  EXPECT_EQ(fetch_with(server_->port(), "/sessions", token_).status, 503u);
   server_.reset();
   for (std::thread& asker : askers) asker.join();
   for (const Answer& answer : unanswered_) answer(FreshPage{"late", "text/plain"});

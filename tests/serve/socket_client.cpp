@@ -36,7 +36,7 @@ Page ask(std::uint16_t port, const http::request<http::empty_body>& request) {
   http::read(socket, buffer, parser);
   const auto& response = parser.get();
   return {response.result_int(), response.body(), std::string(response["Content-Security-Policy"]),
-          std::string(response[http::field::content_type])};
+          std::string(response[http::field::content_type]), std::string(response[http::field::set_cookie])};
 }
 
 }  // namespace
@@ -44,6 +44,13 @@ Page ask(std::uint16_t port, const http::request<http::empty_body>& request) {
 Page fetch(std::uint16_t port, const std::string& path, const std::string& host, const std::string& method) {
   http::request<http::empty_body> request(http::string_to_verb(method), path, 11);
   request.set(http::field::host, host);
+  return ask(port, request);
+}
+
+Page fetch_with(std::uint16_t port, const std::string& path, const std::string& value, const std::string& header) {
+  http::request<http::empty_body> request(http::verb::get, path, 11);
+  request.set(http::field::host, "localhost:" + std::to_string(port));
+  request.set(header, header == "Authorization" ? "Bearer " + value : value);
   return ask(port, request);
 }
 
@@ -104,6 +111,13 @@ bool SocketClient::say_bytes(std::string_view bytes) {
   error_code error;
   asio::write(impl_->socket.next_layer(), asio::buffer(bytes), error);
   return !error;
+}
+
+std::string SocketClient::hear_raw(std::size_t most) {
+  std::string bytes(most, '\0');
+  error_code error;
+  bytes.resize(impl_->socket.next_layer().read_some(asio::buffer(bytes), error));
+  return bytes;
 }
 
 Json SocketClient::hear() {

@@ -14,12 +14,15 @@ using Json = nlohmann::json;
 
 struct Page {
   unsigned status = 0;
-  std::string body, policy, type;
+  std::string body, policy, type, cookie;
 };
 
 /// One request over a connection of its own. Throws if there is no answer.
 Page fetch(std::uint16_t port, const std::string& path, const std::string& host = "localhost",
            const std::string& method = "GET");
+/// With a token, or (by its name) another header.
+Page fetch_with(std::uint16_t port, const std::string& path, const std::string& value,
+                const std::string& header = "Authorization");
 
 /// A blocking client over a real socket; another implementation of HTTP and WebSocket than the server's.
 class SocketClient {
@@ -36,6 +39,8 @@ class SocketClient {
   bool say_text(const std::string& text);
   /// These bytes as they are. False: the connection has ended.
   bool say_bytes(std::string_view bytes);
+  /// What comes next, without WebSocket; empty at the end of the connection.
+  std::string hear_raw(std::size_t most);
   /// null at the end of the connection.
   Json hear();
   /// The next message of this type; null at the end of the connection.

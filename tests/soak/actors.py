@@ -399,7 +399,7 @@ def newcomer(world, random):
 
 
 def reader(world, random):
-    """Looks at recorded sessions, which takes the program's time and memory."""
+    """Reads recorded sessions, which takes the program's time and memory; without a token it gets nothing."""
     while True:
         yield random.uniform(2.0, 15.0)
         token = next((client.token for client in world.clients if client.token and not client.gone), None)

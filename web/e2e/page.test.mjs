@@ -505,6 +505,10 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(() => page.$('#recordings a[href="./sessions/short/report.html"]'), 'the name');
   const file = await page.evaluate(async () => new Uint8Array(await (await fetch('./sessions/short/session.mcap')).arrayBuffer()).slice(1, 5).join());
   assert.equal(file, [...'MCAP'].map((c) => c.charCodeAt(0)).join(), 'the file itself');
+  const stranger = await watch(), parts = ['', '/short/motion', '/short/report.html', '/short/session.mcap'];
+  const answers = await stranger.evaluate((all) => Promise.all(all.map(async (part) => (await fetch(`/sessions${part}`)).status)), parts);
+  assert.deepEqual(answers, parts.map(() => 401), 'who is not paired reads none of them');
+  await stranger.context().close();
   await edit(async () => {
     await page.click('.edit button:has-text("Delete")');
     assert.deepEqual(await page.$eval('[data-sure]', (gone) => [getComputedStyle(gone).color, getComputedStyle(gone).backgroundColor]), ['rgb(255, 255, 255)', 'rgb(198, 40, 40)'], 'white on red, under the mouse');
@@ -700,6 +704,8 @@ test('fits a phone, where a watcher sees controls that it cannot use', async () 
     assert.ok(await phone.isDisabled('#weight-lateral'));
     assert.match(await phone.textContent('#why-disabled'), /enter the code/);
     assert.ok(await phone.isVisible('#pairing'));
+    assert.match(await phone.textContent('#recordings'), /Enter the code/);
+    assert.deepEqual(phone.complaints, []); // it does not ask for what it may not see
   }
   assert.deepEqual(await phone.evaluate(() => [document.documentElement.scrollWidth, innerWidth, visualViewport.scale]), [360, 360, 1], 'nothing is wider, or the phone would step back');
   const unlabelled = await phone.evaluate(() => [...document.querySelectorAll('input, button, select')].filter((e) => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label'))).length);

@@ -22,6 +22,7 @@ export interface Surroundings {
 export function browserSurroundings(): Surroundings {
   const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
   const key = 'steadyhand-token';
+  let given = ''; // by this program; where the browser keeps nothing, as in private windows, until the page goes
   return {
     open: () => {
       const socket = new WebSocket(`${scheme}://${location.host}/live`);
@@ -31,8 +32,8 @@ export function browserSurroundings(): Surroundings {
     now: () => performance.now() / 1000,
     after: (seconds, act) => window.setTimeout(act, seconds * 1000),
     cancel: (timer) => window.clearTimeout(timer),
-    readToken: () => { try { return localStorage.getItem(key) ?? ''; } catch { return ''; } },
-    keepToken: (token) => { try { localStorage.setItem(key, token); } catch { /* private windows pair anew */ } },
+    readToken: () => { try { return given || (localStorage.getItem(key) ?? ''); } catch { return given; } },
+    keepToken: (token) => { given = token; try { localStorage.setItem(key, token); } catch { /* then `given` is all */ } },
     patience: 3,
   };
 }

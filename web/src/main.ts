@@ -69,8 +69,12 @@ function take(message: ServerMessage): void {
       toBeKept = false;
       navigator.serviceWorker.register('./offline.js').catch(() => {});
     }
-    if (message.recording !== recorded && !alone) void recordings.refresh();
+    if (message.recording !== recorded && !alone && (recorded !== null || !session.paired)) void recordings.refresh();
     recorded = message.recording;
+  }
+  if (message.type === 'paired' && !alone) {
+    void recordings.refresh();
+    if (!recordings.player) void recordings.follow();
   }
   if (message.type === 'cameras') cameras.end(message.ended);
   if (message.type === 'cell') stage.setCell(message.cell);
@@ -89,7 +93,6 @@ function take(message: ServerMessage): void {
   if (!robot) return;
   joints = new Joints(element('joints', HTMLDivElement), robot);
   void stage.setRobot(robot, glass);
-  void recordings.follow();
 }
 
 const tabs = new Tabs();
@@ -106,7 +109,7 @@ const recordings = new Recordings(element('recordings', HTMLUListElement), eleme
 }, (kind, text, to) => {
   session.lastError = null;
   panel.command(kind, to === undefined ? { text } : { text, to });
-}, () => session.lastError?.message ?? '');
+}, () => session.lastError?.message ?? '', () => (session.paired ? surroundings.readToken() : ''));
 let recorded: boolean | null = null;
 const panel = new Panel(session, connection, hand);
 const episodes = new EpisodePanel(session, panel);

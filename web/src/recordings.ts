@@ -156,9 +156,10 @@ export class Recordings {
   /** When that began, in words. */
   #began = '';
 
-  /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list @param refusal why nothing came of it; empty: nobody said so */
+  /** @param onShown the past is on the screen from now on, or is not @param change asks the server; what came of it is seen in the next list @param refusal why nothing came of it; empty: nobody said so @param token of who is paired; empty: nobody is */
   constructor(private readonly list: HTMLElement, private readonly line: HTMLElement, private readonly onShown: (shown: boolean) => void,
-              private readonly change: (kind: Change, name: string, to?: string) => void, private readonly refusal: () => string = () => '') {
+              private readonly change: (kind: Change, name: string, to?: string) => void, private readonly refusal: () => string = () => '',
+              private readonly token: () => string = () => '') {
     this.#busy = new Busy(list);
     const press = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
     press('past-play', () => this.player?.toggle());
@@ -210,9 +211,20 @@ export class Recordings {
     this.player.seek(at);
   }
 
+  /** Only paired clients may read recordings. Links cannot show the token: they bring the cookie that the answer sets. */
+  #ask(path: string): Promise<Response | null> {
+    const token = this.token();
+    return fetch(path, token ? { headers: { Authorization: `Bearer ${token}` } } : {}).catch(() => null);
+  }
+
   async refresh(): Promise<void> {
-    const asked = this.#askedAt = performance.now() / 1000, answer = await fetch('./sessions').catch(() => null);
-    if (!answer?.ok) return this.#say('No list of recordings to be had.');
+    const asked = this.#askedAt = performance.now() / 1000;
+    if (!this.token()) {
+      this.#sessions = [];
+      return this.#say('Enter the code from the terminal to see recordings.');
+    }
+    const answer = await this.#ask('./sessions');
+    if (!answer?.ok) return this.#say('The list of recordings is not available.');
     this.#sessions = ((await answer.json()) as { sessions: RecordedSession[] }).sessions;
     this.#listedAt = asked;
     if (this.#sessions.length === 0) return this.#say('Nothing recorded yet.');
@@ -391,7 +403,7 @@ export class Recordings {
   }
 
   async #load(name: string): Promise<Player | null> {
-    const answer = await fetch(`./sessions/${encodeURIComponent(name)}/motion`).catch(() => null);
+    const answer = await this.#ask(`./sessions/${encodeURIComponent(name)}/motion`);
     try {
       if (!answer?.ok) throw new Error(answer ? await answer.text() : 'not connected');
       return new Player((await answer.json()) as Motion);

@@ -24,9 +24,9 @@ constexpr rlim_t kMostMemory = RLIM_INFINITY;  // sanitizers reserve terabytes, 
 #else
 constexpr rlim_t kMostMemory = rlim_t(2) << 30;  // bytes of address space
 #endif
-constexpr std::size_t kMostOutput = 256 << 20;  // bytes that are taken into this process
-constexpr std::size_t kMostError = 4096;        // bytes
-constexpr int kLookAround = 20;                 // ms between two looks at whether to end
+constexpr rlim_t kMostOutput = 256 << 20;  // bytes of a file
+constexpr std::size_t kMostError = 4096;   // bytes
+constexpr int kLookAround = 20;            // ms between two looks at whether to end
 
 /// Both ends closed at the end of their scope and in every other program.
 struct Pipe {
@@ -89,27 +89,25 @@ bool take(int descriptor, std::string& text, std::size_t most) {
 
 }  // namespace
 
-Result<std::string> output_of(const ModestProcess& process, const std::atomic<bool>& end) {
-  Pipe out, err;
+Status run_into(const ModestProcess& process, int file, const std::atomic<bool>& end) {
+  Pipe err;
   pid_t child = -1;
-  const int failed = out.failed || err.failed ? errno : spawn(process, {out.ends[1], err.ends[1]}, 0, child);
+  const int failed = err.failed ? errno : spawn(process, {file, err.ends[1]}, 0, child);
   if (failed != 0) return Error{fmt::format("{} cannot be run: {}", process.program, std::strerror(failed))};
-  out.close_end(1);
   err.close_end(1);
-  std::string output, error;
-  while (!end && output.size() < kMostOutput && (out.ends[0] >= 0 || err.ends[0] >= 0)) {
-    pollfd ready[] = {{out.ends[0], POLLIN, 0}, {err.ends[0], POLLIN, 0}};
-    if (poll(ready, 2, kLookAround) <= 0) continue;
-    if (ready[0].revents != 0 && !take(out.ends[0], output, kMostOutput)) out.close_end(0);
-    if (ready[1].revents != 0 && !take(err.ends[0], error, kMostError)) err.close_end(0);
+  std::string error;
+  while (!end && err.ends[0] >= 0) {
+    pollfd ready{err.ends[0], POLLIN, 0};
+    if (poll(&ready, 1, kLookAround) <= 0) continue;
+    if (!take(err.ends[0], error, kMostError)) err.close_end(0);
   }
-  if (end || output.size() >= kMostOutput) kill(child, SIGKILL);
+  if (end) kill(child, SIGKILL);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (end) return Error{"the program ends"};
-  if (output.size() >= kMostOutput) return Error{"too much to be shown"};
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output;
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ) return Error{"too much to be shown"};
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return Done{};
   while (!error.empty() && error.back() == '\n') error.pop_back();
   if (error.empty()) return Error{"it was ended, for want of memory or by somebody"};
   return Error{error};
@@ -123,6 +121,8 @@ void launch(const ModestProcess& process) {
 void be_modest() {
   const rlimit memory{kMostMemory, kMostMemory};
   (void)setrlimit(RLIMIT_AS, &memory);
+  const rlimit output{kMostOutput, kMostOutput};
+  (void)setrlimit(RLIMIT_FSIZE, &output);
   (void)setpriority(PRIO_PROCESS, 0, 19);
   (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
   std::ofstream("/proc/self/oom_score_adj") << 1000;

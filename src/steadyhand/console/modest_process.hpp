@@ -14,15 +14,15 @@ struct ModestProcess {
   std::vector<std::string> arguments;
 };
 
-/// What it writes to stdout; it should be_modest(), and runs no longer than the thread that calls. Fails with what it
-/// writes to stderr if it does not end well, and once `end` is set.
-Result<std::string> output_of(const ModestProcess& process, const std::atomic<bool>& end);
+/// Runs it with this file as its stdout. It should be_modest(), and runs no longer than the thread that calls. Fails
+/// with what it writes to stderr if it does not end well, and once `end` is set.
+Status run_into(const ModestProcess& process, int file, const std::atomic<bool>& end);
 
 /// Starts a program that goes on by itself, whatever becomes of this one: without its files, output and terminal, too.
 /// Whether it runs is no concern of who calls.
 void launch(const ModestProcess& process);
 
-/// For such a process to begin with: the lowest priority, the first that goes when memory runs out.
+/// The first call of such a process: lowest priority, bounded memory and output, ended first when memory runs out.
 void be_modest();
 
 }  // namespace steadyhand

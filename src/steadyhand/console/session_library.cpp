@@ -1,14 +1,18 @@
 #include "steadyhand/console/session_library.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
-#include <fstream>
+#include <cstdio>
+#include <cstring>
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "steadyhand/console/modest_process.hpp"
 #include "steadyhand/live/realtime.hpp"
@@ -194,26 +198,48 @@ Result<FreshPage> report(const fs::path& file) {
   return FreshPage{*std::move(page), "text/html; charset=utf-8", true};
 }
 
-/// The file as it is.
+/// "/sessions/NAME/PART".
+struct PartOfSession {
+  std::string name, part;
+};
+
+std::optional<PartOfSession> take_apart(const std::string& path) {
+  const std::string_view prefix = "/sessions/";
+  const std::size_t slash = path.find('/', prefix.size());
+  if (path.compare(0, prefix.size(), prefix) != 0 || slash == std::string::npos) return std::nullopt;
+  PartOfSession asked{path.substr(prefix.size(), slash - prefix.size()), path.substr(slash + 1)};
+  return is_session_name(asked.name) ? std::optional(std::move(asked)) : std::nullopt;
+}
+
+std::uint64_t size_of(std::FILE* file) {
+  struct stat about {};
+  return fstat(fileno(file), &about) == 0 ? static_cast<std::uint64_t>(about.st_size) : 0;
+}
+
+std::shared_ptr<std::FILE> close_later(std::FILE* file) {
+  return {file, [](std::FILE* open) {
+            if (open) std::fclose(open);
+          }};
+}
+
+/// The file as it is, to be read while it is sent.
 Result<FreshPage> download(const fs::path& file) {
   std::error_code failed;
-  std::ifstream in(file, std::ios::binary);
-  if (!fs::is_regular_file(file, failed) || !in) return Error{file.string() + ": cannot be read"};
-  return FreshPage{std::string(std::istreambuf_iterator<char>(in), {}), kFileType};
+  const bool is_file = fs::is_regular_file(file, failed);  // opening a pipe would wait
+  const auto open = close_later(is_file ? std::fopen(file.c_str(), "rbe") : nullptr);
+  if (!open) return Error{file.filename().string() + ": cannot be read"};
+  return FreshPage{{}, kFileType, false, open, size_of(open.get())};
 }
 
 }  // namespace
 
 Result<FreshPage> read_library(const fs::path& folder, const std::string& path) {
   if (path == "/sessions") return list(folder);
-  const std::string_view prefix = "/sessions/";
-  const std::size_t slash = path.find('/', prefix.size());
-  if (path.compare(0, prefix.size(), prefix) == 0 && slash != std::string::npos) {
-    const std::string name = path.substr(prefix.size(), slash - prefix.size()), part = path.substr(slash + 1);
-    const fs::path file = folder / (name + ".mcap");
-    if (is_session_name(name) && part == "motion") return motion(file);
-    if (is_session_name(name) && part == "report.html") return report(file);
-    if (is_session_name(name) && part == "session.mcap") return download(file);
+  if (const std::optional<PartOfSession> asked = take_apart(path)) {
+    const fs::path file = folder / (asked->name + ".mcap");
+    if (asked->part == "motion") return motion(file);
+    if (asked->part == "report.html") return report(file);
+    if (asked->part == "session.mcap") return download(file);
   }
   return Error{"there is /sessions, and of each session /sessions/NAME/motion, /report.html and /session.mcap"};
 }
@@ -265,21 +291,23 @@ void SessionLibrary::add(std::function<void()> task) {
   changed_.notify_all();
 }
 
+/// Nothing is held in this process: what another one answers goes to a file without a name.
 Result<FreshPage> SessionLibrary::ask(const std::string& path) const {
   try {
-    Result<std::string> body =
-        output_of({program_.string(), {"report", "--sessions", folder_.string(), "--answer", path}}, ending_);
-    if (!body) {
-      std::string message = body.error().message;
+    const std::optional<PartOfSession> asked = take_apart(path);
+    if (asked && asked->part == "session.mcap") return read_library(folder_, path);
+    const auto file = close_later(std::tmpfile());
+    if (!file) return Error{std::string("no room for an answer in /tmp: ") + std::strerror(errno)};
+    const Status done = run_into({program_.string(), {"report", "--sessions", folder_.string(), "--answer", path}},
+                                 fileno(file.get()), ending_);
+    if (!done) {
+      const std::string& message = done.error().message;
       const std::string_view name = "steadyhand: ";
       return Error{message.compare(0, name.size(), name) == 0 ? message.substr(name.size()) : message};
     }
-    const auto ends_with = [&](std::string_view end) {
-      return path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
-    };
-    const bool document = ends_with(".html");
-    const char* type = document ? "text/html; charset=utf-8" : ends_with(".mcap") ? kFileType : "application/json";
-    return FreshPage{*std::move(body), type, document};
+    const bool document = path.ends_with("/report.html");
+    return FreshPage{
+        {}, document ? "text/html; charset=utf-8" : "application/json", document, file, size_of(file.get())};
   } catch (const std::exception& error) {  // out of memory
     return Error{error.what()};
   }

@@ -49,7 +49,8 @@ class SessionLibrary {
   std::thread thread_;
 };
 
-/// The answer itself: "/sessions", "/sessions/NAME/motion", "/report.html" or "/session.mcap"; any path at all.
+/// The answer itself, in `body` except for files: "/sessions", "/sessions/NAME/motion", "/report.html" or
+/// "/session.mcap"; any path at all.
 Result<FreshPage> read_library(const std::filesystem::path& folder, const std::string& path);
 
 }  // namespace steadyhand

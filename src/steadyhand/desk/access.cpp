@@ -55,6 +55,16 @@ bool origin_allowed(std::string_view origin, std::string_view host, bool tls) {
   return lower(origin) == (tls ? "https://" : "http://") + lower(host);
 }
 
+std::string_view cookie_of(std::string_view header, std::string_view name) {
+  while (!header.empty()) {
+    std::string_view one = header.substr(0, header.find(';'));
+    header.remove_prefix(std::min(one.size() + 1, header.size()));
+    one.remove_prefix(std::min(one.find_first_not_of(' '), one.size()));
+    if (one.substr(0, one.find('=')) == name) return one.substr(std::min(name.size() + 1, one.size()));
+  }
+  return {};
+}
+
 Status Pairing::renew() {
   last_code_ = std::exchange(code_, random_text(kCodeLength));
   if (code_.empty()) return Error{"the system gives no random numbers for a pairing code"};
@@ -78,16 +88,30 @@ Result<std::string> Pairing::redeem(std::string_view typed) {
 Result<std::string> Pairing::admit() { return add_token({}); }
 
 Result<std::string> Pairing::add_token(const std::string& code) {
-  std::string token = random_text(kTokenLength);
-  if (token.empty()) return Error{"the system gives no random numbers for a token"};
+  std::string token = random_text(kTokenLength), reading_key = random_text(kTokenLength);
+  if (token.empty() || reading_key.empty()) return Error{"the system gives no random numbers for a token"};
   if (tokens_.size() >= kMaxTokens) tokens_.erase(tokens_.begin());
-  tokens_.push_back({token, code});
+  tokens_.push_back({token, code, std::move(reading_key)});
   return token;
 }
 
 bool Pairing::known(std::string_view token) const {
   return std::any_of(tokens_.begin(), tokens_.end(),
                      [&](const Token& given) { return equal_secret(token, given.text); });
+}
+
+std::string Pairing::token_of(std::string_view secret) const {
+  for (const Token& given : tokens_) {
+    if (equal_secret(secret, given.text) || equal_secret(secret, given.reading_key)) return given.text;
+  }
+  return {};
+}
+
+std::string Pairing::reading_key(std::string_view token) const {
+  for (const Token& given : tokens_) {
+    if (equal_secret(token, given.text)) return given.reading_key;
+  }
+  return {};
 }
 
 bool Pairing::use_up(std::string_view token) {

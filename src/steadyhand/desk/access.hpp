@@ -25,6 +25,9 @@ bool host_allowed(std::string_view host, const std::vector<std::string>& names);
 /// Whether a WebSocket's Origin header is that of a page that this server gave out under this Host header.
 bool origin_allowed(std::string_view origin, std::string_view host, bool tls);
 
+/// The value of a cookie in a Cookie header; empty: it has none of this name.
+std::string_view cookie_of(std::string_view header, std::string_view name);
+
 /// In a code's place: the client is a program of the same user on this machine. No code holds a vowel.
 constexpr std::string_view kLocalCode = "local";
 
@@ -45,6 +48,11 @@ class Pairing {
   /// A token without a code, which uses up none. Error: no random numbers to be had.
   Result<std::string> admit();
   bool known(std::string_view token) const;
+  /// The token that this is, or whose reading key it is; empty: neither is known.
+  std::string token_of(std::string_view secret) const;
+  /// A second secret of a known token, which permits reading recordings and nothing else. A browser keeps it as a
+  /// cookie, which it also sends to other ports of the host.
+  std::string reading_key(std::string_view token) const;
   /// A client with this token commands. True: that used up the code that is valid, and there is a new one.
   bool use_up(std::string_view token);
 
@@ -52,6 +60,7 @@ class Pairing {
   struct Token {
     std::string text;
     std::string code;  ///< with which it was earned; empty: without
+    std::string reading_key;
   };
   Result<std::string> add_token(const std::string& code);
 

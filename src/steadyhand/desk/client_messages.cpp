@@ -254,7 +254,7 @@ EpisodeMark read_episode(Reader& reader, const std::string& kind) {
   return mark;
 }
 
-/// A stop is obeyed whatever else stands in its message: a mistake there must not keep the arm moving.
+/// Other members of a stop are ignored: a mistake there must not keep the arm moving.
 bool is_stop(const Json& json) {
   const auto is = [&](const char* key, const char* value) {
     const auto found = json.find(key);

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <cstdio>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +57,8 @@ struct FreshPage {
   std::string body;
   std::string type;       ///< Content-Type
   bool document = false;  ///< with scripts and styles of its own inside; shown without rights on this server
+  std::shared_ptr<std::FILE> file = nullptr;  ///< its first `size` bytes are the page, in place of `body`
+  std::uint64_t size = 0;
 };
 
 /// What the server tells the session; on_thread, on_pairing and on_fetch may be empty, the others not. All but `now`
@@ -80,10 +85,12 @@ struct ServerCallbacks {
   std::function<void(std::uint64_t client)> on_lease;
   /// A code was used up: these addresses carry the next one. The loopback's comes first.
   std::function<void(const std::vector<std::string>& urls)> on_pairing;
-  /// Somebody asks for `path`, "/sessions" or something below it, unchecked. The answer may come later and from any
-  /// thread, even after the server's end; an error is answered as 404 with its message. At most kMaxFetches at a time.
+  /// A paired client asks for `path`, "/sessions" or something below it, unchecked. The answer may come later
+  /// and from any thread, even after the server's end; an error is answered as 404 with its message.
   std::function<void(const std::string& path, std::function<void(Result<FreshPage>)> answer)> on_fetch;
-  static constexpr int kMaxFetches = 8;
+  static constexpr int kMaxFetches = 8;       ///< answers on their way at a time
+  static constexpr int kMaxFetchesEach = 4;   ///< of these for one address
+  static constexpr int kReservedFetches = 2;  ///< more, for the client in control
 };
 
 }  // namespace steadyhand

@@ -63,7 +63,7 @@ void Hub::receive(std::uint64_t id, std::string_view text, Time now) {
   const bool listened_to = found != clients_.end() && !found->second.closed;
   const bool in_time = listened_to && within_rate(found->second, now);
   const Result<ClientMessage> message = parse_client_message(text);
-  // A stop counts whoever sends it, whatever it sent before and however much, until its socket is closed.
+  // A stop counts from every client, after all it sent before, until its socket is closed.
   const auto* request = message ? std::get_if<RequestMessage>(&*message) : nullptr;
   if (request && request->request.kind == OperatorRequest::Kind::kStop) return stop(id, now);
   if (!listened_to || found->second.closed) return;
@@ -153,6 +153,13 @@ void Hub::broadcast_picture(int camera, bool is_key, const std::shared_ptr<const
     watch = client.outbox->send_picture(message, camera, is_key) ? Watch::kAll : Watch::kFromKey;
     pictures_skipped += watch == Watch::kFromKey;
   }
+}
+
+std::optional<Hub::Reader> Hub::reader(std::string_view secret) const {
+  const std::string token = pairing_.token_of(secret);
+  if (token.empty()) return std::nullopt;
+  const auto holder = clients_.find(holder_);
+  return Reader{pairing_.reading_key(token), holder != clients_.end() && holder->second.token == token};
 }
 
 std::size_t Hub::say_farewell() {

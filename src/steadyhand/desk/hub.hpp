@@ -27,8 +27,8 @@ class Outbox {
   /// A picture of a camera, when there is nothing else to send; a key picture replaces those of its camera that have
   /// not been sent. False: the client is behind, or takes no pictures, and this one is dropped.
   virtual bool send_picture(std::shared_ptr<const std::string>, int /*camera*/, bool /*is_key*/) { return false; }
-  /// After what was sent before, but soon. What the client still says reaches the hub until its socket is closed:
-  /// stops count.
+  /// After the messages that were sent before, but soon. Until the socket is closed, messages of the client still reach
+  /// the hub: stops count.
   virtual void close() = 0;
   /// Whether the client is a program of the same user on this machine.
   virtual bool of_this_user() = 0;
@@ -73,6 +73,14 @@ class Hub {
   std::size_t say_farewell();
   /// Forgets every client without a word or a callback.
   void shut_down();
+
+  /// A client that may read recordings.
+  struct Reader {
+    std::string key;          ///< what its browser may show instead of its token: Pairing::reading_key
+    bool in_control = false;  ///< it holds the lease
+  };
+  /// @param secret a token or its reading key. None: it is not known
+  std::optional<Reader> reader(std::string_view secret) const;
 
   const std::string& code() const { return pairing_.code(); }
   std::uint64_t holder() const { return holder_; }

@@ -11,9 +11,12 @@
 #include "steadyhand/desk/hub.hpp"
 #include "steadyhand/serve/site.hpp"
 
-namespace boost::asio::ssl {
+namespace boost::asio {
+class thread_pool;
+namespace ssl {
 class context;
 }
+}  // namespace boost::asio
 
 namespace steadyhand {
 
@@ -31,8 +34,9 @@ struct ConnectionsShared {
     Address address;
     Time since{0};
     std::function<void()> cut;
+    bool reads = false;  ///< a recording: then it keeps its place
   };
-  std::size_t max_visitors = 3 * 96;  ///< files are small and few
+  std::size_t max_visitors = 3 * 96;  ///< files are small and few; more than may read recordings at once
   std::map<std::uint64_t, Visitor> visitors;
   std::uint64_t last_visitor = 0;
 
@@ -43,11 +47,14 @@ struct ConnectionsShared {
   std::function<void(const std::string& path, std::uint64_t number)> fetch;
   std::map<std::uint64_t, Answer> waiting;
   std::uint64_t last_fetch = 0;
+  /// Whether one more recording may be read: bounded in all and for each address, except for the client in control.
+  bool has_place(const Address& address, bool in_control) const;
+  boost::asio::thread_pool* disk = nullptr;  ///< reads files and closes them, and may wait for it; nullptr: the end
 };
 
 /// Where connections come in.
 struct Listener {
-  /// Names under which it may be asked. Plain HTTP only under those that nobody on the network can make point elsewhere.
+  /// Host names that it answers. For plain HTTP only those whose address nothing on the network can change.
   std::vector<std::string> hosts;
   boost::asio::ssl::context* tls = nullptr;  ///< nullptr: plain HTTP
 };

@@ -1,6 +1,7 @@
 #include "steadyhand/serve/server.hpp"
 
 #include <fmt/format.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -189,7 +191,10 @@ struct Server::Impl {
     shared.now = callbacks.now;
     shared.timeout = settings.timeout;
     shared.accept_missing_origin = settings.accept_non_browser_clients;
-    shared.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1));
+    shared.max_visitors = 3 * static_cast<std::size_t>(std::max(settings.max_clients, 1)) +
+                          ServerCallbacks::kMaxFetches + ServerCallbacks::kReservedFetches;
+    shared.disk = &disk;
+    asio::post(disk, [] { ::pthread_setname_np(::pthread_self(), "disk"); });
     if (callbacks.on_fetch) offer_fetching();
     if (Status s = open_pictures(); !s) return s;
     if (Status s = listen(local, {asio::ip::address_v4::loopback(), settings.port}); !s) return s;
@@ -234,6 +239,7 @@ struct Server::Impl {
       const std::lock_guard lock(mailbox->mutex);
       mailbox->io = nullptr;
     }
+    shared.disk = nullptr;
     shared.waiting.clear();
     hub.shut_down();
   }
@@ -262,6 +268,7 @@ struct Server::Impl {
   tcp::acceptor local{io}, lan{io};
   asio::steady_timer timer{io};
   asio::posix::stream_descriptor picture_waits{io};
+  asio::thread_pool disk{1};  // ends before what it hands back to
   std::thread thread;
 };
 

@@ -62,11 +62,12 @@ void Stream::Transport::send() {
   if (going.empty()) going.swap(waiting);
   write({asio::buffer(going)}, [self = shared_from_this()](error_code error, std::size_t bytes) {
     if (error) {
-      self->socket().close(error);  // whoever reads hears of it
+      self->socket().close(error);  // the read that is under way fails, too
       return;
     }
     self->progress = std::chrono::steady_clock::now();
     self->going.erase(0, bytes);
+    if (self->going.empty()) std::string().swap(self->going);  // a key picture is large, and clients are many
     if (!self->going.empty() || !self->waiting.empty()) return self->send();
     if (self->taken) self->taken();
   });

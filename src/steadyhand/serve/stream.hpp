@@ -47,7 +47,7 @@ class Stream {
   void write_last(std::string_view bytes);
   /// No more will be written; what was is delivered.
   void finish();
-  /// At once: what is under way ends. A peer that takes nothing is told by a reset: the kernel would keep its
+  /// At once: what is under way ends. A peer that takes nothing gets a reset: the kernel would keep its
   /// connection for minutes.
   void cut();
   /// Called with the size of all that is read from here on.
