@@ -163,5 +163,22 @@ TEST(Liquid, AGlassUpsideDownStaysANumber) {
   EXPECT_LE(liquid.state().spilled_share, 1.0);
 }
 
+TEST(Liquid, MovesOnAnyTimeInOneCall) {
+  for (const double factor : {1.0, 5.0}) {
+    GlassSettings glass;
+    glass.frequency_factor = factor;
+    for (const double seconds : {0.02, 0.4, 30.0, 1e6}) {
+      Liquid liquid(glass);
+      for (int i = 0; i < 20; ++i) liquid.update(0.002, {1.5, 0.0, 9.81});
+      const double before = liquid.state().freeboard;
+      liquid.update(seconds, kGravity);
+      EXPECT_FALSE(liquid.state().spilled) << seconds;
+      if (seconds >= 30.0) {
+        EXPECT_GT(liquid.state().freeboard, before) << seconds;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

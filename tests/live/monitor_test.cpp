@@ -160,5 +160,20 @@ TEST_F(Witness, CountsOverlapOfATenthOfAMillimetre) {
   EXPECT_NE(to_text(seen).find("1 in contact; smallest gap -0.1 mm"), std::string::npos) << to_text(seen);
 }
 
+/// The program was suspended while the glass swung a little.
+TEST_F(Witness, SeesNoSpillInASuspensionOfAnyLength) {
+  for (const double pause : {0.1, 1.0, 23.0, 60.0, 3600.0}) {
+    Monitor witness(ur5e(), {});
+    const auto seen = [&](double t, double speed) {
+      witness.update(JointState{{from_seconds(t), from_seconds(t)}, home, one(speed)});
+    };
+    for (int k = 0; k < 100; ++k) seen(1.0 + 0.002 * k, 0.02 * std::sin(0.05 * k));
+    EXPECT_GT(witness.liquid().freeboard, 0.004);
+    seen(1.2 + pause, 0.02);
+    EXPECT_FALSE(witness.liquid().spilled) << pause;
+    EXPECT_GT(witness.liquid().least_freeboard, 0.004) << pause;
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

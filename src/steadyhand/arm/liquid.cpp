@@ -37,7 +37,7 @@ void Liquid::reset(const Vector3& local_acceleration) {
   if (hangs) lost_ = M_PI * glass_.radius * glass_.radius * glass_.fill;
   if (deflection_.isZero(1e-9) && !hangs) return;
   for (int i = 0; i < 1000 && (i == 0 || state_.freeboard < -1e-5); ++i) {  // runs off until it is as full as it can be
-    update(0.0, local_acceleration);
+    step(0.0, local_acceleration);
   }
   never_in_ = lost_;
   state_.spilled = false;
@@ -46,6 +46,15 @@ void Liquid::reset(const Vector3& local_acceleration) {
 }
 
 void Liquid::update(double dt, const Vector3& local_acceleration) {
+  constexpr double kCalm = 120.0;  // s, after which waves have decayed: the program may have been suspended for a day
+  const double longest = std::min(0.004, 0.5 / frequency_);  // s: explicit steps are stable below 2 / frequency
+  const double duration = std::min(dt, kCalm);
+  const int steps = std::max(1, static_cast<int>(std::ceil(duration / longest)));
+  for (int i = 0; i < steps; ++i) step(duration / steps, local_acceleration);
+}
+
+/// @param dt s, at most a few ms
+void Liquid::step(double dt, const Vector3& local_acceleration) {
   const double g = kGravity.z(), w = frequency_;
   const Eigen::Vector2d lateral = local_acceleration.head<2>();
   rate_ += dt * (w * w * (lateral - local_acceleration.z() / g * deflection_) - 2.0 * damping_ * w * rate_);

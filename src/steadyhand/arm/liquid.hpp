@@ -30,13 +30,14 @@ class Liquid {
   /// At rest, nothing spilled. In a glass that leans as full as that one can be, upside down empty.
   /// @param local_acceleration of the glass at rest, as of update()
   void reset(const Vector3& local_acceleration = kGravity);
-  /// Moves on by dt s (at most a few ms) in which the glass has this local acceleration R' (p'' + g), glass frame,
-  /// m/s^2.
+  /// Moves on by dt s, of any length, in which the glass has this local acceleration R' (p'' + g), glass frame, m/s^2.
   void update(double dt, const Vector3& local_acceleration);
 
   const LiquidState& state() const { return state_; }
 
  private:
+  void step(double dt, const Vector3& local_acceleration);
+
   GlassSettings glass_;
   double frequency_, damping_;
   Eigen::Vector2d deflection_ = Eigen::Vector2d::Zero();  ///< m/s^2, of the mode

@@ -116,10 +116,7 @@ void Monitor::update(const JointState& state) {
   const double dt = to_seconds(state.stamp.made - last_state_);
   if (result_.states > 0 && dt > 0.0) {
     local_acceleration_ = measured_.R().transpose() * ((velocity - last_velocity_) / dt + kGravity);
-    // Cycles that were slept through: the same mean acceleration, in steps that the pendulum can take.
-    const int steps = std::clamp(static_cast<int>(std::ceil(dt / 0.004)), 1, 250);
-    const bool has_glass = !measured_.model().gripper_time;
-    for (int i = 0; has_glass && i < steps; ++i) liquid_.update(dt / steps, local_acceleration_);
+    if (!measured_.model().gripper_time) liquid_.update(dt, local_acceleration_);  // a gripper holds no glass
   }
   last_velocity_ = velocity;
   last_state_ = state.stamp.made;
