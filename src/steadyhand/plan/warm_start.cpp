@@ -11,8 +11,6 @@ WarmStart::WarmStart(const Ocp& ocp) : ocp_(ocp), last_(ocp.dof(), ocp.horizon()
 }
 
 void WarmStart::reset(Time now) {
-  for (StateVector& x : last_.x) x.setZero();
-  for (JointVector& u : last_.u) u.setZero();
   last_start_ = now;
   known_ = false;
 }
@@ -36,12 +34,15 @@ JointVector velocity_at(const Trajectory& trajectory, double dt, double t) {
 
 }  // namespace
 
+/// An arm that is faster or slower at the start than the solution has it comes to its velocities in the first interval.
 /// What the last solution does not cover goes on at constant velocity.
 void WarmStart::shift(const StateVector& x0, Time start) {
   const double dt = ocp_.dt(), shift = to_seconds(start - last_start_);
+  const int n = ocp_.dof();
   guess_.x[0] = x0;
   for (int k = 0; k < ocp_.horizon(); ++k) {
-    guess_.u[k] = (velocity_at(last_, dt, shift + (k + 1) * dt) - velocity_at(last_, dt, shift + k * dt)) / dt;
+    const JointVector velocity = known_ ? velocity_at(last_, dt, shift + (k + 1) * dt) : x0.tail(n);
+    guess_.u[k] = (velocity - guess_.x[k].tail(n)) / dt;
     guess_.x[k + 1] = ocp_.next(guess_.x[k], guess_.u[k]);
   }
   if (known_) shift_multipliers(shift / dt);
