@@ -304,5 +304,27 @@ TEST(LostCycles, InAHardStopLeaveItAHardStop) {
   }
 }
 
+/// A fresh grip and a reset take a full glass: planner and monitor learn of both by one counter.
+TEST(FreshGlass, IsCountedAtAGripAndAReset) {
+  Loop loop(ur5e());
+  const std::uint64_t first = loop.links.refills;
+  HandReport hand;
+  hand.trusted = hand.clutch = true;
+  hand.grips = 1;
+  hand.received = hand.good = loop.now();
+  loop.links.hand.write(hand);
+  loop.cycle();
+  ASSERT_EQ(loop.control->state(), SupervisionState::kEngaged);
+  EXPECT_EQ(loop.links.refills, first + 1);
+  loop.links.asked.stop();
+  for (int i = 0; i < 20; ++i) loop.cycle();
+  ASSERT_EQ(loop.control->state(), SupervisionState::kStopping);
+  EXPECT_EQ(loop.links.refills, first + 1);
+  loop.links.asked.reset();
+  for (int i = 0; i < 20; ++i) loop.cycle();
+  EXPECT_EQ(loop.control->state(), SupervisionState::kReady);
+  EXPECT_EQ(loop.links.refills, first + 2);
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -19,7 +19,7 @@ Stop stop(double after, bool twice) {
   EXPECT_TRUE(session.grip());
   session.run(after);
   EXPECT_EQ(session.state(), SupervisionState::kEngaged);
-  EXPECT_FALSE(session.monitor().liquid().spilled);
+  EXPECT_FALSE(session.spilled());
   const Stop result{stop_time(ur5e(), session.last_command.dq), 0.0, false};
   const double begin = session.now();
   session.ask_stop();
@@ -31,7 +31,7 @@ Stop stop(double after, bool twice) {
   session.run(1.0);
   EXPECT_TRUE(session.at_rest());
   session.expect_safe();
-  return {result.shortest, took, session.monitor().liquid().spilled};
+  return {result.shortest, took, session.spilled()};
 }
 
 TEST(AskedStop, SparesTheLiquidWithinHalfASecondMoreThanTheShortest) {

@@ -52,10 +52,36 @@ TEST(LiquidEstimate, GoesTheSameInOneGoAndInTwo) {
     for (int k = 0; k <= rest.intervals; ++k) rest.x[k] = c.plan.x[k + 1 + trial % 7];
     for (int k = 0; k < rest.intervals; ++k) rest.u[k] = c.plan.u[k + 1 + trial % 7];
     const Time end = from_seconds(0.4);
-    const SloshState one = c.estimate.at(c.plan, start, end);
-    const SloshState two = c.estimate.at(rest, c.estimate.at(c.plan, start, middle), end);
+    const SloshState one = c.estimate.at(c.plan, start, c.plan.start, end);
+    const SloshState two = c.estimate.at(rest, c.estimate.at(c.plan, start, c.plan.start, middle), middle, end);
     EXPECT_LT((one - two).norm(), 1e-6 * (1.0 + one.norm()));
   }
+}
+
+/// On the way, and through cycles without commands in which the arm brakes by itself.
+TEST(LiquidEstimate, FollowsCommandsAsItFollowsAPlan) {
+  Carrying c(8);
+  GlassSettings deep;
+  deep.height = 1.0;
+  c.estimate.set_glass(deep);
+  for (const double step : {0.002, 0.02, 0.05}) {
+    c.move(1.0);
+    const SloshState start = c.any_state();
+    SloshState state = start;
+    JointCommand command = sample(c.plan, Time(0));
+    for (double t = step; t < 0.39; t += step) {
+      const JointCommand next = sample(c.plan, from_seconds(t));
+      state = c.estimate.between(command, next, state);
+      command = next;
+    }
+    const SloshState planned = c.estimate.at(c.plan, start, Time(0), command.stamp.made);
+    for (int mode = 0; mode < kSloshModes; ++mode) {
+      const int first = slosh_entry(mode, 0);
+      EXPECT_LT((state - planned).segment<4>(first).norm(), 0.02 * (1.0 + planned.segment<4>(first).norm())) << step;
+    }
+  }
+  const JointCommand last = sample(c.plan, Time(0)), late = sample(c.plan, from_seconds(30.0));
+  EXPECT_TRUE(c.estimate.between(last, late, c.any_state()).isApprox(c.estimate.at_rest(late.q)));
 }
 
 /// So that a profile which spares the liquid begins with one that is in the glass, whatever another did before.
@@ -67,7 +93,7 @@ TEST(LiquidEstimate, WhatWouldSwingOverTheRimHasSpilled) {
     c.move(0.5);
     const SloshState start = c.estimate.at_rest(c.plan.x[0].head(6)) + size * SloshState::Ones();
     for (const double t : {0.0, 0.1, 2.0}) {
-      const SloshState state = c.estimate.at(c.plan, start, from_seconds(t));
+      const SloshState state = c.estimate.at(c.plan, start, c.plan.start, from_seconds(t));
       for (int mode = 0; mode < kSloshModes; ++mode) {
         const auto wave = model.wave<double>(state, mode);
         const double by_force = model.height_by_force() * state.tail<3>().head<2>().norm();
@@ -90,10 +116,10 @@ TEST(LiquidEstimate, StandingIsAPlanThatStands) {
   Plan none = c.plan;
   none.intervals = 0;
   const SloshState start = c.any_state(), rest = c.estimate.at_rest(c.plan.x[0].head(6));
-  const SloshState by_steps = c.estimate.at(c.plan, start, from_seconds(0.4));
-  const SloshState at_once = c.estimate.at(none, start, from_seconds(0.4));
+  const SloshState by_steps = c.estimate.at(c.plan, start, c.plan.start, from_seconds(0.4));
+  const SloshState at_once = c.estimate.at(none, start, none.start, from_seconds(0.4));
   EXPECT_LT((by_steps - at_once).norm(), 0.03 * (start - rest).norm());
-  EXPECT_LT((c.estimate.at(none, start, from_seconds(600.0)) - rest).norm(), 1e-3);
+  EXPECT_LT((c.estimate.at(none, start, none.start, from_seconds(600.0)) - rest).norm(), 1e-3);
 }
 
 TEST(LiquidEstimate, TheHighestWaveIsNotBelowAnyOnTheWay) {
@@ -106,7 +132,7 @@ TEST(LiquidEstimate, TheHighestWaveIsNotBelowAnyOnTheWay) {
     const double highest = c.estimate.highest(c.plan, start, Time(0));
     double seen = 0.0;
     for (double t = 0.05; t < 3.0; t += 0.01) {
-      const SloshState state = c.estimate.at(c.plan, start, from_seconds(t));
+      const SloshState state = c.estimate.at(c.plan, start, c.plan.start, from_seconds(t));
       for (int mode = 0; mode < kSloshModes; ++mode) {
         const auto wave = model.wave<double>(state, mode);
         seen = std::max(seen, std::hypot(wave[0], wave[1]));
@@ -174,7 +200,7 @@ TEST(CarryingPlanner, SpillsOnlyWhereTheLiquidDoesNotCount) {
         const Time now = from_seconds(0.05 * i), next = from_seconds(0.05 * (i + 1));
         const Plan& plan = loop.planner->update(loop.along(now, 0.15, 3.0));
         Plan rest = plan;
-        state = witness.at(rest, state, next);
+        state = witness.at(rest, state, rest.start, next);
         if (plan.start < now) FAIL() << "seed " << seed << ": refused, as " << to_string(loop.planner->fault());
         const auto wave = model.wave<double>(state, 1);
         highest = std::max(highest, std::hypot(wave[0], wave[1]));
@@ -255,6 +281,20 @@ TEST(CarryingPlanner, AllocatesNothing) {
     (void)loop.planner->update(references[i]);
     EXPECT_EQ(guard.count(), 0u) << i;
   }
+}
+
+/// A liquid that is set continues along the plan that is followed.
+TEST(CarryingPlanner, StartsFromTheLiquidThatItIsGiven) {
+  CarryingLoop loop(4);
+  LiquidEstimate estimate(loop.model, LiquidSettings{});
+  for (int i = 0; i < 5; ++i) (void)loop.planner->update(loop.along(from_seconds(0.05 * i), 0.3, 5.0));
+  const Plan followed = loop.planner->plan();
+  const SloshState given = estimate.at_rest(followed.x[0].head(followed.joints));
+  const Time known = from_seconds(0.23), start = from_seconds(0.25);
+  loop.planner->continue_from(followed);
+  loop.planner->set_liquid(given, known);
+  (void)loop.planner->update(loop.along(start, 0.3, 5.0));
+  EXPECT_TRUE(loop.planner->instance().liquid.state.isApprox(estimate.at(followed, given, known, start)));
 }
 
 TEST(CarryingPlanner, TakesAnotherGlassAndRefusesNone) {

@@ -145,6 +145,12 @@ class VirtualSession {
     const JointCommand planned = sample(followed_, output.command.stamp.made);
     EXPECT_TRUE(planned.q == output.command.q && planned.dq == output.command.dq) << to_seconds(now);
     last_command = output.command;
+    if (control_side_.refills != refills_) {
+      refills_ = control_side_.refills;
+      refill();
+    }
+    JointCommand moved;
+    while (control_side_.moved.pop(moved)) planner_side_.moved.push(moved);
     TappedCommand tapped;
     while (control_side_.taps.commands.pop(tapped)) monitor_->update(tapped.command, tapped.anew);
     JointState joints;
@@ -168,6 +174,14 @@ class VirtualSession {
   SupervisionState state() const { return control_->state(); }
   bool at_rest() const { return view.at_rest; }
   void ask_stop() { control_side_.asked.stop(); }
+  /// A full glass, for the planner and the monitor.
+  void refill() {
+    ++planner_side_.refills;
+    spilled_ = spilled();
+    monitor_->reset_liquid();
+  }
+  /// From any glass so far.
+  bool spilled() const { return spilled_ || monitor_->liquid().spilled; }
   void set_obstacles(Obstacles obstacles) {
     obstacles.version = ++world_;
     control_side_.obstacles_to_control.write(obstacles);
@@ -220,7 +234,8 @@ class VirtualSession {
   Kinematics kinematics_{model_};
   Plan plan_, followed_;
   Time next_step_, next_sample_, plan_due_{0};
-  std::uint64_t world_ = 0;
+  std::uint64_t world_ = 0, refills_ = 0;
+  bool spilled_ = false;
 };
 
 /// A hand that sweeps smoothly through `extent` m in x, y and z.

@@ -85,6 +85,9 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
     brake();
   }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
+  const bool fresh_grip = before == SupervisionState::kReady && after == SupervisionState::kEngaged;
+  const bool was_reset = transition != nullptr && after == SupervisionState::kIdle;
+  if (fresh_grip || was_reset) ++links_->refills;  // both take a full glass
   const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
   const bool shadows =
       after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
@@ -186,6 +189,7 @@ void ControlStage::follow(const Plan& plan) {
 
 void ControlStage::remember(const JointCommand& command) {
   last_ = command;
+  links_->moved.push(command);
   const int size = static_cast<int>(history_.size());
   newest_ = (newest_ + 1) % size;
   history_[newest_] = command;

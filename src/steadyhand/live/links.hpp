@@ -129,7 +129,10 @@ struct Links {
   Asked asked;
   std::atomic<const char*> failure{nullptr};  ///< any thread that cannot go on, for good: static text for people
   std::atomic<std::uint64_t> holder{0};       ///< any thread: counts whose hand it is; each must open its clutch first
-  std::atomic<std::uint64_t> refills{0};      ///< any thread: counts how often a full glass was asked for
+  /// Any thread: counts how often the glass was filled again. A request, control at a fresh grip or a reset.
+  std::atomic<std::uint64_t> refills{0};
+  /// Control to planner: how the arm moves, command by command, and at the end of missed cycles its own set-point.
+  SpscRing<JointCommand> moved{512};
   TapRings taps;
   Histogram solve_us;    ///< written by the planner: duration of a solve with its check
   Histogram latency_us;  ///< written by control: hand to the first command made from it

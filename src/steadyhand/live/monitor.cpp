@@ -33,12 +33,15 @@ bool note(double excess, double tolerance, double& most) {
 }  // namespace
 
 Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
-    : commanded_(model), measured_(model), glass_(glass), liquid_(glass) {}
+    : commanded_(model), measured_(model), glass_(glass), liquid_(glass) {
+  measured_.set_position(model.home);  // until a state comes
+}
 
 void Monitor::fill(double height) {
   if (height == glass_.fill) return;
   glass_.fill = height;
   liquid_ = Liquid(glass_);
+  reset_liquid();
 }
 
 void Monitor::set_obstacles(const Obstacles& obstacles, std::vector<std::string> names) {

@@ -89,6 +89,10 @@ PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, con
       ocp_(&(after_first_moves_ ? *after_first_moves_ : scaled_).planner->ocp()) {
   followed_ = scaled_.planner->plan();
   set_weights(scaled_.planner->instance().weights);
+  moved_ = sample(followed_, followed_.start);
+  if (!ocp().liquid()) return;
+  glass_ = ocp().liquid()->glass;
+  liquid_.emplace(*scaled_.model, *ocp().liquid());
 }
 
 bool PlanningStage::step(Time now) {
@@ -101,6 +105,7 @@ bool PlanningStage::step(Time now) {
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
   (void)links_->followed.read(followed_);
   scaled_.planner->continue_from(followed_);
+  follow_liquid();
   const JointCommand at_start = sample(followed_, start);
   scaled_.arm.set_position(at_start.q);
   const Pose X_base_tool{scaled_.arm.p(), Quaternion(scaled_.arm.R())};
@@ -137,6 +142,19 @@ Time PlanningStage::next_start(Time now) const {
   return std::max(report_.now + ahead * cycle - before, now);
 }
 
+/// The liquid moves with what the arm did, whatever was planned: also where it continued by itself. A fresh glass is at
+/// rest.
+void PlanningStage::follow_liquid() {
+  for (JointCommand next; links_->moved.pop(next); moved_ = next)
+    if (liquid_) liquid_state_ = liquid_->between(moved_, next, liquid_state_);
+  if (!liquid_) return;
+  const std::uint64_t refills = links_->refills;
+  if (is_fresh_ || refills != refills_) liquid_state_ = liquid_->at_rest(moved_.q);
+  is_fresh_ = false;
+  refills_ = refills;
+  scaled_.planner->set_liquid(liquid_state_, moved_.stamp.made);
+}
+
 void PlanningStage::apply_settings(Time now) {
   OperatorSettings& settings = operator_settings_;
   if (!links_->settings.read(settings)) return;
@@ -144,19 +162,22 @@ void PlanningStage::apply_settings(Time now) {
   retargeter_.set_yaw(settings.yaw);
   retargeter_.set_tilt_max(settings.tilt_max);
   for (ScaledPlanner* scaled : {&scaled_, after_first_moves_ ? &*after_first_moves_ : nullptr}) {
-    if (!scaled || !ocp().liquid()) continue;
-    scaled->planner->set_no_spill(settings.no_spill);
-    if (settings.fill && settings.fill != fill_) {
-      GlassSettings glass = ocp().liquid()->glass;
-      glass.fill = *settings.fill;
-      (void)scaled->planner->set_glass(glass);  // whoever sent it has checked it
-    }
+    if (scaled && liquid_) scaled->planner->set_no_spill(settings.no_spill);
   }
-  fill_ = settings.fill;
+  if (liquid_ && settings.fill && *settings.fill != glass_.fill) pour(*settings.fill);
   delay_.set(from_seconds(settings.latency));
   if (settings.prediction) predictor_.set_model(*settings.prediction);
   if (settings.objectives > 0) set_weights({settings.weights.data(), std::size_t(settings.objectives)});
   links_->taps.settings.push({now, settings});
+}
+
+/// A fresh glass. @param fill m, which has been checked
+void PlanningStage::pour(double fill) {
+  glass_.fill = fill;
+  is_fresh_ = true;
+  liquid_->set_glass(glass_);
+  (void)scaled_.planner->set_glass(glass_);
+  if (after_first_moves_) (void)after_first_moves_->planner->set_glass(glass_);
 }
 
 void PlanningStage::apply_obstacles() {
@@ -217,6 +238,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) {
       if (new_grip) leave_first_moves();
       scaled_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
+      scaled_.planner->set_liquid(liquid_state_, moved_.stamp.made);
     }
     OperatorSample grip = trusted_;
     grip.clutch = true;

@@ -56,6 +56,9 @@ class PlanningStage {
   /// With all of the limits. Any thread.
   const Ocp& ocp() const { return *ocp_; }
   const Reach& reach() const { return reach_; }
+  /// The liquid as planning has it, at the newest command that the last step knew of. Zero where the problem knows
+  /// none.
+  const SloshState& liquid() const { return liquid_state_; }
 
  private:
   /// What plans within certain limits.
@@ -71,7 +74,9 @@ class PlanningStage {
   PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, ScaledPlanner scaled,
                 std::optional<ScaledPlanner> after_first_moves, const Reach& reach);
   Time next_start(Time now) const;
+  void follow_liquid();
   void apply_settings(Time now);
+  void pour(double fill);
   void apply_obstacles();
   void set_weights(std::span<const JointVector> weights);
   void take_hand(Time now, const Pose& X_base_tool);
@@ -101,7 +106,13 @@ class PlanningStage {
   Time last_step_{0};
   ControlReport report_;
   OperatorSettings operator_settings_;
-  std::optional<double> fill_;                            ///< m, that the planners know
+  // The one estimate of the liquid, of both planners; its glass is the newest that the operator set:
+  std::optional<LiquidEstimate> liquid_;
+  SloshState liquid_state_ = SloshState::Zero();  ///< at moved_
+  JointCommand moved_;                            ///< newest of Links::moved
+  std::uint64_t refills_ = 0;                     ///< Links::refills that were poured
+  bool is_fresh_ = false;                         ///< another fill was poured since
+  GlassSettings glass_;
   Plan followed_, sent_;                                  ///< what control follows, as far as known; what was sent last
   std::uint64_t engagement_ = 0, grip_ = 0, holder_ = 0;  ///< engagement and grip that were followed last
   bool following_ = false;

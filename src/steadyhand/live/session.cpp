@@ -144,6 +144,7 @@ void Session::drain() {
   empty(rings.samples, taps_.sample, nothing);
   empty(rings.targets, taps_.target, nothing);
   empty(rings.settings, taps_.settings, [&](const AppliedSettings& applied) {
+    summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
     if (applied.settings.fill) monitor_.fill(*applied.settings.fill);
   });
   if (const std::uint64_t refills = links_->refills; refills != refills_) {
@@ -187,15 +188,6 @@ void Session::count(const SupervisionChange& change) {
   if (change.to == SupervisionState::kEngaged) {
     engaged_since_ = change.at;
     ++summary_.engagements;
-    if (change.from == SupervisionState::kReady) {  // a fresh grip takes a full glass
-      summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
-      monitor_.reset_liquid();
-    }
-  }
-  const bool was_held = change.from == SupervisionState::kStopping || change.from == SupervisionState::kFault;
-  if (was_held && change.to == SupervisionState::kIdle) {  // and so does a reset
-    summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
-    monitor_.reset_liquid();
   }
   const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
                     change.to == SupervisionState::kFault;

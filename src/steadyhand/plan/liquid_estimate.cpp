@@ -87,19 +87,40 @@ void LiquidEstimate::stand(double duration, SloshState& state) const {
   state.tail<3>() = force;
 }
 
-SloshState LiquidEstimate::at(const Plan& plan, const SloshState& state, Time t) {
+SloshState LiquidEstimate::at(const Plan& plan, const SloshState& state, Time from, Time t) {
   SloshState result = state;
   const int n = plan.joints;
-  const double end = std::max(0.0, to_seconds(t - plan.start));
-  JointVector q = plan.x[0].head(n), dq = plan.x[0].tail(n);
+  const double begin = std::max(0.0, to_seconds(from - plan.start)), end = to_seconds(t - plan.start);
   for (int k = 0; k < plan.intervals && k * plan.dt < end; ++k) {
-    q = plan.x[k].head(n);
-    dq = plan.x[k].tail(n);
-    (void)advance(q, dq, plan.u[k], std::min(plan.dt, end - k * plan.dt), result);
+    const double into = std::max(0.0, begin - k * plan.dt), until = std::min(plan.dt, end - k * plan.dt);
+    if (into >= until) continue;
+    JointVector q = plan.x[k].head(n) + into * plan.x[k].tail(n) + 0.5 * into * into * plan.u[k];
+    JointVector dq = plan.x[k].tail(n) + into * plan.u[k];
+    (void)advance(q, dq, plan.u[k], until - into, result);
   }
-  if (const double over = end - plan.intervals * plan.dt; over > 1e-9) {
+  if (const double over = end - std::max(begin, plan.intervals * plan.dt); over > 1e-9) {
     arm_.set_position(plan.x[plan.intervals].head(n));
     stand(over, result);
+  }
+  spill(result);
+  return result;
+}
+
+SloshState LiquidEstimate::between(const JointCommand& first, const JointCommand& second, const SloshState& state) {
+  constexpr double kLongest = 1.0;  // s
+  const double duration = to_seconds(second.stamp.made - first.stamp.made);
+  if (duration > kLongest) return at_rest(second.q);
+  SloshState result = state;
+  if (duration <= 0.0) return result;
+  if (first.dq.isZero(0.0) && second.dq.isZero(0.0)) {
+    arm_.set_position(second.q);
+    stand(duration, result);
+  } else {  // two constant accelerations, which meet in the middle
+    const double half = 0.5 * duration;
+    const JointVector middle = (second.q - first.q) / half - 0.5 * (first.dq + second.dq);
+    JointVector q = first.q, dq = first.dq;
+    (void)advance(q, dq, (middle - first.dq) / half, half, result);
+    (void)advance(q, dq, (second.dq - middle) / half, half, result);
   }
   spill(result);
   return result;

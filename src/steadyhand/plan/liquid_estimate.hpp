@@ -19,9 +19,12 @@ class LiquidEstimate {
 
   /// At rest in a glass that stands at q.
   SloshState at_rest(const JointVector& q);
-  /// The state at time t, when at the plan's start it was `state`. What would have swung over the rim has spilled, and
-  /// left waves as high as the rim.
-  SloshState at(const Plan& plan, const SloshState& state, Time t);
+  /// The state at time t on the plan, when at time `from` it was `state`. What would have swung over the rim has
+  /// spilled, and left waves as high as the rim.
+  SloshState at(const Plan& plan, const SloshState& state, Time from, Time t);
+  /// The same at the second of two commands, when at the first it was `state`: by the motion that has the positions and
+  /// speeds of both, also where the arm moved without commands in between. After more than a second: at rest.
+  SloshState between(const JointCommand& first, const JointCommand& second, const SloshState& state);
   /// m: the highest wave of any of the problem's modes along the plan from time t on, when it is in `state`, and ever
   /// after it.
   double highest(const Plan& plan, const SloshState& state, Time t);

@@ -152,34 +152,12 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
 void Planner::reset(const JointVector& q, Time now) {
   if (liquid_) {
     const bool stands = plan_.joints > 0 && (sample(plan_, now).q - q).lpNorm<Eigen::Infinity>() < 1e-9;
-    liquid_at_start_ = stands ? liquid_->at(plan_, liquid_at_start_, now) : liquid_->at_rest(q);
+    set_liquid(stands ? liquid_->at(plan_, liquid_state_, liquid_at_, now) : liquid_->at_rest(q), now);
   }
   stand(q, now, plan_);
   fault_ = PlanFault::kNone;
   more_clearance_ = 0.0;
   warm_start_.reset(now);
-  followed_ = plan_;
-  liquid_when_followed_ = liquid_at_start_;
-}
-
-/// The liquid goes on from where the plan before left it. That may be one which the arm began to follow in between.
-void Planner::continue_from(const Plan& followed) {
-  if (liquid_ && followed.start != plan_.start) {
-    if (followed.start == followed_.start) {
-      liquid_at_start_ = liquid_when_followed_;
-    } else {
-      const auto far = [&](const Plan& plan) {
-        return (sample(plan, followed.start).q - followed.x[0].head(followed.joints)).lpNorm<Eigen::Infinity>();
-      };
-      const bool newest = plan_.start <= followed.start && far(plan_) <= far(followed_);
-      liquid_at_start_ = newest ? liquid_->at(plan_, liquid_at_start_, followed.start)
-                                : liquid_->at(followed_, liquid_when_followed_, followed.start);
-    }
-  }
-  plan_ = followed;
-  if (!liquid_) return;
-  followed_ = followed;
-  liquid_when_followed_ = liquid_at_start_;
 }
 
 Status Planner::set_glass(const GlassSettings& glass) {
@@ -211,7 +189,8 @@ const Plan& Planner::update(const Reference& reference) {
   instance_.u_followed = sample(plan_, reference.start - Time(1)).ddq;
   instance_.reference = reference;
   if (liquid_) {
-    instance_.liquid.state = liquid_->at(plan_, liquid_at_start_, reference.start);
+    instance_.liquid.state = liquid_->at(plan_, liquid_state_, liquid_at_, reference.start);
+    set_liquid(instance_.liquid.state, reference.start);
     if (instance_.liquid.counts) draw_near(now.q, kinematics_, ocp_, instance_);
   }
   set_clearance(reference.start);
@@ -236,7 +215,6 @@ const Plan& Planner::update(const Reference& reference) {
   if (fault_ == PlanFault::kNone) {
     plan_ = candidate_;
     warm_start_.keep(solution_, reference.start);
-    liquid_at_start_ = instance_.liquid.state;
   } else {
     plan_.origin = PlanOrigin::kPrevious;
   }

@@ -40,7 +40,12 @@ class Planner {
   /// Forgets all: the arm stands at q.
   void reset(const JointVector& q, Time now);
   /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
-  void continue_from(const Plan& followed);
+  void continue_from(const Plan& followed) { plan_ = followed; }
+  /// The liquid's state at a time, as the arm really moved; from there on it goes along the plan that is followed.
+  void set_liquid(const SloshState& state, Time at) {
+    liquid_state_ = state;
+    liquid_at_ = at;
+  }
   /// Another solver, of ocp(), than the settings name. @pre it is not null
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
   /// Weights for the next plans, in the order of ocp().objectives().
@@ -96,9 +101,8 @@ class Planner {
   Plan plan_, candidate_;
   // Of a problem with a liquid:
   std::optional<LiquidEstimate> liquid_;
-  SloshState liquid_at_start_ = SloshState::Zero();       ///< of plan_
-  Plan followed_;                                         ///< continue_from() was told last
-  SloshState liquid_when_followed_ = SloshState::Zero();  ///< at its start
+  SloshState liquid_state_ = SloshState::Zero();  ///< at liquid_at_; on the way along plan_ from there on
+  Time liquid_at_{0};
   double highest_wave_ = 0.0, freeboard_ = 0.0;
   PlanFault fault_ = PlanFault::kNone;
 };
