@@ -304,6 +304,46 @@ TEST(LostCycles, InAHardStopLeaveItAHardStop) {
   }
 }
 
+/// After missed cycles commands return to the plan that was checked, which is followed to its end.
+TEST(AfterMissedCycles, CommandsReturnToThePlan) {
+  for (const int missed : {1, 4, 9, 24}) {
+    Loop loop(ur5e());
+    const Plan plan = loop.plan({9, 9, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -9, -9, -9},
+                                {0, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -5, 0});
+    loop.links.plan.write(plan);
+    while (loop.now() < plan.start + std::chrono::milliseconds(80)) loop.cycle();
+    loop.gap(missed);
+    const auto astray = [&] { return (loop.command.q - sample(plan, loop.now()).q).cwiseAbs().maxCoeff(); };
+    const double before = astray();
+    double hardest = 0.0;
+    const Time until = loop.now() + std::chrono::milliseconds(170);
+    while (loop.now() < until) {
+      const JointVector dq = loop.command.dq;
+      hardest = std::max(hardest, (loop.cycle().dq - dq).cwiseAbs().maxCoeff() / 0.002);
+    }
+    EXPECT_LT(astray(), 5e-4) << missed << " cycles, " << before << " rad at first";
+    EXPECT_LT(hardest, loop.model.acceleration_max[0] + 1e-3) << missed;
+    while (loop.now() < plan.start + std::chrono::milliseconds(420)) loop.cycle();
+    EXPECT_LT(astray(), 5e-4) << missed << " cycles, at the end";
+    EXPECT_LT(loop.command.dq.norm(), 1e-9) << missed;
+    EXPECT_EQ(loop.control->state(), SupervisionState::kReady);
+  }
+}
+
+TEST(AfterMissedCycles, WithoutAWayBackInsideTheLimitsTheArmComesToRest) {
+  Loop loop(ur5e());
+  std::vector<double> turn(40, 0.0);  // at 3 rad/s nothing catches up below the limit of 3.14 rad/s
+  std::fill_n(turn.begin(), 10, 15.0);
+  std::fill_n(turn.rbegin(), 10, -15.0);
+  const Plan plan = loop.plan(turn, std::vector<double>(40, 0.0));
+  loop.links.plan.write(plan);
+  while (loop.now() < plan.start + std::chrono::milliseconds(300)) loop.cycle();
+  loop.gap(25);
+  for (int i = 0; i < 110; ++i) loop.cycle();
+  EXPECT_TRUE(loop.command.dq.isZero(1e-9));
+  EXPECT_GT((loop.command.q - sample(plan, loop.now()).q).cwiseAbs().maxCoeff(), 0.01);
+}
+
 /// A fresh grip and a reset take a full glass: planner and monitor learn of both by one counter.
 TEST(FreshGlass, IsCountedAtAGripAndAReset) {
   Loop loop(ur5e());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/plan/return_to_plan.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 
 namespace steadyhand {
@@ -13,7 +14,10 @@ namespace {
 constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
 /// Measured speed below which an arm that stopped by itself counts as standing.
 constexpr double kAtRest = 0.02;  // rad/s (m/s)
-/// After lost cycles the arm comes to rest so slowly, if the planner does not plan on before.
+/// After missed cycles the arm returns to its plan in two parts, each so many intervals of make_return: the shortest
+/// that passes the check.
+constexpr int kReturns[] = {1, 2, 3, 4, 6, 9, 13};
+/// Where none does, it comes to rest so slowly, if the planner does not plan on before.
 constexpr double kEasy = 0.2;  // s
 /// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
 constexpr double kEachCycle = 2.0;
@@ -202,18 +206,27 @@ const JointCommand& ControlStage::command_before(int age) const {
   return history_[(newest_ - age + size) % size];
 }
 
-/// The arm went on by itself, and is not where the plan would have it by now: commands go on from where it is. They
-/// lead to rest, as gently as a stop that is under way bears it, and the planner plans on from there. Without a way
-/// that passes the check the arm is past help, but for the shortest.
+/// The arm continued by itself, and is not where the plan would have it by now: commands continue from where it is.
+/// They return to the plan, or, where no such way passes the check, lead to rest as gently as a stop that is under way
+/// bears it, or on the shortest way, which alone is taken without the check. The planner continues from there.
 void ControlStage::resume(const JointCommand& carried_on) {
   remember(carried_on);
   if (same(tracker_.update(carried_on.stamp.made), carried_on, 1e-3 * kContinuity)) return;
   const SupervisionState state = supervisor_.state();
   const bool hard = (state == SupervisionState::kStopping && !soft_) || state == SupervisionState::kFault;
+  const auto check = [&] {
+    return check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+  };
+  for (const int steps : kReturns) {
+    if (hard || !make_return(tracker_.plan(), carried_on, steps, candidate_)) break;
+    const PlanFault fault = check();
+    if (fault == PlanFault::kNone) return follow(candidate_);
+    // Numbers fail in microseconds, and a slower return may have better ones; distances take the time of a cycle.
+    if (fault != PlanFault::kAcceleration && fault != PlanFault::kVelocity && fault != PlanFault::kPosition) break;
+  }
   for (const double duration : {hard ? 0.0 : kEasy, 0.0}) {
     make_straight_stop(kinematics_.model(), carried_on, duration, candidate_);
-    if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone)
-      break;
+    if (check() == PlanFault::kNone) break;
   }
   follow(candidate_);
 }
