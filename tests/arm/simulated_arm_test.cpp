@@ -63,7 +63,7 @@ TEST_F(Turning, WithoutCommandsItCarriesOnAndThenBrakesWithinItsLimits) {
   EXPECT_LT(fastest, 1.0 + 1e-9);
   EXPECT_LT(hardest, model.acceleration_max.maxCoeff() + 1e-6);
   EXPECT_TRUE(state.carried_on->dq.isZero(0.0));
-  const double way = 0.004 + 0.5 / model.acceleration_max[0];
+  const double way = 0.004 + 0.75 / model.acceleration_max[0];  // from 1 rad/s at two thirds of the limit
   EXPECT_NEAR(state.carried_on->q[0] - last.q[0], way, 1e-9);
   EXPECT_NEAR(arm->q()[0] - last.q[0], way, 1e-4);
   EXPECT_EQ(state.status, ArmStatus::kFollowing);

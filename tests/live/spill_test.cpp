@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "support/virtual_session.hpp"
+#include "support/watched_arm.hpp"
 
 namespace steadyhand {
 namespace {
@@ -129,6 +130,32 @@ TEST(Spill, SwitchingBetweenUprightAndPouringSpillsNothing) {
   }
   EXPECT_GT(fastest, 0.1);  // m/s: it moves
   EXPECT_EQ(session.state(), SupervisionState::kEngaged);
+  session.expect_safe();
+}
+
+/// Missed cycles: the arm continues by itself and brakes. Its liquid is that of its motion in every cycle.
+TEST(Spill, StallsOfTwentyMillisecondsSpillNothing) {
+  Monitor glass(ur5e(), GlassSettings{});
+  VirtualSession::Options options = with("carry");
+  options.scale = 0.5;
+  options.make_arm = [&](Clock& clock) {
+    return std::make_unique<WatchedArm>(ur5e(), SimulatedArmSettings{}, clock,
+                                        [&](const JointState& state) { glass.update(state); });
+  };
+  VirtualSession session(options);
+  session.hand = brisk;
+  ASSERT_TRUE(session.grip());
+  session.run(1.0);
+  double fastest = 0.0;  // rad/s, as a stall begins
+  for (int stall = 0; stall < 12; ++stall) {
+    session.run(0.5 + 0.023 * stall);
+    fastest = std::max(fastest, session.last_command.dq.cwiseAbs().maxCoeff());
+    session.clock().advance(0.02);
+    session.run(0.5);
+    EXPECT_EQ(session.state(), SupervisionState::kEngaged);
+    EXPECT_FALSE(glass.liquid().spilled) << "stall " << stall << ", share " << glass.liquid().spilled_share;
+  }
+  EXPECT_GT(fastest, 0.5);
   session.expect_safe();
 }
 
