@@ -2,6 +2,7 @@
 #include "steadyhand/live/control_stage.hpp"
 
 #include "steadyhand/arm/carry_on.hpp"
+#include "steadyhand/arm/command_check.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
 #include "support/virtual_session.hpp"
 
@@ -29,6 +30,7 @@ struct Loop {
     for (const JointCommand& c : commands) {
       if (c.stamp.made <= then) state.joints.q = c.q + to_seconds(then - c.stamp.made) * c.dq;
     }
+    state.joints.q[0] = std::min(state.joints.q[0], wall);
     state.joints.dq = command.dq;
     return command = control->step(state).command;
   }
@@ -43,6 +45,7 @@ struct Loop {
     ++state.cycle;
     state.joints.stamp.made += kPeriod;
     state.joints.q = carried_on(before, 0.002 * (cycles + 1) - delay, how).q.array() + astray;
+    state.joints.q[0] = std::min(state.joints.q[0], wall);
     command = control->step(state).command;
     state.carried_on.reset();
     return command;
@@ -78,6 +81,7 @@ struct Loop {
   ArmState state;
   JointCommand command;
   std::vector<JointCommand> commands;
+  double wall = std::numeric_limits<double>::infinity();  ///< rad: the first joint comes no further
 };
 
 /// The first joint turns fast; the last one moves a little just then.
@@ -285,6 +289,49 @@ TEST(OffPath, BeginsAnewWhereTheArmIsTakenOver) {
     }
     EXPECT_EQ(control.step(state).command.q, state.joints.q);
     EXPECT_EQ(control.state(), i < 20 ? SupervisionState::kIdle : SupervisionState::kReady);
+  }
+}
+
+/// Whatever stops it, and even if cycles are missed on the way, an arm that something holds off its commands is not
+/// pressed against that: these end where it is measured.
+TEST(OffPath, EndsWhereTheArmIsMeasured) {
+  enum class Why { kOffPath, kStop, kFailure, kMissedCycles };
+  for (const double delay : {0.0, 0.014, 0.2}) {
+    for (const Why why : {Why::kOffPath, Why::kStop, Why::kFailure, Why::kMissedCycles}) {
+      ControlSettings settings;
+      settings.arm_delay = delay;
+      Loop loop(ur5e(), settings);
+      loop.wall = ur5e().home[0] + 0.05;
+      const Plan plan = loop.plan(kTurn, kMove);
+      loop.links.plan.write(plan);
+      const Time asked = plan.start + std::chrono::milliseconds(110), end = asked + std::chrono::milliseconds(1500);
+      CommandCheck limits(ur5e());
+      JointVector before;
+      for (bool missed = false; loop.now() < end;) {
+        if (loop.now() >= asked && why == Why::kStop) loop.links.asked.stops = 1;
+        if (loop.now() >= asked && why == Why::kFailure) loop.links.failure = "it failed";
+        before = loop.command.q;
+        EXPECT_EQ(limits.refusal(loop.cycle(), loop.state.joints.q), "");
+        if (why != Why::kMissedCycles || missed || loop.command.dq[0] >= 0.0) continue;
+        missed = true;  // on the way back
+        limits.take(loop.gap(3));
+      }
+      const std::string which = fmt::format("case {}, delay {}", static_cast<int>(why), delay);
+      EXPECT_EQ(loop.control->state(), why == Why::kFailure ? SupervisionState::kFault : SupervisionState::kStopping);
+      EXPECT_LT((loop.command.q - loop.state.joints.q).cwiseAbs().maxCoeff(), 1e-9) << which;
+      EXPECT_TRUE(loop.control->at_rest() && loop.command.q == before) << which;
+    }
+  }
+}
+
+/// The commands follow an arm that sinks under a load once, and not all the way down.
+TEST(OffPath, FollowsAnArmThatSinksOnce) {
+  Loop loop(ur5e());
+  for (const double sunk : {0.06, 0.12, 0.18}) {
+    loop.wall = loop.model.home[0] - sunk;
+    for (int i = 0; i < 500; ++i) loop.cycle();
+    EXPECT_NEAR(loop.command.q[0], loop.model.home[0] - 0.06, 1e-9);
+    EXPECT_EQ(loop.control->state(), SupervisionState::kStopping);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "steadyhand/plan/return_to_plan.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
@@ -34,6 +35,8 @@ JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
   const double rest = 1.0 - s;
   return rest * rest * ((1.0 + 2.0 * s) * a.q + s * h * a.dq) + s * s * ((1.0 + 2.0 * rest) * b.q - rest * h * b.dq);
 }
+
+Time end_of(const Plan& plan) { return plan.start + from_seconds(plan.intervals * plan.dt); }
 
 }  // namespace
 
@@ -78,6 +81,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   links_->asked.halts = supervisor_.halts();
   links_->asked.halted = after == SupervisionState::kStopping || after == SupervisionState::kFault;
 
+  held_off_ = links_->asked.halted && input.arm_follows && (held_off_ || input.off_path);
   output_.restart_arm = before != SupervisionState::kIdle && after == SupervisionState::kIdle;
   if (transition != nullptr && after == SupervisionState::kStopping) {
     begin_stop(*transition, now);
@@ -85,13 +89,19 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
     brake();
   } else if (after != SupervisionState::kStopping) {
     soft_ = false;
-  } else if (soft_ && (stop_asked || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
+  } else if (soft_ &&
+             (stop_asked || held_off_ || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
     brake();
+  }
+  if (!held_off_) {
+    gives_way_to_.reset();
+    gave_way_by_ = std::numeric_limits<double>::infinity();
+  } else if (now >= end_of(tracker_.plan()) + from_seconds(settings_.arm_delay)) {
+    give_way(state.joints);
   }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
   const bool fresh_grip = before == SupervisionState::kReady && after == SupervisionState::kEngaged;
-  const bool was_reset = transition != nullptr && after == SupervisionState::kIdle;
-  if (fresh_grip || was_reset) ++links_->refills;  // both take a full glass
+  if (fresh_grip || output_.restart_arm) ++links_->refills;  // both take a full glass
   const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
   const bool shadows =
       after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
@@ -101,9 +111,8 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (settings_.gripper) take_gripper(state.joints);
   output_.command.gripper = gripper_;
   remember(output_.command);
-  const Plan& plan = tracker_.plan();
   // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
-  const bool told_to_rest = !has_pending_ && now >= plan.start + from_seconds(plan.intervals * plan.dt);
+  const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan());
   at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
 
   ++view_.cycles;
@@ -249,6 +258,32 @@ void ControlStage::brake() {
   if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone) {
     follow(candidate_);
   }
+}
+
+/// Something holds the arm off its commands, and its servos press against that for as long as the commands stay there.
+/// So, once at rest, these move to where the arm is measured. Relieved, a contact springs back a little, and they move
+/// again, by less than half of that: not by as much as before, as an arm that sinks under a load would have it. If
+/// missed cycles or an object interrupt the move, it starts again. A contact on the way is no reason against it, since
+/// the arm is there already.
+void ControlStage::give_way(const JointState& measured) {
+  constexpr double kSlight = 1e-3;  // rad (m)
+  const RobotModel& model = kinematics_.model();
+  if (!last_.dq.isZero(0.0)) return;
+  if (!gives_way_to_ || last_.q == *gives_way_to_) {
+    if (gives_way_to_ && measured.dq.cwiseAbs().maxCoeff() >= kAtRest) return;
+    const JointVector to = measured.q.cwiseMax(model.position_min).cwiseMin(model.position_max);
+    const double way = (to - last_.q).cwiseAbs().maxCoeff();
+    if (!(way > kSlight && way < 0.5 * gave_way_by_)) return;
+    gives_way_to_ = to;
+    gave_way_by_ = way;
+  }
+  for (const double duration : {0.0, 0.5, 2.0}) {  // s; slower where the tool's speed is limited
+    make_straight_move(model, last_, *gives_way_to_, duration, candidate_);
+    const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+    if (fault == PlanFault::kNone || fault == PlanFault::kSelfCollision || fault == PlanFault::kObstacle)
+      return follow(candidate_);
+  }
+  gives_way_to_ = last_.q;
 }
 
 /// A stop was asked for: while there is time for it the planner's stop is followed, which spares the liquid.

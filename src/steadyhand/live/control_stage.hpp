@@ -50,6 +50,7 @@ class ControlStage {
   void resume(const JointCommand& carried_on);
   void anchor(const JointVector& q, Time now);
   void brake();
+  void give_way(const JointState& measured);
   void begin_stop(const Transition& transition, Time now);
   const JointCommand& command_before(int age) const;
   bool off_path(const JointState& measured) const;
@@ -64,6 +65,9 @@ class ControlStage {
   bool anew_ = true;   ///< the next command that taps see is the first after an anchor
   bool soft_ = false;  ///< stopping, by the planner's plans
   Time stop_by_{0};
+  bool held_off_ = false;                    ///< halted, and the arm was not where its commands led
+  std::optional<JointVector> gives_way_to_;  ///< where it was measured when its commands were at rest after that
+  double gave_way_by_ = 0.0;                 ///< rad (m), to there, the most of all joints; infinite: not yet
   HandReport hand_;
   Time last_plan_{0}, last_hand_counted_{0};
   std::uint64_t last_cycle_ = 0;

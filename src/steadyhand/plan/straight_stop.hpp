@@ -15,4 +15,9 @@ JointVector straight_stop_at(const RobotModel& model, const JointVector& q, cons
 /// in stop_time() if that is longer, or in 1 ms. Unchecked. Allocates nothing.
 void make_straight_stop(const RobotModel& model, const JointCommand& from, double duration, Plan& plan);
 
+/// A plan from a command at rest straight to `to`, at rest: all joints accelerate evenly, then brake, in `duration` s,
+/// or as fast as the limits of speed and acceleration allow if that takes longer. Unchecked. Allocates nothing.
+void make_straight_move(const RobotModel& model, const JointCommand& from, const JointVector& to, double duration,
+                        Plan& plan);
+
 }  // namespace steadyhand
