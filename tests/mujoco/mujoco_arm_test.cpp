@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "steadyhand/config/robot_file.hpp"
 #include "steadyhand/config/task_file.hpp"
@@ -12,9 +13,12 @@
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"
 #include "support/temporary_folder.hpp"
+#include "support/virtual_session.hpp"
 
 namespace steadyhand {
 namespace {
+
+constexpr int kContacts = 8;
 
 struct OnUr5e : testing::Test {
   OnUr5e() : model(*open_robot("ur5e")), dynamics(*open_dynamics("ur5e")), task(*open_task("carry")) {}
@@ -96,6 +100,57 @@ TEST_F(OnUr5e, YieldsOrPushesWhereTheTableIsInTheWay) {
   EXPECT_GT(force[true], 5.0);
   EXPECT_LT(force[true], 0.1 * 150.0 / 0.5);  // of the shoulder, at the glass
   EXPECT_GT(force[false], 2.0 * force[true]);
+}
+
+/// The arm's own stop: it holds the place where it is, not that of its last command, 0.1 m inside the table.
+TEST_F(OnUr5e, DoesNotPressOnOnceItStopsByItself) {
+  MujocoSettings settings;
+  settings.contact = ContactPolicy::kPush;
+  const auto arm = following(settings);
+  lean(*arm, 0.9, 2.0);
+  ASSERT_GT(pressing, 100.0);
+  for (int i = 0; i < 500; ++i) state = arm->receive();
+  EXPECT_EQ(state.reason, "no command came in time");
+  EXPECT_LT(arm->contact_force(), 0.1 * pressing);
+}
+
+/// A session whose hand leads the glass down into the table, of which the planner knows nothing, fast or slowly.
+TEST(Contact, StopsTheArmAndDoesNotPressOn) {
+  const Task task = *open_task("carry");
+  const ChainDynamics dynamics = *open_dynamics("ur5e");
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> draw(-1.0, 1.0);
+  for (int hand = 0; hand < kContacts; ++hand) {
+    MujocoArm* arm = nullptr;
+    VirtualSession::Options options;
+    options.profile = hand % 2 == 0 ? "tracking" : "carry";
+    options.make_arm = [&](Clock& clock) {
+      auto made = MujocoArm::make(ur5e(), dynamics, {}, task, {}, clock);
+      EXPECT_TRUE(made) << made.error().message;
+      arm = made->get();
+      return *std::move(made);
+    };
+    VirtualSession session(options);
+    const double x = draw(random), y = draw(random), speed = 0.3 + 0.2 * draw(random);  // m/s
+    const Vector3 way(0.2 * x, 0.2 * y, -1.0);
+    ASSERT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kReady; }, 1.0));
+    ASSERT_TRUE(session.grip());
+    const double begin = session.now();
+    session.hand = [=](double t) { return Pose{std::clamp(t - begin, 0.0, 1.0 / speed) * speed * way, {1, 0, 0, 0}}; };
+    ASSERT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kStopping; }, 4.0)) << hand;
+    EXPECT_EQ(session.view.reason, "the arm is not where its commands lead");
+    double most = 0.0, pressing = 0.0;  // rad, N
+    session.run(1.0);
+    for (int i = 0; i < 30; ++i) {
+      session.run(0.1);
+      most = std::max(most, (session.last_command.q - session.view.measured.q).cwiseAbs().maxCoeff());
+      pressing = std::max(pressing, arm->contact_force());
+    }
+    EXPECT_LT(most, 0.002) << "rad from what is commanded to what is measured, hand " << hand;
+    EXPECT_LT(pressing, 10.0) << "N, hand " << hand;
+    session.ask_reset();
+    EXPECT_TRUE(session.run_until([&] { return session.state() == SupervisionState::kReady; }, 1.0));
+  }
 }
 
 TEST_F(OnUr5e, DoesTheSameAgainAndAllocatesNothing) {

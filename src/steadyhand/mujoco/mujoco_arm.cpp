@@ -92,7 +92,9 @@ void MujocoArm::advance(Time end) {
   const double dt = to_seconds(period_);
   if (interface_.moves()) {
     held_ = interface_.at(end - from_seconds(settings_.latency));
-  } else {  // brakes
+    led_ = true;
+  } else {  // brakes, from where it is: what held it off its commands is not pressed on
+    if (std::exchange(led_, false)) held_ = {{now_, now_}, q_, dq_, 0.0 * q_};
     const JointVector change = (dt * model_->acceleration_max).cwiseMin(held_.dq.cwiseAbs());
     held_.ddq = -held_.dq.cwiseSign().cwiseProduct(change) / dt;
     held_.dq += dt * held_.ddq;

@@ -71,6 +71,7 @@ class MujocoArm final : public ClockedArm, public SimulatedScene {
   MujocoSettings settings_;
   std::unique_ptr<Simulation> simulation_;
   JointCommand held_;  ///< what the servos hold
+  bool led_ = false;   ///< by commands, in the last cycle
   LatestValue<Places> asked_;
   LatestValue<SceneState> shown_;
   SceneState state_;
