@@ -293,5 +293,28 @@ TEST(Motion, SingularitiesStopNothing) {
   }
 }
 
+/// As the requests `weight` leave it, one term after another.
+TEST(Weights, OfNothingLeaveTheArmAtRestWithTheHand) {
+  VirtualSession session;
+  session.run(0.2);
+  ASSERT_TRUE(session.grip());
+  OperatorSettings settings;
+  settings.scale = 1.0;
+  settings.objectives = static_cast<int>(session.planning().ocp().objectives().size());
+  for (int i = 0; i < settings.objectives; ++i) {
+    settings.weights[i] = JointVector::Zero(session.planning().ocp().objectives()[i]->weight_count(6));
+  }
+  const JointVector q = session.last_command.q;
+  for (int counts = -1; counts < settings.objectives; ++counts) {
+    OperatorSettings one = settings;
+    if (counts >= 0) one.weights[counts].setConstant(1.0);
+    session.set(one);
+    session.run(1.5);
+    EXPECT_EQ(session.state(), SupervisionState::kEngaged);
+    EXPECT_LT((session.last_command.q - q).cwiseAbs().maxCoeff(), 0.01) << "rad, with weight " << counts << " alone";
+  }
+  session.expect_safe();
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -314,7 +314,7 @@ bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
   links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
   const bool solved = scaled_.planner->fault() == PlanFault::kNone;
   view_.failed += !solved;
-  tap(reference, weights);
+  tap(reference, scaled_.planner->instance().weights);
   return solved;
 }
 

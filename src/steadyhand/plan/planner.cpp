@@ -7,6 +7,7 @@
 #include <exception>
 #include <utility>
 
+#include "steadyhand/ocp/objectives.hpp"
 #include "steadyhand/plan/level_stop.hpp"
 #include "steadyhand/robot/model_check.hpp"
 #include "steadyhand/track/sample.hpp"
@@ -99,6 +100,20 @@ Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
   }
 }
 
+bool is_velocity(const std::shared_ptr<const Objective>& objective) {
+  return objective && objective->name() == "velocity";
+}
+
+Status add_damping(Objectives& objectives) {
+  if (std::any_of(objectives.begin(), objectives.end(), is_velocity)) return Done{};
+  if (objectives.size() >= kMaxObjectives) {
+    return Error{fmt::format("{} objectives without 'velocity', which the planner adds; it takes {} others at most",
+                             objectives.size(), kMaxObjectives - 1)};
+  }
+  objectives.push_back(make_velocity_objective());
+  return Done{};
+}
+
 /// A reference of which `position` wants more, for each metre, than a wave over the rim costs would buy it by spilling,
 /// and one far away has the arm come faster than it can stop within the horizon. So it is taken to be no further from
 /// the tool than where the two are alike.
@@ -120,6 +135,8 @@ void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstanc
 Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings)
     : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_), obstacle_rows_(ocp_) {
   solution_.prepare(ocp_);
+  const Objectives& objectives = ocp_.objectives();
+  velocity_ = std::find_if(objectives.begin(), objectives.end(), is_velocity) - objectives.begin();
   instance_.near.resize(ocp_.obstacle_rows());
   kinematics_.set_position(model.home);
   settings_.clearance = std::clamp(0.25 * steadyhand::clearance(kinematics_), 0.0, settings_.clearance);
@@ -135,6 +152,7 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
   OcpSettings problem_settings = ocp;
   if (ocp.position_margin.size() == 0) problem_settings.position_margin = margin_between_nodes(model, ocp);
   if (settings.obstacles.count > 0 && ocp.obstacle_rows == 0) problem_settings.obstacle_rows = kUsualObstacleRows;
+  if (Status s = add_damping(problem_settings.objectives); !s) return s.error();
   Result<Ocp> problem = make_ocp(model, problem_settings);
   if (!problem) return problem.error();
   std::unique_ptr<Planner> planner(new Planner(model, *std::move(problem), settings));
@@ -147,6 +165,16 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
   if (Status s = planner->set_obstacles(settings.obstacles); !s) return s.error();
   planner->reset(model.home, Time(0));
   return planner;
+}
+
+void Planner::set_weights(std::span<const JointVector> weights) {
+  constexpr double kShare = 1e-6;  // of the largest: below it the solver may not reach its tolerance
+  instance_.weights.assign(weights.begin(), weights.end());
+  double least = kLeastDamping;
+  for (const JointVector& weight : weights) {
+    if (weight.size() > 0) least = std::max(least, kShare * weight.maxCoeff());
+  }
+  if (velocity_ < weights.size()) instance_.weights[velocity_] = weights[velocity_].cwiseMax(least);
 }
 
 void Planner::reset(const JointVector& q, Time now) {

@@ -34,6 +34,7 @@ class Planner {
  public:
   /// The model must outlive the planner. Fails with the reason on unknown names of solver or terms, on numbers out of
   /// range, also of the model, on constraints whose rows, bounds or entries cannot be, and where making one throws.
+  /// Objectives without `velocity` get it, see set_weights().
   static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings);
 
@@ -48,8 +49,11 @@ class Planner {
   }
   /// Another solver, of ocp(), than the settings name. @pre it is not null
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
-  /// Weights for the next plans, in the order of ocp().objectives().
-  void set_weights(std::span<const JointVector> weights) { instance_.weights.assign(weights.begin(), weights.end()); }
+  /// Weights for the next plans, in the order of ocp().objectives(). Those of `velocity` count as at least
+  /// kLeastDamping and a millionth of the largest weight: without damping, an arm drifts where the other terms do not
+  /// hold it.
+  void set_weights(std::span<const JointVector> weights);
+  static constexpr double kLeastDamping = 0.01;  ///< s/rad^2
 
   /// What the next plans keep clear of. Fails, and changes nothing, on obstacles that cannot be, and on any where the
   /// problem has no rows for them (OcpSettings::obstacle_rows).
@@ -92,6 +96,7 @@ class Planner {
   PlannerSettings settings_;
   Ocp ocp_;
   std::unique_ptr<Solver> solver_;
+  std::size_t velocity_ = 0;  ///< index into ocp_.objectives()
   Kinematics kinematics_;
   OcpInstance instance_;
   WarmStart warm_start_;  ///< from what plan_ was made of
