@@ -103,11 +103,28 @@ def test_macros_are_expanded(tmp_path):
       <link name="base"/><xacro:part k="1" parent="base"/><xacro:part k="2" parent="l1"/></robot>""")
     described = json.loads(run("describe", tmp_path / "arm.urdf.xacro").stdout)
     assert [joint["origin"][2][3] for joint in described["joints"]] == [0.1, 0.2]
-    (tmp_path / "bad.xacro").write_text('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:part k="1"/></robot>')
-    assert "bad.xacro holds xacro macros, and cannot be expanded: xacro says" in run("describe", tmp_path / "bad.xacro", code=2).stderr
+    (tmp_path / "bad.xacro").write_text('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:prat k="1"/></robot>')
+    said = run("describe", tmp_path / "bad.xacro", code=2).stderr
+    assert f"bad.xacro cannot be expanded by xacro: unknown macro name: xacro:prat; when processing file: {tmp_path}/bad.xacro" in said
     bare = dict(os.environ, PATH="/nowhere")
     done = subprocess.run([PROGRAM, "describe", tmp_path / "arm.urdf.xacro"], capture_output=True, text=True, env=bare)
     assert done.returncode == 2 and "no command 'xacro'" in done.stderr
+
+
+def test_a_package_is_found_where_its_meshes_are(tmp_path):
+    """In a folder of its name, or copied under another name with its package.xml."""
+    here = tmp_path / "copy-main/urdf/arm.urdf.xacro"
+    for package in ("copy-main/urdf", "parts"):
+        (tmp_path / package).mkdir(parents=True)
+    (tmp_path / "copy-main/package.xml").write_text("<package><name> made </name></package>")
+    (tmp_path / "parts/macro.xacro").write_text("""<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/><link name="b"/>
+      <joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit lower="-3" upper="3" velocity="2" effort="1"/></joint></robot>""")
+    text = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="$(find made)"><xacro:include filename="$(find parts)/macro.xacro"/></robot>"""
+    here.write_text(text)
+    assert json.loads(run("describe", here).stdout)["name"] == str(tmp_path / "copy-main")
+    here.write_text(text.replace("parts", "nowhere"))
+    said = run("describe", here, code=2).stderr
+    assert f"$(find nowhere): there is no folder 'nowhere' in {here.parent} or above it" in said and "when processing file" in said
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,14 @@
 #include <unistd.h>
 
 #include <array>
+#include <cctype>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <vector>
 
 extern char** environ;
 
@@ -65,20 +71,95 @@ bool read_both(Pipe& first, std::string& first_text, Pipe& second, std::string& 
   return true;
 }
 
-/// The last line that says anything.
-std::string last_line(const std::string& text) {
-  const std::size_t end = text.find_last_not_of(" \t\r\n");
-  if (end == std::string::npos) return "it does not say why";
-  const std::size_t begin = text.find_last_of('\n', end);
-  return text.substr(begin == std::string::npos ? 0 : begin + 1,
-                     end - (begin == std::string::npos ? 0 : begin + 1) + 1);
+/// xacro's error in one line: from the message to the end, with the files and macros that it names after it. The last
+/// line if there is no message, for example if Python itself fails.
+std::string reason_in(const std::string& said) {
+  std::string last, reason;
+  std::istringstream lines(said);
+  for (std::string line; std::getline(lines, line);) {
+    std::erase_if(line, [](unsigned char c) { return std::iscntrl(c) != 0; });
+    if (line.find_first_not_of(' ') == std::string::npos) continue;
+    last = line;
+    if (line.starts_with("error: ")) {
+      reason = line.substr(7);
+    } else if (!reason.empty() || line.starts_with("XML parsing error")) {
+      reason += (reason.empty() ? "" : "; ") + line;
+    }
+  }
+  if (!reason.empty()) return reason;
+  return last.empty() ? "it does not say why" : last;
 }
+
+/// xacro asks this Python module of ROS for $(find PACKAGE). Without ROS there is none; this one looks where
+/// package:// is looked for, and at the name in package.xml for a package that was copied under another name.
+constexpr const char* kFindPackage = R"(import os
+import xml.etree.ElementTree
+
+
+def name_of(folder):
+    try:
+        return xml.etree.ElementTree.parse(os.path.join(folder, "package.xml")).findtext("name").strip()
+    except (AttributeError, OSError, xml.etree.ElementTree.ParseError):
+        return None
+
+
+def get_package_share_directory(package):
+    start = above = os.environ["STEADYHAND_URDF_FOLDER"]
+    while True:
+        if os.path.isdir(os.path.join(above, package)):
+            return os.path.join(above, package)
+        if name_of(above) == package:
+            return above
+        if above == os.path.dirname(above):
+            raise LookupError(f"$(find {package}): there is no folder '{package}' in {start} or above it")
+        above = os.path.dirname(above)
+)";
+
+/// A folder with that module, gone afterwards, and the environment in which Python finds it, behind ROS's own.
+class FindPackage {
+ public:
+  explicit FindPackage(const std::filesystem::path& urdf_folder) {
+    std::error_code error;
+    std::string name = (std::filesystem::temp_directory_path(error) / "steadyhand_xacro_XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) {
+      folder_ = name;
+      std::filesystem::create_directory(folder_ / "ament_index_python", error);
+      std::ofstream(folder_ / "ament_index_python/packages.py") << kFindPackage;
+    }
+    constexpr std::string_view kPath = "PYTHONPATH=";
+    std::string path(kPath);
+    for (char** variable = environ; *variable != nullptr; ++variable) {
+      if (std::string_view(*variable).starts_with(kPath)) {
+        path = *variable;
+      } else {
+        variables_.emplace_back(*variable);
+      }
+    }
+    variables_.push_back(path + (path == kPath ? "" : ":") + folder_.string());
+    variables_.push_back("STEADYHAND_URDF_FOLDER=" + urdf_folder.string());
+    for (std::string& variable : variables_) pointers_.push_back(variable.data());
+    pointers_.push_back(nullptr);
+  }
+  ~FindPackage() {
+    std::error_code error;
+    if (!folder_.empty()) std::filesystem::remove_all(folder_, error);
+  }
+  FindPackage(const FindPackage&) = delete;
+  FindPackage& operator=(const FindPackage&) = delete;
+
+  char* const* environment() const { return pointers_.data(); }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::string> variables_;
+  std::vector<char*> pointers_;
+};
 
 }  // namespace
 
 Result<std::string> expand_xacro(const std::filesystem::path& file) {
   const auto refuse = [&](const std::string& reason) {
-    return Error{fmt::format("{} holds xacro macros, and cannot be expanded: {}", file.string(), reason)};
+    return Error{fmt::format("{} cannot be expanded by xacro: {}", file.string(), reason)};
   };
   Pipe out, errors;
   if (out.read < 0 || errors.read < 0) return refuse(std::strerror(errno));
@@ -89,8 +170,9 @@ Result<std::string> expand_xacro(const std::filesystem::path& file) {
   posix_spawn_file_actions_adddup2(&actions, errors.write, STDERR_FILENO);
   std::string command = "xacro", name = std::filesystem::absolute(file).string();
   std::array<char*, 3> arguments{command.data(), name.data(), nullptr};
+  const FindPackage find_package(std::filesystem::absolute(file).lexically_normal().parent_path());
   pid_t child = 0;
-  const int failed = posix_spawnp(&child, "xacro", &actions, nullptr, arguments.data(), environ);
+  const int failed = posix_spawnp(&child, "xacro", &actions, nullptr, arguments.data(), find_package.environment());
   posix_spawn_file_actions_destroy(&actions);
   if (failed != 0) return refuse(fmt::format("no command 'xacro' ({}); `pip install xacro`", std::strerror(failed)));
   Pipe::close_end(out.write);
@@ -103,7 +185,7 @@ Result<std::string> expand_xacro(const std::filesystem::path& file) {
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!whole) return refuse("it makes more than 64 MB");
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return refuse("xacro says: " + last_line(said));
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return refuse(reason_in(said));
   return text;
 }
 
