@@ -9,6 +9,8 @@ find_package(yaml-cpp REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 add_library(urdf ALIAS PkgConfig::URDFDOM)
+pkg_check_modules(TINYXML2 REQUIRED IMPORTED_TARGET tinyxml2)
+add_library(tinyxml2 ALIAS PkgConfig::TINYXML2)
 # Since 0.8 yaml-cpp's target has a namespace.
 if(TARGET yaml-cpp::yaml-cpp)
   add_library(yaml ALIAS yaml-cpp::yaml-cpp)

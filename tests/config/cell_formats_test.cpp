@@ -194,6 +194,20 @@ TEST(CellFormat, ASceneThatIsCutShortIsRefused) {
   }
 }
 
+/// The only link is a table whose <inertial> cannot be read.
+TEST(CellFormat, AUrdfsTableIsThereWhateverItWeighs) {
+  const TemporaryFolder folder;
+  const auto cell = open_cell(folder
+                                  .write("cell.urdf",
+                                         "<robot name='a'><link name='table'><inertial><mass value='20 kg'/></inertial>"
+                                         "<visual><geometry><cylinder radius='1'/></geometry></visual><collision>"
+                                         "<geometry><sphere radius='0.5'/></geometry></collision></link></robot>")
+                                  .string());
+  ASSERT_TRUE(cell) << cell.error().message;
+  ASSERT_EQ(cell->objects.size(), 1u);
+  EXPECT_EQ(cell->objects[0].shape.radius, 0.5);
+}
+
 struct BadCell {
   const char *name, *file, *text, *message;
 };
@@ -231,12 +245,16 @@ INSTANTIATE_TEST_SUITE_P(
                 "link='a'/><child link='b'/>"
                 "</joint></robot>",
                 "joint 'j' is not fixed; a cell stands still"},
-        BadCell{
-            "urdf_size", "a.urdf",
-            "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision>"
-            "<collision><geometry><box/></geometry></collision></link></robot>",
-            "a.urdf: Box shape has no size attribute; Could not parse collision element for Link [a]: a <collision> "
-            "needs a <geometry> with its sizes"},
+        BadCell{"urdf_size", "a.urdf",
+                "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision>"
+                "<collision><geometry><box/></geometry></collision></link></robot>",
+                "a.urdf:1: the <collision> of link 'a' cannot be read: Box shape has no size attribute; a <collision> "
+                "needs "
+                "a <geometry> with its sizes"},
+        BadCell{"urdf_shapes", "a.urdf",
+                "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/><box size='1 1 1'/></geometry>"
+                "</collision></link></robot>",
+                "a.urdf:1: the <collision> of link 'a' cannot be read: it has 2 shapes"},
         BadCell{"urdf_nan", "a.urdf",
                 "<robot name='a'><link name='a'><collision><origin xyz='0 nan 0'/><geometry><sphere radius='1'/>"
                 "</geometry></collision></link></robot>",

@@ -78,7 +78,7 @@ def test_the_wheel_names_its_glibc_and_carries_what_a_machine_need_not_have(whee
         names = archive.namelist()
         for level in ("", "glibc-hwcaps/x86-64-v3/", "glibc-hwcaps/x86-64-v4/"):
             assert f"steadyhand/lib/{level}libsteadyhand_hot.so" in names
-        for library in ("urdfdom_model", "yaml-cpp", "fmt", "zstd"):
+        for library in ("urdfdom_model", "tinyxml2", "yaml-cpp", "fmt", "zstd"):
             assert any(re.match(rf"steadyhand\.libs/lib{library}-\w+\.so", name) for name in names), library
         for name in ("py.typed", "_native.pyi", "share/steadyhand/robots/ur5e.yaml", "share/steadyhand/profiles/waiter.yaml"):
             assert f"steadyhand/{name}" in names

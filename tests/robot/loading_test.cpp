@@ -246,7 +246,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"no_xml", "joints: 6", "not a usable URDF"},
         Refusal{"other_xml", "<html><body/></html>", "not a usable URDF"},
         Refusal{"truncated", urdf_robot(urdf_serial_arm(2)).substr(0, 300), "not a usable URDF"},
-        Refusal{"nested", nested(100000), "its elements stand 100001 deep"},
+        Refusal{"nested", nested(100000), "element depth exceeded"},
         Refusal{"no_links", urdf_robot(""), "not a usable URDF"},
         Refusal{"two_roots", urdf_robot(urdf_serial_arm(2) + urdf_link("stray")), "not a usable URDF"},
         Refusal{"unknown_parent", urdf_robot(urdf_link("l1") + urdf_joint("j1", "revolute", "nowhere", "l1")),

@@ -89,6 +89,7 @@ Status run(const Options& options) {
   const Result<FitResult> result = fit_bodies(settings);
   bar.finish();
   if (!result) return result.error();
+  for (const std::string& assumption : result->model.assumptions) std::cerr << "note: " << assumption << "\n";
   std::error_code error;
   if (Status s = write(out, robot_file(*result, options.command, fs::absolute(out, error).parent_path())); !s) return s;
   if (!options.picture.empty()) {

@@ -16,7 +16,6 @@
 #include "steadyhand/fit/fit.hpp"
 #include "steadyhand/robot/urdf_chain.hpp"
 #include "steadyhand/robot/urdf_file.hpp"
-#include "steadyhand/robot/xacro.hpp"
 
 namespace steadyhand {
 
@@ -24,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 3;  ///< of the fitter: another one finds other bodies
+constexpr int kVersion = 4;  ///< of the fitter and the reader of URDFs: another one finds other bodies
 constexpr int kJudged = 20'000;
 
 /// FNV-1a, twice from different beginnings.
@@ -55,10 +54,9 @@ Result<std::optional<std::string>> digest_of(const fs::path& urdf, const std::st
   const fs::path folder = fs::absolute(urdf, error).parent_path();
   Digest digest;
   digest.add(fmt::format("{} {}", kVersion, tip));
-  const std::string text = bytes_of(urdf);
-  const Result<std::string> whole = text.find("<xacro:") == std::string::npos ? text : expand_xacro(urdf);
-  if (!whole) return whole.error();
-  digest.add(*whole);
+  const Result<UrdfText> text = read_urdf_text(urdf);
+  if (!text) return text.error();
+  digest.add(text->text);
   bool any = false;
   const auto add = [&](const auto& elements) {
     for (const auto& element : elements) {

@@ -26,6 +26,7 @@ class ModelBuilder {
     model.gripper_time = settings_.gripper_time;
     model.joints = chain_.joints;
     model.link_names = chain_.link_names;
+    model.assumptions = chain_.notes;
     if (!chain_.assumed.empty()) {
       std::vector<std::string> standing;
       for (const auto& [joint, value] : chain_.assumed) standing.push_back(fmt::format("{} at {:.3g}", joint, value));

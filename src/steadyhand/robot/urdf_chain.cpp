@@ -133,6 +133,19 @@ UrdfLimits read_limits(const urdf::Joint& joint) {
   return limits;
 }
 
+void note_unread(const std::vector<UnreadElement>& unread, UrdfChain& chain) {
+  constexpr std::size_t kMostNamed = 3;
+  std::vector<std::string> named;
+  for (const UnreadElement& each : unread) {
+    if (named.size() == kMostNamed) break;
+    named.push_back(fmt::format("<{}> of link '{}' ({}: {})", each.element, each.link, each.where, each.reason));
+  }
+  if (unread.empty()) return;
+  const std::size_t more = unread.size() - named.size();
+  chain.notes.push_back(fmt::format("cannot be read and is left out: {}{}", fmt::join(named, ", "),
+                                    more > 0 ? fmt::format(" and {} more", more) : ""));
+}
+
 Status check_origins_finite(const std::string& file, const urdf::ModelInterface& model) {
   for (const auto& [name, joint] : model.joints_) {
     if (!to_eigen(joint->parent_to_joint_origin_transform).matrix().allFinite()) {
@@ -239,7 +252,8 @@ Status add_frames(const std::string& file, const urdf::ModelInterface& model, co
 
 Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::string& tool_link,
                                   const std::map<std::string, double>& locked) {
-  const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path);
+  std::vector<UnreadElement> unread;
+  const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path, &unread);
   if (!parsed) return parsed.error();
   const urdf::ModelInterface& model = **parsed;
   const std::string file = path.string();
@@ -275,6 +289,7 @@ Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::
     return Error{fmt::format("{}: the chain from '{}' to '{}' has {} moving joints; an arm has 1 to {}", file,
                              chain.link_names[0], tool->name, chain.joints.size(), kMaxJoints)};
   }
+  note_unread(unread, chain);
   const std::set<const urdf::Joint*> on_chain(joints.begin(), joints.end());
   const Locks locks(file, model, on_chain, locked);
   if (Status status = locks.check(); !status) return status.error();

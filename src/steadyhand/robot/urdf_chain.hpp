@@ -34,6 +34,7 @@ struct UrdfChain {
   std::map<std::string, Frame> frames;  ///< of every link of the URDF
   /// Moving joints beside the chain that nobody has placed, and where they are taken to stand, rad (m).
   std::map<std::string, double> assumed;
+  std::vector<std::string> notes;  ///< for people: what of the URDF was left out or may be meant otherwise, a line each
 };
 
 /// Continuous joints turn without end; the solver's bounds are finite. Their limit is so far out, 100 turns either way,

@@ -51,8 +51,14 @@ Inertia operator+(const Inertia& one, const Inertia& other) {
 }
 
 Result<ChainDynamics> read_chain_dynamics(const std::filesystem::path& file, const UrdfChain& chain) {
-  const auto urdf = read_urdf(file);
+  std::vector<UnreadElement> unread;
+  const auto urdf = read_urdf(file, &unread);
   if (!urdf) return urdf.error();
+  for (const UnreadElement& each : unread) {
+    if (each.element != "inertial") continue;
+    return Error{fmt::format("{}: the <inertial> of link '{}' cannot be read: {}; a simulation with contact needs it",
+                             each.where, each.link, each.reason)};
+  }
   const int n = static_cast<int>(chain.joints.size());
   ChainDynamics dynamics;
   dynamics.links.resize(n + 1);

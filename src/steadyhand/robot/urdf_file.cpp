@@ -1,106 +1,19 @@
 #include "steadyhand/robot/urdf_file.hpp"
 
-#include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <urdf_model/link.h>
 #include <urdf_model/model.h>
-#include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
-#include <exception>
-#include <fstream>
-#include <iterator>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <string_view>
-
-#include "steadyhand/robot/xacro.hpp"
 
 namespace steadyhand {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Collects what urdfdom would print. urdfdom's handler is one for the whole process, hence the lock.
-class Messages : public console_bridge::OutputHandler {
- public:
-  Messages() : lock_(mutex_) { console_bridge::useOutputHandler(this); }
-  ~Messages() override { console_bridge::restorePreviousOutputHandler(); }
-
-  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
-    if (!text_.empty()) text_ += "; ";
-    for (const char c : text) text_ += c == '\n' ? ' ' : c;
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  static inline std::mutex mutex_;
-  std::lock_guard<std::mutex> lock_;
-  std::string text_;
-};
-
-Result<std::string> read_text(const fs::path& file) {
-  std::error_code error;
-  if (file.empty()) return Error{"the path of the URDF is empty"};
-  if (!fs::exists(file, error)) return Error{fmt::format("{}: no such file", file.string())};
-  if (!fs::is_regular_file(file, error)) return Error{fmt::format("{} is not a file", file.string())};
-  std::ifstream stream(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream) return Error{fmt::format("{} cannot be read", file.string())};
-  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
-    return Error{fmt::format("{} is empty: a URDF was expected", file.string())};
-  }
-  return text;
-}
-
-/// How deep elements stand inside each other, roughly: urdfdom's XML parser recurses, and would take minutes or
-/// overflow the stack where a URDF needs a handful.
-int nesting_depth(std::string_view text) {
-  int depth = 0, deepest = 0;
-  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-    if (text.substr(i, 4) == "<!--") {
-      i = text.find("-->", i);
-      if (i == std::string_view::npos) break;
-    } else if (text.substr(i, 2) == "</" || text.substr(i, 2) == "/>") {
-      --depth;
-    } else if (text[i] == '<' && text[i + 1] != '?' && text[i + 1] != '!') {
-      deepest = std::max(deepest, ++depth);
-    }
-  }
-  return deepest;
-}
-
-Result<urdf::ModelInterfaceSharedPtr> parse(const fs::path& file, const std::string& text) {
-  constexpr int kMaxDepth = 100;
-  if (const int depth = nesting_depth(text); depth > kMaxDepth) {
-    return Error{fmt::format("{} is not a usable URDF: its elements stand {} deep inside each other, {} is the most",
-                             file.string(), depth, kMaxDepth)};
-  }
-  Messages messages;
-  urdf::ModelInterfaceSharedPtr model;
-  std::string reason;
-  try {
-    model = urdf::parseURDF(text);
-  } catch (const std::exception& exception) {
-    reason = exception.what();
-  }
-  // What it cannot read of a link's solids it leaves out; nothing would be kept clear of that.
-  constexpr std::string_view kLeftOut = "Could not parse collision element";
-  if (model && messages.text().find(kLeftOut) != std::string::npos) {
-    return Error{fmt::format("{}: {}: a <collision> needs a <geometry> with its sizes, and finite numbers",
-                             file.string(), messages.text())};
-  }
-  if (model) return model;
-  if (!messages.text().empty()) reason = messages.text();
-  if (reason.empty()) reason = "not well-formed XML";
-  return Error{fmt::format(
-      "{} is not a usable URDF: {} (a URDF is XML, <robot> at the top, whose links form one tree: one root, no loop)",
-      file.string(), reason)};
-}
 
 /// urdfdom keeps the last of two parents silently and leaves loops that do not touch the root.
 Status check_tree(const fs::path& file, const urdf::ModelInterface& model) {
@@ -182,12 +95,13 @@ std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& nam
   return std::nullopt;
 }
 
-Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file) {
-  Result<std::string> text = read_text(file);
-  if (text && text->find("<xacro:") != std::string::npos) text = expand_xacro(file);
+Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file, std::vector<UnreadElement>* unread) {
+  const Result<UrdfText> text = read_urdf_text(file);
   if (!text) return text.error();
-  Result<urdf::ModelInterfaceSharedPtr> model = parse(file, *text);
+  std::vector<UnreadElement> found;
+  Result<urdf::ModelInterfaceSharedPtr> model = parse_urdf(file, *text, found);
   if (!model) return model;
+  if (unread != nullptr) *unread = std::move(found);
   if (Status status = check_tree(file, **model); !status) {
     take_apart(**model);
     return status.error();

@@ -1,0 +1,29 @@
+#include "steadyhand/robot/urdf_text.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "steadyhand/robot/xacro.hpp"
+
+namespace steadyhand {
+
+Result<UrdfText> read_urdf_text(const std::filesystem::path& file) {
+  std::error_code error;
+  if (file.empty()) return Error{"the path of the URDF is empty"};
+  if (!std::filesystem::exists(file, error)) return Error{fmt::format("{}: no such file", file.string())};
+  if (!std::filesystem::is_regular_file(file, error)) return Error{fmt::format("{} is not a file", file.string())};
+  std::ifstream stream(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) return Error{fmt::format("{} cannot be read", file.string())};
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+    return Error{fmt::format("{} is empty: a URDF was expected", file.string())};
+  }
+  if (text.find("<xacro:") == std::string::npos) return UrdfText{std::move(text)};
+  Result<std::string> expanded = expand_xacro(file);
+  if (!expanded) return expanded.error();
+  return UrdfText{*std::move(expanded), true};
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,97 @@
+#include "steadyhand/robot/urdf_file.hpp"
+
+#include <gtest/gtest.h>
+#include <urdf_model/link.h>
+#include <urdf_model/model.h>
+
+#include "robot/urdf_text.hpp"
+#include "steadyhand/robot/urdf_chain.hpp"
+#include "steadyhand/robot/urdf_dynamics.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+const std::string kBall = "<geometry><sphere radius='0.1'/></geometry>";
+const std::string kInertia = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>";
+
+/// An arm of one joint whose link l1 has `before`, and then a ball that is seen and a ball that is touched.
+std::string arm_with(const std::string& before) {
+  const std::string link =
+      urdf_link("l1", before + "<visual>" + kBall + "</visual><collision>" + kBall + "</collision>");
+  return urdf_robot(urdf_link("l0") + link + urdf_joint("j1", "revolute", "l0", "l1"));
+}
+
+struct Unreadable {
+  const char *name, *element;  ///< none: nothing is left out
+  std::string text;
+};
+
+void PrintTo(const Unreadable& each, std::ostream* stream) { *stream << each.name; }
+
+class ReadLink : public testing::TestWithParam<Unreadable> {};
+
+TEST_P(ReadLink, KeepsItsSolidsWhateverStandsBeforeThem) {
+  const TemporaryFolder folder;
+  folder.write("a.stl", "");
+  const auto file = folder.write("arm.urdf", arm_with(GetParam().text));
+  std::vector<UnreadElement> unread;
+  const auto model = read_urdf(file, &unread);
+  ASSERT_TRUE(model) << model.error().message;
+  const auto link = (*model)->getLink("l1");
+  EXPECT_EQ(link->collision_array.size(), 1u);
+  EXPECT_EQ(link->visual_array.size(), GetParam().element == nullptr ? 2u : 1u);
+  ASSERT_EQ(unread.size(), GetParam().element == nullptr ? 0u : 1u);
+  if (unread.empty()) return;
+  EXPECT_EQ(unread[0].link, "l1");
+  EXPECT_EQ(unread[0].element, GetParam().element);
+  EXPECT_EQ(unread[0].where, file.string() + ":4");
+  EXPECT_FALSE(unread[0].reason.empty());
+
+  const auto chain = read_urdf_chain(file, "");
+  ASSERT_TRUE(chain) << chain.error().message;
+  ASSERT_EQ(chain->notes.size(), 1u);
+  EXPECT_NE(chain->notes[0].find("<" + unread[0].element + "> of link 'l1'"), std::string::npos) << chain->notes[0];
+  if (unread[0].element == "inertial") {
+    const auto dynamics = read_chain_dynamics(file, *chain);
+    ASSERT_FALSE(dynamics);
+    EXPECT_NE(dynamics.error().message.find("arm.urdf:4: the <inertial> of link 'l1'"), std::string::npos)
+        << dynamics.error().message;
+  }
+}
+
+std::string inertial(const std::string& text) { return "<inertial>" + text + "</inertial>"; }
+std::string visual(const std::string& text) { return "<visual>" + text + "</visual>"; }
+
+INSTANTIATE_TEST_SUITE_P(
+    With, ReadLink,
+    testing::Values(
+        Unreadable{"no_mass", "inertial", inertial(kInertia)},
+        Unreadable{"no_inertia", "inertial", inertial("<mass value='1'/>")},
+        Unreadable{"no_ixy", "inertial", inertial("<mass value='1'/><inertia ixx='1' iyy='1' izz='1'/>")},
+        Unreadable{"comma", "inertial", inertial("<mass value='1,5'/>" + kInertia)},
+        Unreadable{"unit", "inertial", inertial("<mass value='1.2 kg'/>" + kInertia)},
+        Unreadable{"nan", "inertial", inertial("<mass value='nan'/>" + kInertia)},
+        Unreadable{"density", "inertial", inertial("<density value='1'/>")},
+        Unreadable{"short_xyz", "visual", visual("<origin xyz='0 0'/>" + kBall)},
+        Unreadable{"scale", "visual", visual("<geometry><mesh filename='a.stl' scale='1'/></geometry>")},
+        Unreadable{"no_length", "visual", visual("<geometry><cylinder radius='1'/></geometry>")},
+        Unreadable{"two_shapes", "visual", visual("<geometry><box size='1 1 1'/><sphere radius='1'/></geometry>")},
+        Unreadable{"no_geometry", "visual", visual("")},
+        Unreadable{"material_without_name", nullptr, visual(kBall + "<material><color rgba='1 0 0 1'/></material>")},
+        Unreadable{"material_of_another", nullptr,
+                   visual(kBall + "<material name='red'><color rgba='1 0 0 1'/></material>")}),
+    [](const auto& each) { return each.param.name; });
+
+Result<urdf::ModelInterfaceSharedPtr> read_text(const std::string& text, const char* name = "arm.urdf") {
+  const TemporaryFolder folder;
+  return read_urdf(folder.write(name, text));
+}
+
+TEST(ReadUrdf, ReadsALicenceBeforeTheDeclaration) {
+  const auto model = read_text("<!-- licence -->\n" + arm_with(""));
+  EXPECT_TRUE(model) << model.error().message;
+}
+
+}  // namespace
+}  // namespace steadyhand
