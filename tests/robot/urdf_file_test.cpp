@@ -36,7 +36,7 @@ TEST_P(ReadLink, KeepsItsSolidsWhateverStandsBeforeThem) {
   folder.write("a.stl", "");
   const auto file = folder.write("arm.urdf", arm_with(GetParam().text));
   std::vector<UnreadElement> unread;
-  const auto model = read_urdf(file, &unread);
+  const auto model = read_urdf(file, Xacro::kIfNamed, &unread);
   ASSERT_TRUE(model) << model.error().message;
   const auto link = (*model)->getLink("l1");
   EXPECT_EQ(link->collision_array.size(), 1u);
@@ -91,6 +91,17 @@ Result<urdf::ModelInterfaceSharedPtr> read_text(const std::string& text, const c
 TEST(ReadUrdf, ReadsALicenceBeforeTheDeclaration) {
   const auto model = read_text("<!-- licence -->\n" + arm_with(""));
   EXPECT_TRUE(model) << model.error().message;
+}
+
+/// A macro in a comment is text; a macro element is refused.
+TEST(ReadUrdf, ExpandsNoMacrosOfAFileThatIsNotNamedXacro) {
+  const auto commented = read_text(arm_with("<!-- <xacro:inertia mass='1'/> -->"));
+  EXPECT_TRUE(commented) << commented.error().message;
+  const auto macro = read_text(arm_with("<xacro:inertia mass='1'/>"));
+  ASSERT_FALSE(macro);
+  EXPECT_NE(macro.error().message.find("arm.urdf:4: <xacro:inertia> is a xacro macro. Macros can run any code"),
+            std::string::npos)
+      << macro.error().message;
 }
 
 }  // namespace

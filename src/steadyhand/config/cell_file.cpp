@@ -104,7 +104,7 @@ std::string hex_color(const std::vector<double>& rgb) {
 
 Result<Cell> load_cell(const std::filesystem::path& file) {
   if (file.extension() == ".scene") return in_root(with_own_names(load_moveit_scene(file)));
-  if (file.extension() == ".urdf") return in_root(with_own_names(load_urdf_cell(file)));
+  if (file.extension() == ".urdf" || file.extension() == ".xacro") return in_root(with_own_names(load_urdf_cell(file)));
   Result<YamlMap> opened = YamlMap::open(file);
   if (!opened) return opened.error();
   YamlMap& map = *opened;

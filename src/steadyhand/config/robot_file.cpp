@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places, RobotSettings& settings) {
   if (!robot.is_map("urdf")) {
     settings.urdf = file.parent_path() / robot.text("urdf");
+    settings.xacro = Xacro::kIfNamed;
     return;
   }
   YamlMap urdf = robot.map("urdf");
@@ -22,6 +23,7 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
   const Result<fs::path> found = find_in_package(places, package, path);
   if (found) {
     settings.urdf = *found;
+    settings.xacro = urdf.boolean("xacro", false) ? Xacro::kAlways : Xacro::kIfNamed;
   } else {
     const std::string folder = (places.packages.empty() ? places.data / "packages" : places.packages.front()).string();
     urdf.fail("package", ": " + found.error().message +
@@ -161,9 +163,10 @@ Result<ChainDynamics> open_dynamics(const std::string& name, const Places& place
   if (!file) return Error{"robot " + file.error().message};
   const Result<RobotSettings> settings = robot_settings(*file, places);
   if (!settings) return settings.error();
-  const Result<UrdfChain> chain = read_urdf_chain(settings->urdf, settings->tool_link, settings->locked);
+  const Result<UrdfChain> chain =
+      read_urdf_chain(settings->urdf, settings->tool_link, settings->locked, settings->xacro);
   if (!chain) return chain.error();
-  return read_chain_dynamics(settings->urdf, *chain);
+  return read_chain_dynamics(settings->urdf, *chain, settings->xacro);
 }
 
 }  // namespace steadyhand

@@ -57,7 +57,7 @@ Status add_link(const std::string& file, const urdf::Link& link, const Eigen::Is
 }  // namespace
 
 Result<Cell> load_urdf_cell(const std::filesystem::path& file) {
-  const auto model = read_urdf(file);
+  const auto model = read_urdf(file, Xacro::kNever);  // a cell may come from anybody
   if (!model) return model.error();
   Cell cell;
   cell.name = file.stem().string();

@@ -102,8 +102,8 @@ Result<std::vector<Painted>> show(const urdf::Visual& visual, const fs::path& fo
   return parts;
 }
 
-Result<Scene> read_scene(const fs::path& file, const UrdfChain& chain) {
-  const Result<urdf::ModelInterfaceSharedPtr> model = read_urdf(file);
+Result<Scene> read_scene(const fs::path& file, Xacro xacro, const UrdfChain& chain) {
+  const Result<urdf::ModelInterfaceSharedPtr> model = read_urdf(file, xacro);
   if (!model) return model.error();
   std::error_code error;
   const fs::path folder = fs::absolute(file, error).parent_path();
@@ -226,9 +226,9 @@ Result<std::string> arm_scene(const std::string& robot, const std::string& tip, 
     if (!read) return read.error();
     settings = *std::move(read);
   }
-  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked);
+  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked, settings.xacro);
   if (!chain) return chain.error();
-  const Result<Scene> scene = read_scene(settings.urdf, *chain);
+  const Result<Scene> scene = read_scene(settings.urdf, settings.xacro, *chain);
   if (!scene) return scene.error();
 
   for (double grid = kGrid;; grid *= 1.5) {

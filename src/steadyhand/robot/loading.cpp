@@ -200,7 +200,7 @@ class ModelBuilder {
 }  // namespace
 
 Result<RobotModel> load_robot(const RobotSettings& settings) {
-  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked);
+  const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tool_link, settings.locked, settings.xacro);
   if (!chain) return chain.error();
   ModelBuilder builder(settings, *chain);
   if (Status status = builder.run(); !status) return status.error();

@@ -8,6 +8,7 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
+#include "steadyhand/robot/urdf_text.hpp"
 
 namespace steadyhand {
 
@@ -27,6 +28,7 @@ struct RobotSettings {
   std::string name;                                         ///< empty: the URDF's
   std::string meshes;                                       ///< whose the page draws; empty: those of the robot's name
   std::filesystem::path urdf;                               ///< the file
+  Xacro xacro = Xacro::kIfNamed;                            ///< whether xacro expands it
   Eigen::Isometry3d mount = Eigen::Isometry3d::Identity();  ///< of the URDF's root in the base, whose z is up
   std::string tool_name = "tool";                           ///< for messages
   std::string tool_link;  ///< URDF link that carries the tool and ends the chain; empty: the end of the longest chain

@@ -251,9 +251,9 @@ Status add_frames(const std::string& file, const urdf::ModelInterface& model, co
 }  // namespace
 
 Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::string& tool_link,
-                                  const std::map<std::string, double>& locked) {
+                                  const std::map<std::string, double>& locked, Xacro xacro) {
   std::vector<UnreadElement> unread;
-  const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path, &unread);
+  const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path, xacro, &unread);
   if (!parsed) return parsed.error();
   const urdf::ModelInterface& model = **parsed;
   const std::string file = path.string();

@@ -8,6 +8,7 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/robot/model.hpp"
+#include "steadyhand/robot/urdf_text.hpp"
 
 namespace steadyhand {
 
@@ -48,6 +49,6 @@ inline constexpr double kContinuousLimit = 200.0 * M_PI;
 /// @param locked where moving joints beside the chain stand, rad (m), by name. One that mimics another follows it; the
 ///        others stand at 0, or at their limit next to it.
 Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
-                                  const std::map<std::string, double>& locked = {});
+                                  const std::map<std::string, double>& locked = {}, Xacro xacro = Xacro::kIfNamed);
 
 }  // namespace steadyhand

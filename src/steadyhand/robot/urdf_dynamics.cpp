@@ -50,9 +50,9 @@ Inertia operator+(const Inertia& one, const Inertia& other) {
   return both;
 }
 
-Result<ChainDynamics> read_chain_dynamics(const std::filesystem::path& file, const UrdfChain& chain) {
+Result<ChainDynamics> read_chain_dynamics(const std::filesystem::path& file, const UrdfChain& chain, Xacro xacro) {
   std::vector<UnreadElement> unread;
-  const auto urdf = read_urdf(file, &unread);
+  const auto urdf = read_urdf(file, xacro, &unread);
   if (!urdf) return urdf.error();
   for (const UnreadElement& each : unread) {
     if (each.element != "inertial") continue;

@@ -27,6 +27,7 @@ struct ChainDynamics {
 
 /// Reads masses and largest efforts of a chain from its URDF. Refuses, with the reason: a moving link without mass, an
 /// inertia that no body can have, and a joint without a largest effort.
-Result<ChainDynamics> read_chain_dynamics(const std::filesystem::path& file, const UrdfChain& chain);
+Result<ChainDynamics> read_chain_dynamics(const std::filesystem::path& file, const UrdfChain& chain,
+                                          Xacro xacro = Xacro::kIfNamed);
 
 }  // namespace steadyhand

@@ -95,8 +95,8 @@ std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& nam
   return std::nullopt;
 }
 
-Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file, std::vector<UnreadElement>* unread) {
-  const Result<UrdfText> text = read_urdf_text(file);
+Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file, Xacro xacro, std::vector<UnreadElement>* unread) {
+  const Result<UrdfText> text = read_urdf_text(file, xacro);
   if (!text) return text.error();
   std::vector<UnreadElement> found;
   Result<urdf::ModelInterfaceSharedPtr> model = parse_urdf(file, *text, found);

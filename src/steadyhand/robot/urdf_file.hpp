@@ -38,7 +38,7 @@ Result<urdf::ModelInterfaceSharedPtr> parse_urdf(const std::filesystem::path& fi
 /// looked for in the URDF's folder and those above it; where there is none, PATH alone, as packages are copied under
 /// other names.
 /// @param unread what was left out of links, as it cannot be read; nullptr: the caller needs neither
-Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file,
+Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file, Xacro xacro = Xacro::kIfNamed,
                                                 std::vector<UnreadElement>* unread = nullptr);
 
 /// A pose of a URDF.

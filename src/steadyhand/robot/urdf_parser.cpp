@@ -150,6 +150,7 @@ class UrdfReading {
     }
     XMLElement* robot = document.FirstChildElement("robot");
     if (robot == nullptr) return refuse("it has no <robot>");
+    if (Status status = check_for_macros(*robot); !status) return status.error();
     for (XMLElement* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
       if (Status status = take_out_unreadable(*link, unread); !status) return status.error();
     }
@@ -169,6 +170,20 @@ class UrdfReading {
 
   std::string where(const XMLElement& element) const {
     return text_.expanded ? file_ : fmt::format("{}:{}", file_, element.GetLineNum());
+  }
+
+  Status check_for_macros(const XMLElement& element) const {
+    if (std::string_view(element.Name()).starts_with("xacro:")) {
+      return Error{
+          fmt::format("{}: <{}> is a xacro macro. Macros can run any code, so only a robot's file named .xacro is "
+                      "expanded, and never a "
+                      "cell: rename the file if you trust it, or run `xacro {} > plain.urdf`",
+                      where(element), element.Name(), file_)};
+    }
+    for (const XMLElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+      if (Status status = check_for_macros(*child); !status) return status;
+    }
+    return Done{};
   }
 
   Status take_out_unreadable(XMLElement& link, std::vector<UnreadElement>& unread) {

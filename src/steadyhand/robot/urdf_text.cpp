@@ -9,7 +9,7 @@
 
 namespace steadyhand {
 
-Result<UrdfText> read_urdf_text(const std::filesystem::path& file) {
+Result<UrdfText> read_urdf_text(const std::filesystem::path& file, Xacro xacro) {
   std::error_code error;
   if (file.empty()) return Error{"the path of the URDF is empty"};
   if (!std::filesystem::exists(file, error)) return Error{fmt::format("{}: no such file", file.string())};
@@ -20,7 +20,8 @@ Result<UrdfText> read_urdf_text(const std::filesystem::path& file) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return Error{fmt::format("{} is empty: a URDF was expected", file.string())};
   }
-  if (text.find("<xacro:") == std::string::npos) return UrdfText{std::move(text)};
+  const bool named = file.extension() == ".xacro";
+  if (xacro == Xacro::kNever || (xacro == Xacro::kIfNamed && !named)) return UrdfText{std::move(text)};
   Result<std::string> expanded = expand_xacro(file);
   if (!expanded) return expanded.error();
   return UrdfText{*std::move(expanded), true};

@@ -7,13 +7,17 @@
 
 namespace steadyhand {
 
+/// Whether xacro macros are expanded. Their expressions are Python, so expanding runs the code in the file.
+enum class Xacro { kNever, kIfNamed, kAlways };
+
 /// The text of a URDF.
 struct UrdfText {
   std::string text;       ///< XML
   bool expanded = false;  ///< by xacro: lines are not those of the file
 };
 
-/// A URDF's text, expanded by `expand_xacro` if it has macros. Refuses, with the reason: a file that is missing or empty.
-Result<UrdfText> read_urdf_text(const std::filesystem::path& file);
+/// A URDF's text, which is expanded by `expand_xacro` if `xacro` is kAlways, or kIfNamed and the file's name ends in
+/// .xacro. Refuses, with the reason: a file that is missing or empty.
+Result<UrdfText> read_urdf_text(const std::filesystem::path& file, Xacro xacro = Xacro::kIfNamed);
 
 }  // namespace steadyhand
