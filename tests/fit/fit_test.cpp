@@ -6,6 +6,7 @@
 #include <fstream>
 #include <random>
 
+#include "robot/urdf_text.hpp"
 #include "steadyhand/fit/cover.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -177,6 +178,27 @@ TEST(PartsMayMeet, NotWhereFacesStayApart) {
   EXPECT_FALSE(meets(0.13, 1e-3));
   EXPECT_TRUE(meets(0.13, 0.02));
   EXPECT_TRUE(meets(0.1215, 1e-3)) << "too near to be shown within its steps";
+}
+
+/// An arm of one joint, 0.3 m from its base, whose link has this text.
+std::string refusal_of_link(const std::string& text, bool visual = false) {
+  const TemporaryFolder folder;
+  FitSettings settings;
+  settings.urdf = folder.write(
+      "arm.urdf", urdf_robot(urdf_link("l0") + urdf_link("l1", text) + urdf_joint("j1", "revolute", "l0", "l1")));
+  settings.visual = visual;
+  settings.rounds = settings.judged = 0;
+  const Result<FitResult> result = fit_bodies(settings);
+  return result ? "" : result.error().message;
+}
+
+TEST(FitBodies, LeavesNoPartOfALinkWithoutABody) {
+  const std::string bad = "<visual><origin xyz='0 0'/><geometry><sphere radius='1'/></geometry></visual>";
+  const std::string said = refusal_of_link(bad);
+  EXPECT_NE(said.find("arm.urdf:4: the <visual> of link 'l1' cannot be read"), std::string::npos) << said;
+  const std::string good = "<collision><geometry><sphere radius='0.1'/></geometry></collision>";
+  EXPECT_NE(refusal_of_link(bad + good, true).find("<visual>"), std::string::npos);
+  EXPECT_EQ(refusal_of_link(bad + good).find("<visual>"), std::string::npos);
 }
 
 }  // namespace

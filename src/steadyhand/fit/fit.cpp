@@ -440,9 +440,11 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
   result.model = *std::move(bare);
   const Result<UrdfChain> chain = read_urdf_chain(settings.urdf, settings.tip);
   if (!chain) return chain.error();
-  const Result<urdf::ModelInterfaceSharedPtr> read = read_urdf(settings.urdf);
+  std::vector<UnreadElement> unread;
+  const Result<urdf::ModelInterfaceSharedPtr> read = read_urdf(settings.urdf, Xacro::kIfNamed, &unread);
   if (!read) return read.error();
   const urdf::ModelInterface& urdf = **read;
+  if (Status s = check_unread(urdf, unread, settings); !s) return s.error();
   for (const auto& [name, files] : settings.meshes) {
     if (!urdf.getLink(name)) return Error{fmt::format("{} has no link '{}'", settings.urdf.string(), name)};
   }

@@ -129,6 +129,18 @@ Status LinkReader::add_element(const std::string& link, const char* use, const u
   return Done{};
 }
 
+Status check_unread(const urdf::ModelInterface& urdf, const std::vector<UnreadElement>& unread,
+                    const FitSettings& settings) {
+  for (const UnreadElement& each : unread) {
+    const urdf::LinkConstSharedPtr link = urdf.getLink(each.link);
+    const bool covered = settings.visual || (link && link->collision_array.empty());
+    if (each.element != "visual" || !covered || settings.meshes.contains(each.link)) continue;
+    return Error{fmt::format("{}: the <visual> of link '{}' cannot be read: {}; no body would cover it", each.where,
+                             each.link, each.reason)};
+  }
+  return Done{};
+}
+
 std::vector<std::vector<const urdf::Link*>> group_links(const urdf::ModelInterface& urdf, const UrdfChain& chain,
                                                         const FitSettings& settings,
                                                         std::vector<std::string>& left_out) {

@@ -10,6 +10,7 @@
 #include "steadyhand/fit/cover.hpp"
 #include "steadyhand/fit/fit.hpp"
 #include "steadyhand/robot/urdf_chain.hpp"
+#include "steadyhand/robot/urdf_file.hpp"
 
 namespace steadyhand {
 
@@ -38,6 +39,10 @@ class LinkReader {
   const FitSettings& settings_;
   std::filesystem::path folder_;
 };
+
+/// Refuses what would leave part of a link without a body: a <visual> that cannot be read and is to be covered.
+Status check_unread(const urdf::ModelInterface& urdf, const std::vector<UnreadElement>& unread,
+                    const FitSettings& settings);
 
 /// The URDF's links with geometry, in groups that are covered together: the first holds the others. Of very many, those
 /// that move elsewhere are left out.
