@@ -183,6 +183,7 @@ TEST(PartsMayMeet, NotWhereFacesStayApart) {
 /// An arm of one joint, 0.3 m from its base, whose link has this text.
 std::string refusal_of_link(const std::string& text, bool visual = false) {
   const TemporaryFolder folder;
+  folder.write("lfs.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
   FitSettings settings;
   settings.urdf = folder.write(
       "arm.urdf", urdf_robot(urdf_link("l0") + urdf_link("l1", text) + urdf_joint("j1", "revolute", "l0", "l1")));
@@ -190,6 +191,12 @@ std::string refusal_of_link(const std::string& text, bool visual = false) {
   settings.rounds = settings.judged = 0;
   const Result<FitResult> result = fit_bodies(settings);
   return result ? "" : result.error().message;
+}
+
+TEST(FitBodies, NamesAGitLfsPointer) {
+  const std::string said = refusal_of_link("<collision><geometry><mesh filename='lfs.stl'/></geometry></collision>");
+  EXPECT_NE(said.find("lfs.stl is a Git LFS pointer, not the file itself: run `git lfs pull`"), std::string::npos)
+      << said;
 }
 
 TEST(FitBodies, LeavesNoPartOfALinkWithoutABody) {

@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCsv{"TwoSigns", kHeader + kRow + "1,0,+-2,0,0,0,0,1\n", ":3: column py is \"+-2\""},
         BadCsv{"OnlyASign", kHeader + kRow + "1,0,+,0,0,0,0,1\n", ":3: column py is \"+\""},
         BadCsv{"GitLfs", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n",
-               "hand.csv: is a pointer of Git LFS, not the file itself; `git lfs pull` gets that"},
+               "hand.csv: is a Git LFS pointer, not the file itself: run `git lfs pull` in its repository"},
         BadCsv{"Utf16", std::string("\xFF\xFEt\0,\0p\0", 8), "is UTF-16 text; save it as UTF-8"},
         BadCsv{"EmptyCell", kHeader + kRow + "1,0,,0,0,0,0,1\n", ":3: column py is \"\""},
         BadCsv{"Binary", kHeader + std::string("\0\x01\xff", 3) + ",0,0,0,0,0,0,1\n", ":2: column t is"},

@@ -188,7 +188,7 @@ TEST(McapReader, TellsWhatIsNoMcap) {
     EXPECT_NE(overview.error().message.find("is no MCAP file"), std::string::npos) << overview.error().message;
   }
   write_file(path, "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
-  EXPECT_NE(read_mcap(path).error().message.find("is a pointer of Git LFS"), std::string::npos);
+  EXPECT_NE(read_mcap(path).error().message.find("is a Git LFS pointer"), std::string::npos);
   EXPECT_FALSE(read_mcap(test::temporary_file("missing.mcap")));
   EXPECT_FALSE(is_mcap(test::temporary_file(".")));
 }

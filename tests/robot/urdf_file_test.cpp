@@ -104,5 +104,22 @@ TEST(ReadUrdf, ExpandsNoMacrosOfAFileThatIsNotNamedXacro) {
       << macro.error().message;
 }
 
+TEST(ReadUrdf, NamesWhatIsNotTheFileItself) {
+  const auto pointer = read_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
+  ASSERT_FALSE(pointer);
+  EXPECT_NE(pointer.error().message.find("arm.urdf is a Git LFS pointer"), std::string::npos);
+  std::string little = "\xff\xfe", big = "\xfe\xff";
+  for (const char c : arm_with("")) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& text : {little, big, little.substr(2)}) {
+    const auto wide = read_text(text);
+    ASSERT_FALSE(wide);
+    EXPECT_NE(wide.error().message.find("arm.urdf is UTF-16; a URDF must be UTF-8"), std::string::npos)
+        << wide.error().message;
+  }
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -17,8 +17,9 @@ inline bool is_name(std::string_view text) {
 
 /// Whether a file that begins so is what Git LFS leaves in the place of a file until that is pulled.
 inline bool is_lfs_pointer(std::string_view begin) { return begin.starts_with("version https://git-lfs.github.com/"); }
-/// Behind the file's name.
-inline constexpr std::string_view kLfsAdvice = "is a pointer of Git LFS, not the file itself; `git lfs pull` gets that";
+/// Follows the file's name in a message.
+inline constexpr std::string_view kLfsPointer =
+    "is a Git LFS pointer, not the file itself: run `git lfs pull` in its repository";
 
 /// The text as a terminal may have it: line ends, tabs and valid UTF-8 are unchanged. Control characters, characters
 /// that change the direction of the text, and bytes that are not UTF-8 are written as in C: a backslash, x and two

@@ -7,8 +7,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <fstream>
+
+#include "steadyhand/core/text.hpp"
 
 namespace steadyhand {
 
@@ -75,6 +79,9 @@ Status triangulate(Assimp::Importer& importer, const std::filesystem::path& file
 }  // namespace
 
 Result<std::vector<Painted>> load_painted_mesh(const std::filesystem::path& file) {
+  std::array<char, 64> begin{};
+  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+  if (is_lfs_pointer({begin.data(), begin.size()})) return Error{fmt::format("{} {}", file.string(), kLfsPointer)};
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), 0);

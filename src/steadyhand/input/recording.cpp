@@ -54,7 +54,7 @@ Result<Recording> load_recording(const std::filesystem::path& path, const Record
     return Error{fmt::format("{}: is empty; a recording is a CSV or an A-Frame JSON file", name)};
   }
 
-  if (is_lfs_pointer(*text)) return Error{fmt::format("{}: {}", name, kLfsAdvice)};
+  if (is_lfs_pointer(*text)) return Error{fmt::format("{}: {}", name, kLfsPointer)};
   if (text->starts_with("\xFF\xFE") || text->starts_with("\xFE\xFF")) {
     return Error{fmt::format("{}: is UTF-16 text; save it as UTF-8", name)};
   }

@@ -86,7 +86,7 @@ class Reader {
       magic.resize(200);
       seek(0);
       (void)fill(magic);
-      return Error{fmt::format("{}: {}", name_, is_lfs_pointer(magic) ? kLfsAdvice : "is no MCAP file")};
+      return Error{fmt::format("{}: {}", name_, is_lfs_pointer(magic) ? kLfsPointer : "is no MCAP file")};
     }
     whole_until_ = overview_.end;
     std::optional<Error> damage;

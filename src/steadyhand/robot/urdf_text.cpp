@@ -5,9 +5,23 @@
 #include <fstream>
 #include <iterator>
 
+#include "steadyhand/core/text.hpp"
 #include "steadyhand/robot/xacro.hpp"
 
 namespace steadyhand {
+
+namespace {
+
+/// With a byte order mark, or as '<' begins in it.
+bool is_utf16(std::string_view text) {
+  using namespace std::string_view_literals;
+  for (const std::string_view begin : {"\xff\xfe"sv, "\xfe\xff"sv, "<\0"sv, "\0<"sv}) {
+    if (text.starts_with(begin)) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 Result<UrdfText> read_urdf_text(const std::filesystem::path& file, Xacro xacro) {
   std::error_code error;
@@ -19,6 +33,11 @@ Result<UrdfText> read_urdf_text(const std::filesystem::path& file, Xacro xacro) 
   if (!stream) return Error{fmt::format("{} cannot be read", file.string())};
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     return Error{fmt::format("{} is empty: a URDF was expected", file.string())};
+  }
+  if (is_lfs_pointer(text)) return Error{fmt::format("{} {}", file.string(), kLfsPointer)};
+  if (is_utf16(text)) {
+    return Error{
+        fmt::format("{0} is UTF-16; a URDF must be UTF-8: `iconv -f UTF-16 -t UTF-8 {0} > utf8.urdf`", file.string())};
   }
   const bool named = file.extension() == ".xacro";
   if (xacro == Xacro::kNever || (xacro == Xacro::kIfNamed && !named)) return UrdfText{std::move(text)};

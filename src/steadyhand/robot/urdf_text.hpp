@@ -17,7 +17,7 @@ struct UrdfText {
 };
 
 /// A URDF's text, which is expanded by `expand_xacro` if `xacro` is kAlways, or kIfNamed and the file's name ends in
-/// .xacro. Refuses, with the reason: a file that is missing or empty.
+/// .xacro. Refuses, with the reason: a file that is missing, empty, UTF-16 or a Git LFS pointer.
 Result<UrdfText> read_urdf_text(const std::filesystem::path& file, Xacro xacro = Xacro::kIfNamed);
 
 }  // namespace steadyhand
