@@ -121,5 +121,15 @@ TEST(ReadUrdf, NamesWhatIsNotTheFileItself) {
   }
 }
 
+TEST(FindMesh, DecodesAUri) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("my package/a b.stl", ""), literal = folder.write("my package/c%20d.stl", "");
+  const std::filesystem::path inside = folder.path() / "my package";
+  EXPECT_EQ(find_mesh(inside, "file://" + folder.path().string() + "/my%20package/a%20b.stl"), file);
+  EXPECT_EQ(find_mesh(inside, "package://my%20package/a%20b.stl"), file);
+  EXPECT_EQ(find_mesh(inside, "c%20d.stl"), literal);
+  EXPECT_EQ(find_mesh(inside, "a%2.stl"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace steadyhand

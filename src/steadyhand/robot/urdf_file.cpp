@@ -5,6 +5,7 @@
 #include <urdf_model/model.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <optional>
 #include <string>
@@ -67,16 +68,24 @@ Status check_meshes(const fs::path& file, const urdf::ModelInterface& model) {
   return Done{};
 }
 
-}  // namespace
-
-Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = Quaternion(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).normalized().matrix();
-  T.translation() = Vector3(pose.position.x, pose.position.y, pose.position.z);
-  return T;
+/// Decodes a URI: %20 is a space.
+std::string percent_decoded(const std::string& name) {
+  const auto is_hex = [&](std::size_t i) {
+    return i < name.size() && std::isxdigit(static_cast<unsigned char>(name[i])) != 0;
+  };
+  std::string decoded;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (name[i] == '%' && is_hex(i + 1) && is_hex(i + 2)) {
+      decoded += static_cast<char>(std::stoi(name.substr(i + 1, 2), nullptr, 16));
+      i += 2;
+    } else {
+      decoded += name[i];
+    }
+  }
+  return decoded;
 }
 
-std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& name) {
+std::optional<fs::path> find_mesh_as_written(const fs::path& folder, const std::string& name) {
   const auto existing = [](const fs::path& path) -> std::optional<fs::path> {
     std::error_code error;
     if (fs::is_regular_file(path, error)) return path;
@@ -93,6 +102,21 @@ std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& nam
     }
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+Eigen::Isometry3d to_eigen(const urdf::Pose& pose) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Quaternion(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z).normalized().matrix();
+  T.translation() = Vector3(pose.position.x, pose.position.y, pose.position.z);
+  return T;
+}
+
+std::optional<fs::path> find_mesh(const fs::path& folder, const std::string& name) {
+  if (const auto found = find_mesh_as_written(folder, name)) return found;
+  const std::string decoded = percent_decoded(name);
+  return decoded == name ? std::nullopt : find_mesh_as_written(folder, decoded);
 }
 
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const fs::path& file, Xacro xacro, std::vector<UnreadElement>* unread) {

@@ -36,7 +36,7 @@ Result<urdf::ModelInterfaceSharedPtr> parse_urdf(const std::filesystem::path& fi
 ///
 /// Mesh names are paths relative to the URDF's folder, file:// paths, or package://NAME/PATH, where the folder NAME is
 /// looked for in the URDF's folder and those above it; where there is none, PATH alone, as packages are copied under
-/// other names.
+/// other names. Where there is no such file, %20 and the like are decoded.
 /// @param unread what was left out of links, as it cannot be read; nullptr: the caller needs neither
 Result<urdf::ModelInterfaceSharedPtr> read_urdf(const std::filesystem::path& file, Xacro xacro = Xacro::kIfNamed,
                                                 std::vector<UnreadElement>* unread = nullptr);
