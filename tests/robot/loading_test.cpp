@@ -29,6 +29,10 @@ Result<RobotModel> load_text(const std::string& text, const std::function<void(R
 
 const std::string kRevolute = "<axis xyz='0 0 1'/><limit lower='-3' upper='3' velocity='2' effort='10'/>";
 
+std::string one_joint(const std::string& type, const std::string& content) {
+  return urdf_robot(urdf_link("l0") + urdf_link("l1") + urdf_joint("j1", type, "l0", "l1", content));
+}
+
 TEST(LoadRobot, TakesDefaultsFromTheUrdf) {
   const auto model = load_text(urdf_robot(urdf_serial_arm(3)));
   ASSERT_TRUE(model) << model.error().message;
@@ -198,6 +202,19 @@ TEST(LoadRobot, TheChainMayEndEarlier) {
   EXPECT_EQ(short_arm->dof(), 2);
 }
 
+/// Its cables may limit how far it turns. urdfdom reads absent limits as 0.
+TEST(LoadRobot, AContinuousJointHasTheLimitsThatTheUrdfGivesIt) {
+  const auto limits = [](const std::string& range) {
+    const auto model =
+        load_text(one_joint("continuous", "<axis xyz='0 0 1'/><limit " + range + " velocity='2' effort='1'/>"));
+    EXPECT_TRUE(model) << model.error().message;
+    return std::pair(model->position_min[0], model->position_max[0]);
+  };
+  EXPECT_EQ(limits("lower='-6.28' upper='3'"), std::pair(-6.28, 3.0));
+  EXPECT_EQ(limits(""), std::pair(-kContinuousLimit, kContinuousLimit));
+  EXPECT_EQ(limits("lower='1' upper='-1'"), std::pair(-kContinuousLimit, kContinuousLimit));
+}
+
 struct Refusal {
   const char* name;
   std::string urdf;
@@ -215,10 +232,6 @@ TEST_P(LoadRobotRefuses, WithTheReason) {
   const auto model = load_text(refusal.urdf, refusal.change);
   ASSERT_FALSE(model);
   EXPECT_NE(model.error().message.find(refusal.message), std::string::npos) << model.error().message;
-}
-
-std::string one_joint(const std::string& type, const std::string& content) {
-  return urdf_robot(urdf_link("l0") + urdf_link("l1") + urdf_joint("j1", type, "l0", "l1", content));
 }
 
 std::string nested(int depth) {

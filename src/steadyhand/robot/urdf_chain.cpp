@@ -120,16 +120,20 @@ Result<Joint> read_joint(const std::string& file, const urdf::Joint& urdf_joint,
   return joint;
 }
 
+/// A continuous joint may have one, too: its <limit> says how far the cables let it turn.
+bool has_range(const urdf::Joint& joint) { return joint.limits && joint.limits->lower < joint.limits->upper; }
+
 UrdfLimits read_limits(const urdf::Joint& joint) {
   UrdfLimits limits;
-  if (joint.type == urdf::Joint::CONTINUOUS) {
-    limits.lower = -kContinuousLimit;
-    limits.upper = kContinuousLimit;
-  } else if (joint.limits) {
+  if (joint.limits) {
     limits.lower = joint.limits->lower;
     limits.upper = joint.limits->upper;
+    limits.velocity = joint.limits->velocity;
   }
-  if (joint.limits) limits.velocity = joint.limits->velocity;
+  if (joint.type == urdf::Joint::CONTINUOUS && !has_range(joint)) {
+    limits.lower = -kContinuousLimit;
+    limits.upper = kContinuousLimit;
+  }
   return limits;
 }
 
@@ -191,7 +195,8 @@ class Locks {
 
  private:
   static std::pair<double, double> range(const urdf::Joint& joint) {
-    if (joint.type == urdf::Joint::CONTINUOUS || !joint.limits || !(joint.limits->lower <= joint.limits->upper))
+    const bool continuous = joint.type == urdf::Joint::CONTINUOUS && !has_range(joint);
+    if (continuous || !joint.limits || !(joint.limits->lower <= joint.limits->upper))
       return {-kContinuousLimit, kContinuousLimit};
     return {joint.limits->lower, joint.limits->upper};
   }

@@ -45,7 +45,8 @@ inline constexpr double kContinuousLimit = 200.0 * M_PI;
 /// Reads the chain from the root link to `tool_link`. Empty: the end of the chain with most moving joints, but no
 /// further than where, behind four of them, moving joints part ways, as a gripper's fingers do. Revolute, continuous,
 /// prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; an axis may miss unit length by 1 %
-/// and is normalised. Not read: safety_controller, dynamics.
+/// and is normalised. A continuous joint has the limits of its limit element if that gives a range, else
+/// kContinuousLimit. Not read: safety_controller, dynamics.
 /// @param locked where moving joints beside the chain stand, rad (m), by name. One that mimics another follows it; the
 ///        others stand at 0, or at their limit next to it.
 Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
