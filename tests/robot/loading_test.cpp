@@ -215,6 +215,28 @@ TEST(LoadRobot, AContinuousJointHasTheLimitsThatTheUrdfGivesIt) {
   EXPECT_EQ(limits("lower='1' upper='-1'"), std::pair(-kContinuousLimit, kContinuousLimit));
 }
 
+TEST(LoadRobot, SoftLimitsAreThePositionLimitsAndAreReported) {
+  const std::string text = one_joint(
+      "revolute", kRevolute + "<safety_controller k_velocity='10' soft_lower_limit='-0.5' soft_upper_limit='9'/>");
+  const auto model = load_text(text);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->position_min[0], -0.5);
+  EXPECT_EQ(model->position_max[0], 3.0) << "<limit> is narrower";
+  ASSERT_EQ(model->assumptions.size(), 1u);
+  EXPECT_NE(model->assumptions[0].find("j1 -0.5 to 3 instead of -3 to 3 rad"), std::string::npos)
+      << model->assumptions[0];
+  const auto overridden = load_text(text, [](RobotSettings& settings) {
+    settings.position_min = {{-2.0}};
+    settings.position_max = {{2.0}};
+  });
+  ASSERT_TRUE(overridden) << overridden.error().message;
+  EXPECT_EQ(overridden->position_min[0], -2.0);
+  EXPECT_TRUE(overridden->assumptions.empty());
+  const auto none = load_text(one_joint("revolute", kRevolute + "<safety_controller k_velocity='10'/>"));
+  ASSERT_TRUE(none) << none.error().message;
+  EXPECT_EQ(none->position_min[0], -3.0);
+}
+
 struct Refusal {
   const char* name;
   std::string urdf;

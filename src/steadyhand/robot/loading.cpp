@@ -36,8 +36,8 @@ class ModelBuilder {
                       chain_.tool_link, fmt::join(standing, ", ")));
     }
     for (const auto step :
-         {&ModelBuilder::add_mount, &ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::add_home,
-          &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
+         {&ModelBuilder::add_mount, &ModelBuilder::add_tool, &ModelBuilder::add_limits, &ModelBuilder::note_soft_limits,
+          &ModelBuilder::add_home, &ModelBuilder::add_bodies, &ModelBuilder::add_pairs, &ModelBuilder::check_home}) {
       if (Status status = (this->*step)(); !status) return status;
     }
     return Done{};
@@ -121,13 +121,30 @@ class ModelBuilder {
     return check_positive("acceleration_max", model.acceleration_max);
   }
 
+  Status note_soft_limits() {
+    std::vector<std::string> soft;
+    for (int k = 0; k < model.dof() && !(settings_.position_min && settings_.position_max); ++k) {
+      const auto& beyond = chain_.limits[k].beyond_soft;
+      if (!beyond) continue;
+      soft.push_back(fmt::format("{} {:.4g} to {:.4g} instead of {:.4g} to {:.4g} {}", model.joints[k].name,
+                                 model.position_min[k], model.position_max[k], beyond->lower, beyond->upper, unit(k)));
+    }
+    if (soft.empty()) return Done{};
+    model.assumptions.push_back(
+        fmt::format("the soft limits of <safety_controller> are the position limits: {}; 'position_min' and "
+                    "'position_max' in a robot file override them",
+                    fmt::join(soft, ", ")));
+    return Done{};
+  }
+
   Status add_home() {
     const auto middle = [&](int k) { return std::optional(0.5 * (model.position_min[k] + model.position_max[k])); };
     if (Status s = fill("home", settings_.home, middle, model.home); !s) return s;
     for (int k = 0; k < model.dof(); ++k) {
       if (model.position_min[k] <= model.home[k] && model.home[k] <= model.position_max[k]) continue;
-      return refuse(fmt::format("home[{}] = {} {} is outside the limits {} to {} of joint '{}'", k, model.home[k],
-                                unit(k), model.position_min[k], model.position_max[k], model.joints[k].name));
+      return refuse(fmt::format("home[{}] = {} {} is outside the limits {} to {} of joint '{}'{}", k, model.home[k],
+                                unit(k), model.position_min[k], model.position_max[k], model.joints[k].name,
+                                chain_.limits[k].beyond_soft ? ", the soft ones of its <safety_controller>" : ""));
     }
     return Done{};
   }

@@ -134,6 +134,14 @@ UrdfLimits read_limits(const urdf::Joint& joint) {
     limits.lower = -kContinuousLimit;
     limits.upper = kContinuousLimit;
   }
+  if (!joint.safety || !limits.lower) return limits;
+  // Soft limits that leave no range are ignored: urdfdom reads absent ones as 0.
+  const double lower = std::max(*limits.lower, joint.safety->soft_lower_limit);
+  const double upper = std::min(*limits.upper, joint.safety->soft_upper_limit);
+  if (!(lower < upper) || (lower == *limits.lower && upper == *limits.upper)) return limits;
+  limits.beyond_soft = {*limits.lower, *limits.upper};
+  limits.lower = lower;
+  limits.upper = upper;
   return limits;
 }
 

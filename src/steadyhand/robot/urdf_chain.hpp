@@ -14,9 +14,16 @@ namespace steadyhand {
 
 /// What a URDF says about one moving joint's limits; absent where it says nothing.
 struct UrdfLimits {
+  /// From a lower limit to an upper one.
+  struct Range {
+    double lower;  ///< rad (m)
+    double upper;  ///< rad (m)
+  };
   std::optional<double> lower;     ///< rad (m)
   std::optional<double> upper;     ///< rad (m)
   std::optional<double> velocity;  ///< rad/s (m/s)
+  /// The URDF's limit element, if the soft limits of its safety_controller are narrower: these are lower and upper.
+  std::optional<Range> beyond_soft;
 };
 
 /// The serial chain of a URDF with its fixed joints merged away.
@@ -46,7 +53,7 @@ inline constexpr double kContinuousLimit = 200.0 * M_PI;
 /// further than where, behind four of them, moving joints part ways, as a gripper's fingers do. Revolute, continuous,
 /// prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; an axis may miss unit length by 1 %
 /// and is normalised. A continuous joint has the limits of its limit element if that gives a range, else
-/// kContinuousLimit. Not read: safety_controller, dynamics.
+/// kContinuousLimit. Not read: dynamics.
 /// @param locked where moving joints beside the chain stand, rad (m), by name. One that mimics another follows it; the
 ///        others stand at 0, or at their limit next to it.
 Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
