@@ -237,6 +237,19 @@ TEST(LoadRobot, SoftLimitsAreThePositionLimitsAndAreReported) {
   EXPECT_EQ(none->position_min[0], -3.0);
 }
 
+TEST(LoadRobot, AGripperThatCountsAsAJointIsReported) {
+  const std::string text =
+      urdf_robot(urdf_serial_arm(5) + urdf_link("mover") + urdf_joint("jointGripper", "revolute", "l5", "mover"));
+  const auto found = load_text(text);
+  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_EQ(found->assumptions.size(), 1u);
+  EXPECT_NE(found->assumptions[0].find("'jointGripper' counts as joint 6 of the arm"), std::string::npos);
+  EXPECT_NE(found->assumptions[0].find("--tip l5"), std::string::npos) << found->assumptions[0];
+  const auto chosen = load_text(text, [](RobotSettings& settings) { settings.tool_link = "mover"; });
+  ASSERT_TRUE(chosen) << chosen.error().message;
+  EXPECT_TRUE(chosen->assumptions.empty()) << "the caller has chosen the end";
+}
+
 struct Refusal {
   const char* name;
   std::string urdf;

@@ -123,8 +123,9 @@ Result<RobotModel> open_fitted_robot(const std::string& name, const std::string&
   std::error_code error;
   if (!folder.empty() && fs::is_regular_file(kept, error)) {
     if (Result<RobotSettings> settings = load_robot_settings(kept, places)) {
-      settings->urdf = *file;    // the same one may have moved
-      settings->locked.clear();  // so that what is assumed is told
+      settings->urdf = *file;     // the same one may have moved
+      settings->locked.clear();   // so that what is assumed is reported
+      settings->tool_link = tip;  // likewise
       Result<RobotModel> model = load_robot(*settings);
       if (model) {
         say(fmt::format("{}: {} bodies, fitted before ({})", name, model->bodies.size(), kept.string()));

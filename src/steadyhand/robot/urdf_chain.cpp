@@ -7,8 +7,10 @@
 #include <urdf_model/model.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
+#include <string_view>
 
 #include "steadyhand/core/nearest.hpp"
 #include "steadyhand/robot/urdf_file.hpp"
@@ -143,6 +145,24 @@ UrdfLimits read_limits(const urdf::Joint& joint) {
   limits.lower = lower;
   limits.upper = upper;
   return limits;
+}
+
+bool names_a_gripper(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto says = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+  return says("grip") || says("finger") || says("jaw") || says("claw") || says("thumb");
+}
+
+/// A gripper that one joint moves looks like the arm's last joint.
+void note_gripper(const std::vector<const urdf::Joint*>& joints, UrdfChain& chain) {
+  const auto last = std::find_if(joints.rbegin(), joints.rend(), [](const auto* joint) { return moves(*joint); });
+  if (last == joints.rend()) return;
+  const urdf::Joint& joint = **last;
+  if (!names_a_gripper(joint.name)) return;
+  chain.notes.push_back(fmt::format(
+      "joint '{}' counts as joint {} of the arm, and by its name it moves a gripper: if so, let the arm end before it, "
+      "by --tip {} or tool.link in a robot file (docs/robots.md)",
+      joint.name, chain.joints.size(), joint.parent_link_name));
 }
 
 void note_unread(const std::vector<UnreadElement>& unread, UrdfChain& chain) {
@@ -303,6 +323,7 @@ Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::
                              chain.link_names[0], tool->name, chain.joints.size(), kMaxJoints)};
   }
   note_unread(unread, chain);
+  if (tool_link.empty()) note_gripper(joints, chain);
   const std::set<const urdf::Joint*> on_chain(joints.begin(), joints.end());
   const Locks locks(file, model, on_chain, locked);
   if (Status status = locks.check(); !status) return status.error();
