@@ -184,6 +184,9 @@ TEST(PartsMayMeet, NotWhereFacesStayApart) {
 std::string refusal_of_link(const std::string& text, bool visual = false) {
   const TemporaryFolder folder;
   folder.write("lfs.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
+  folder.write("mm.stl",
+               "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 120 0 0\nvertex 0 80 0\nendloop\n"
+               "endfacet\nendsolid a\n");
   FitSettings settings;
   settings.urdf = folder.write(
       "arm.urdf", urdf_robot(urdf_link("l0") + urdf_link("l1", text) + urdf_joint("j1", "revolute", "l0", "l1")));
@@ -197,6 +200,14 @@ TEST(FitBodies, NamesAGitLfsPointer) {
   const std::string said = refusal_of_link("<collision><geometry><mesh filename='lfs.stl'/></geometry></collision>");
   EXPECT_NE(said.find("lfs.stl is a Git LFS pointer, not the file itself: run `git lfs pull`"), std::string::npos)
       << said;
+}
+
+TEST(FitBodies, AsksForTheUnitOfAMeshThatIsLargerThanTheArm) {
+  const std::string said = refusal_of_link("<visual><geometry><mesh filename='mm.stl'/></geometry></visual>");
+  EXPECT_NE(said.find("the visual geometry of link 'l1' is 120 m long, the joints of the whole arm are 0.3 m apart"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("scale=\"0.001 0.001 0.001\""), std::string::npos) << said;
 }
 
 TEST(FitBodies, LeavesNoPartOfALinkWithoutABody) {

@@ -250,6 +250,26 @@ TEST(LoadRobot, AGripperThatCountsAsAJointIsReported) {
   EXPECT_TRUE(chosen->assumptions.empty()) << "the caller has chosen the end";
 }
 
+TEST(LoadRobot, DegreesAndMillimetresRaiseDoubts) {
+  const auto doubts = [](const std::string& limit, double length) {
+    std::string text =
+        urdf_robot(urdf_serial_arm(2) + urdf_link("end") +
+                   urdf_joint("last", "revolute", "l2", "end", "<axis xyz='0 0 1'/><limit effort='1' " + limit + "/>"));
+    const std::size_t origin = text.rfind("0.3 0 0");
+    const auto model = load_text(text.replace(origin, 7, fmt::format("{} 0 0", length)));
+    EXPECT_TRUE(model) << model.error().message;
+    std::string all;
+    for (const std::string& doubt : doubts_about(*model)) all += doubt + "\n";
+    return all;
+  };
+  const std::string fine = doubts("lower='-6.3' upper='6.3' velocity='3'", 0.3);
+  EXPECT_EQ(fine.find("degrees or mm"), std::string::npos) << fine;
+  EXPECT_EQ(fine.find("in mm"), std::string::npos) << fine;
+  EXPECT_NE(doubts("lower='-170' upper='170' velocity='3'", 0.3).find("last -170 to 170 rad"), std::string::npos);
+  EXPECT_NE(doubts("lower='-3' upper='3' velocity='180'", 0.3).find("last 180 rad/s"), std::string::npos);
+  EXPECT_NE(doubts("lower='-3' upper='3' velocity='3'", 300).find("are 300.3 m apart in all"), std::string::npos);
+}
+
 struct Refusal {
   const char* name;
   std::string urdf;

@@ -467,6 +467,7 @@ Result<FitResult> fit_bodies(const FitSettings& settings) {
       Result<LinkGeometry> geometry = reader.read(*member);
       if (!geometry) return geometry.error();
       if (geometry->pieces.empty()) continue;
+      if (Status s = check_size(settings, *member, *geometry, *chain); !s) return s.error();
       if (all.source.empty()) all.source = geometry->source;
       if (group.size() == 1) all.exact = geometry->exact;
       const Eigen::Affine3d placed(chain->frames.at(link.link).X_link_frame.inverse() *

@@ -4,6 +4,7 @@
 #include <urdf_model/link.h>
 #include <urdf_model/model.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -139,6 +140,25 @@ Status check_unread(const urdf::ModelInterface& urdf, const std::vector<UnreadEl
                              each.link, each.reason)};
   }
   return Done{};
+}
+
+Status check_size(const FitSettings& settings, const urdf::Link& link, const LinkGeometry& geometry,
+                  const UrdfChain& chain) {
+  constexpr double kLongest = 5.0, kHall = 1000.0;  // m, and so many times as long as the arm; what does not move
+  double arm = 0.0;
+  for (const Joint& joint : chain.joints) arm += joint.origin.translation().norm();
+  Eigen::AlignedBox3d box;
+  for (const Surface& piece : geometry.pieces) {
+    for (const Triangle& triangle : piece) {
+      for (const Vector3& corner : triangle) box.extend(corner);
+    }
+  }
+  const double length = box.sizes().maxCoeff();
+  if (length <= (chain.frames.at(link.name).link == 0 ? kHall : kLongest * std::max(1.0, arm))) return Done{};
+  return Error{
+      fmt::format("{}: the {} geometry of link '{}' is {:.4g} m long, the joints of the whole arm are {:.3g} m apart. "
+                  "Is it in mm? A URDF has m: give a mesh in mm scale=\"0.001 0.001 0.001\"",
+                  settings.urdf.string(), geometry.source, link.name, length, arm)};
 }
 
 std::vector<std::vector<const urdf::Link*>> group_links(const urdf::ModelInterface& urdf, const UrdfChain& chain,

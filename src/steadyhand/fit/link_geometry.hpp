@@ -44,6 +44,10 @@ class LinkReader {
 Status check_unread(const urdf::ModelInterface& urdf, const std::vector<UnreadElement>& unread,
                     const FitSettings& settings);
 
+/// Refuses a link that is far longer than the arm, or, if the arm does not move it, than a hall: its mesh is in mm.
+Status check_size(const FitSettings& settings, const urdf::Link& link, const LinkGeometry& geometry,
+                  const UrdfChain& chain);
+
 /// The URDF's links with geometry, in groups that are covered together: the first holds the others. Of very many, those
 /// that move elsewhere are left out.
 std::vector<std::vector<const urdf::Link*>> group_links(const urdf::ModelInterface& urdf, const UrdfChain& chain,

@@ -18,7 +18,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kLargest = 1e3;  // m, from the origin
+constexpr double kLargest = 1e5;  // from the origin, m or, with a scale, mm
 
 Vector3 color_of(const aiScene& scene, const aiMesh& mesh) {
   aiColor4D color(1.0f, 1.0f, 1.0f, 1.0f);
@@ -101,8 +101,10 @@ Result<std::vector<Painted>> load_painted_mesh(const std::filesystem::path& file
     for (const Triangle& corners : part.surface) {
       for (const Vector3& corner : corners) {
         if (corner.allFinite() && corner.norm() <= kLargest) continue;
-        return Error{fmt::format("{}: triangle {} has a corner at [{}, {}, {}] m; it must be finite and within {} m",
-                                 file.string(), triangle, corner.x(), corner.y(), corner.z(), kLargest)};
+        return Error{
+            fmt::format("{}: triangle {} has a corner at [{}, {}, {}] m; it must be finite and within {} m; a "
+                        "mesh in mm needs scale=\"0.001 0.001 0.001\" in the URDF",
+                        file.string(), triangle, corner.x(), corner.y(), corner.z(), kLargest)};
       }
       ++triangle;
     }

@@ -214,6 +214,35 @@ class ModelBuilder {
   std::map<std::string, int> body_index_;
 };
 
+/// What looks like degrees or millimetres, where a URDF has rad and m.
+void add_doubts_about_units(const RobotModel& model, std::vector<std::string>& doubts) {
+  constexpr double kMostTurned = 4.0 * M_PI, kFastest = 40.0;  // rad, rad/s
+  constexpr double kLongest = 20.0;                            // m
+  std::vector<std::string> large;
+  double length = 0.0;  // m
+  for (int k = 0; k < model.dof(); ++k) {
+    const Joint& joint = model.joints[k];
+    const double low = model.position_min[k], high = model.position_max[k], furthest = std::max(-low, high);
+    const bool turns = joint.type == JointType::kRevolute;
+    if (furthest > (turns ? kMostTurned : kLongest) && furthest != kContinuousLimit)
+      large.push_back(fmt::format("{} {:.4g} to {:.4g} {}", joint.name, low, high, turns ? "rad" : "m"));
+    if (turns && model.velocity_max[k] > kFastest)
+      large.push_back(fmt::format("{} {:.4g} rad/s", joint.name, model.velocity_max[k]));
+    if (k > 0) length += joint.origin.translation().norm();
+  }
+  if (!large.empty()) {
+    doubts.push_back(fmt::format(
+        "limits are large for an arm: {}. Are they in degrees or mm? A URDF has rad and m. If they are right, "
+        "ignore this; if not, correct the URDF, or give position_min, position_max and velocity_max in a "
+        "robot file",
+        fmt::join(large, ", ")));
+  }
+  if (length > kLongest) {
+    doubts.push_back(fmt::format("the joints of {} are {:.4g} m apart in all. Are their origins in mm? A URDF has m",
+                                 model.name, length));
+  }
+}
+
 }  // namespace
 
 Result<RobotModel> load_robot(const RobotSettings& settings) {
@@ -231,6 +260,7 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
     doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/robots.md)", model.name,
                                  model.bodies.empty() ? "bodies" : "pairs of bodies"));
   }
+  add_doubts_about_units(model, doubts);
   Kinematics kinematics(model);
   kinematics.set_position(model.home);
   const double tilt = 180.0 / M_PI * std::acos(std::clamp(kinematics.R()(2, 2), -1.0, 1.0));
