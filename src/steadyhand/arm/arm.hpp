@@ -12,7 +12,7 @@ namespace steadyhand {
 /// Whether an arm does what it is told.
 enum class ArmStatus {
   kStarting,   ///< not yet: it is being switched on, or recovers from a stop
-  kFollowing,  ///< the arm goes from kStarting to this by itself, also at first, when nobody calls restart()
+  kFollowing,  ///< the arm goes from kStarting to this by itself, also when a session begins, without restart()
   kStopped,    ///< it stopped by itself (protective stop, connection lost); only restart() brings it back
 };
 
