@@ -6,9 +6,13 @@
 namespace steadyhand {
 namespace {
 
-/// Through engaging, following, letting go, stopping and resetting.
+/// Through engaging, following, releasing, changing planners, stopping and resetting.
 TEST(HotPath, ControlAndPlannerStepsDoNotAllocate) {
-  VirtualSession session;
+  VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
+  OcpSettings other = load_profile("carry")->ocp;
+  other.horizon = 5;
+  options.more = {{other}};
+  VirtualSession session(options);
   session.hand = sweeping({0.1, 0.15, 0.1});
   session.run(0.2);
   ASSERT_TRUE(session.grip());
@@ -33,6 +37,13 @@ TEST(HotPath, ControlAndPlannerStepsDoNotAllocate) {
   session.run(1.0);
   ASSERT_TRUE(session.grip());
   session.run(0.5);
+  OperatorSettings settings;
+  settings.planner = 1;
+  session.set(settings);
+  session.run(1.0);
+  ASSERT_TRUE(session.grip());
+  session.run(0.5);
+  EXPECT_EQ(session.planner_view.reference.nodes, other.horizon);
   session.ask_stop();
   session.run(1.0);
   session.ask_reset();

@@ -30,8 +30,7 @@ struct BrittleClock final : Clock {
 /// A session that follows a hand which moves.
 struct Threads : testing::Test {
   Threads() {
-    LiveSettings settings;
-    settings.planning.ocp = load_profile("waiter")->ocp;
+    const LiveSettings settings(*load_profile("waiter"));
     session = std::move(*LiveSession::make(ur5e(), settings, arm, clock));
     LiveTaps taps;
     taps.state = [this](const JointState&) {

@@ -33,6 +33,7 @@ class VirtualSession {
     double solve_time = 0.003;  ///< s that a plan takes to reach control
     double scale = 1.0;
     double first_moves = 0.0, first_speed_scaling = 1.0;
+    std::vector<PlanningSettings::Choice> more;
     SolveBudget budget;
     SimulatedArmSettings arm;
     Obstacles obstacles;  ///< at first
@@ -52,14 +53,12 @@ class VirtualSession {
                             : std::make_unique<SimulatedArm>(model_, model_.home, options.arm, clock_);
     const auto profile = load_profile(options.profile);
     EXPECT_TRUE(profile) << profile.error().message;
-    PlanningSettings planning;
-    planning.ocp = profile->ocp;
+    PlanningSettings planning(*profile);
     planning.retarget.scale = options.scale;
     planning.retarget.yaw = 0.0;
+    planning.more = options.more;
     planning.first_moves = options.first_moves;
     planning.first_speed_scaling = options.first_speed_scaling;
-    planning.retarget.tilt_max = profile->tilt_max;
-    planning.predictor.model = profile->prediction;
     planning.retarget.ramp = 0.5;
     planning.cycle = 1.0 / arm_->info().rate_hz;
     planning.planner.budget = options.budget;

@@ -94,10 +94,10 @@ Result<SessionHand> open_session(ReplayOptions& options, const Places& places) {
 Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel& model, const Cell& cell,
                                   const Recording& recording, const Profile& profile, ProgressBar& bar) {
   ReplaySettings settings;
-  settings.pipeline = PipelineSettings(profile);
-  settings.pipeline.rate_hz = options.rate_hz;
-  settings.pipeline.retarget = options.retarget;
-  settings.pipeline.retarget.tilt_max = profile.tilt_max;
+  PipelineSettings& pipeline = settings.pipeline;
+  pipeline.rate_hz = options.rate_hz;
+  pipeline.retarget = options.retarget;
+  apply(profile, pipeline.retarget, pipeline.predictor, pipeline.ocp, pipeline.planner);
   if (!options.solver.empty()) settings.pipeline.planner.solver = options.solver;
   settings.changes = options.changes;
   settings.cells = options.cells;

@@ -225,6 +225,11 @@ void SessionRecorder::take_cell(Time at, const Cell& cell) {
 
 void SessionRecorder::write_step(const PlanningRecord& record) {
   if (!file_ && !flight_) return;
+  if (record.ocp != nullptr && record.ocp != &describer_.ocp()) {  // of another horizon, perhaps
+    describer_ = StepDescriber(*record.ocp);
+    if (cell_) (void)describer_.set_cell(*cell_, cell_at_ + begin_);
+    trajectory_ = Trajectory(record.ocp->dof(), record.ocp->horizon());
+  }
   for (std::size_t i = 0; i < instance_.weights.size(); ++i) instance_.weights[i] = record.weights[i];
   instance_.reference = record.reference;
   instance_.u_followed = record.u_followed;

@@ -3,7 +3,9 @@
 #include <string>
 
 #include "steadyhand/ocp/settings.hpp"
+#include "steadyhand/plan/planner.hpp"
 #include "steadyhand/predict/predictor.hpp"
+#include "steadyhand/retarget/retargeter.hpp"
 #include "steadyhand/solve/solver.hpp"
 
 namespace steadyhand {
@@ -18,6 +20,14 @@ struct Profile {
   std::string solver = kDefaultSolver;
   double tolerance = 1e-6;  ///< of the KKT conditions
 };
+
+/// Writes all that the profile says into the settings of the stages, and leaves the rest as it is.
+void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings& predictor, OcpSettings& ocp,
+           PlannerSettings& planner);
+
+/// Keys of profile files in which these differ so that each needs its own planner, comma-separated. Empty: one planner
+/// serves both; their weights, prediction and tilt, and whether the liquid counts, may change while the arm moves.
+std::string planner_differences(const Profile& a, const Profile& b);
 
 /// Its weights on one line, for people.
 std::string describe_weights(const OcpSettings& ocp);

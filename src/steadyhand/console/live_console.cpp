@@ -50,8 +50,10 @@ Result<std::unique_ptr<LiveConsole>> LiveConsole::make(const RobotModel& model, 
   if (settings.profile < 0 || settings.profile >= std::ssize(settings.profiles)) {
     return Error{fmt::format("profile {} of {}: there is none", settings.profile, settings.profiles.size())};
   }
+  if (!settings.solver.empty()) {
+    for (Profile& profile : settings.profiles) profile.solver = settings.solver;
+  }
   take_profiles(settings.profiles, settings.profile, settings.live);
-  if (!settings.solver.empty()) settings.live.planning.planner.solver = settings.solver;
   auto session = LiveSession::make(model, settings.live, arm, clock);
   if (!session) return session.error();
   return std::unique_ptr<LiveConsole>(

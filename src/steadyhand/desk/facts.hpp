@@ -28,7 +28,7 @@ struct ServerFacts {
   };
   struct Profile {
     std::string name, label;
-    std::vector<double> weights;  ///< of each term the first
+    std::vector<double> weights;  ///< of each term the largest
   };
   /// As the arm simulates it, m; radius and height are inside.
   struct Glass {

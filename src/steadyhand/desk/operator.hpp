@@ -20,7 +20,7 @@ struct OperatorRequest {
     kStop,      ///< bring the arm to rest now
     kReset,     ///< after a stop or a fault: ready again, where the arm stands
     kProfile,   ///< `text`: its name
-    kWeight,    ///< `text`: name of an objective, `value`: its weight, >= 0
+    kWeight,    ///< `text`: name of an objective, `value`: its largest weight, >= 0; its others keep their ratio
     kScale,     ///< `value`: metres of the tool for each metre of the hand, > 0
     kYaw,       ///< `value`: turn of the operator's frame, rad
     kTilt,      ///< `value`: how far the glass may lean with the hand, rad, 0 to pi
@@ -51,7 +51,7 @@ struct OperatorRequest {
 /// What the operator has chosen.
 struct SessionControls {
   int profile = 0;                               ///< index into the profiles that the server was started with
-  std::array<double, kMaxObjectives> weights{};  ///< of each objective the first
+  std::array<double, kMaxObjectives> weights{};  ///< of each objective the largest
   int objectives = 0;                            ///< entries of weights in use
   double scale = 0.5;                            ///< metres of the tool for each metre of the hand
   double yaw = 0.0;                              ///< turn of the operator's axes about base z, rad

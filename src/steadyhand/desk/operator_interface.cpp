@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "steadyhand/core/nearest.hpp"
+#include "steadyhand/desk/session_setup.hpp"
 #include "steadyhand/live/hand_delay.hpp"
 #include "steadyhand/record/cell_json.hpp"
 
@@ -36,6 +37,7 @@ OperatorInterface::OperatorInterface(Session& session, std::vector<Profile> prof
                                      std::vector<NamedRecording> recordings)
     : session_(&session),
       profiles_(std::move(profiles)),
+      planners_(planners_of(profiles_, profile).of_profile),
       retarget_(retarget),
       glass_(glass),
       recordings_(std::move(recordings)) {
@@ -137,7 +139,17 @@ Status OperatorInterface::set_profile(const std::string& name) {
   if (!index) return index.error();
   Result<std::vector<JointVector>> weights = session_->ocp().weights(profiles_[*index].ocp.weights);
   if (!weights) return weights.error();
-  weights_ = *std::move(weights);
+  const auto current = static_cast<std::size_t>(std::max(controls_.profile, 0));
+  const int planner = planners_[static_cast<std::size_t>(*index)];
+  if (planner != planners_[current]) {
+    const auto refuse = [&](const char* why) {
+      return Error{fmt::format("profile '{}' differs from '{}' in {}: {}", name, profiles_[current].name,
+                               planner_differences(profiles_[current], profiles_[*index]), why)};
+    };
+    if (planner >= session_->planners()) return refuse("this session has no planner for it");
+    if (controls_.policy_turn) return refuse("the arm must stop for that; end the policy's turn first");
+  }
+  weights_ = profile_weights_ = *std::move(weights);
   controls_.profile = *index;
   controls_.tilt = profiles_[*index].tilt_max;
   controls_.no_spill = spares_liquid(*index, controls_.tilt);
@@ -171,6 +183,7 @@ Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
   return session_->change_cell(change, now);
 }
 
+/// The weights of one term keep their ratios: a slider touched does not flatten [1, 1, 3].
 Status OperatorInterface::set_weight(const std::string& name, double value) {
   const auto& objectives = session_->ocp().objectives();
   const Result<int> index =
@@ -179,7 +192,9 @@ Status OperatorInterface::set_weight(const std::string& name, double value) {
   if (!(value >= 0.0) || value > 1e6) {
     return Error{fmt::format("weight '{}' is {}; it must be from 0 to 1e6", name, value)};
   }
-  weights_[*index].setConstant(value);
+  const JointVector& shape = profile_weights_[*index];
+  const double largest = shape.maxCoeff();
+  weights_[*index] = largest > 0.0 ? JointVector(value / largest * shape) : JointVector::Constant(shape.size(), value);
   send();
   return Done{};
 }
@@ -237,11 +252,12 @@ void OperatorInterface::send() {
   settings.latency = controls_.latency;
   if (controls_.profile >= 0) {
     settings.prediction = profiles_[controls_.profile].prediction;
+    settings.planner = planners_[static_cast<std::size_t>(controls_.profile)];
     settings.profile = profiles_[controls_.profile].name;
   }
   session_->set(settings);
   controls_.objectives = settings.objectives;
-  for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i][0];
+  for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i].maxCoeff();
 }
 
 void OperatorInterface::hand(const OperatorSample& sample) {

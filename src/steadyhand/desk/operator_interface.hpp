@@ -78,10 +78,12 @@ class OperatorInterface {
   mutable Mutex mutex_;
   Session* session_;
   std::vector<Profile> profiles_;
+  std::vector<int> planners_;  ///< of each, as OperatorSettings::planner
   RetargetSettings retarget_;  ///< at first: controls_ has scale and yaw
   GlassSettings glass_;
   std::vector<NamedRecording> recordings_;
-  std::vector<JointVector> weights_;  ///< by index of Ocp::objectives()
+  std::vector<JointVector> weights_;          ///< by index of Ocp::objectives()
+  std::vector<JointVector> profile_weights_;  ///< the same as the profile has them
   SessionControls controls_;
   std::shared_ptr<const std::string> cell_json_;
   std::uint64_t cell_version_ = 0;  ///< Session::CellSet::version that it is of

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "steadyhand/core/configuration.hpp"
 #include "steadyhand/record/cell_json.hpp"
@@ -17,20 +19,47 @@ LiveSettings operator_defaults() {
   return settings;
 }
 
+ProfilePlanners planners_of(const std::vector<Profile>& profiles, int profile) {
+  ProfilePlanners planners;
+  planners.of_profile.resize(profiles.size());
+  const auto assign = [&](std::size_t i) {
+    const auto found = std::find_if(planners.kinds.begin(), planners.kinds.end(), [&](const Profile& kind) {
+      return planner_differences(kind, profiles[i]).empty();
+    });
+    planners.of_profile[i] = static_cast<int>(found - planners.kinds.begin());
+    if (found == planners.kinds.end()) {
+      planners.kinds.push_back(profiles[i]);
+    } else if (!found->ocp.liquid) {
+      found->ocp.liquid = profiles[i].ocp.liquid;
+    }
+  };
+  assign(static_cast<std::size_t>(profile));
+  for (std::size_t i = 0; i < profiles.size(); ++i) assign(i);
+  return planners;
+}
+
 void take_profiles(const std::vector<Profile>& profiles, int profile, LiveSettings& settings) {
-  const Profile& first = profiles[static_cast<std::size_t>(profile)];
   PlanningSettings& planning = settings.planning;
-  planning.ocp = first.ocp;
-  planning.predictor.model = first.prediction;
-  planning.retarget.tilt_max = first.tilt_max;
+  ProfilePlanners planners = planners_of(profiles, profile);
+  apply(planners.kinds.front(), planning.retarget, planning.predictor, planning.ocp, planning.planner);
+  std::optional<LiquidSettings> liquid;
   for (const Profile& each : profiles) {
     for (const auto& [term, weights] : each.ocp.weights) planning.ocp.weights.try_emplace(term, 1, 0.0);
-    if (!planning.ocp.liquid) planning.ocp.liquid = each.ocp.liquid;
+    if (!liquid) liquid = each.ocp.liquid;
   }
-  if (planning.ocp.liquid) planning.ocp.liquid->glass = settings.glass;
   add_optional_objectives(planning.ocp);
-  planning.planner.solver = first.solver;
-  planning.planner.tolerance = first.tolerance;
+  // A planner without a liquid would not know, when another takes over, how it swings.
+  const auto pour = [&](std::optional<LiquidSettings>& into) {
+    if (!into) into = liquid;
+    if (into) into->glass = settings.glass;
+  };
+  pour(planning.ocp.liquid);
+  planning.more.clear();
+  for (std::size_t i = 1; i < planners.kinds.size(); ++i) {
+    Profile& kind = planners.kinds[i];
+    pour(kind.ocp.liquid);
+    planning.more.push_back({std::move(kind.ocp), kind.solver, kind.tolerance});
+  }
 }
 
 ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const LiveSettings& settings,
@@ -51,7 +80,7 @@ ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const Live
     told.name = profile.name;
     told.label = profile.label;
     if (const auto weights = ocp.weights(profile.ocp.weights)) {
-      for (const JointVector& weight : *weights) told.weights.push_back(weight[0]);
+      for (const JointVector& weight : *weights) told.weights.push_back(weight.maxCoeff());
     }
   }
   facts.recordings = std::move(recordings);

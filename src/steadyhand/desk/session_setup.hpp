@@ -13,8 +13,17 @@ namespace steadyhand {
 /// As every session with an operator begins, before anybody sets something else.
 LiveSettings operator_defaults();
 
-/// The session's problem, solver and tolerance become those of a profile, and the problem knows the terms and the
-/// liquid of all of them: the operator may choose each.
+/// Planners for the profiles that the operator may choose.
+struct ProfilePlanners {
+  std::vector<int> of_profile;  ///< for each profile OperatorSettings::planner
+  std::vector<Profile> kinds;   ///< for each planner a profile that has its settings; the first: that of the session
+};
+/// One planner for all profiles that have no planner_differences(). @param profile index of the first; @pre there is
+/// one
+ProfilePlanners planners_of(const std::vector<Profile>& profiles, int profile);
+
+/// The session becomes that of a profile, with a planner for each that the operator may choose instead. All problems
+/// know the terms of all profiles, and a liquid where one of them does.
 /// @param profile index of the first; @pre there is one
 void take_profiles(const std::vector<Profile>& profiles, int profile, LiveSettings& settings);
 

@@ -63,6 +63,9 @@ struct OperatorSettings {
   bool no_spill = false;                            ///< plans spill nothing, where the problem knows a liquid
   std::optional<double> fill;                       ///< m of liquid in the glass, fresh; absent: as it is
   double latency = 0.0;                             ///< s, added on purpose behind the gate, see HandDelay
+  /// What makes the plans: 0 that of PlanningSettings::ocp, 1 the first of PlanningSettings::more. Another one takes
+  /// over once the arm is at rest. Until then none of these settings is in force, and no hand is followed.
+  int planner = 0;
   std::string_view profile;  ///< name of the one that these began with, kept by whoever sets them; empty: none
 };
 
@@ -80,6 +83,7 @@ struct PlanningRecord {
   Reference reference;
   JointVector u_followed;                           ///< rad/s^2, as OcpInstance has it
   std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
+  const Ocp* ocp = nullptr;                         ///< what was solved; lives as long as the session
   double objective = 0.0, solve_us = 0.0;
   int iterations = 0;
   bool engaged = false;  ///< following the hand, not coming to rest

@@ -42,15 +42,33 @@ RobotModel within(const RobotModel& model, double speed_scaling) {
   return limited;
 }
 
+bool stands(const JointCommand& command) { return command.dq.isZero(0.0) && command.ddq.isZero(0.0); }
+
 }  // namespace
 
 Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel& model, double speed_scaling,
                                                                 const PlanningSettings& settings) {
   auto limited = std::make_unique<RobotModel>(within(model, speed_scaling));
-  auto planner = Planner::make(*limited, settings.ocp, settings.planner);
-  if (!planner) return planner.error();
+  std::vector<std::unique_ptr<Planner>> planners;
+  const auto add = [&](const OcpSettings& ocp, const PlannerSettings& how) -> Status {
+    auto planner = Planner::make(*limited, ocp, how);
+    if (!planner) return planner.error();
+    planners.push_back(*std::move(planner));
+    return Done{};
+  };
+  if (Status s = add(settings.ocp, settings.planner); !s) return s.error();
+  for (PlanningSettings::Choice choice : settings.more) {
+    choice.ocp.objectives = settings.ocp.objectives;
+    choice.ocp.weights = settings.ocp.weights;
+    if (choice.ocp.obstacle_rows == 0) choice.ocp.obstacle_rows = settings.ocp.obstacle_rows;
+    PlannerSettings how = settings.planner;
+    how.solver = choice.solver;
+    how.tolerance = choice.tolerance;
+    if (Status s = add(choice.ocp, how); !s) return s.error();
+  }
+  Planner* first = planners.front().get();
   Kinematics arm(*limited);
-  return ScaledPlanner{std::move(limited), speed_scaling < 1.0, std::move(*planner), std::move(arm)};
+  return ScaledPlanner{std::move(limited), speed_scaling < 1.0, std::move(planners), first, std::move(arm)};
 }
 
 Result<std::unique_ptr<PlanningStage>> PlanningStage::make(const RobotModel& model, const PlanningSettings& settings,
@@ -98,15 +116,15 @@ PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, con
 bool PlanningStage::step(Time now) {
   const std::uint64_t solves = view_.solves;
   (void)links_->report.read(report_);
-  apply_settings(now);
   apply_obstacles();
   const Time start = next_start(now);
 
   // What control follows decides where the next plan begins, not what was sent: that may have come too late.
   (void)links_->followed.read(followed_);
   scaled_.planner->continue_from(followed_);
-  follow_liquid();
   const JointCommand at_start = sample(followed_, start);
+  apply_settings(now, at_start);
+  follow_liquid();
   scaled_.arm.set_position(at_start.q);
   const Pose X_base_tool{scaled_.arm.p(), Quaternion(scaled_.arm.R())};
   take_hand(now, X_base_tool);
@@ -155,15 +173,22 @@ void PlanningStage::follow_liquid() {
   scaled_.planner->set_liquid(liquid_state_, moved_.stamp.made);
 }
 
-void PlanningStage::apply_settings(Time now) {
+/// As a whole: a profile's weights are not for the limits of the one before.
+void PlanningStage::apply_settings(Time now, const JointCommand& at_start) {
   OperatorSettings& settings = operator_settings_;
-  if (!links_->settings.read(settings)) return;
+  settings_wait_ = links_->settings.read(settings) || settings_wait_;
+  if (!settings_wait_) return;
+  if (settings.planner != planner_) {
+    if (following_ || !stands(at_start)) return;
+    use_planner(settings.planner);
+  }
+  settings_wait_ = false;
   retargeter_.set_scale(settings.scale);
   retargeter_.set_yaw(settings.yaw);
   retargeter_.set_tilt_max(settings.tilt_max);
-  for (ScaledPlanner* scaled : {&scaled_, after_first_moves_ ? &*after_first_moves_ : nullptr}) {
-    if (scaled && liquid_) scaled->planner->set_no_spill(settings.no_spill);
-  }
+  for_each_planner([&](Planner& planner) {
+    if (planner.ocp().liquid()) planner.set_no_spill(settings.no_spill);
+  });
   if (liquid_ && settings.fill && *settings.fill != glass_.fill) pour(*settings.fill);
   delay_.set(from_seconds(settings.latency));
   if (settings.prediction) predictor_.set_model(*settings.prediction);
@@ -176,16 +201,27 @@ void PlanningStage::pour(double fill) {
   glass_.fill = fill;
   is_fresh_ = true;
   liquid_->set_glass(glass_);
-  (void)scaled_.planner->set_glass(glass_);
-  if (after_first_moves_) (void)after_first_moves_->planner->set_glass(glass_);
+  for_each_planner([&](Planner& planner) { (void)planner.set_glass(glass_); });
+}
+
+/// At rest, where there is no motion that the other limits would not allow.
+/// @pre there is one of this number
+void PlanningStage::use_planner(int planner) {
+  Planner& before = *scaled_.planner;
+  planner_ = planner;
+  for (ScaledPlanner* scaled : {&scaled_, after_first_moves_ ? &*after_first_moves_ : nullptr})
+    if (scaled != nullptr) scaled->planner = scaled->planners[static_cast<std::size_t>(planner)].get();
+  scaled_.planner->continue_from(before);
+  predictor_.set_horizon(scaled_.planner->ocp().horizon(), scaled_.planner->ocp().dt());
+  if (!liquid_) return;
+  liquid_.emplace(*scaled_.model, *scaled_.planner->ocp().liquid());
+  liquid_->set_glass(glass_);
 }
 
 void PlanningStage::apply_obstacles() {
   Obstacles& obstacles = settings_.planner.obstacles;
   if (!links_->obstacles_to_plan.read(obstacles)) return;
-  // Whoever sent them has checked them.
-  (void)scaled_.planner->set_obstacles(obstacles);
-  if (after_first_moves_) (void)after_first_moves_->planner->set_obstacles(obstacles);
+  for_each_planner([&](Planner& planner) { (void)planner.set_obstacles(obstacles); });  // the sender has checked them
 }
 
 /// With those at rest nothing draws the arm anywhere, it loses its speed and rights the glass as fast as the liquid
@@ -216,8 +252,10 @@ void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
   for (OperatorSample sample; delay_.pop(now, sample);) send_target(retargeter_.update(sample, X_base_tool));
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
   change_holder(links_->holder);  // who may not have said anything yet
-  if (to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
-  links_->hand.write(gate_.report());
+  if (settings_wait_ || to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
+  HandReport report = gate_.report();
+  report.settings_wait = settings_wait_;
+  links_->hand.write(report);
 }
 
 /// In the order of the samples: what the next hand did counts, however soon after the last one.
@@ -235,7 +273,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     engagement_ = report_.engagement;
     const bool new_grip = report_.grip != grip_;
     grip_ = report_.grip;
-    if (at_start.dq.isZero(0.0) && at_start.ddq.isZero(0.0)) {
+    if (stands(at_start)) {
       if (new_grip) leave_first_moves();
       scaled_.planner->reset(at_start.q, at_start.stamp.made);  // from rest the last solution is no guess
       scaled_.planner->set_liquid(liquid_state_, moved_.stamp.made);
@@ -261,6 +299,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
 /// At rest, where there is no motion that the other limits would not allow.
 void PlanningStage::leave_first_moves() {
   if (!scaled_.is_slow || followed_for_ < settings_.first_moves) return;
+  after_first_moves_->planner->continue_from(*scaled_.planner);
   std::swap(scaled_, *after_first_moves_);
 }
 
@@ -274,8 +313,8 @@ void PlanningStage::plan_following(Time start) {
   view_.reference = scaled_.planner->instance().reference;
   if (!solved) return;
   send(scaled_.planner->plan());
-  view_.constraint = active_constraint(scaled_.planner->plan(), ocp().horizon(), scaled_.planner->instance(), reach_,
-                                       scaled_.arm, settings_.planner.obstacles);
+  view_.constraint = active_constraint(scaled_.planner->plan(), scaled_.planner->ocp().horizon(),
+                                       scaled_.planner->instance(), reach_, scaled_.arm, settings_.planner.obstacles);
 }
 
 /// To rest: by the problem while the arm is fast, then straight. If the problem has no solution, or finds no rest in
@@ -287,7 +326,7 @@ void PlanningStage::plan_rest(const JointCommand& at_start) {
   const bool in_time = to_seconds(at_start.stamp.made - resting_since_) < settings_.rest_within;
   if (!slow && in_time && solve(at_start.stamp.made, rest_weights_)) return send(scaled_.planner->plan());
   // What is followed ends at rest, too, and spills less than a straight stop.
-  if (!slow && ocp().liquid() && scaled_.planner->instance().liquid.counts) return;
+  if (!slow && scaled_.planner->ocp().liquid() && scaled_.planner->instance().liquid.counts) return;
   make_straight_stop(scaled_.arm.model(), at_start, kLastPart, stop_);
   stop_.world = settings_.planner.obstacles.version;
   if (check_plan(stop_, stop_.x[0], settings_.planner.check, scaled_.arm, settings_.planner.obstacles) ==
@@ -329,6 +368,7 @@ void PlanningStage::tap(const Reference& reference, std::span<const JointVector>
   record_.reference = reference;
   record_.u_followed = scaled_.planner->instance().u_followed;
   std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
+  record_.ocp = &scaled_.planner->ocp();
   record_.objective = scaled_.planner->solution().objective;
   record_.solve_us = scaled_.planner->solution().time_us;
   record_.iterations = scaled_.planner->solution().iterations;

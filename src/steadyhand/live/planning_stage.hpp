@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "steadyhand/config/profile.hpp"
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/live/hand_delay.hpp"
 #include "steadyhand/live/links.hpp"
@@ -32,13 +33,25 @@ struct PlanningSettings {
   PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
   OcpSettings ocp;
   PlannerSettings planner;
+  /// Further problems, and what solves them, that OperatorSettings::planner chooses among. Objectives and first weights
+  /// are those of `ocp`.
+  struct Choice {
+    OcpSettings ocp;
+    std::string solver = kDefaultSolver;  ///< see PlannerSettings, as the next
+    double tolerance = 1e-6;
+  };
+  std::vector<Choice> more;
+
+  PlanningSettings() = default;
+  /// As the profile has it.
+  explicit PlanningSettings(const Profile& profile) { apply(profile, retarget, predictor, ocp, planner); }
 };
 
 /// The planner thread's work, once a planning period: gate and retarget what the hand did, predict, and plan on from
 /// what the control loop follows. Allocates nothing after make().
 class PlanningStage {
  public:
-  /// Model, links and clock must outlive it. Takes some 50 ms. Fails as Planner::make.
+  /// Model, links and clock must outlive it. Takes some 50 ms for each problem. Fails as Planner::make.
   static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
                                                      Links& links, const Clock& clock);
   /// @returns whether the solver was asked
@@ -47,13 +60,12 @@ class PlanningStage {
   void set_look_ahead(double look_ahead, bool is_budget) {
     settings_.look_ahead = look_ahead;
     if (!is_budget) return;
-    scaled_.planner->set_time_budget(1e6 * look_ahead);
-    if (after_first_moves_) after_first_moves_->planner->set_time_budget(1e6 * look_ahead);
+    for_each_planner([&](Planner& planner) { planner.set_time_budget(1e6 * look_ahead); });
   }
 
   /// Newest control cycle that the last step knew of.
   Time control_time() const { return report_.now; }
-  /// With all of the limits. Any thread.
+  /// The first problem, with all of the limits. Any thread.
   const Ocp& ocp() const { return *ocp_; }
   const Reach& reach() const { return reach_; }
   /// The liquid as planning has it, at the newest command that the last step knew of. Zero where the problem knows
@@ -61,11 +73,12 @@ class PlanningStage {
   const SloshState& liquid() const { return liquid_state_; }
 
  private:
-  /// What plans within certain limits.
+  /// What plans within a share of the limits.
   struct ScaledPlanner {
-    std::unique_ptr<const RobotModel> model;  ///< its limits less margins
-    bool is_slow = false;                     ///< with a share of the limits
-    std::unique_ptr<Planner> planner;
+    std::unique_ptr<const RobotModel> model;         ///< its limits less margins
+    bool is_slow = false;                            ///< with a share of the limits
+    std::vector<std::unique_ptr<Planner>> planners;  ///< as OperatorSettings::planner counts them
+    Planner* planner = nullptr;                      ///< the one of these that is in use
     Kinematics arm;
   };
   static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling,
@@ -75,9 +88,16 @@ class PlanningStage {
                 std::optional<ScaledPlanner> after_first_moves, const Reach& reach);
   Time next_start(Time now) const;
   void follow_liquid();
-  void apply_settings(Time now);
+  void apply_settings(Time now, const JointCommand& at_start);
   void pour(double fill);
+  void use_planner(int planner);
   void apply_obstacles();
+  template <typename Use>
+  void for_each_planner(const Use& use) {
+    for (const auto& planner : scaled_.planners) use(*planner);
+    if (!after_first_moves_) return;
+    for (const auto& planner : after_first_moves_->planners) use(*planner);
+  }
   void set_weights(std::span<const JointVector> weights);
   void take_hand(Time now, const Pose& X_base_tool);
   void change_holder(std::uint64_t holder);
@@ -105,8 +125,10 @@ class PlanningStage {
   double followed_for_ = 0.0;  ///< s
   Time last_step_{0};
   ControlReport report_;
-  OperatorSettings operator_settings_;
-  // The one estimate of the liquid, of both planners; its glass is the newest that the operator set:
+  OperatorSettings operator_settings_;                    ///< the newest
+  bool settings_wait_ = false;                            ///< they are not in force yet
+  int planner_ = 0;                                       ///< OperatorSettings::planner in use
+  // The one estimate of the liquid, of all planners; its glass is the newest that the operator set:
   std::optional<LiquidEstimate> liquid_;
   SloshState liquid_state_ = SloshState::Zero();  ///< at moved_
   JointCommand moved_;                            ///< newest of Links::moved

@@ -33,6 +33,10 @@ struct LiveSettings {
   ControlSettings control;
   GlassSettings glass;
   Cell cell;  ///< what stands around the arm
+
+  LiveSettings() = default;
+  /// As the profile has it.
+  explicit LiveSettings(const Profile& profile) : planning(profile) {}
 };
 
 /// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
@@ -91,7 +95,7 @@ class Session {
   bool is_halted() const { return links_->asked.halted; }
   /// A part of the program cannot go on: the arm comes to rest, for good. Any thread. @param why static text
   void fail(const char* why, const char* details) noexcept;
-  /// Weights, scale, yaw; one thread at a time.
+  /// Weights, scale, yaw; one thread at a time. @pre 0 <= settings.planner < planners()
   void set(const OperatorSettings& settings) { links_->settings.write(settings); }
 
   /// What stands around the arm from here on. At the next cycle the plan that is followed is looked at anew, and left
@@ -130,6 +134,8 @@ class Session {
   bool stopped_at_rest() const;
 
   const Ocp& ocp() const { return planning_->ocp(); }
+  /// How many there are for OperatorSettings::planner to choose among. Any thread.
+  int planners() const { return 1 + static_cast<int>(settings_.planning.more.size()); }
   double planner_rate_hz() const {
     const double chosen = chosen_rate_hz_;
     return chosen > 0.0 ? chosen : sustained_rate_hz_.load();

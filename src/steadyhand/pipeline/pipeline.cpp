@@ -44,12 +44,7 @@ Status check_numbers(const RobotModel& model, const PipelineSettings& settings) 
 
 }  // namespace
 
-PipelineSettings::PipelineSettings(const Profile& profile) : ocp(profile.ocp) {
-  predictor.model = profile.prediction;
-  retarget.tilt_max = profile.tilt_max;
-  planner.solver = profile.solver;
-  planner.tolerance = profile.tolerance;
-}
+PipelineSettings::PipelineSettings(const Profile& profile) { apply(profile, retarget, predictor, ocp, planner); }
 
 Result<std::unique_ptr<Pipeline>> Pipeline::make(const std::string& robot, const std::string& profile,
                                                  const Places& places) {

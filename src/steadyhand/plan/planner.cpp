@@ -188,6 +188,17 @@ void Planner::reset(const JointVector& q, Time now) {
   warm_start_.reset(now);
 }
 
+void Planner::continue_from(const Planner& before) {
+  plan_ = before.plan_;
+  fault_ = PlanFault::kNone;
+  more_clearance_ = 0.0;
+  warm_start_.reset(plan_.start);
+  if (!liquid_) return;
+  const bool knows = before.liquid_.has_value();
+  set_liquid(knows ? before.liquid_state_ : liquid_->at_rest(plan_.x[0].head(plan_.joints)),
+             knows ? before.liquid_at_ : plan_.start);
+}
+
 Status Planner::set_glass(const GlassSettings& glass) {
   if (!liquid_) return Error{"the problem knows no liquid"};
   LiquidSettings settings = *ocp_.liquid();

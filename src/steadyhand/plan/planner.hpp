@@ -42,6 +42,8 @@ class Planner {
   void reset(const JointVector& q, Time now);
   /// The arm follows this plan rather than the one that update() gave out last; the next one continues it.
   void continue_from(const Plan& followed) { plan_ = followed; }
+  /// The arm, its plan and the liquid are where another planner knows them. Where that knows no liquid, it is at rest.
+  void continue_from(const Planner& before);
   /// The liquid's state at a time, as the arm really moved; from there on it goes along the plan that is followed.
   void set_liquid(const SloshState& state, Time at) {
     liquid_state_ = state;

@@ -42,8 +42,13 @@ struct PredictorSettings {
 /// Allocates nothing.
 class Predictor {
  public:
-  /// From now on; any time.
+  /// From now on; any time, as the next.
   void set_model(Prediction model) { settings_.model = model; }
+  /// Nodes of the reference, at most kMaxHorizon, and s between them.
+  void set_horizon(int horizon, double dt) {
+    settings_.horizon = horizon;
+    settings_.dt = dt;
+  }
   /// Knows no target yet.
   explicit Predictor(const PredictorSettings& settings) : settings_(settings) {}
 

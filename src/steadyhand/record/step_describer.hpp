@@ -11,6 +11,7 @@ class StepDescriber {
  public:
   /// The Ocp must outlive it.
   explicit StepDescriber(const Ocp& ocp) : evaluation_(ocp), arm_(ocp.model()) {}
+  const Ocp& ocp() const { return evaluation_.ocp(); }
 
   /// What stands around the arm from here on: as it is at a time, in the clock of `describe`. None at first.
   Status set_cell(const Cell& cell, Time at);

@@ -54,6 +54,7 @@ struct HandReport {
   std::optional<double> gripper{};           ///< 0 open to 1 closed, of the last good one that said it
   Time gripper_said{0};                      ///< when that arrived
   Leader leader = Leader::kPerson;           ///< of the last sample
+  bool settings_wait = false;                ///< it is not followed until the operator's settings are in force
 };
 
 /// Stands between the operator's device and everything else: only poses that a hand can have pass. A pose that is

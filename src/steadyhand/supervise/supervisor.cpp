@@ -150,6 +150,8 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
       reason_ = input.hand.trusted ? "no pose of the hand came for a while"
                                    : to_string(input.hand.verdict, input.hand.leader);
     }
+    if (row.event == Event::kReleased && input.hand.settings_wait)
+      reason_ = "the new profile takes effect at rest: release and grip again";
     const std::string_view reason = input.hand.leader == Leader::kPolicy      ? of_policy(row.event)
                                     : input.hand.leader == Leader::kRecording ? of_recording(row.event)
                                                                               : std::string_view();
