@@ -22,6 +22,7 @@ OperatorView fixture_view() {
   s.now = from_seconds(81.5);
   s.state = SupervisionState::kHolding;
   s.reason = "hand not tracked";
+  s.cause = {ReasonCode::kHandLost, Leader::kPerson};
   s.constraint = {ConstraintKind::kSelfCollision, 4, 27};
   s.measured.q.resize(6);
   s.measured.q << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6;

@@ -53,11 +53,18 @@ export interface Controls {
   latency: number;
 }
 
+/** The event that caused the state. */
+export type ReasonCode = 'starting' | 'arm_stopped' | 'failed' | 'ready' | 'stop_asked' | 'stalled' | 'off_path' | 'reset' | 'silent' | 'released' | 'profile_waits' | 'gripped' | 'hand_lost' | 'no_pose' | 'hand_back' | 'planner_late';
+
 export interface StateMessage {
   type: 'state';
   now_s: number;
   state: SessionState;
+  /** For people: its words may change. */
   reason: string;
+  reason_code: ReasonCode;
+  /** Whose hand was on the clutch then. */
+  reason_leader: 'person' | 'recording' | 'policy';
   constraint: { kind: ConstraintKind; first: number; second: number };
   q: number[];
   dq: number[];

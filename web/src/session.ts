@@ -36,16 +36,12 @@ const TOO_MANY_LATE_PLANS = 0.02;
 const LATE_BEFORE = 1;
 /** Share of the liquid that is told of a profile beside another. */
 const TOLD_SHARE = 5e-4;
-/** As the supervisor says it. */
-const PLANNER_LATE = 'the planner is late';
 /** s without a word of a held hand that the page itself was held up for; and for how long that explains that it was lost. */
 const TOO_LONG = 0.12, EXPLAINS_FOR = 1.5;
 /** s of such a gap that alone had the arm let go, near enough. */
 const LOSES = 0.2;
 /** s without another such gap, after which all is read that happened in it: what is held still is held. */
 const READ_AFTER = 0.1;
-/** What the arm says of a hand that it did not hear of. */
-const NOT_HEARD = /^(the hand fell silent|no pose of the hand came)/;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -62,11 +58,14 @@ export function waveOf(room: number, freeboard: number, least: number): Wave | n
 export const waveText = ({ now, most, room }: Wave): string => `wave ${offText(now)} of ${offText(room)} mm, largest ${offText(most)}`;
 
 /** Between two rounds of a demo motion, and after the last one. @param plays it goes on by itself */
-function demoReason(reason: string, plays: boolean): string {
-  if (reason === 'the demo motion ended' && plays) return 'the demo motion begins anew';
-  if (reason === 'the demo motion was held up') return plays ? 'the demo motion was held up, and goes on' : 'the demo motion ended';
+function demoReason({ reason, reason_code: code }: StateMessage, plays: boolean): string {
+  if ((code === 'released' || code === 'profile_waits') && plays) return 'the demo motion begins anew';
+  if (code === 'silent') return plays ? 'the demo motion was held up, and goes on' : 'the demo motion ended';
   return reason;
 }
+
+/** The arm did not hear of a hand. */
+const isNotHeard = (state: StateMessage | null): boolean => state?.reason_code === 'no_pose' || (state?.reason_code === 'silent' && state.reason_leader === 'person');
 
 /** How the operator does what the page advises. */
 export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
@@ -177,7 +176,7 @@ export class Session {
         }
         if (message.state !== 'fault' && message.state !== 'idle') this.#resetAt = Infinity;
         this.#countLate(message);
-        if (NOT_HEARD.test(message.reason) && message.reason !== this.state?.reason) this.#lostAt = now;
+        if (isNotHeard(message) && message.reason_code !== this.state?.reason_code) this.#lostAt = now;
         this.state = message;
         this.#stateAt = now;
         ++this.statesReceived;
@@ -207,7 +206,7 @@ export class Session {
     const { state: before } = this, { liquid } = message, profile = this.#swing.of(message.now_s, message.controls.profile, message.controls.no_spill);
     const grew = (name: 'rejected_plans' | 'missed_deadlines'): boolean => before !== null && message[name] > before[name];
     if (message.now_s < this.#lateAt) this.#lateAt = -Infinity; // another session
-    if (message.reason === PLANNER_LATE || grew('rejected_plans') || grew('missed_deadlines')) this.#lateAt = message.now_s;
+    if (message.reason_code === 'planner_late' || grew('rejected_plans') || grew('missed_deadlines')) this.#lateAt = message.now_s;
     if (!liquid.spilled) return this.#spilledUnder.clear();
     if (!before) return;
     if (!before.liquid.spilled) {
@@ -229,7 +228,7 @@ export class Session {
   }
 
   /** The arm lost the hand since this browser did not come to tell of it. */
-  get isLostByBrowser(): boolean { return NOT_HEARD.test(this.state?.reason ?? '') && Math.abs(this.#lostAt - this.#keptUntil) < EXPLAINS_FOR; }
+  get isLostByBrowser(): boolean { return isNotHeard(this.state) && Math.abs(this.#lostAt - this.#keptUntil) < EXPLAINS_FOR; }
 
   /** Once for each time that the browser lost the hand, soon after it: whoever holds on may lead on. */
   mayResume(now: number): boolean {
@@ -240,7 +239,7 @@ export class Session {
   }
 
   /** Plans or commands come late too often. */
-  get isLate(): boolean { return this.#lateShare > TOO_MANY_LATE || this.#latePlans > TOO_MANY_LATE_PLANS || this.state?.reason === PLANNER_LATE; }
+  get isLate(): boolean { return this.#lateShare > TOO_MANY_LATE || this.#latePlans > TOO_MANY_LATE_PLANS || this.state?.reason_code === 'planner_late'; }
 
   #countLate(message: StateMessage): void {
     const since = message.now_s - (this.#counted?.now_s ?? NaN);
@@ -303,13 +302,14 @@ export class Session {
   reason(now: number): string {
     if (this.past) return '';
     if (this.status !== 'open' || this.isStale(now)) return this.state ? `last news ${spanText(now - this.#stateAt)} ago` : '';
-    const { reason = '', controls } = this.state ?? {};
+    const { state } = this;
+    if (!state) return '';
     // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
-    if (reason === 'grip to move the arm') return '';
-    if (reason === 'the hand is back') return 'the hand’s position arrives again';
-    if (!this.#hasHeld && NOT_HEARD.test(reason)) return ''; // whose hand that was is not here
+    if (state.reason_code === 'ready') return '';
+    if (state.reason_code === 'hand_back' && state.reason_leader === 'person') return 'the hand’s position arrives again';
+    if (!this.#hasHeld && isNotHeard(state)) return ''; // whose hand that was is not here
     if (this.isLostByBrowser) return 'this browser was too slow to send the hand’s position';
-    return demoReason(reason, (controls?.playback ?? -1) >= 0);
+    return state.reason_leader === 'recording' ? demoReason(state, state.controls.playback >= 0) : state.reason;
   }
 
   /** mm: how high the liquid stands above its level at rest, how high at most since the glass was filled, and what the rim allows. null: nobody can say. */

@@ -99,15 +99,16 @@ describe('words of a session', () => {
     const session = open(), reason = 'the hand fell silent: release and grip again', { controls } = server.state as { controls: object };
     session.yours = true;
     session.told(0.01, true, 0);
-    session.take(state({ reason, controls: { ...controls, playback: -1 } }), 1);
+    session.take(state({ reason, reason_code: 'silent', controls: { ...controls, playback: -1 } }), 1);
     expect(session.reason(1)).toBe(reason);
-    session.take(state({ reason, controls: { ...controls, playback: 0 } }), 2);
+    session.take(state({ reason, reason_code: 'silent', controls: { ...controls, playback: 0 } }), 2);
     expect(session.reason(2)).toBe(reason);
-    const demo = (words: string, playback: number) => { session.take(state({ reason: words, controls: { ...controls, playback } }), 2); return session.reason(2); };
-    expect(demo('the demo motion ended', -1)).toBe('the demo motion ended');
-    expect(demo('the demo motion ended', 0)).toBe('the demo motion begins anew');
-    expect(demo('the demo motion was held up', 0)).toBe('the demo motion was held up, and goes on');
-    expect(demo('the demo motion was held up', -1)).toBe('the demo motion ended');
+    const demo = (reason_code: string, playback: number) => { session.take(state({ reason: 'in its words', reason_code, reason_leader: 'recording', controls: { ...controls, playback } }), 2); return session.reason(2); };
+    expect(demo('released', -1)).toBe('in its words');
+    for (const code of ['released', 'profile_waits']) expect(demo(code, 0)).toBe('the demo motion begins anew');
+    expect(demo('silent', 0)).toBe('the demo motion was held up, and goes on');
+    expect(demo('silent', -1)).toBe('the demo motion ended');
+    expect(demo('gripped', 0)).toBe('in its words');
     session.connectionBecame('lost');
     expect(session.reason(6.04)).toBe('last news 4.0 s ago');
   });
@@ -175,29 +176,29 @@ describe('words of a session', () => {
   });
   it('tell a newcomer nothing of a hand that was not theirs', () => {
     const session = open(), reason = 'the hand fell silent: release and grip again';
-    session.take(state({ state: 'ready', reason }), 1);
+    session.take(state({ state: 'ready', reason, reason_code: 'silent' }), 1);
     expect(session.reason(1)).toBe('');
     session.yours = true;
     session.told(0.01, true, 1.1);
     expect(session.reason(1.1)).toBe(reason);
   });
   it('call a browser that did not come to tell of the hand so, and let who holds on lead on, once', () => {
-    const session = open(), lost = 'the hand fell silent: release and grip again';
+    const session = open(), lost = 'in words that may change';
     session.yours = true;
-    session.take(state({ state: 'engaged', reason: '' }), 1);
+    session.take(state({ state: 'engaged', reason: '', reason_code: 'gripped' }), 1);
     session.told(0.4, true, 2);
-    session.take(state({ state: 'ready', reason: lost }), 2.01);
+    session.take(state({ state: 'ready', reason: lost, reason_code: 'silent' }), 2.01);
     expect(session.reason(2.05)).toContain('browser was too slow');
     expect([session.mayResume(2.05), session.mayResume(2.15), session.mayResume(2.2)]).toEqual([false, true, false]);
-    session.take(state({ state: 'engaged', reason: '' }), 2.5);
+    session.take(state({ state: 'engaged', reason: '', reason_code: 'gripped' }), 2.5);
     session.told(0.13, true, 2.6); // too short to have lost it
-    session.take(state({ state: 'ready', reason: lost }), 2.6);
+    session.take(state({ state: 'ready', reason: lost, reason_code: 'silent' }), 2.6);
     expect([session.reason(2.8), session.mayResume(2.8)]).toEqual([expect.stringContaining('too slow'), false]);
-    session.take(state({ state: 'engaged', reason: '' }), 3);
+    session.take(state({ state: 'engaged', reason: '', reason_code: 'gripped' }), 3);
     session.told(0.4, false, 4.2); // nobody held on
-    session.take(state({ state: 'ready', reason: lost }), 5);
+    session.take(state({ state: 'ready', reason: lost, reason_code: 'silent' }), 5);
     expect([session.reason(5), session.mayResume(5.2)]).toEqual([lost, false]);
-    session.take(state({ state: 'stopping', reason: 'a stop was asked for' }), 6);
+    session.take(state({ state: 'stopping', reason_code: 'stop_asked' }), 6);
     session.told(0.4, true, 6);
     expect(session.mayResume(6.2)).toBe(false);
   });
@@ -210,7 +211,7 @@ describe('words of a session', () => {
     expect(session.isLate).toBe(true);
     at(18, 9000, 311);
     expect(session.isLate).toBe(false);
-    session.take(state({ now_s: 18.1, reason: 'the planner is late' }), 18);
+    session.take(state({ now_s: 18.1, reason_code: 'planner_late' }), 18);
     expect(session.isLate).toBe(true);
   });
   it('are old after half a second, and lost after three; while the page was held up they are not yet called so', () => {
@@ -238,9 +239,9 @@ describe('words of a session', () => {
   });
   it('call an arm that nobody leads and that still moves what it is', () => {
     const session = open(), still = Array<number>(6).fill(0);
-    session.take(state({ state: 'ready', dq: [0.1, 0, 0, 0, 0, 0], reason: 'released' }), 1);
+    session.take(state({ state: 'ready', dq: [0.1, 0, 0, 0, 0, 0], reason: 'released', reason_code: 'released' }), 1);
     expect([session.title(1), session.reason(1)]).toEqual(['coming to rest', 'released']);
-    session.take(state({ state: 'ready', dq: still, reason: 'grip to move the arm' }), 1.1);
+    session.take(state({ state: 'ready', dq: still, reason: 'grip to move the arm', reason_code: 'ready' }), 1.1);
     expect([session.title(1.1), session.reason(1.1)]).toEqual(['ready', '']); // the advice says how
   });
   it('say in the scene why a code lets nobody in, and why no motion can be asked for', () => {

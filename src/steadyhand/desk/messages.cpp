@@ -241,6 +241,8 @@ std::string state_message(const OperatorView& s) {
   json.seconds("now_s", to_seconds(s.now));
   json->member("state", to_string(s.state));
   json->member("reason", s.reason);
+  json->member("reason_code", to_string(s.cause.code));
+  json->member("reason_leader", to_string(s.cause.leader));
   json->key("constraint");
   json->begin_object();
   json->member("kind", to_string(s.constraint.kind));

@@ -119,6 +119,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   view_.now = now;
   view_.state = after;
   view_.reason = supervisor_.reason();
+  view_.cause = supervisor_.cause();
   view_.command = last_;
   view_.measured = state.joints;
   view_.at_rest = at_rest_;

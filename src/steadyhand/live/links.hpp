@@ -34,6 +34,7 @@ struct ControlView {
   Time now{0};
   SupervisionState state = SupervisionState::kIdle;
   std::string_view reason;
+  Cause cause;
   JointCommand command;
   JointState measured;
   bool at_rest = false;

@@ -209,9 +209,11 @@ void Session::refresh() {
   s.now = control_view_.now;
   s.state = control_view_.state;
   s.reason = control_view_.reason;
+  s.cause = control_view_.cause;
   if (control_failed_) {
     s.state = SupervisionState::kFault;
     s.reason = links_->failure.load();
+    s.cause.code = ReasonCode::kFailed;
   }
   s.constraint = planner_view_.constraint;
   s.target = planner_view_.target;

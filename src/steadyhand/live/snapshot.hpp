@@ -16,6 +16,7 @@ struct SessionSnapshot {
   Time now{0};  ///< of the session's clock
   SupervisionState state = SupervisionState::kIdle;
   std::string_view reason;  ///< why it is in this state; static text
+  Cause cause;              ///< the same for programs
   ActiveConstraint constraint;
   Target target;  ///< without a grip, where the controlled frame is: the next grip begins there
   JointState measured;

@@ -87,7 +87,47 @@ std::string_view of_recording(Event event) {
   }
 }
 
+ReasonCode code_of(Event event, const HandReport& hand) {
+  switch (event) {
+    case Event::kArmStopped:
+      return ReasonCode::kArmStopped;
+    case Event::kFailed:
+      return ReasonCode::kFailed;
+    case Event::kArmFollows:
+      return ReasonCode::kReady;
+    case Event::kStopAsked:
+      return ReasonCode::kStopAsked;
+    case Event::kStalled:
+      return ReasonCode::kStalled;
+    case Event::kOffPath:
+      return ReasonCode::kOffPath;
+    case Event::kResetAsked:
+      return ReasonCode::kReset;
+    case Event::kSilence:
+      return ReasonCode::kSilent;
+    case Event::kReleased:
+      return hand.settings_wait ? ReasonCode::kProfileWaits : ReasonCode::kReleased;
+    case Event::kGripped:
+      return ReasonCode::kGripped;
+    case Event::kHandLost:
+      return hand.trusted ? ReasonCode::kNoPose : ReasonCode::kHandLost;
+    case Event::kHandBack:
+      return ReasonCode::kHandBack;
+    case Event::kPlannerLate:
+      return ReasonCode::kPlannerLate;
+  }
+  return ReasonCode::kStarting;
+}
+
 }  // namespace
+
+std::string_view to_string(ReasonCode code) {
+  constexpr std::string_view kNames[] = {
+      "starting", "arm_stopped", "failed",        "ready",   "stop_asked", "stalled", "off_path",  "reset",
+      "silent",   "released",    "profile_waits", "gripped", "hand_lost",  "no_pose", "hand_back", "planner_late"};
+  const auto index = static_cast<std::size_t>(code);
+  return index < std::size(kNames) ? kNames[index] : "unknown";
+}
 
 std::span<const Transition> transitions() { return kTransitions; }
 
@@ -144,13 +184,14 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
     state_ = row.to;
     since_ = input.now;
     reason_ = row.reason;
+    cause_ = {code_of(row.event, input.hand), input.hand.leader};
     if (row.event == Event::kArmStopped) reason_ = input.arm_reason;
     if (row.event == Event::kFailed) reason_ = input.failure;
     if (row.event == Event::kHandLost) {
-      reason_ = input.hand.trusted ? "no pose of the hand came for a while"
-                                   : to_string(input.hand.verdict, input.hand.leader);
+      reason_ = cause_.code == ReasonCode::kNoPose ? "no pose of the hand came for a while"
+                                                   : to_string(input.hand.verdict, input.hand.leader);
     }
-    if (row.event == Event::kReleased && input.hand.settings_wait)
+    if (cause_.code == ReasonCode::kProfileWaits)
       reason_ = "the new profile takes effect at rest: release and grip again";
     const std::string_view reason = input.hand.leader == Leader::kPolicy      ? of_policy(row.event)
                                     : input.hand.leader == Leader::kRecording ? of_recording(row.event)

@@ -69,7 +69,8 @@ class Supervisor {
   const Transition* update(const SupervisionInput& input);
 
   SupervisionState state() const { return state_; }
-  std::string_view reason() const { return reason_; }
+  std::string_view reason() const { return reason_; }  ///< for people
+  Cause cause() const { return cause_; }               ///< the same for programs
   /// Counts every time that following begins, also after holding: each starts from where the arm is.
   std::uint64_t engagements() const { return engagements_; }
   /// Counts what halts the arm: every stop that is asked for, in whatever state, and everything else that leads to
@@ -87,6 +88,7 @@ class Supervisor {
   SupervisorSettings settings_;
   SupervisionState state_ = SupervisionState::kIdle;
   std::string_view reason_ = "starting";
+  Cause cause_;
   Time since_{0};
   std::uint64_t engagements_ = 0, grips_used_ = 0, halts_ = 0, stops_ = 0;
 };
