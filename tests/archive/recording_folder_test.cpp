@@ -1,11 +1,28 @@
 #include "steadyhand/archive/recording_folder.hpp"
 
+#include <dirent.h>
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <fstream>
 #include <set>
 
 #include "support/temporary_folder.hpp"
+
+/// How many entries of folders can be read until the disk fails; -1: all. On this thread.
+thread_local int entries_until_failure = -1;
+
+/// In place of the C library's, which std::filesystem calls.
+extern "C" dirent* readdir(DIR* folder) {
+  static const auto usual = reinterpret_cast<dirent* (*)(DIR*)>(dlsym(RTLD_NEXT, "readdir"));
+  if (entries_until_failure == 0) {
+    errno = EIO;
+    return nullptr;
+  }
+  if (entries_until_failure > 0) --entries_until_failure;
+  return usual(folder);
+}
 
 namespace steadyhand {
 namespace {
@@ -66,6 +83,17 @@ TEST(RecordingFolder, LeavesAloneWhatIsBeingWritten) {
   EXPECT_EQ(prune_recordings(folder.path(), 0, mine).files, 1);
   EXPECT_TRUE(fs::exists(mine) && fs::exists(another));
   EXPECT_EQ(prune_recordings(folder.path() / "nowhere", 0, mine).files, 0);
+}
+
+/// The writer's thread looks at the folder, and what it throws would stop the arm.
+TEST(RecordingFolder, ThatCannotBeReadOnIsNoReasonToThrow) {
+  TemporaryFolder folder;
+  for (const char* name : {"2026-01-01_00-00-00.mcap", "2026-01-02_00-00-00.mcap", "2026-01-03_00-00-00.mcap"})
+    put(folder.path(), name, 400);
+  entries_until_failure = 4;  // with . and ..
+  EXPECT_NO_THROW(EXPECT_LE(prune_recordings(folder.path(), 0, "").files, 3));
+  EXPECT_EQ(entries_until_failure, 0);
+  entries_until_failure = -1;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "steadyhand/core/folder.hpp"
 #include "steadyhand/record/mcap_writer.hpp"
 
 namespace steadyhand {
@@ -43,9 +44,8 @@ Pruned prune_recordings(const fs::path& folder, std::uintmax_t most, const fs::p
   };
   std::vector<File> files;
   std::uintmax_t total = 0;
-  std::error_code failed;
   const auto lately = fs::file_time_type::clock::now() - std::chrono::minutes(1);
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed)) {
+  for (const fs::directory_entry& entry : entries_of(folder)) {
     std::error_code gone;
     if (!is_recording_name(entry.path().filename().string()) || !entry.is_regular_file(gone)) continue;
     const std::uintmax_t bytes = entry.file_size(gone);

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <mutex>
 
+#include "steadyhand/core/folder.hpp"
+
 namespace steadyhand {
 
 namespace fs = std::filesystem;
@@ -68,8 +70,7 @@ void Places::add_packages(const fs::path& folder) {
 
 std::vector<std::string> names_in(const Places& places, const std::string& folder) {
   std::vector<std::string> names;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(places.data / folder, error)) {
+  for (const fs::directory_entry& entry : entries_of(places.data / folder)) {
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());

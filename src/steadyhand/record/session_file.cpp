@@ -11,6 +11,7 @@
 #include <optional>
 #include <regex>
 
+#include "steadyhand/core/folder.hpp"
 #include "steadyhand/record/cell_json.hpp"
 
 namespace steadyhand {
@@ -414,7 +415,7 @@ std::string begin_of(const SessionEntry& entry) {
 std::vector<SessionEntry> list_sessions(const fs::path& folder) {
   std::vector<SessionEntry> entries;
   std::error_code failed;
-  for (const fs::directory_entry& file : fs::directory_iterator(folder, failed)) {
+  for (const fs::directory_entry& file : entries_of(folder)) {
     if (file.path().extension() != ".mcap") continue;
     Result<McapOverview> overview = read_mcap(file.path());
     if (!overview) continue;
