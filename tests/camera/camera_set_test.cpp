@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <semaphore>
+#include <stdexcept>
 
 #include "support/manual_clock.hpp"
 
@@ -85,6 +86,40 @@ TEST(CameraSet, OneThatEndsLeavesTheOthers) {
   const int so_far = of_right;
   wait_until([&] { return of_right > so_far + 5; });
   EXPECT_EQ((*set)->states()[1].ended, "");
+}
+
+/// Takes one picture, and then throws.
+class Throwing final : public PictureSource {
+ public:
+  const std::vector<CameraInfo>& cameras() const override { return cameras_; }
+  Result<bool> take(Picture& picture) override {
+    if (taken_++ > 0) throw std::runtime_error("no memory for a picture");
+    picture.rgb.assign(3 * 32 * 16, 100);
+    return true;
+  }
+
+ private:
+  std::vector<CameraInfo> cameras_ = {{"front", 32, 16, 10.0}, {"back", 32, 16, 10.0}};
+  int taken_ = 0;
+};
+
+TEST(CameraSet, EndsACameraThatThrowsAndNotTheProgram) {
+  ManualClock clock;
+  std::vector<std::unique_ptr<PictureSource>> sources = bursts({{"well", 1'000'000'000}, {"deaf", 1'000'000'000}});
+  sources.push_back(std::make_unique<Throwing>());
+  std::atomic<int> of_well = 0;
+  auto set = CameraSet::make(std::move(sources), clock);
+  ASSERT_TRUE(set) << set.error().message;
+  (*set)->start([&](VideoPacket packet) {
+    of_well += packet.camera == 0 ? 1 : 0;
+    if (packet.camera == 1) throw 7;  // on the thread of its encoder
+  });
+  for (const int camera : {1, 2, 3}) wait_until([&] { return !(*set)->states()[camera].ended.empty(); });
+  EXPECT_EQ((*set)->states()[1].ended, "something of unknown kind was thrown");
+  EXPECT_EQ((*set)->states()[2].ended, "no memory for a picture");
+  EXPECT_EQ((*set)->states()[3].ended, "no memory for a picture");
+  const int so_far = of_well;
+  wait_until([&] { return of_well > so_far + 5; });
 }
 
 TEST(CameraSet, RefusesNames) {

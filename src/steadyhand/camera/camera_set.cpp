@@ -8,6 +8,8 @@
 
 #include <algorithm>
 
+#include "steadyhand/core/attempt.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -57,13 +59,18 @@ CameraSet::~CameraSet() { end(); }
 void CameraSet::start(TakePacket take) {
   std::size_t first = 0;
   for (const std::unique_ptr<PictureSource>& source : sources_) {
-    threads_.emplace_back([this, &source = *source, first](const std::stop_token& stop) { film(stop, source, first); });
+    threads_.emplace_back([this, &source = *source, first](const std::stop_token& stop) {
+      const Status filmed = attempt([&] { film(stop, source, first); });
+      for (std::size_t i = first; !filmed && i < first + source.cameras().size(); ++i)
+        fail(*at_work_[i], filmed.error().message);
+    });
     first += source->cameras().size();
   }
   for (std::size_t i = 0; i < at_work_.size(); ++i) {
     threads_.emplace_back([this, i, take](const std::stop_token& stop) {
       become_camera_thread("enc " + cameras_[i].name);
-      encode(stop, *at_work_[i], static_cast<int>(i), take);
+      const Status encoded = attempt([&] { encode(stop, *at_work_[i], static_cast<int>(i), take); });
+      if (!encoded) fail(*at_work_[i], encoded.error().message);
     });
   }
 }

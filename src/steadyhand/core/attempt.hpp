@@ -1,0 +1,22 @@
+#pragma once
+
+#include <exception>
+
+#include "steadyhand/core/result.hpp"
+
+namespace steadyhand {
+
+/// Does the work; what it throws is an error. For threads: whatever leaves one by a throw ends the program.
+template <typename Work>
+Status attempt(const Work& work) {
+  try {
+    work();
+    return Done{};
+  } catch (const std::exception& error) {
+    return Error{error.what()};
+  } catch (...) {
+    return Error{"something of unknown kind was thrown"};
+  }
+}
+
+}  // namespace steadyhand
