@@ -226,6 +226,16 @@ TEST(SessionLibrary, AnswersInOrderFromItsOwnThread) {
   for (int i = 0; i < 20; ++i) EXPECT_EQ(answers[i], "/" + std::to_string(i) + "\n");
 }
 
+TEST(SessionLibrary, GoesOnAfterAnAnswerThatThrows) {
+  TemporaryFolder folder;
+  std::ofstream(folder.path() / "a.mcap") << "recorded";
+  SessionLibrary library(folder.path(), script(folder, R"(echo "$5")"));
+  library.fetch("/first", [](const Result<FreshPage>&) { throw std::bad_alloc(); });
+  ASSERT_TRUE(library.edit({SessionEdit::Kind::kLabel, "a", "good"}, "", [](const Status&) { throw 7; }));
+  EXPECT_TRUE(fetch(library, "/second"));
+  EXPECT_EQ(session_label(folder.path(), "a"), "good");
+}
+
 TEST(SessionLibrary, EndsWithoutWaitingForAnswers) {
   TemporaryFolder folder;
   const auto begin = std::chrono::steady_clock::now();

@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "steadyhand/console/modest_process.hpp"
+#include "steadyhand/core/attempt.hpp"
 #include "steadyhand/live/realtime.hpp"
 #include "steadyhand/record/session_file.hpp"
 #include "steadyhand/report/metrics.hpp"
@@ -265,9 +266,10 @@ Status SessionLibrary::edit(const SessionEdit& edit, const std::string& written,
   const bool renames = edit.kind == SessionEdit::Kind::kRename;
   if (renames && !promise(edit.to)) return Error{fmt::format("there is a recording '{}' already", edit.to)};
   add([this, edit, renames, done = std::move(done)] {
-    const Status carried_out = carry_out(folder_, edit);
+    Status carried_out = Done{};
+    const Status attempted = attempt([&] { carried_out = carry_out(folder_, edit); });
     if (renames) take_back(edit.to);
-    done(carried_out);
+    done(attempted ? carried_out : attempted);
   });
   return Done{};
 }
@@ -321,7 +323,7 @@ void SessionLibrary::work() {
     const std::function<void()> task = std::move(tasks_.front());
     tasks_.pop_front();
     lock.unlock();
-    task();
+    (void)attempt(task);  // whom it would answer gets none
     lock.lock();
   }
 }

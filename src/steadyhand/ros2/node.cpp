@@ -17,6 +17,8 @@
 #include <thread>
 #include <utility>
 
+#include "steadyhand/core/attempt.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -200,7 +202,8 @@ Result<std::unique_ptr<Ros2Node>> Ros2Node::open(int domain, bool realtime, OnFa
   Status joined = Done{};
   std::thread([&] {  // the threads of DDS inherit this one's priority
     if (realtime) prefer_this_thread();
-    joined = Domains::instance().join(domain);
+    const Status attempted = attempt([&] { joined = Domains::instance().join(domain); });
+    if (!attempted) joined = attempted;
     if (!joined) return;
     participant = dds_create_participant(static_cast<dds_domainid_t>(domain), qos.get(), nullptr);
   })

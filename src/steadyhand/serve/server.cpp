@@ -20,6 +20,7 @@
 #include <thread>
 #include <utility>
 
+#include "steadyhand/core/attempt.hpp"
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/serve/certificate.hpp"
 #include "steadyhand/serve/connection.hpp"
@@ -89,11 +90,8 @@ struct Server::Impl {
 
   /// Until the end, or until a handler throws.
   void run() {
-    try {
-      io.run();
-    } catch (const std::exception& error) {
-      if (callbacks.on_failure) callbacks.on_failure(error.what());
-    }
+    const Status ran = attempt([this] { io.run(); });
+    if (!ran && callbacks.on_failure) callbacks.on_failure(ran.error().message);
   }
 
   void tick() {
@@ -213,7 +211,7 @@ struct Server::Impl {
     accept(local, at_loopback);
     tick();
     thread = std::thread([this] {
-      if (callbacks.on_thread) callbacks.on_thread();
+      if (callbacks.on_thread) (void)attempt(callbacks.on_thread);
       while (!io.stopped()) run();
     });
     return Done{};
