@@ -115,6 +115,8 @@ ReasonCode code_of(Event event, const HandReport& hand) {
       return ReasonCode::kHandBack;
     case Event::kPlannerLate:
       return ReasonCode::kPlannerLate;
+    case Event::kArmLate:
+      break;
   }
   return ReasonCode::kStarting;
 }
