@@ -110,7 +110,7 @@ class _Stages:
 
     @property
     def weights(self) -> dict[str, Array]:
-        """What is in force: by name of the term, a vector as long as the term has weights. `velocity` is at least 0.01."""
+        """What is in force: by name of the term, a vector as long as the term has weights. `velocity` is at least 0.02."""
         return self._stages.weights
 
     def _plan(self, native: Any) -> Plan:

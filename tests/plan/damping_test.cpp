@@ -47,7 +47,7 @@ TEST(Planner, CountsSoMuchDampingAtLeast) {
     loop.planner->set_weights(*loop.planner->ocp().weights(weights));
     return loop.planner->instance().weights[2];
   };
-  EXPECT_EQ(velocity({}), JointVector::Constant(6, 0.01));
+  EXPECT_EQ(velocity({}), JointVector::Constant(6, 0.02));
   EXPECT_EQ(velocity({{"position", {500}}, {"velocity", {0.04}}}), JointVector::Constant(6, 0.04));
   EXPECT_EQ(velocity({{"lateral", {1e6}}, {"velocity", {2, 0, 2, 2, 2, 2}}})[1], 1.0);
   OcpSettings full = test::with_objectives(kMaxObjectives + 1);

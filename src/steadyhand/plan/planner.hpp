@@ -55,7 +55,7 @@ class Planner {
   /// kLeastDamping and a millionth of the largest weight: without damping, an arm drifts where the other terms do not
   /// hold it.
   void set_weights(std::span<const JointVector> weights);
-  static constexpr double kLeastDamping = 0.01;  ///< s/rad^2
+  static constexpr double kLeastDamping = 0.02;  ///< s/rad^2
 
   /// What the next plans keep clear of. Fails, and changes nothing, on obstacles that cannot be, and on any where the
   /// problem has no rows for them (OcpSettings::obstacle_rows).
