@@ -62,6 +62,7 @@ struct Driven {
 };
 
 TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
+  std::set<std::string_view> codes;
   for (const Transition& row : transitions()) {
     Driven d(row.from);
     SupervisionInput input = row.from == State::kEngaged || row.from == State::kHolding ? d.gripped() : calm(d.tick());
@@ -120,7 +121,32 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
     }
     EXPECT_EQ(d.step(input), row.to) << to_string(row.from) << " by event " << static_cast<int>(row.event);
     EXPECT_FALSE(d.supervisor.reason().empty());
+    codes.insert(to_string(d.supervisor.cause().code));
   }
+  EXPECT_EQ(codes.size(), 13u) << "each event has a code";
+  EXPECT_EQ(codes.count("unknown"), 0u);
+}
+
+/// The page explains a device that stops sending, and a recording that is held up, in different words.
+TEST(Supervisor, ItsCausesAreOfAHandAndAnEvent) {
+  Driven d(State::kEngaged);
+  EXPECT_EQ(d.supervisor.cause().code, ReasonCode::kGripped);
+  SupervisionInput input = d.gripped();
+  input.hand.good -= std::chrono::milliseconds(150);
+  EXPECT_EQ(d.step(input), State::kHolding);
+  EXPECT_EQ(to_string(d.supervisor.cause().code), "no_pose");
+  input.hand.leader = Leader::kRecording;
+  input.hand.received -= std::chrono::milliseconds(300);
+  EXPECT_EQ(d.step(input), State::kReady);
+  EXPECT_EQ(to_string(d.supervisor.cause().code), "silent");
+  EXPECT_EQ(d.supervisor.cause().leader, Leader::kRecording);
+  Driven other(State::kEngaged);
+  input = other.gripped();
+  input.hand.clutch = false;
+  input.hand.settings_wait = true;
+  EXPECT_EQ(other.step(input), State::kReady);
+  EXPECT_EQ(to_string(other.supervisor.cause().code), "profile_waits");
+  EXPECT_EQ(other.supervisor.reason(), "the new profile takes effect at rest: release and grip again");
 }
 
 /// A recorded hand has no device that falls silent, and nobody to release it.
