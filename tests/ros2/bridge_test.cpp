@@ -134,8 +134,37 @@ TEST_F(Ros2BridgeTest, WhatIsNoPoseInTheBasesFrameIsIgnored) {
   send(*publisher, {{NAN, 0.0, 0.0}, Quaternion::Identity()}, frame);
   send(*publisher, {Vector3::Zero(), Quaternion(0.0, 0.0, 0.0, 0.0)}, frame);
   send(*publisher, {Vector3::Zero(), Quaternion(INFINITY, 0.0, 0.0, 0.0)}, frame);
+  send(*publisher, {}, "world\x1b[2J");
   EXPECT_TRUE(samples.empty());
-  EXPECT_EQ(bridge->ignored(), 4u);
+  EXPECT_EQ(bridge->ignored(), 5u);
+  const std::string begin = "poses on " + settings.hand + " do not move the arm: ";
+  EXPECT_EQ(bridge->take_notices(),
+            (std::vector<std::string>{begin + "their frame is 'world'; it must be '" + frame + "', or empty",
+                                      begin + "a position is not finite; it must be, in m",
+                                      begin + "a quaternion has the length 0; it must be 1 (x, y, z, w)"}));
+  EXPECT_TRUE(bridge->take_notices().empty());
+}
+
+TEST_F(Ros2BridgeTest, PosesThatNeverPauseBeforeTheArmIsReadyAreNamed) {
+  auto publisher = peer->publish<PoseStampedMessage>(settings.hand);
+  ASSERT_TRUE(publisher);
+  SessionSnapshot snapshot;
+  const auto notices_after = [&](double seconds, SupervisionState state, bool heeded = true) {
+    snapshot.state = state;
+    for (int i = 0; i < std::lround(seconds / 0.04); ++i) {
+      send(*publisher, {}, frame);
+      clock.advance(0.04);
+      bridge->poll(clock.now());
+      bridge->publish(snapshot, heeded);
+    }
+    return bridge->take_notices().size();
+  };
+  EXPECT_EQ(notices_after(2.0, SupervisionState::kIdle), 0u);
+  EXPECT_EQ(notices_after(0.5, SupervisionState::kReady), 0u);
+  EXPECT_EQ(notices_after(2.0, SupervisionState::kEngaged), 0u);
+  EXPECT_EQ(notices_after(2.0, SupervisionState::kReady, false), 0u) << "a client at the page has control";
+  EXPECT_EQ(notices_after(2.0, SupervisionState::kReady), 1u);
+  EXPECT_EQ(notices_after(2.0, SupervisionState::kReady), 0u) << "once";
 }
 
 TEST_F(Ros2BridgeTest, AHandWhoseClockIsSetLeadsOn) {

@@ -37,9 +37,9 @@ Status Ros2Side::open(const ArmChoice& choice, const RobotModel& model, const Se
       [&session](const char* what) { session.fail("listening to ROS 2 failed: restart the program", what); });
   if (!bridge) return bridge.error();
   bridge_ = std::move(*bridge);
+  say_ = std::move(say);
   if (!settings.ros2.scene) return Done{};
   scene_ = std::make_unique<SceneKeeper>(model, settings.ros2.prefix);
-  say_ = std::move(say);
   return take_scene(session, clock);
 }
 
@@ -65,7 +65,8 @@ void Ros2Side::poll(Time now, const LiveSession& session) {
   bridge_->poll(now);
   if (now - shown_ < kShowPeriod) return;
   shown_ = now;
-  bridge_->publish(session.snapshot());
+  bridge_->publish(session.snapshot(), !at_page_);
+  for (const std::string& notice : bridge_->take_notices()) say_("note: " + notice + "\n");
 }
 
 #else

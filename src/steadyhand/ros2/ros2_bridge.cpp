@@ -1,9 +1,13 @@
 #include "steadyhand/ros2/ros2_bridge.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
+#include "steadyhand/core/text.hpp"
 #include "steadyhand/ros2/stamps.hpp"
 
 namespace steadyhand {
@@ -14,6 +18,7 @@ constexpr double kUnit = 1e-3;         ///< by which the norm of a quaternion ma
 constexpr std::int32_t kCylinder = 3;  ///< visualization_msgs/Marker
 constexpr double kSurface = 0.001;     ///< m, as thick as the liquid's surface is drawn
 constexpr Time kSilence = std::chrono::milliseconds(250);
+constexpr Time kUnheeded = std::chrono::seconds(1);  ///< after which it is said that poses need a pause
 
 geometry_msgs_msg_dds__Pose_ message_of(const Pose& pose) {
   return {{pose.p.x(), pose.p.y(), pose.p.z()}, {pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()}};
@@ -35,6 +40,7 @@ Ros2Bridge::Ros2Bridge(const RobotModel& model, const GlassSettings& glass, cons
       X_base_root_{model.mount.translation(), Quaternion(model.mount.linear())},
       clock_(&clock),
       on_hand_(std::move(on_hand)),
+      hand_(settings.hand),
       frame_(settings.prefix + model.link_names.front()),
       names_{"glass", "liquid"} {
   header_.frame_id = frame_.data();
@@ -80,9 +86,16 @@ void Ros2Bridge::take_pose(const PoseStampedMessage& message) {
   sample.X_operator_hand.q = Quaternion(orientation.w, orientation.x, orientation.y, orientation.z);
   const double norm = sample.X_operator_hand.q.norm();
   const bool ours = message.header.frame_id[0] == '\0' || frame_ == message.header.frame_id;
-  if (!ours || !sample.X_operator_hand.p.allFinite() || !(std::abs(norm - 1.0) < kUnit)) {
-    ++ignored_;
-    return;
+  if (!ours) {
+    const std::string_view theirs = message.header.frame_id;
+    return refuse(Refusal::kFrame, fmt::format("their frame is '{}'; it must be '{}', or empty",
+                                               is_name(theirs) ? theirs.substr(0, 100) : "?", frame_));
+  }
+  if (!sample.X_operator_hand.p.allFinite())
+    return refuse(Refusal::kPosition, "a position is not finite; it must be, in m");
+  if (!(std::abs(norm - 1.0) < kUnit)) {
+    return refuse(Refusal::kQuaternion,
+                  fmt::format("a quaternion has the length {:.4g}; it must be 1 (x, y, z, w)", norm));
   }
   sample.X_operator_hand.q.normalize();
   sample.X_operator_hand = X_base_root_ * sample.X_operator_hand;
@@ -95,6 +108,30 @@ void Ros2Bridge::take_pose(const PoseStampedMessage& message) {
   on_hand_(sample);
 }
 
+void Ros2Bridge::refuse(Refusal refusal, const std::string& why) {
+  if (refusal != Refusal::kNoPause) ++ignored_;
+  const std::lock_guard lock(mutex_);
+  if (told_.insert(refusal).second) notices_.push_back(fmt::format("poses on {} do not move the arm: {}", hand_, why));
+}
+
+std::vector<std::string> Ros2Bridge::take_notices() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(notices_, {});
+}
+
+/// A grip counts once: one that began before the arm was ready, or before it stopped, moves nothing.
+void Ros2Bridge::watch_for_pause(const SessionSnapshot& snapshot, bool heeded) {
+  const Time now = clock_->now();
+  if (!closed_ || !heeded || snapshot.state != SupervisionState::kReady) {
+    unheeded_since_.reset();
+  } else if (!unheeded_since_) {
+    unheeded_since_ = now;
+  } else if (now - *unheeded_since_ > kUnheeded) {
+    refuse(Refusal::kNoPause, fmt::format("they began before the arm was ready; stop sending for {} s, then send again",
+                                          to_seconds(kSilence)));
+  }
+}
+
 void Ros2Bridge::poll(Time now) {
   if (!closed_ || now - received_.load() < kSilence || !closed_.exchange(false)) return;
   OperatorSample open;
@@ -103,7 +140,8 @@ void Ros2Bridge::poll(Time now) {
   on_hand_(open);
 }
 
-void Ros2Bridge::publish(const SessionSnapshot& snapshot) {
+void Ros2Bridge::publish(const SessionSnapshot& snapshot, bool heeded) {
+  watch_for_pause(snapshot, heeded);
   header_.stamp = stamp_of<builtin_interfaces_msg_dds__Time_>(
       std::chrono::system_clock::now().time_since_epoch());  // as nodes of ROS stamp what they send
   show_target(snapshot);

@@ -3,6 +3,9 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,16 +38,23 @@ class Ros2Bridge {
   /// Takes objects from MoveIt's topics: /planning_scene, /collision_object and /attached_collision_object.
   /// @param on_scene called on a thread of DDS, one call after the other, with what a message says, or why it is none
   Status listen_to_scene(OnScene on_scene);
-  void publish(const SessionSnapshot& snapshot);
+  /// @param heeded poses may control the arm: no client at the page does
+  void publish(const SessionSnapshot& snapshot, bool heeded = true);
   /// Opens the clutch when poses stopped coming. Call every few milliseconds.
   void poll(Time now);
   /// Poses whose frame is not the base's, or that are no poses.
   std::uint64_t ignored() const { return ignored_; }
+  /// For people: why poses do not move the arm. Each reason once. Any thread.
+  std::vector<std::string> take_notices();
 
  private:
   Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings, const Clock& clock,
              OnHand on_hand);
   Status join(const Ros2Settings& settings, Ros2Node::OnFailure failed);
+  /// Why poses are not taken.
+  enum class Refusal { kFrame, kPosition, kQuaternion, kNoPause };
+  void refuse(Refusal refusal, const std::string& why);
+  void watch_for_pause(const SessionSnapshot& snapshot, bool heeded);
   void take_pose(const PoseStampedMessage& message);
   void show_target(const SessionSnapshot& snapshot);
   void show_path(const SessionSnapshot& snapshot);
@@ -56,7 +66,7 @@ class Ros2Bridge {
   Pose X_base_root_;
   const Clock* clock_;
   OnHand on_hand_;
-  std::string frame_, nothing_;
+  std::string hand_, frame_, nothing_;
   std::vector<std::string> names_;  ///< of markers
   std_msgs_msg_dds__Header_ header_{};
   Ros2Publisher<PoseStampedMessage> target_;
@@ -67,6 +77,10 @@ class Ros2Bridge {
   std::atomic<Time> received_{Time::min()};
   std::atomic<bool> closed_{false};
   std::atomic<std::uint64_t> ignored_{0};
+  std::optional<Time> unheeded_since_;  ///< poses come, and the arm could follow them, but does not
+  std::mutex mutex_;                    ///< of the next two
+  std::set<Refusal> told_;
+  std::vector<std::string> notices_;
   std::unique_ptr<Ros2Node> node_;  ///< last: goes first
 };
 
