@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 
 #include "robot/random_arm.hpp"
 #include "steadyhand/plan/straight_stop.hpp"
@@ -71,7 +72,7 @@ class Ros2Faults : public testing::Test {
   }
   /// Moves fast when the fault comes.
   void swing() {
-    ASSERT_EQ(run(1.5).status, ArmStatus::kFollowing) << state.reason;
+    ASSERT_EQ(run(1.8).status, ArmStatus::kFollowing) << state.reason;
     ASSERT_GT(std::abs(state.joints.dq.mean()), 1.0);
     controller().forget_largest();
   }
@@ -327,6 +328,39 @@ TEST_F(Ros2Faults, AfterAStallAnotherPlanBeginsWhereTheControllerHasGone) {
     EXPECT_LT(controller().largest().ddq, 1.05 * model.acceleration_max.maxCoeff()) << stall;
     EXPECT_LT(controller().arm().dq().norm(), 0.02);
     EXPECT_EQ(controller().last_stop(), "");
+  }
+}
+
+/// Its speeds are differences of positions.
+TEST_F(Ros2Faults, AnArmThatTellsPositionsOnlyIsFollowed) {
+  ReferenceController::Settings positions;
+  positions.told_speeds = NAN;
+  start(positions);
+  swing();
+  EXPECT_LT((state.joints.dq - controller().arm().dq()).cwiseAbs().maxCoeff(), 0.2);
+  expect_bridged();
+}
+
+/// Not by the words for an arm that says nothing.
+TEST_F(Ros2Faults, JointStatesThatCannotBeUsedAreNamed) {
+  using Settings = ReferenceController::Settings;
+  const std::pair<const char*, std::function<void(Settings&)>> bads[] = {
+      {"carry no stamp", [](Settings& s) { s.stamp = Time(0); }},
+      {"does not change, so trajectories cannot be timed", [](Settings& s) { s.stamp = s.epoch; }},
+      {"a position that is not a finite number", [](Settings& s) { s.told_positions = NAN; }},
+      {"at less than 29 Hz", [](Settings& s) { s.states_every = 20; }},
+      {"at less than 29 Hz", [](Settings& s) { s.states_every = 50; }},
+      {"real-time factor of 1", [](Settings& s) { s.pace = 0.95; }},
+      {"real-time factor of 1", [](Settings& s) { s.pace = 2.0; }},
+      {"is beyond its position limits, ", [this](Settings&) { model.position_max[2] = -M_PI; }}};
+  for (const auto& [words, spoil] : bads) {
+    clock = ManualClock();
+    ReferenceController::Settings spoiled;
+    spoil(spoiled);
+    start(spoiled);
+    EXPECT_EQ(run(6.0).status, ArmStatus::kStopped) << words;
+    EXPECT_NE(state.reason.find(words), std::string_view::npos) << state.reason;
+    EXPECT_LT(controller().arm().dq().norm(), 0.02);
   }
 }
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
 
+#include "robot/random_arm.hpp"
 #include "steadyhand/ros2/ros2_link_check.hpp"
 
 namespace steadyhand {
@@ -22,6 +24,15 @@ Ros2LinkReport measure(const std::function<double(int)>& delay, int publishers =
   }
   meter.active();
   return meter.report(1);
+}
+
+/// For an arm with one joint.
+Ros2LinkJudgement judge(const Ros2LinkReport& report, const Ros2Settings& settings) {
+  static const RobotModel model = [] {
+    std::mt19937 random(1);
+    return random_arm(1, random, false);
+  }();
+  return judge(report, settings, model);
 }
 
 bool says(const Ros2LinkReport& report, const char* word) {
@@ -74,13 +85,37 @@ TEST(Ros2Link, SaysWhatToChange) {
   EXPECT_FALSE(judge(r, {}).fit);
   r = measure([](int) { return 3e-4; });
   r.stamped = false;
-  EXPECT_TRUE(says(r, "no stamps"));
+  EXPECT_TRUE(says(r, "carry no stamp"));
+  r = measure([](int) { return 3e-4; });
+  r.unusable[static_cast<std::size_t>(JointStateFault::kNotFinite)] = 3;
+  EXPECT_TRUE(says(r, "3 of 5003 states cannot be used"));
+  EXPECT_FALSE(judge(r, {}).fit);
+  r.states = 0;
+  EXPECT_TRUE(says(r, "not a finite number"));
+  EXPECT_FALSE(says(r, "is the driver running"));
+  r = measure([](int) { return 3e-4; });
+  r.q = JointVector::Constant(1, 100.0);
+  EXPECT_TRUE(says(r, "is at 100, beyond its position limits"));
+  EXPECT_FALSE(judge(r, {}).fit);
   r = measure([](int) { return 3e-4; });
   r.wake.max = 20000.0;
   EXPECT_TRUE(says(r, "wakes up to 20.0 ms"));
   r = measure([](int) { return 3e-4; });
   r.seconds = 100.0;
   EXPECT_TRUE(says(r, "come at 50 Hz"));
+}
+
+TEST(Ros2Link, StampsThatAreNoTimeOfMeasurementAreUnfit) {
+  for (const double pace : {0.0, 0.5, 0.97, 1.0, 1.001, 2.0}) {
+    Ros2LinkMeter meter;
+    for (int i = 1; i <= 5000; ++i)
+      meter.state(from_seconds(50.0 + 0.002 * i), from_seconds(1000.0 + 0.002 * pace * i), 7);
+    meter.active();
+    const Ros2LinkReport r = meter.report(1);
+    EXPECT_EQ(judge(r, {}).fit, std::abs(pace - 1.0) < 0.01) << pace;
+    EXPECT_EQ(says(r, "does not change"), pace == 0.0) << pace;
+    EXPECT_EQ(says(r, "of real time"), pace > 0.0 && std::abs(pace - 1.0) > 0.01) << pace;
+  }
 }
 
 TEST(Ros2Link, AScalingThatIsNoNumberIsNoFullSpeed) {

@@ -221,7 +221,7 @@ Status run_ros2(const Options& options, int& exit_code) {
       "states             come late by {}; longest gap {:.2f} ms\n",
       r.seconds, r.states, r.strangers, r.publishers, r.controllers, format_times(r.wake), format_times(r.late),
       r.longest_gap / 1e3);
-  const Ros2LinkJudgement j = judge(r, settings.ros2);
+  const Ros2LinkJudgement j = judge(r, settings.ros2, *model);
   for (const std::string& finding : j.findings) std::cout << "to change          " << finding << "\n";
   std::cout << fmt::format("verdict            {}\n",
                            j.fit ? "FIT: joint states never stayed away for as long as stops the arm"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "steadyhand/ros2/stamps.hpp"
 #include "steadyhand/ros2/trajectory.hpp"
@@ -30,6 +31,11 @@ constexpr double kSetPointTime = 0.0015;  // s
 constexpr double kFullSpeed = 99.9;       // %
 constexpr double kStep = 0.004;           ///< rad, from one state to the next, beyond what ...
 constexpr double kStepTime = 0.004;       ///< ... the joints may do in the time between and so long
+/// For so long a state that could not be used explains that none came.
+constexpr Time kUnusable = std::chrono::seconds(1);
+constexpr double kSpeedFilter = 0.02;  ///< s, over which speeds are taken from positions, where the arm sends none
+constexpr std::string_view kNotRealTime =
+    "the stamps of the joint states do not advance in real time: run the simulation at a real-time factor of 1";
 constexpr Time kGripperTurn = std::chrono::milliseconds(10);
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
@@ -114,7 +120,17 @@ Status Ros2Arm::join(int domain) {
   const std::string topic = settings_.controller + "/joint_trajectory";
   info_ = {fmt::format("{} (ROS 2 domain {}, {})", model_->name, domain, topic), model_->dof(),
            settings_.control_rate_hz, settings_.look_ahead + settings_.servo_delay};
-  no_states_ = fmt::format("no joint states that name this arm's joints come from {}", settings_.joint_states);
+  for (int i = 0; i < kJointStateFaults; ++i)
+    state_faults_[i] = describe(static_cast<JointStateFault>(i), settings_.joint_states);
+  seldom_ = fmt::format(
+      "joint states come from {} at less than {:.0f} Hz: raise the controller manager's update_rate, or "
+      "ros2.state_timeout and ros2.look_ahead",
+      settings_.joint_states, 1.0 / settings_.state_timeout);
+  for (int i = 0; i < model_->dof(); ++i) {
+    beyond_limits_.push_back(
+        fmt::format("joint '{}' is beyond its position limits, {:.4g} to {:.4g}: move it back first",
+                    joints_.names()[i], model_->position_min[i], model_->position_max[i]));
+  }
   no_controller_ = fmt::format("no controller listens to {}", topic);
   not_active_ = fmt::format("the controller {} is not active", settings_.controller);
   auto trajectories =
@@ -161,7 +177,8 @@ Ros2Arm::~Ros2Arm() {
 Result<JointVector> Ros2Arm::wait_for_states() {
   const Time until = clock_->now() + from_seconds(settings_.start_within);
   while (!received_news_.read(received_)) {
-    if (clock_->now() > until) return Error{no_states_ + " (domain, topic and names are settings: ros2.*)"};
+    if (clock_->now() > until)
+      return Error{std::string(why_no_states()) + " (domain, topic and names are settings: ros2.*)"};
     clock_->sleep_until(clock_->now() + period_);
   }
   while (gripper_ && !gripper_->why_not().empty()) {
@@ -174,6 +191,7 @@ Result<JointVector> Ros2Arm::wait_for_states() {
     clock_->sleep_until(clock_->now() + period_);
   }
   known_ = true;
+  moved_ = clock_->now();
   return received_.q;
 }
 
@@ -188,24 +206,20 @@ void Ros2Arm::hear_gripper(const JointStateMessage& message) {
   }
 }
 
-/// Ignores what does not name all joints, once each value, is not finite, or carries no time: it is not for us.
+/// States of other joints are not for us. Of ours that cannot be used the fault is kept.
 void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publisher) {
   const Time arrival = clock_->now();
-  const std::uint32_t count = message.name._length;
-  if (!joints_.find({message.name._buffer, count}) || message.position._length != count) return;
-  if (message.velocity._length != count && message.velocity._length != 0) return;
-  if (!is_time(message.header.stamp)) return;
+  const auto unusable = [&](JointStateFault fault) {
+    state_fault_ = fault;
+    state_fault_at_ = arrival;
+  };
   Received news = newest_;
-  const int n = model_->dof();
-  news.q.resize(n);
-  news.dq.setZero(n);
-  for (int i = 0; i < n; ++i) {
-    news.q[i] = message.position._buffer[joints_[i]];
-    if (message.velocity._length != 0) news.dq[i] = message.velocity._buffer[joints_[i]];
-  }
+  JointVector speeds;
+  const JointStateFault fault = read_joint_state(message, joints_, news.q, speeds);
+  if (fault == JointStateFault::kOtherJoints) return;
+  if (fault != JointStateFault::kNone) return unusable(fault);
   news.theirs = time_of(message.header.stamp);
   news.arrival = arrival;
-  if (!news.q.allFinite() || !news.dq.allFinite()) return;
 
   const bool silent = arrival - newest_.arrival > from_seconds(settings_.state_timeout);
   if (publisher != state_publisher_ && state_publisher_ != 0 && !silent) {
@@ -215,6 +229,7 @@ void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publishe
   const bool follows = following_.load(std::memory_order_relaxed);
   if (publisher != state_publisher_) offset_.reset();
   if (publisher == state_publisher_ && news.theirs <= newest_.theirs) {
+    if (newest_.theirs == news.theirs) unusable(JointStateFault::kSameStamp);
     if (newest_.theirs - news.theirs < kClockJump) return;  // overtaken on its way
     trouble_ = Trouble::kClockJumped;
     offset_.reset();
@@ -222,11 +237,29 @@ void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publishe
     trouble_ = Trouble::kClockJumped;
     offset_.reset();
   }
+  const bool same_publisher = publisher == state_publisher_ && state_publisher_ != 0;
+  take_speeds(speeds, same_publisher, news);
+  const bool set = newest_.arrival - newest_.theirs - (arrival - news.theirs) > kClockJump;
+  if (!same_publisher || silent || set) pace_ = {};
+  news.off_pace = pace_.update(news.theirs, arrival);
+  news.gap = same_publisher ? arrival - newest_.arrival : Time(0);
   state_publisher_ = publisher;
   news.offset = offset_.update(news.theirs, arrival, !follows) - news.theirs;
   news.controllers = trajectories_.subscribers();
   newest_ = news;
   received_news_.write(news);
+}
+
+/// Where the arm sends none, they are differences of positions, smoothed.
+void Ros2Arm::take_speeds(const JointVector& sent, bool same_publisher, Received& news) const {
+  const double dt = to_seconds(news.theirs - newest_.theirs);
+  if (sent.size() > 0) {
+    news.dq = sent;
+  } else if (same_publisher && dt > 0.0) {
+    news.dq = newest_.dq + dt / (dt + kSpeedFilter) * ((news.q - newest_.q) / dt - newest_.dq);
+  } else {
+    news.dq.setZero(news.q.size());
+  }
 }
 
 void Ros2Arm::receive(const ControllerStateMessage& message) {
@@ -302,7 +335,7 @@ void Ros2Arm::write_letter() {
 ArmState Ros2Arm::receive() {
   keep_time();
   received_before_ = received_;
-  if (received_news_.read(received_)) known_ = true;
+  if (received_news_.read(received_) && !std::exchange(known_, true)) moved_ = state_.joints.stamp.made;
   (void)told_news_.read(told_);
   if (known_) {
     state_.joints.q = received_.q;
@@ -344,8 +377,18 @@ bool Ros2Arm::standing() const { return state_.joints.stamp.made - moved_ > kSta
 
 bool Ros2Arm::long_ago(double seconds) const { return to_seconds(state_.joints.stamp.made - phase_since_) > seconds; }
 
+/// Why there are none that could be used now.
+std::string_view Ros2Arm::why_no_states() const {
+  const Time at = state_fault_at_;
+  const Time after = known_ ? received_.arrival + from_seconds(0.5 * settings_.state_timeout) : Time(0);
+  const bool unusable = at > after && clock_->now() - at <= kUnusable;
+  if (!unusable && known_ && received_.gap > from_seconds(settings_.state_timeout)) return seldom_;
+  return state_faults_[static_cast<std::size_t>(unusable ? state_fault_.load() : JointStateFault::kOtherJoints)];
+}
+
 /// Why the arm may not begin or go on; empty: it may.
 std::string_view Ros2Arm::why_not() const {
+  if (received_.off_pace && clock_->now() - received_.arrival <= kUnusable) return kNotRealTime;
   switch (trouble_.load(std::memory_order_relaxed)) {
     case Trouble::kTwoStatePublishers:
       return "two publishers send states of this arm's joints";
@@ -358,7 +401,7 @@ std::string_view Ros2Arm::why_not() const {
     case Trouble::kNone:
       break;
   }
-  if (!states_are_recent()) return no_states_;
+  if (!states_are_recent()) return why_no_states();
   if (received_.controllers == 0) return no_controller_;
   if (slowed_down_.load(std::memory_order_relaxed)) {
     return "the arm's speed scaling is not 100 %: set its speed slider to that, and start its program";
@@ -491,9 +534,8 @@ JointCommand Ros2Arm::commanded(Time then) const {
 
 void Ros2Arm::begin_settling() {
   const JointVector& q = state_.joints.q;
-  if (((model_->position_min - q).array() > 0.0).any() || ((q - model_->position_max).array() > 0.0).any()) {
-    return stop("a joint stands beyond its position limit: move it back first");
-  }
+  for (int i = 0; i < q.size(); ++i)
+    if (q[i] < model_->position_min[i] || q[i] > model_->position_max[i]) return stop(beyond_limits_[i]);
   settled_at_ = q;
   hold_here();
   phase_ = Phase::kSettling;

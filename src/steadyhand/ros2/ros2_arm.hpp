@@ -13,7 +13,7 @@
 #include "steadyhand/arm/ros2_settings.hpp"
 #include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/latest_value.hpp"
-#include "steadyhand/ros2/joint_order.hpp"
+#include "steadyhand/ros2/joint_states.hpp"
 #include "steadyhand/ros2/node.hpp"
 #include "steadyhand/ros2/ros2_gripper.hpp"
 
@@ -55,6 +55,8 @@ class Ros2Arm final : public Arm {
     JointVector q, dq;
     Time theirs{0}, arrival{0};  ///< stamp on the controller's clock; when it came, on ours
     Time offset{0};              ///< ours less theirs
+    Time gap{0};                 ///< since the state before, on our clock
+    bool off_pace = false;       ///< their clock is slower or faster than ours
     int controllers = 0;         ///< that listen to our trajectories
   };
   /// The newest that the controller tells of itself, as it does only while it is active.
@@ -88,6 +90,7 @@ class Ros2Arm final : public Arm {
   Status join(int domain);
   void receive(const JointStateMessage& message, Ros2PublisherId publisher);
   void receive(const ControllerStateMessage& message);
+  void take_speeds(const JointVector& sent, bool same_publisher, Received& news) const;
   void hear_gripper(const JointStateMessage& message);
   void speak();
   void keep_gripper();
@@ -108,13 +111,16 @@ class Ros2Arm final : public Arm {
   bool long_ago(double seconds) const;
   void post(Time begin);
   void stop(std::string_view reason);
+  std::string_view why_no_states() const;
   std::string_view why_not() const;
 
   const RobotModel* model_;
   Ros2Settings settings_;
   Clock* clock_;
   ArmInfo info_;
-  std::string no_states_, no_controller_, not_active_;  ///< reasons that name a topic
+  std::string no_controller_, not_active_, seldom_;          ///< reasons that name a topic
+  std::array<std::string, kJointStateFaults> state_faults_;  ///< the same, by JointStateFault
+  std::vector<std::string> beyond_limits_;                   ///< a reason for each joint
   Time period_, look_ahead_;
   int cycles_per_order_ = 1;
 
@@ -143,10 +149,13 @@ class Ros2Arm final : public Arm {
   Received newest_;
   Told newest_told_;
   Ros2PublisherId state_publisher_ = 0;
+  ClockPace pace_;
   OffsetFilter offset_;
   LatestValue<Received> received_news_;  ///< to the control thread
   LatestValue<Told> told_news_;
-  std::atomic<bool> slowed_down_{false};  ///< the hardware is, by what it tells
+  std::atomic<JointStateFault> state_fault_{JointStateFault::kOtherJoints};  ///< of the newest that was not used ...
+  std::atomic<Time> state_fault_at_{Time::min()};                            ///< ... and when that came
+  std::atomic<bool> slowed_down_{false};                                     ///< the hardware is, by what it tells
   std::atomic<Trouble> trouble_{Trouble::kNone};
   std::atomic<bool> following_{false};
 

@@ -3,14 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <thread>
 
 #include "steadyhand/core/clock.hpp"
-#include "steadyhand/ros2/joint_order.hpp"
 #include "steadyhand/ros2/stamps.hpp"
 
 namespace steadyhand {
+
+namespace {
+
+constexpr double kPaceFrom = 0.5;   ///< s
+constexpr double kPaceOff = 0.02;   ///< share, and ...
+constexpr double kPaceLate = 0.06;  ///< ... s, for messages that come late, by which the stamps' pace may be off
+
+}  // namespace
 
 void Ros2LinkMeter::state(Time arrival, Time stamp, Ros2PublisherId publisher) {
   publishers_.insert(publisher);
@@ -21,7 +29,9 @@ void Ros2LinkMeter::state(Time arrival, Time stamp, Ros2PublisherId publisher) {
     report_.longest_gap = std::max(report_.longest_gap, 1e-3 * static_cast<double>((arrival - last_).count()));
   }
   last_ = arrival;
+  if (stamp == last_stamp_ && stamp > Time(0)) unusable(JointStateFault::kSameStamp);
   if (stamp <= last_stamp_) return;
+  if (first_stamp_ == Time(0)) first_stamp_ = stamp;
   last_stamp_ = stamp;
   const Time due = earliest_.update(stamp, arrival, true);
   late_.add(1e-3 * static_cast<double>((arrival - due).count()));
@@ -30,6 +40,7 @@ void Ros2LinkMeter::state(Time arrival, Time stamp, Ros2PublisherId publisher) {
 Ros2LinkReport Ros2LinkMeter::report(int controllers) const {
   Ros2LinkReport report = report_;
   report.seconds = to_seconds(last_ - first_);
+  if (report.seconds >= kPaceFrom) report.pace = to_seconds(last_stamp_ - first_stamp_) / report.seconds;
   report.publishers = publishers_.size();
   report.late = late_.summary();
   report.wake = wake_.summary();
@@ -37,11 +48,19 @@ Ros2LinkReport Ros2LinkMeter::report(int controllers) const {
   return report;
 }
 
-Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
+Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s, const RobotModel& model) {
   Ros2LinkJudgement j;
   const auto say = [&](std::string line) { j.findings.push_back(std::move(line)); };
   const double silence = 1e6 * s.state_timeout;
+  for (const JointStateFault fault :
+       {JointStateFault::kCounts, JointStateFault::kNotFinite, JointStateFault::kSameStamp}) {
+    // A few stamps come twice from publishers that are faster than what they publish.
+    const std::uint64_t count = r.unusable[static_cast<std::size_t>(fault)];
+    if (count > 0 && (fault != JointStateFault::kSameStamp || 2 * count > r.states))
+      say(fmt::format("{} of {} states cannot be used: {}", count, r.states + count, describe(fault, s.joint_states)));
+  }
   if (r.states == 0) {
+    if (!j.findings.empty()) return j;
     say(
         fmt::format("no joint states that name this arm's joints come from {}, {} that do not: is the driver running, "
                     "in this domain, with these names (ros2.joint_states, ros2.prefix, ros2.joints)?",
@@ -52,7 +71,20 @@ Ros2LinkJudgement judge(const Ros2LinkReport& r, const Ros2Settings& s) {
     say(fmt::format("{} publishers send states of this arm's joints to {}: end all but one", r.publishers,
                     s.joint_states));
   }
-  if (!r.stamped) say("joint states carry no stamps: trajectories cannot be timed");
+  if (!r.stamped) {
+    say(describe(JointStateFault::kNoStamp, s.joint_states));
+  } else if (2 * r.unusable[static_cast<std::size_t>(JointStateFault::kSameStamp)] <= r.states &&
+             std::abs(r.pace - 1.0) * r.seconds > kPaceOff * r.seconds + kPaceLate) {
+    say(fmt::format(
+        "the stamps of the joint states advance at {:.0f} % of real time: run the simulation at a real-time "
+        "factor of 1",
+        100.0 * r.pace));
+  }
+  for (int i = 0; i < std::min<int>(model.dof(), static_cast<int>(r.q.size())); ++i) {
+    if (r.q[i] >= model.position_min[i] && r.q[i] <= model.position_max[i]) continue;
+    say(fmt::format("joint '{}' is at {:.4g}, beyond its position limits, {:.4g} to {:.4g}: move it back first",
+                    model.joints[i].name, r.q[i], model.position_min[i], model.position_max[i]));
+  }
   if (r.controllers == 0) {
     say(fmt::format("no controller listens to {}/joint_trajectory: activate one, or set ros2.controller",
                     s.controller));
@@ -118,12 +150,13 @@ Result<Ros2LinkReport> measure_ros2_link(const RobotModel& model, const Ros2Sett
   Status listens = (*node)->listen<JointStateMessage>(
       s.joint_states, [&](const JointStateMessage& message, Ros2PublisherId publisher) {
         const Time arrival = clock.now();
-        const std::uint32_t count = message.name._length;
-        const bool ours = joints.find({message.name._buffer, count}) && message.position._length == count;
+        JointVector q, dq;
+        const JointStateFault fault = read_joint_state(message, joints, q, dq);
         const std::lock_guard lock(mutex);
-        if (!ours) return meter.stranger();
-        const auto& stamp = message.header.stamp;
-        meter.state(arrival, is_time(stamp) ? time_of(stamp) : Time(0), publisher);
+        if (fault == JointStateFault::kOtherJoints) return meter.stranger();
+        if (fault == JointStateFault::kCounts || fault == JointStateFault::kNotFinite) return meter.unusable(fault);
+        meter.measured(q);
+        meter.state(arrival, fault == JointStateFault::kNoStamp ? Time(0) : time_of(message.header.stamp), publisher);
       });
   if (!listens) return listens.error();
   listens = (*node)->listen<JointTrajectoryMessage>(topic, [&](const JointTrajectoryMessage&, Ros2PublisherId) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -11,15 +12,19 @@
 #include "steadyhand/arm/ros2_settings.hpp"
 #include "steadyhand/core/histogram.hpp"
 #include "steadyhand/robot/model.hpp"
+#include "steadyhand/ros2/joint_states.hpp"
 #include "steadyhand/ros2/node.hpp"
 
 namespace steadyhand {
 
 /// What came from a ROS 2 machine for a while. Times in us.
 struct Ros2LinkReport {
-  std::uint64_t states = 0;     ///< that name all joints
-  std::uint64_t strangers = 0;  ///< on the same topic, that do not
-  std::size_t publishers = 0;   ///< of states that do
+  std::uint64_t states = 0;                                 ///< that name all joints
+  std::uint64_t strangers = 0;                              ///< on the same topic, that do not
+  std::array<std::uint64_t, kJointStateFaults> unusable{};  ///< that name them but cannot be used, by JointStateFault
+  double pace = 1.0;                                        ///< s of their stamps for each s of ours
+  JointVector q;                                            ///< of the newest; of size 0: none
+  std::size_t publishers = 0;                               ///< of states that do
   double seconds = 0.0;
   double longest_gap = 0.0;      ///< between two states
   TimingSummary late;            ///< of a state's arrival, beyond the earliest
@@ -39,12 +44,15 @@ struct Ros2LinkJudgement {
 
 /// Fit: states never stayed away for as long as stops the arm, and there is one controller, active, at full speed and
 /// led by nobody else.
-Ros2LinkJudgement judge(const Ros2LinkReport& report, const Ros2Settings& settings);
+Ros2LinkJudgement judge(const Ros2LinkReport& report, const Ros2Settings& settings, const RobotModel& model);
 
 /// Collects the report. One thread.
 class Ros2LinkMeter {
  public:
+  /// @param stamp 0: it has none
   void state(Time arrival, Time stamp, Ros2PublisherId publisher);
+  void unusable(JointStateFault fault) { ++report_.unusable[static_cast<std::size_t>(fault)]; }
+  void measured(const JointVector& q) { report_.q = q; }
   void stranger() { ++report_.strangers; }
   void commanded() { ++report_.commanders; }
   void active() { report_.active = true; }
@@ -58,7 +66,7 @@ class Ros2LinkMeter {
  private:
   Ros2LinkReport report_;
   Histogram late_, wake_;
-  Time first_{0}, last_{0}, last_stamp_{0};
+  Time first_{0}, last_{0}, first_stamp_{0}, last_stamp_{0};
   OffsetFilter earliest_;
   std::set<Ros2PublisherId> publishers_;
 };

@@ -177,8 +177,10 @@ void ReferenceController::step() {
   if (!controller_.aborted().empty()) last_stop_ = controller_.aborted();
   if (unplugged_ > 0) {
     --unplugged_;
-  } else {
-    outgoing_.emplace_back(cycle_ + static_cast<std::uint64_t>(lag_), std::pair(now_, state.joints));
+  } else if (cycle_ % static_cast<std::uint64_t>(settings_.states_every) == 0) {
+    const Time paced = settings_.epoch + from_seconds(settings_.pace * to_seconds(now_ - settings_.epoch));
+    const Time stamp = settings_.stamp.value_or(settings_.pace == 1.0 ? now_ : paced);
+    outgoing_.emplace_back(cycle_ + static_cast<std::uint64_t>(lag_), std::pair(stamp, state.joints));
   }
   if (deaf_ > 0) --deaf_;
   send_states();
@@ -207,6 +209,8 @@ void ReferenceController::send_states() {
     auto [stamp, joints] = outgoing_.front().second;
     outgoing_.pop_front();
     std::vector<std::string> names = settings_.parameters.joints;
+    joints.q *= settings_.told_positions;
+    joints.dq *= settings_.told_speeds;
     std::vector<double> q(joints.q.begin(), joints.q.end()), dq(joints.dq.begin(), joints.dq.end());
     if (settings_.permuted) {
       for (auto* values : {&q, &dq}) std::reverse(values->begin(), values->end());

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,7 +25,12 @@ class ReferenceController {
     std::string controller = "/joint_trajectory_controller", joint_states = "/joint_states";
     std::string speed_scaling;  ///< topic that tells of it, in %; empty: none does
     std::string prefix;
-    bool permuted = true;  ///< joint states name the joints in another order than the arm's, as those of a UR do
+    bool permuted = true;         ///< joint states name the joints in another order than the arm's, as those of a UR do
+    double told_speeds = 1.0;     ///< by which speeds of joint states are multiplied; NaN: positions only
+    double told_positions = 1.0;  ///< the same
+    int states_every = 1;         ///< cycles
+    double pace = 1.0;            ///< s of stamps for each s
+    std::optional<Time> stamp;    ///< of every joint state
     double rate_hz = 500.0;
     double servo_lag = 0.03;  ///< s, of the arm
     /// Shares of the model's limits at which the arm stops by itself; mock hardware of ros2_control never does.
