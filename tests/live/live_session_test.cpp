@@ -6,6 +6,7 @@
 
 #include <stdexcept>
 
+#include "steadyhand/pipeline/pipeline.hpp"
 #include "support/virtual_session.hpp"
 
 namespace steadyhand {
@@ -26,6 +27,25 @@ struct BrittleClock final : Clock {
   MonotonicClock clock;
   std::atomic<const char*> breaks{nullptr};
 };
+
+TEST(SettingsOfAProfile, AreThoseOfAPipeline) {
+  Profile profile = *load_profile("carry");
+  profile.tilt_max = 1.0;
+  profile.tolerance = 1e-3;
+  profile.solver = "other";
+  profile.ocp.velocity_scale = 0.3;
+  const PlanningSettings live = LiveSettings(profile).planning;
+  const PipelineSettings replayed(profile);
+  EXPECT_EQ(live.retarget.tilt_max, 1.0);
+  EXPECT_EQ(live.predictor.model, Prediction::kDecaying);
+  EXPECT_EQ(live.planner.tolerance, 1e-3);
+  EXPECT_EQ(live.planner.solver, "other");
+  EXPECT_EQ(live.ocp.velocity_scale, 0.3);
+  EXPECT_EQ(live.ocp.weights, profile.ocp.weights);
+  EXPECT_EQ(live.retarget.tilt_max, replayed.retarget.tilt_max);
+  EXPECT_EQ(live.predictor.model, replayed.predictor.model);
+  EXPECT_EQ(live.planner.tolerance, replayed.planner.tolerance);
+}
 
 /// A session that follows a hand which moves.
 struct Threads : testing::Test {
