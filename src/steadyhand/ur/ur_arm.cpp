@@ -432,7 +432,8 @@ void UniversalRobotsArm::begin_program() {
   for (int i = 0; i < 6; ++i) {
     if (report_.q[i] < model_->position_min[i] || report_.q[i] > model_->position_max[i]) {
       return stop(
-          words("joint '{}' is at {:.4g} rad, beyond its position limits {:.4g} to {:.4g}: move it back at the pendant",
+          words(next_words(),
+                "joint '{}' is at {:.4g} rad, beyond its position limits {:.4g} to {:.4g}: move it back at the pendant",
                 model_->joints[i].name, report_.q[i], model_->position_min[i], model_->position_max[i]));
     }
   }
