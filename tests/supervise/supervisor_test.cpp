@@ -123,7 +123,7 @@ TEST(Supervisor, EveryRowIsTakenByItsEventAndSaysWhy) {
     EXPECT_FALSE(d.supervisor.reason().empty());
     codes.insert(to_string(d.supervisor.cause().code));
   }
-  EXPECT_EQ(codes.size(), 13u) << "each event has a code";
+  EXPECT_EQ(codes.size(), 14u) << "each event has a code";
   EXPECT_EQ(codes.count("unknown"), 0u);
 }
 

@@ -125,9 +125,9 @@ class PlanningStage {
   double followed_for_ = 0.0;  ///< s
   Time last_step_{0};
   ControlReport report_;
-  OperatorSettings operator_settings_;                    ///< the newest
-  bool settings_wait_ = false;                            ///< they are not in force yet
-  int planner_ = 0;                                       ///< OperatorSettings::planner in use
+  OperatorSettings operator_settings_;  ///< the newest
+  bool settings_wait_ = false;          ///< they are not in force yet
+  int planner_ = 0;                     ///< OperatorSettings::planner in use
   // The one estimate of the liquid, of all planners; its glass is the newest that the operator set:
   std::optional<LiquidEstimate> liquid_;
   SloshState liquid_state_ = SloshState::Zero();  ///< at moved_

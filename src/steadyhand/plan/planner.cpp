@@ -100,17 +100,22 @@ Result<Ocp> make_ocp(const RobotModel& model, const OcpSettings& settings) {
   }
 }
 
-bool is_velocity(const std::shared_ptr<const Objective>& objective) {
-  return objective && objective->name() == "velocity";
+/// Index of the objective that damps the joints, or how many there are.
+std::size_t find_damping(const Objectives& objectives) {
+  const std::string name = make_velocity_objective()->name();
+  const auto found = std::find_if(objectives.begin(), objectives.end(),
+                                  [&](const auto& objective) { return objective && objective->name() == name; });
+  return static_cast<std::size_t>(found - objectives.begin());
 }
 
 Status add_damping(Objectives& objectives) {
-  if (std::any_of(objectives.begin(), objectives.end(), is_velocity)) return Done{};
+  if (find_damping(objectives) < objectives.size()) return Done{};
+  const std::shared_ptr<const Objective> damping = make_velocity_objective();
   if (objectives.size() >= kMaxObjectives) {
-    return Error{fmt::format("{} objectives without 'velocity', which the planner adds; it takes {} others at most",
-                             objectives.size(), kMaxObjectives - 1)};
+    return Error{fmt::format("{} objectives without '{}', which the planner adds; it takes {} others at most",
+                             objectives.size(), damping->name(), kMaxObjectives - 1)};
   }
-  objectives.push_back(make_velocity_objective());
+  objectives.push_back(damping);
   return Done{};
 }
 
@@ -135,8 +140,7 @@ void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstanc
 Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings)
     : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_), obstacle_rows_(ocp_) {
   solution_.prepare(ocp_);
-  const Objectives& objectives = ocp_.objectives();
-  velocity_ = std::find_if(objectives.begin(), objectives.end(), is_velocity) - objectives.begin();
+  damping_ = find_damping(ocp_.objectives());
   instance_.near.resize(ocp_.obstacle_rows());
   kinematics_.set_position(model.home);
   settings_.clearance = std::clamp(0.25 * steadyhand::clearance(kinematics_), 0.0, settings_.clearance);
@@ -174,7 +178,7 @@ void Planner::set_weights(std::span<const JointVector> weights) {
   for (const JointVector& weight : weights) {
     if (weight.size() > 0) least = std::max(least, kShare * weight.maxCoeff());
   }
-  if (velocity_ < weights.size()) instance_.weights[velocity_] = weights[velocity_].cwiseMax(least);
+  if (damping_ < weights.size()) instance_.weights[damping_] = weights[damping_].cwiseMax(least);
 }
 
 void Planner::reset(const JointVector& q, Time now) {

@@ -34,7 +34,7 @@ class Planner {
  public:
   /// The model must outlive the planner. Fails with the reason on unknown names of solver or terms, on numbers out of
   /// range, also of the model, on constraints whose rows, bounds or entries cannot be, and where making one throws.
-  /// Objectives without `velocity` get it, see set_weights().
+  /// Objectives without that of the joints' speeds get it, see set_weights().
   static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings);
 
@@ -51,7 +51,7 @@ class Planner {
   }
   /// Another solver, of ocp(), than the settings name. @pre it is not null
   void use(std::unique_ptr<Solver> solver) { solver_ = std::move(solver); }
-  /// Weights for the next plans, in the order of ocp().objectives(). Those of `velocity` count as at least
+  /// Weights for the next plans, in the order of ocp().objectives(). Those of the joints' speeds count as at least
   /// kLeastDamping and a millionth of the largest weight: without damping, an arm drifts where the other terms do not
   /// hold it.
   void set_weights(std::span<const JointVector> weights);
@@ -98,7 +98,7 @@ class Planner {
   PlannerSettings settings_;
   Ocp ocp_;
   std::unique_ptr<Solver> solver_;
-  std::size_t velocity_ = 0;  ///< index into ocp_.objectives()
+  std::size_t damping_ = 0;  ///< index into ocp_.objectives(): that of the joints' speeds
   Kinematics kinematics_;
   OcpInstance instance_;
   WarmStart warm_start_;  ///< from what plan_ was made of
