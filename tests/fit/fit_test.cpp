@@ -8,6 +8,7 @@
 
 #include "robot/urdf_text.hpp"
 #include "steadyhand/fit/cover.hpp"
+#include "steadyhand/fit/pieces.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {
@@ -102,6 +103,14 @@ TEST(Cover, OfALineAndOfNeedlesHasFewPieces) {
     settings.most = 1;
     const Cover found = cover(line, probes, settings);
     EXPECT_TRUE(is_covered(line, found.solids)) << height;
+  }
+}
+
+/// It is neither flat enough to be a line nor high enough for few halves.
+TEST(SmallTriangles, OfASliverAreFew) {
+  for (const double height : {1e-4, 1e-5, 1e-6}) {
+    const Surface sliver = {{Vector3(0, 0, 0), Vector3(2, 0, 0), Vector3(0, height, 0)}};
+    EXPECT_LT(small_triangles(sliver).triangles.size(), 100'000u) << height;
   }
 }
 

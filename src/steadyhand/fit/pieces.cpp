@@ -16,7 +16,9 @@ void cut_line(const Vector3& from, const Vector3& to, double edge, Surface& piec
 
 /// Triangles cut into pieces with edges of at most `edge`. A triangle of almost no height becomes its longest edge:
 /// halved like the others, it would have 3 pieces with every halving of their length, so soon more than memory holds.
-void cut_small(const Triangle& triangle, double edge, Surface& pieces) {
+/// Stops at `most` pieces.
+void cut_small(const Triangle& triangle, double edge, std::size_t most, Surface& pieces) {
+  if (pieces.size() >= most) return;
   constexpr double kFlat = 1e-3;  // of `edge`
   const auto& [a, b, c] = triangle;
   const double ab = (a - b).norm(), bc = (b - c).norm(), ca = (c - a).norm();
@@ -27,16 +29,16 @@ void cut_small(const Triangle& triangle, double edge, Surface& pieces) {
     cut_line(longest == bc ? b : a, longest == ab ? b : c, edge, pieces);
   } else if (longest == ab) {
     const Vector3 middle = 0.5 * (a + b);
-    cut_small({a, middle, c}, edge, pieces);
-    cut_small({middle, b, c}, edge, pieces);
+    cut_small({a, middle, c}, edge, most, pieces);
+    cut_small({middle, b, c}, edge, most, pieces);
   } else if (longest == bc) {
     const Vector3 middle = 0.5 * (b + c);
-    cut_small({a, b, middle}, edge, pieces);
-    cut_small({a, middle, c}, edge, pieces);
+    cut_small({a, b, middle}, edge, most, pieces);
+    cut_small({a, middle, c}, edge, most, pieces);
   } else {
     const Vector3 middle = 0.5 * (c + a);
-    cut_small({a, b, middle}, edge, pieces);
-    cut_small({middle, b, c}, edge, pieces);
+    cut_small({a, b, middle}, edge, most, pieces);
+    cut_small({middle, b, c}, edge, most, pieces);
   }
 }
 
@@ -60,12 +62,18 @@ Pieces joined(const Surface& surface, double grid) {
   return mesh;
 }
 
-/// All triangles cut, to at least such an edge (m) that few pieces result: needles and lines have no area, but length.
+/// All triangles cut, to at least such an edge (m) that few pieces result: needles and lines have no area, but length,
+/// and slivers have neither but many pieces.
 Pieces cut(const Surface& surface, double edge) {
   double length = 0.0;
   for (const auto& [a, b, c] : surface) length += std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
+  constexpr std::size_t kMost = 100'000;
   Surface pieces;
-  for (const Triangle& triangle : surface) cut_small(triangle, std::max(edge, length / 20000.0), pieces);
+  for (edge = std::max(edge, length / 20000.0);; edge *= 2.0) {
+    pieces.clear();
+    for (const Triangle& triangle : surface) cut_small(triangle, edge, kMost, pieces);
+    if (pieces.size() < kMost || edge > length) break;
+  }
   return joined(pieces, 1e-7);
 }
 
