@@ -141,7 +141,9 @@ class Reader {
 
   /// Where the next whole chunk begins that zstd has packed, as chunks of ours are.
   std::optional<std::uint64_t> find_chunk(std::uint64_t from) {
-    constexpr std::uint64_t kBefore = kHeadSize + kBeforeName, kBlock = 1u << 20;
+    constexpr std::uint64_t kBefore = kHeadSize + kBeforeName, kBlock = 1u << 16;
+    constexpr std::size_t kMostLosses = 1000;
+    if (overview_.lost.size() >= kMostLosses) return give_up();
     std::string block;
     for (std::uint64_t at = from; at < size_; at += kBlock - kZstd.size()) {
       block.resize(std::min(kBlock, size_ - at));
@@ -150,9 +152,15 @@ class Reader {
       for (std::size_t i = block.find(kZstd); i != std::string::npos; i = block.find(kZstd, i + 1)) {
         if (at + i < from + kBefore) continue;
         if (is_chunk(at + i - kBefore)) return at + i - kBefore;
-        if (++false_chunks_ == kMostFalseChunks) return std::nullopt;
+        if (++false_chunks_ == kMostFalseChunks || tried_ > 2 * size_ + kLargestRecord) return give_up();
       }
     }
+    return std::nullopt;
+  }
+
+  /// The rest is not searched: a file made for it could take hours.
+  std::optional<std::uint64_t> give_up() {
+    lose(whole_until_, size_, "too damaged to read further");
     return std::nullopt;
   }
 
@@ -160,6 +168,7 @@ class Reader {
     seek(at);
     const std::optional<std::uint64_t> length = begin_record();
     if (!length || opcode_ != Opcode::kChunk || *length > kLargestRecord) return false;
+    tried_ += *length;
     record_.resize(*length);
     const bool whole = fill(record_) && unpack(Fields(record_));
     damaged_.clear();
@@ -320,7 +329,7 @@ class Reader {
     while (!records.empty()) {
       const auto kind = records.number<Opcode>();
       const std::string_view record = records.sized<std::uint64_t>();
-      if (!records.ok()) return;
+      if (!records.ok()) break;
       if (kind == Opcode::kChannel) (void)read_content(kind, Fields(record));
     }
     damaged_.clear();
@@ -341,7 +350,8 @@ class Reader {
   bool summary_is_read_ = false;
   static constexpr int kMostFalseChunks = 100;  ///< that are tried: to unpack each takes time
   int false_chunks_ = 0;
-  Time latest_{0};  ///< of the last message
+  std::uint64_t tried_ = 0;  ///< bytes read in search of a chunk
+  Time latest_{0};           ///< of the last message
   Opcode opcode_{};
   std::string record_, chunk_;
   std::map<std::uint16_t, Channel> channels_;
