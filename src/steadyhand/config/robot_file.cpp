@@ -23,7 +23,9 @@ void read_urdf_place(YamlMap& robot, const fs::path& file, const Places& places,
   const Result<fs::path> found = find_in_package(places, package, path);
   if (found) {
     settings.urdf = *found;
-    settings.xacro = urdf.boolean("xacro", false) ? Xacro::kAlways : Xacro::kIfNamed;
+    settings.xacro = !urdf.has("xacro")             ? Xacro::kIfNamed
+                     : urdf.boolean("xacro", false) ? Xacro::kAlways
+                                                    : Xacro::kNever;
   } else {
     const std::string folder = (places.packages.empty() ? places.data / "packages" : places.packages.front()).string();
     urdf.fail("package", ": " + found.error().message +
