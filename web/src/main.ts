@@ -62,6 +62,7 @@ document.addEventListener('visibilitychange', tellCameras);
 
 function take(message: ServerMessage): void {
   session.take(message, now());
+  if (message.type === 'welcome') recorded = null; // another program, perhaps: its first state fetches the list
   if (message.type === 'study') study.take(message.content);
   if (message.type === 'state') {
     plots?.take(message);
