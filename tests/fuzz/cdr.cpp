@@ -231,7 +231,8 @@ class HostileController {
   }
   void judge_link() const {
     const Ros2LinkReport report = meter_.report(1);
-    for (const std::string& finding : judge(report, machine_->settings).findings) require(!finding.empty(), "words");
+    for (const std::string& finding : judge(report, machine_->settings, machine_->model).findings)
+      require(!finding.empty(), "words");
   }
 
  private:
