@@ -249,5 +249,26 @@ TEST(Profiles, InAPolicysTurnAStopForAProfileIsRefused) {
   EXPECT_TRUE(s.choose("other"));
 }
 
+/// A turn that begins while the arm still stops for a profile: the policy says only once that its hand is open.
+TEST(Profiles, APolicysTurnThatBeginsDuringTheStopIsNotLost) {
+  ProfileSession s({named("tracking", "quick"), gentle()});
+  ASSERT_TRUE(s.desk->connect(PolicyInfo{"test", 0.05}));
+  s.grip(1.0);
+  ASSERT_TRUE(s.choose("gentle"));
+  s.grips = false;
+  s.run(0.02);
+  s.speaks = false;
+  const auto turn = [&] { return bool(s.desk->apply({Kind::kPolicy, "", 1.0}, s.clock.now())); };
+  for (int i = 0; i < 100 && !turn(); ++i) s.run(0.01);
+  ASSERT_TRUE(s.desk->controls().policy_turn);
+  ASSERT_EQ(s.applied.planner, 0) << "not in force yet";
+  for (int i = 0; i < 60; ++i) {
+    s.desk->target({s.look.X_base_tool, {}}, s.clock.now());
+    s.run(0.05);
+  }
+  EXPECT_EQ(s.applied.planner, 1);
+  EXPECT_EQ(s.look.state, State::kEngaged) << s.look.reason;
+}
+
 }  // namespace
 }  // namespace steadyhand

@@ -58,6 +58,9 @@ Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel
   };
   if (Status s = add(settings.ocp, settings.planner); !s) return s.error();
   for (PlanningSettings::Choice choice : settings.more) {
+    if (choice.ocp.liquid.has_value() != settings.ocp.liquid.has_value()) {
+      return Error{"PlanningSettings::more: all problems must know a liquid, or none"};
+    }
     choice.ocp.objectives = settings.ocp.objectives;
     choice.ocp.weights = settings.ocp.weights;
     if (choice.ocp.obstacle_rows == 0) choice.ocp.obstacle_rows = settings.ocp.obstacle_rows;
@@ -252,9 +255,13 @@ void PlanningStage::take_hand(Time now, const Pose& X_base_tool) {
   for (OperatorSample sample; delay_.pop(now, sample);) send_target(retargeter_.update(sample, X_base_tool));
   view_.dropped_samples = gate_.dropped() + links_->samples.dropped();
   change_holder(links_->holder);  // who may not have said anything yet
-  if (settings_wait_ || to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
+  // A person grips again then. A policy says only once that its hand is open.
+  const bool grips_again = settings_wait_ && (!waited_ || gate_.report().leader != Leader::kPolicy);
+  waited_ = settings_wait_;
+  if (grips_again || to_seconds(now - gate_.report().received) > settings_.sample_timeout) gate_.forget();
   HandReport report = gate_.report();
   report.settings_wait = settings_wait_;
+  if (settings_wait_) report.clutch = report.trusted = false;
   links_->hand.write(report);
 }
 

@@ -127,6 +127,7 @@ class PlanningStage {
   ControlReport report_;
   OperatorSettings operator_settings_;  ///< the newest
   bool settings_wait_ = false;          ///< they are not in force yet
+  bool waited_ = false;                 ///< so in the step before
   int planner_ = 0;                     ///< OperatorSettings::planner in use
   // The one estimate of the liquid, of all planners; its glass is the newest that the operator set:
   std::optional<LiquidEstimate> liquid_;
