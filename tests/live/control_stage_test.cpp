@@ -324,6 +324,26 @@ TEST(OffPath, EndsWhereTheArmIsMeasured) {
   }
 }
 
+/// On the way to where it is measured, it obeys a stop as on any other, and stays there.
+TEST(OffPath, AStopEndsTheMoveToTheMeasuredPose) {
+  for (const bool fails : {false, true}) {
+    Loop loop(ur5e());
+    loop.wall = ur5e().home[0] + 0.05;
+    loop.links.plan.write(loop.plan(kTurn, kMove));
+    for (int i = 0; i < 1000 && loop.command.dq[0] > -0.5; ++i) loop.cycle();
+    ASSERT_EQ(loop.control->state(), SupervisionState::kStopping);
+    ASSERT_LT(loop.command.dq[0], -0.5) << "it moves back";
+    if (fails) loop.links.failure = "it failed";
+    if (!fails) loop.links.asked.stops = 1;
+    const Time still = loop.now() + from_seconds(stop_time(loop.model, loop.command.dq)) + 3 * Loop::kPeriod;
+    while (loop.now() < still) loop.cycle();
+    const JointVector q = loop.command.q;
+    for (int i = 0; i < 500; ++i) loop.cycle();
+    EXPECT_EQ(loop.command.q, q);
+    EXPECT_GT(q[0] - loop.state.joints.q[0], 1e-3) << "the way was not at its end";
+  }
+}
+
 /// The commands follow an arm that sinks under a load once, and not all the way down.
 TEST(OffPath, FollowsAnArmThatSinksOnce) {
   Loop loop(ur5e());

@@ -26,6 +26,7 @@ Plan& Plan::operator=(const Plan& other) {
   intervals = other.intervals;
   world = other.world;
   origin = other.origin;
+  velocity_max = other.velocity_max;
   std::copy_n(other.x.begin(), intervals + 1, x.begin());
   std::copy_n(other.u.begin(), intervals, u.begin());
   return *this;

@@ -82,6 +82,7 @@ struct Plan {
   int intervals = 0;        ///< N plus those of the stop
   std::uint64_t world = 0;  ///< Obstacles::version of those that it was checked against
   PlanOrigin origin = PlanOrigin::kSolved;
+  JointVector velocity_max;                      ///< rad/s (m/s) that its profile allows; empty: what the arm allows
   std::array<StateVector, kMaxIntervals + 1> x;  ///< x_k = [q; dq] at start + k * dt; rad (m), rad/s (m/s)
   std::array<JointVector, kMaxIntervals> u;      ///< ddq on [k, k+1) * dt; rad/s^2 (m/s^2)
 

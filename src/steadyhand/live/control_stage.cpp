@@ -36,6 +36,16 @@ JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
   return rest * rest * ((1.0 + 2.0 * s) * a.q + s * h * a.dq) + s * s * ((1.0 + 2.0 * rest) * b.q - rest * h * b.dq);
 }
 
+/// Whether no joint becomes faster than the plan's profile allows, or than it is at first.
+bool keeps_to_profile(const Plan& plan) {
+  if (plan.velocity_max.size() == 0) return true;
+  const JointVector most = plan.velocity_max.cwiseMax(plan.x[0].tail(plan.joints).cwiseAbs());
+  for (int k = 1; k <= plan.intervals; ++k) {
+    if ((plan.x[k].tail(plan.joints).cwiseAbs() - most).maxCoeff() > kContinuity) return false;
+  }
+  return true;
+}
+
 Time end_of(const Plan& plan) { return plan.start + from_seconds(plan.intervals * plan.dt); }
 
 }  // namespace
@@ -93,6 +103,10 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
              (stop_asked || held_off_ || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
     brake();
   }
+  const bool gives_way = gives_way_to_ && now < end_of(tracker_.plan());
+  if (gives_way && (stop_asked || (transition != nullptr && after == SupervisionState::kFault))) {
+    end_giving_way();
+  }
   if (!held_off_) {
     gives_way_to_.reset();
     gave_way_by_ = std::numeric_limits<double>::infinity();
@@ -112,7 +126,8 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   output_.command.gripper = gripper_;
   remember(output_.command);
   // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
-  const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan());
+  const Time until_held_off = held_off_ ? from_seconds(settings_.arm_delay) : Time(0);  // then it may give way
+  const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan()) + until_held_off;
   at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
 
   ++view_.cycles;
@@ -229,7 +244,7 @@ void ControlStage::resume(const JointCommand& carried_on) {
   };
   for (const int steps : kReturns) {
     if (hard || !make_return(tracker_.plan(), carried_on, steps, candidate_)) break;
-    const PlanFault fault = check();
+    const PlanFault fault = keeps_to_profile(candidate_) ? check() : PlanFault::kVelocity;
     if (fault == PlanFault::kNone) return follow(candidate_);
     // Numbers fail in microseconds, and a slower return may have better ones; distances take the time of a cycle.
     if (fault != PlanFault::kAcceleration && fault != PlanFault::kVelocity && fault != PlanFault::kPosition) break;
@@ -285,6 +300,16 @@ void ControlStage::give_way(const JointState& measured) {
       return follow(candidate_);
   }
   gives_way_to_ = last_.q;
+}
+
+/// Stopped on its way, for this halt it does not move again. It is in contact, which is no reason not to stop.
+void ControlStage::end_giving_way() {
+  gives_way_to_ = last_.q;
+  gave_way_by_ = 0.0;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
+  const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+  if (fault != PlanFault::kNone && fault != PlanFault::kSelfCollision && fault != PlanFault::kObstacle) return;
+  follow(candidate_);
 }
 
 /// A stop was asked for: while there is time for it the planner's stop is followed, which spares the liquid.

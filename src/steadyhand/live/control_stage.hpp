@@ -50,6 +50,7 @@ class ControlStage {
   void resume(const JointCommand& carried_on);
   void anchor(const JointVector& q, Time now);
   void brake();
+  void end_giving_way();
   void give_way(const JointState& measured);
   void begin_stop(const Transition& transition, Time now);
   const JointCommand& command_before(int age) const;

@@ -167,6 +167,7 @@ Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const Oc
   if (!weights) return weights.error();
   planner->set_weights(*weights);
   if (Status s = planner->set_obstacles(settings.obstacles); !s) return s.error();
+  planner->velocity_max_ = ocp.velocity_scale * model.velocity_max;
   planner->reset(model.home, Time(0));
   return planner;
 }
@@ -351,6 +352,7 @@ void Planner::make_plan(const Reference& reference, int intervals) {
   const int n = ocp_.dof();
   candidate_.stamp = reference.stamp;
   candidate_.start = reference.start;
+  candidate_.velocity_max = velocity_max_;
   candidate_.dt = ocp_.dt();
   candidate_.joints = n;
   candidate_.world = settings_.obstacles.version;

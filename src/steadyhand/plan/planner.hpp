@@ -98,7 +98,8 @@ class Planner {
   PlannerSettings settings_;
   Ocp ocp_;
   std::unique_ptr<Solver> solver_;
-  std::size_t damping_ = 0;  ///< index into ocp_.objectives(): that of the joints' speeds
+  JointVector velocity_max_;  ///< of its plans
+  std::size_t damping_ = 0;   ///< index into ocp_.objectives(): that of the joints' speeds
   Kinematics kinematics_;
   OcpInstance instance_;
   WarmStart warm_start_;  ///< from what plan_ was made of

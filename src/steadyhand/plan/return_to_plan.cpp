@@ -18,6 +18,7 @@ bool make_return(const Plan& followed, const JointCommand& from, int steps, Plan
   plan.start = start;
   plan.dt = kInterval;
   plan.joints = n;
+  plan.velocity_max = followed.velocity_max;
   plan.intervals = along;
   plan.world = followed.world;
   plan.origin = followed.origin;
