@@ -304,7 +304,7 @@ void ControlStage::give_way(const JointState& measured) {
 
 /// Stopped on its way, for this halt it does not move again. It is in contact, which is no reason not to stop.
 void ControlStage::end_giving_way() {
-  gives_way_to_ = last_.q;
+  gives_way_to_.reset();
   gave_way_by_ = 0.0;
   make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
   const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);

@@ -58,9 +58,6 @@ Result<PlanningStage::ScaledPlanner> PlanningStage::make_scaled(const RobotModel
   };
   if (Status s = add(settings.ocp, settings.planner); !s) return s.error();
   for (PlanningSettings::Choice choice : settings.more) {
-    if (choice.ocp.liquid.has_value() != settings.ocp.liquid.has_value()) {
-      return Error{"PlanningSettings::more: all problems must know a liquid, or none"};
-    }
     choice.ocp.objectives = settings.ocp.objectives;
     choice.ocp.weights = settings.ocp.weights;
     if (choice.ocp.obstacle_rows == 0) choice.ocp.obstacle_rows = settings.ocp.obstacle_rows;
@@ -111,9 +108,12 @@ PlanningStage::PlanningStage(const PlanningSettings& settings, Links& links, con
   followed_ = scaled_.planner->plan();
   set_weights(scaled_.planner->instance().weights);
   moved_ = sample(followed_, followed_.start);
-  if (!ocp().liquid()) return;
-  glass_ = ocp().liquid()->glass;
-  liquid_.emplace(*scaled_.model, *ocp().liquid());
+  for (const auto& planner : scaled_.planners) {
+    const LiquidSettings* liquid = planner->ocp().liquid();
+    liquids_.emplace_back();
+    if (liquid) liquids_.back().emplace(*scaled_.model, *liquid);
+  }
+  use_liquid();
 }
 
 bool PlanningStage::step(Time now) {
@@ -216,9 +216,18 @@ void PlanningStage::use_planner(int planner) {
     if (scaled != nullptr) scaled->planner = scaled->planners[static_cast<std::size_t>(planner)].get();
   scaled_.planner->continue_from(before);
   predictor_.set_horizon(scaled_.planner->ocp().horizon(), scaled_.planner->ocp().dt());
-  if (!liquid_) return;
-  liquid_.emplace(*scaled_.model, *scaled_.planner->ocp().liquid());
+  use_liquid();
+}
+
+/// That of the problem in use. Where it knows none, that of the one before is still in the glass.
+void PlanningStage::use_liquid() {
+  std::optional<LiquidEstimate>& liquid = liquids_[static_cast<std::size_t>(planner_)];
+  if (!liquid) return;
+  const bool is_first = liquid_ == nullptr;
+  liquid_ = &*liquid;
+  if (is_first) glass_ = scaled_.planner->ocp().liquid()->glass;
   liquid_->set_glass(glass_);
+  if (is_first) liquid_state_ = liquid_->at_rest(moved_.q);
 }
 
 void PlanningStage::apply_obstacles() {

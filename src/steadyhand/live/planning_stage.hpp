@@ -91,6 +91,7 @@ class PlanningStage {
   void apply_settings(Time now, const JointCommand& at_start);
   void pour(double fill);
   void use_planner(int planner);
+  void use_liquid();
   void apply_obstacles();
   template <typename Use>
   void for_each_planner(const Use& use) {
@@ -130,11 +131,12 @@ class PlanningStage {
   bool waited_ = false;                 ///< so in the step before
   int planner_ = 0;                     ///< OperatorSettings::planner in use
   // The one estimate of the liquid, of all planners; its glass is the newest that the operator set:
-  std::optional<LiquidEstimate> liquid_;
-  SloshState liquid_state_ = SloshState::Zero();  ///< at moved_
-  JointCommand moved_;                            ///< newest of Links::moved
-  std::uint64_t refills_ = 0;                     ///< Links::refills that were poured
-  bool is_fresh_ = false;                         ///< another fill was poured since
+  std::vector<std::optional<LiquidEstimate>> liquids_;  ///< by planner
+  LiquidEstimate* liquid_ = nullptr;                    ///< of the planner in use
+  SloshState liquid_state_ = SloshState::Zero();        ///< at moved_
+  JointCommand moved_;                                  ///< newest of Links::moved
+  std::uint64_t refills_ = 0;                           ///< Links::refills that were poured
+  bool is_fresh_ = false;                               ///< another fill was poured since
   GlassSettings glass_;
   Plan followed_, sent_;                                  ///< what control follows, as far as known; what was sent last
   std::uint64_t engagement_ = 0, grip_ = 0, holder_ = 0;  ///< engagement and grip that were followed last
