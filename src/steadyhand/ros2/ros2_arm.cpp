@@ -239,6 +239,7 @@ void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publishe
   }
   const bool same_publisher = publisher == state_publisher_ && state_publisher_ != 0;
   take_speeds(speeds, same_publisher, news);
+  if (!news.dq.allFinite()) return unusable(JointStateFault::kNotFinite);  // positions too far apart for a number
   const bool set = newest_.arrival - newest_.theirs - (arrival - news.theirs) > kClockJump;
   if (!same_publisher || silent || set) pace_ = {};
   news.off_pace = pace_.update(news.theirs, arrival);
