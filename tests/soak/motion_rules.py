@@ -64,15 +64,16 @@ def command_limits(session, _):
 
 
 def command_steps(session, _):
-    """A servo that hears nothing goes on for two cycles, and then it brakes. So after a gap the next command may be no
-    further from where it was left than that leads, and a cycle."""
+    """A servo that gets no command continues for two cycles and then brakes at two thirds of its limit. After a gap the
+    next command may be no further from where it was left than that leads, and a cycle."""
     c, change_max = session.commands, share(session.robot, "acceleration_max", COMMANDED)
     if len(c) < 3:
         return
     on = 3.0 * np.median(np.diff(c.t))
     speed = np.abs(c.dq[:-1]) + on * change_max
-    braking = np.clip(np.diff(c.t)[:, None] - on, 0.0, speed / change_max)
-    step = np.abs(np.diff(c.q, axis=0)) - speed * (on + braking) + 0.5 * change_max * braking**2
+    brakes = 2.0 / 3.0 * change_max
+    braking = np.clip(np.diff(c.t)[:, None] - on, 0.0, speed / brakes)
+    step = np.abs(np.diff(c.q, axis=0)) - speed * (on + braking) + 0.5 * brakes * braking**2
     follows = ~restarts(session)
     yield from worst("command step", c.t[1:][follows], step[follows], "more at once than an arm goes on by itself")
 
