@@ -486,6 +486,21 @@ TEST_F(Ros2Faults, AClockThatIsSetStopsTheArm) {
   }
 }
 
+/// As does a first state that was long on its way.
+TEST_F(Ros2Faults, AClockThatIsSetBeforeTheArmFollowsDoesNotKeepItFromIt) {
+  for (const Time change : {Time(std::chrono::seconds(1)), Time(std::chrono::seconds(-1))}) {
+    for (const double after : {0.1, 0.4}) {
+      clock = ManualClock();
+      swinging.forget();
+      start();
+      EXPECT_EQ(run(after).status, ArmStatus::kStarting);
+      controller().set_clock(change);
+      EXPECT_EQ(run(3.0).status, ArmStatus::kFollowing) << state.reason;
+      EXPECT_EQ(controller().last_stop(), "");
+    }
+  }
+}
+
 /// The controller may be stopped with the arm, as the driver does it, give up by its tolerance, or know nothing of it.
 TEST_F(Ros2Faults, AProtectiveStopIsNoticedAndNothingJumpsAfterIt) {
   ReferenceController::Settings stopped, gives_up, goes_on;

@@ -231,11 +231,9 @@ void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publishe
   if (publisher == state_publisher_ && news.theirs <= newest_.theirs) {
     if (newest_.theirs == news.theirs) unusable(JointStateFault::kSameStamp);
     if (newest_.theirs - news.theirs < kClockJump) return;  // overtaken on its way
-    trouble_ = Trouble::kClockJumped;
-    offset_.reset();
+    clock_jumped(follows);
   } else if (publisher == state_publisher_ && newest_.offset - (arrival - news.theirs) > kClockJump) {
-    trouble_ = Trouble::kClockJumped;
-    offset_.reset();
+    clock_jumped(follows);
   }
   const bool same_publisher = publisher == state_publisher_ && state_publisher_ != 0;
   take_speeds(speeds, same_publisher, news);
@@ -249,6 +247,13 @@ void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publishe
   news.controllers = trajectories_.subscribers();
   newest_ = news;
   received_news_.write(news);
+}
+
+/// Or the first state that came had been long on its way, which only a state that took less time shows. Before the arm
+/// follows neither does harm.
+void Ros2Arm::clock_jumped(bool follows) {
+  offset_.reset();
+  if (follows) trouble_ = Trouble::kClockJumped;
 }
 
 /// Where the arm sends none, they are differences of positions, smoothed.

@@ -90,6 +90,7 @@ class Ros2Arm final : public Arm {
   Status join(int domain);
   void receive(const JointStateMessage& message, Ros2PublisherId publisher);
   void receive(const ControllerStateMessage& message);
+  void clock_jumped(bool follows);
   void take_speeds(const JointVector& sent, bool same_publisher, Received& news) const;
   void hear_gripper(const JointStateMessage& message);
   void speak();
