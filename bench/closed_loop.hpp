@@ -3,11 +3,11 @@
 #include <random>
 
 #include "sequences.hpp"
-#include "steadyhand/plan/obstacle_rows.hpp"
-#include "steadyhand/plan/warm_start.hpp"
-#include "steadyhand/predict/predictor.hpp"
-#include "steadyhand/robot/reach.hpp"
-#include "steadyhand/solve/solver.hpp"
+#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/planning/plan/obstacle_rows.hpp"
+#include "steadyhand/planning/plan/warm_start.hpp"
+#include "steadyhand/planning/predict/predictor.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand::bench {
 

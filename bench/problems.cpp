@@ -7,9 +7,9 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "steadyhand/app/command_line.hpp"
-#include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/apps/commands/command_line.hpp"
+#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "support/problem_set.hpp"
 
 namespace steadyhand::bench {

@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PROFILES = ("tracking", "anti-slosh", "waiter")
 BLOCK = 10  # problems that one solver solves before the next has its turn
 QUICK_BLOCKS = 2  # per profile
-LONGEST_HORIZON = 128  # kMaxHorizon of src/steadyhand/ocp
+LONGEST_HORIZON = 128  # kMaxHorizon of src/steadyhand/planning/ocp
 OURS = "steadyhand-realtime"  # drives the closed loops
 
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <random>
 
-#include "steadyhand/config/places.hpp"
-#include "steadyhand/input/recording.hpp"
-#include "steadyhand/retarget/retargeter.hpp"
-#include "steadyhand/robot/gaps.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/files/config/places.hpp"
+#include "steadyhand/files/input/recording.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/planning/retarget/retargeter.hpp"
 
 namespace steadyhand::bench {
 namespace {

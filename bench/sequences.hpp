@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/collision/obstacle.hpp"
 #include "steadyhand/core/math.hpp"
 #include "steadyhand/core/result.hpp"
-#include "steadyhand/robot/model.hpp"
+#include "steadyhand/geometry/collision/obstacle.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand::bench {
 

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "closed_loop.hpp"
-#include "steadyhand/app/command_line.hpp"
-#include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/record/problem_json.hpp"
+#include "steadyhand/apps/commands/command_line.hpp"
+#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/record/problem_json.hpp"
 #include "support/problem_set.hpp"
 
 namespace steadyhand::bench {

@@ -12,7 +12,7 @@ extern "C" {
 #include <hpipm_d_ocp_qp_sol.h>
 }
 
-#include "steadyhand/solve/kkt.hpp"
+#include "steadyhand/planning/solve/kkt.hpp"
 
 namespace steadyhand::bench {
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "steadyhand/solve/solver.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand::bench {
 

@@ -2,7 +2,7 @@
 #include <iostream>
 
 #include "sqp_hpipm.hpp"
-#include "steadyhand/replay/solve_problems.hpp"
+#include "steadyhand/report/replay/solve_problems.hpp"
 
 int main(int argc, char** argv) {
   using namespace steadyhand;

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "steadyhand/input/recording.hpp"
+#include "steadyhand/files/input/recording.hpp"
 #include "support/virtual_session.hpp"
 #include "support/watched_arm.hpp"
 

@@ -2,7 +2,7 @@
 
 Needs the Python package (build/release/python on PYTHONPATH), and fork(). From one motion of each hand (hands.py) many stops branch, each
 in a process of its own:
-- soft: the hand lets go. The planner brings the arm to rest with the weights that a live session has then (src/steadyhand/live),
+- soft: the hand lets go. The planner brings the arm to rest with the weights that a live session has then (src/steadyhand/session/live),
   and turned as the hand was last, where a live session leaves it facing as it does.
 - lost: no further plan comes, and the arm follows the last one to its end.
 - straight: all joints brake evenly, as hard as the limits allow, as a protective stop does.

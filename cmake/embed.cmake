@@ -1,6 +1,6 @@
-# steadyhand_embed(ROOM name=file...): compiles text files into the room's library as std::string_view
+# steadyhand_embed(PART name=file...): compiles text files into the part's library as std::string_view
 # steadyhand::embedded::name, so that the program needs no files beside it.
-function(steadyhand_embed room)
+function(steadyhand_embed part)
   foreach(pair ${ARGN})
     string(REGEX MATCH "^([a-z_]+)=(.+)$" matched "${pair}")
     set(name "${CMAKE_MATCH_1}")
@@ -8,12 +8,12 @@ function(steadyhand_embed room)
     if(NOT EXISTS "${file}")
       message(FATAL_ERROR "${file} not found: if it belongs to a package, run ./steadyhand once, it installs the pinned packages")
     endif()
-    set(output "${PROJECT_BINARY_DIR}/embedded/${room}_${name}.cpp")
+    set(output "${PROJECT_BINARY_DIR}/embedded/${part}_${name}.cpp")
     add_custom_command(
       OUTPUT "${output}"
       COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DNAME=${name} -DFILE=${file} -P "${PROJECT_SOURCE_DIR}/cmake/embed_text.cmake"
       DEPENDS "${file}" "${PROJECT_SOURCE_DIR}/cmake/embed_text.cmake"
       COMMENT "Embedding ${name}" VERBATIM)
-    target_sources(steadyhand_${room} PRIVATE "${output}")
+    target_sources(steadyhand_${part} PRIVATE "${output}")
   endforeach()
 endfunction()

@@ -16,7 +16,7 @@ steadyhand_file_${i}_end: .byte 0
   string(APPEND rows "      {\"${name}\", steadyhand_file_${i}, steadyhand_file_${i}_end},\n")
   math(EXPR i "${i} + 1")
 endforeach()
-file(WRITE "${OUTPUT}" "#include \"steadyhand/serve/embedded_page.hpp\"
+file(WRITE "${OUTPUT}" "#include \"steadyhand/operator/server/embedded_page.hpp\"
 ${bytes}
 extern \"C\" {
 ${symbols}}

@@ -1,8 +1,8 @@
-# steadyhand_embed_folder(ROOM FOLDER): compiles every file below FOLDER into the room's library; embedded_page() of
-# serve/embedded_page.hpp lists them. With a third argument, a file that is newer than FOLDER's files.
-function(steadyhand_embed_folder room folder)
+# steadyhand_embed_folder(PART FOLDER): compiles every file below FOLDER into the part's library; embedded_page() of
+# server/embedded_page.hpp lists them. With a third argument, a file that is newer than FOLDER's files.
+function(steadyhand_embed_folder part folder)
   get_filename_component(folder "${folder}" ABSOLUTE)
-  set(output "${PROJECT_BINARY_DIR}/embedded/${room}_folder.cpp")
+  set(output "${PROJECT_BINARY_DIR}/embedded/${part}_folder.cpp")
   if(ARGN)
     set(inputs ${ARGN})
   else()
@@ -14,5 +14,5 @@ function(steadyhand_embed_folder room folder)
     COMMAND "${CMAKE_COMMAND}" -DOUTPUT=${output} -DFOLDER=${folder} -P "${script}"
     DEPENDS ${inputs} "${script}"
     COMMENT "Embedding ${folder}" VERBATIM)
-  target_sources(steadyhand_${room} PRIVATE "${output}")
+  target_sources(steadyhand_${part} PRIVATE "${output}")
 endfunction()

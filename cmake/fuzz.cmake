@@ -1,6 +1,6 @@
-# Parsers under hostile input (tests/fuzz), each with the room that it is of. With STEADYHAND_FUZZ, which takes clang, each is
+# Parsers under hostile input (tests/fuzz), each with the part that it is of. With STEADYHAND_FUZZ, which takes clang, each is
 # a libFuzzer program fuzz_NAME; with any compiler all together are test_fuzz, which replays the corpus.
-set(fuzzed csv=input aframe=input messages=desk urdf=robot rtde=ur mcap=record problems=record yaml=console)
+set(fuzzed csv=input aframe=input messages=protocol urdf=robot rtde=ur mcap=record problems=record yaml=console)
 if(STEADYHAND_ROS2)
   list(APPEND fuzzed cdr=ros2)
   set(fuzzed_ros2 steadyhand_ros2)
@@ -8,12 +8,12 @@ endif()
 foreach(pair ${fuzzed})
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 name)
-  list(GET pair 1 room)
+  list(GET pair 1 part)
   list(APPEND fuzz_sources tests/fuzz/${name}.cpp)
   if(STEADYHAND_FUZZ)
     add_executable(fuzz_${name} EXCLUDE_FROM_ALL tests/fuzz/${name}.cpp tests/fuzz/as_file.cpp tests/fuzz/libfuzzer_main.cpp)
     target_include_directories(fuzz_${name} PRIVATE tests)
-    target_link_libraries(fuzz_${name} PRIVATE steadyhand_${room})
+    target_link_libraries(fuzz_${name} PRIVATE steadyhand_${part})
     target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
     list(APPEND fuzzers fuzz_${name})
   endif()

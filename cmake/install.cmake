@@ -3,7 +3,6 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
-get_property(rooms GLOBAL PROPERTY steadyhand_installed_rooms)
 set(package_folder "${CMAKE_INSTALL_LIBDIR}/cmake/steadyhand")
 set(data_destination "${CMAKE_INSTALL_DATADIR}/steadyhand")
 
@@ -18,17 +17,23 @@ write_basic_package_version_file("${PROJECT_BINARY_DIR}/steadyhand-config-versio
 install(FILES "${PROJECT_BINARY_DIR}/steadyhand-config.cmake" "${PROJECT_BINARY_DIR}/steadyhand-config-version.cmake"
         DESTINATION "${package_folder}")
 
-# Internal headers, which include libraries that find_package(steadyhand) does not bring.
-list(REMOVE_ITEM rooms ros2)
-set(internal_headers "")
-foreach(header config/cell_formats config/settings_table config/shape_reader config/yaml_reader mujoco/scene_model record/cell_json
-               record/json_reader record/robot_json record/shape_json robot/urdf_file)
-  list(APPEND internal_headers REGEX "/${header}[.]hpp$" EXCLUDE)
-endforeach()
-foreach(room ${rooms})
-  install(DIRECTORY "src/steadyhand/${room}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand"
-          FILES_MATCHING PATTERN "*.hpp" ${internal_headers})
-endforeach()
+# The headers that the facades include, by whatever way. They include nothing but the standard library and Eigen.
+set(headers steadyhand/geometry.hpp steadyhand/planning.hpp steadyhand/files.hpp)
+if(STEADYHAND_WITH_LIVE)
+  list(APPEND headers steadyhand/session.hpp steadyhand/arms.hpp)
+endif()
+set(installed "")
+while(headers)
+  list(POP_FRONT headers header)
+  if(NOT header IN_LIST installed AND EXISTS "${PROJECT_SOURCE_DIR}/src/${header}")
+    list(APPEND installed ${header})
+    get_filename_component(folder "${header}" DIRECTORY)
+    install(FILES "src/${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/${folder}")
+    file(STRINGS "src/${header}" included REGEX "^#include \"steadyhand/")
+    list(TRANSFORM included REPLACE "#include \"(.*)\".*" "\\1")
+    list(APPEND headers ${included})
+  endif()
+endwhile()
 install(FILES "${PROJECT_BINARY_DIR}/include/steadyhand/core/configuration.hpp"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/steadyhand/core")
 

@@ -1,8 +1,8 @@
-# For packages that travel: with STEADYHAND_PROCESSORS=x86-64-v2;x86-64-v3;x86-64-v4 the hot rooms become a shared library,
+# For packages that travel: with STEADYHAND_PROCESSORS=x86-64-v2;x86-64-v3;x86-64-v4 the hot parts become a shared library,
 # libsteadyhand_hot.so, compiled once for each level of x86-64, and all else is compiled once, for the least. The dynamic loader
 # of glibc takes the library of the highest level that the processor has from the folder glibc-hwcaps/LEVEL beside the
-# least's. What the other rooms see of it is laid out the same at every level (core/math.hpp); the width of vectors is not
-# among that, so no file outside the hot rooms may compute with Lanes.
+# least's. What the other parts see of it is laid out the same at every level (core/math.hpp); the width of vectors is not
+# among that, so no file outside the hot parts may compute with Lanes.
 set(lanes_of_x86-64-v2 2)
 set(lanes_of_x86-64-v3 4)
 set(lanes_of_x86-64-v4 8)
@@ -16,12 +16,12 @@ foreach(part FATROP UR ROS2 APP PAGE TESTS)
   endif()
 endforeach()
 
-# Called by steadyhand_room: its files of ONCE, and for the others the library.
-function(steadyhand_room_of_levels name sources once uses link)
+# Called by steadyhand_part: its files of ONCE, and for the others the library.
+function(steadyhand_part_of_levels name sources once uses link)
   list(GET STEADYHAND_PROCESSORS 0 least)
   set(sources_once "")
   foreach(file ${once})
-    list(APPEND sources_once "${PROJECT_SOURCE_DIR}/src/steadyhand/${name}/${file}.cpp")
+    list(APPEND sources_once "${PROJECT_SOURCE_DIR}/src/steadyhand/${path}/${file}.cpp")
   endforeach()
   if(once)
     list(REMOVE_ITEM sources ${sources_once})

@@ -1,11 +1,11 @@
-# The hot rooms and their tests for other processors than the preset's, each level with a vector width of its own (core/lanes.hpp).
-# Whatever the host has, the rooms are compiled, but for the level that the preset is for; their tests are compiled and run where it can, and elsewhere ctest says that
+# The hot parts and their tests for other processors than the preset's, each level with a vector width of its own (core/lanes.hpp).
+# Whatever the host has, the parts are compiled, but for the level that the preset is for; their tests are compiled and run where it can, and elsewhere ctest says that
 # they were skipped. Under ASan they are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
-file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/collision/*.cpp src/steadyhand/robot/*.cpp src/steadyhand/ocp/*.cpp)
-file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/solve/*.cpp src/steadyhand/solve/*/*.cpp src/steadyhand/track/*.cpp src/steadyhand/plan/*.cpp)
-set(hot_tests tests/core/lanes_test.cpp tests/collision/proximity_test.cpp tests/robot/kinematics_test.cpp tests/ocp/terms_test.cpp)
-set(hot_solver_tests tests/solve/batch_evaluation_test.cpp tests/solve/realtime_test.cpp tests/plan/planner_test.cpp)
+file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/geometry/collision/*.cpp src/steadyhand/geometry/robot/*.cpp src/steadyhand/planning/ocp/*.cpp)
+file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/planning/solve/*.cpp src/steadyhand/planning/solve/*/*.cpp src/steadyhand/planning/plan/*.cpp)
+set(hot_tests tests/core/lanes_test.cpp tests/geometry/collision/proximity_test.cpp tests/geometry/robot/kinematics_test.cpp tests/planning/ocp/terms_test.cpp)
+set(hot_solver_tests tests/planning/solve/batch_evaluation_test.cpp tests/planning/solve/realtime_test.cpp tests/planning/plan/planner_test.cpp)
 # Compiled as a file for each group, in a third of the time; so what they keep in unnamed namespaces needs names of its own.
 set_source_files_properties(${hot_sources} PROPERTIES UNITY_GROUP sources)
 set_source_files_properties(${hot_solvers} PROPERTIES UNITY_GROUP solvers)

@@ -1,4 +1,4 @@
-# The Python package: the module steadyhand._native (src/steadyhand/python), and beside it python/steadyhand, so that
+# The Python package: the module steadyhand._native (src/steadyhand/apps/python), and beside it python/steadyhand, so that
 # PYTHONPATH=build/PRESET/python imports it.
 if(NOT SKBUILD AND NOT Python_EXECUTABLE AND EXISTS "${STEADYHAND_DEPS}/venv/bin/python")
   set(Python_EXECUTABLE "${STEADYHAND_DEPS}/venv/bin/python")
@@ -13,10 +13,10 @@ endif()
 find_package(nanobind CONFIG REQUIRED)
 
 set(python_package "${PROJECT_BINARY_DIR}/python/steadyhand")
-file(GLOB python_sources CONFIGURE_DEPENDS src/steadyhand/python/*.cpp)
+file(GLOB python_sources CONFIGURE_DEPENDS src/steadyhand/apps/python/*.cpp)
 nanobind_add_module(steadyhand_module NB_STATIC NOMINSIZE ${python_sources})
 set_target_properties(steadyhand_module PROPERTIES OUTPUT_NAME _native LIBRARY_OUTPUT_DIRECTORY "${python_package}")
-target_link_libraries(steadyhand_module PRIVATE steadyhand_commands steadyhand_arm)
+target_link_libraries(steadyhand_module PRIVATE steadyhand_commands steadyhand_driver)
 if(TARGET steadyhand_simulate)
   target_link_libraries(steadyhand_module PRIVATE steadyhand_simulate)
 endif()

@@ -11,8 +11,8 @@ if(TARGET CycloneDDS::ddsc AND IDLC_PROGRAM)
   add_custom_command(
     OUTPUT "${ros2_generated}/messages.c" "${ros2_generated}/messages.h"
     COMMAND "${IDLC_PROGRAM}" -t -x final -W no-implicit-extensibility -o "${ros2_generated}"
-            "${PROJECT_SOURCE_DIR}/src/steadyhand/ros2/messages.idl"
-    DEPENDS "${PROJECT_SOURCE_DIR}/src/steadyhand/ros2/messages.idl"
+            "${PROJECT_SOURCE_DIR}/src/steadyhand/arms/ros2/messages.idl"
+    DEPENDS "${PROJECT_SOURCE_DIR}/src/steadyhand/arms/ros2/messages.idl"
     COMMENT "Generating the messages of ROS 2" VERBATIM)
   add_library(ros2_messages STATIC "${ros2_generated}/messages.c")
   set_target_properties(ros2_messages PROPERTIES C_STANDARD 99)

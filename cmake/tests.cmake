@@ -31,7 +31,7 @@ steadyhand_cold(fake_ur_controller)
 target_link_libraries(fake_ur_controller PRIVATE steadyhand_fake_ur steadyhand_config steadyhand_command_line)
 
 if(STEADYHAND_MUJOCO)
-  target_link_libraries(test_arm PRIVATE steadyhand_mujoco)
+  target_link_libraries(test_driver PRIVATE steadyhand_mujoco)
 else()
   steadyhand_untested(mujoco "built without MuJoCo: mujoco-core is not installed")
 endif()
@@ -43,7 +43,7 @@ if(STEADYHAND_ROS2)
   steadyhand_cold(steadyhand_reference_controller)
   target_include_directories(steadyhand_reference_controller PUBLIC tests)
   target_link_libraries(steadyhand_reference_controller PUBLIC steadyhand_ros2)
-  target_link_libraries(test_arm PRIVATE steadyhand_reference_controller)
+  target_link_libraries(test_driver PRIVATE steadyhand_reference_controller)
   target_link_libraries(test_live PRIVATE steadyhand_reference_controller)
   add_executable(reference_controller EXCLUDE_FROM_ALL tests/tools/reference_controller.cpp)
   steadyhand_cold(reference_controller)
@@ -56,7 +56,7 @@ endif()
 # Before Fast DDS, where that is installed: for tests only, and not under sanitizers, which stop at its own new and delete.
 find_package(fastrtps QUIET)
 if(STEADYHAND_ROS2 AND TARGET fastrtps AND NOT STEADYHAND_SANITIZE)
-  add_executable(test_ros2_fast_dds EXCLUDE_FROM_ALL tests/ros2/fast_dds/fast_dds_test.cpp)
+  add_executable(test_ros2_fast_dds EXCLUDE_FROM_ALL tests/arms/ros2/fast_dds/fast_dds_test.cpp)
   steadyhand_cold(test_ros2_fast_dds)
   target_include_directories(test_ros2_fast_dds PRIVATE tests)
   target_link_libraries(test_ros2_fast_dds PRIVATE steadyhand_reference_controller fastrtps fastcdr GTest::gtest_main)
@@ -73,7 +73,7 @@ endif()
 add_executable(write_sample EXCLUDE_FROM_ALL tests/tools/write_sample.cpp)
 steadyhand_cold(write_sample)
 target_include_directories(write_sample PRIVATE tests)
-target_link_libraries(write_sample PRIVATE steadyhand_report)
+target_link_libraries(write_sample PRIVATE steadyhand_figures)
 
 # Prints kinematics of random states, for the test in Python that compares them with Pinocchio.
 add_executable(kinematics_dump EXCLUDE_FROM_ALL tests/tools/kinematics_dump.cpp)
@@ -89,7 +89,7 @@ target_link_libraries(closed_loop PRIVATE steadyhand_browser)
 add_executable(fuzz_server EXCLUDE_FROM_ALL tests/soak/fuzz_server.cpp)
 steadyhand_cold(fuzz_server)
 target_include_directories(fuzz_server PRIVATE tests)
-target_link_libraries(fuzz_server PRIVATE steadyhand_serve)
+target_link_libraries(fuzz_server PRIVATE steadyhand_server)
 include(cmake/fuzz.cmake)
 
 # The vector type at every width, whatever the host has.
@@ -117,12 +117,12 @@ endif()
 
 include(cmake/processors.cmake)
 
-# What is run under ThreadSanitizer: tests of rooms with threads that ask for no speed, and the program, which the adversary
+# What is run under ThreadSanitizer: tests of parts with threads that ask for no speed, and the program, which the adversary
 # attacks (tests/python/test_adversary.py). Cyclone DDS is not compiled for that.
-set(threaded core supervise serve console)
+set(threaded core supervise server console)
 set_property(TEST ${threaded} APPEND PROPERTY LABELS threads)
 if(STEADYHAND_SANITIZE MATCHES thread)
-  set_tests_properties(serve PROPERTIES ENVIRONMENT "GTEST_FILTER=-ServerTest.StatesReach64*")  # within 250 ms
+  set_tests_properties(server PROPERTIES ENVIRONMENT "GTEST_FILTER=-ServerTest.StatesReach64*")  # within 250 ms
 endif()
 list(TRANSFORM threaded PREPEND test_)
 add_custom_target(threaded DEPENDS steadyhand ${threaded})

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/robot/gaps.hpp"
+#include "steadyhand/files.hpp"
+#include "steadyhand/geometry.hpp"
 
 using namespace steadyhand;
 

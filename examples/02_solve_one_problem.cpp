@@ -3,10 +3,8 @@
 
 #include <cstdio>
 
-#include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/ocp/evaluation.hpp"
-#include "steadyhand/solve/solver.hpp"
+#include "steadyhand/files.hpp"
+#include "steadyhand/planning.hpp"
 
 using namespace steadyhand;
 

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "steadyhand/pipeline/pipeline.hpp"
-#include "steadyhand/robot/gaps.hpp"
+#include "steadyhand/files.hpp"
+#include "steadyhand/geometry.hpp"
 
 using namespace steadyhand;
 
 int main() {
-  const auto made = Pipeline::make("ur5e", "tracking");
+  const auto made = open_pipeline("ur5e", "tracking");
   if (!made) {
     fmt::print(stderr, "{}\n", made.error().message);
     return 2;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "steadyhand/ocp/term.hpp"
-#include "steadyhand/pipeline/pipeline.hpp"
+#include "steadyhand/files.hpp"
+#include "steadyhand/planning.hpp"
 
 using namespace steadyhand;
 

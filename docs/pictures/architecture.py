@@ -1,89 +1,75 @@
-"""`python3 docs/pictures/architecture.py` draws architecture.svg: rooms and what they use as CMakeLists.txt has it, where they
-stand as LIBRARIES has it. tests/python/test_architecture.py holds the figure against both."""
+"""`python3 docs/pictures/architecture.py` draws architecture.svg: the way data takes, and the modules with their parts as
+CMakeLists.txt has them. tests/python/test_architecture.py compares the file with what this draws."""
 
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-WIDTH, HEIGHT = 1000, 1044
-
-# Of each library its box (x, y, width, height), where its title stands, the distance of its columns and the width of its rooms'
-# boxes, and where each room stands: column from the left of the box, and row of the figure. Rooms stand below all that they use.
-LIBRARIES = {
-    "planning": ((20, 196, 410, 522), "below", 99, 84, {
-        "core": (1.5, 0), "collision": (0, 1), "track": (1, 1), "retarget": (2, 1), "predict": (3, 1), "robot": (0, 2),
-        "ocp": (0, 3), "solve": (0, 4), "plan": (0.5, 5), "task": (3, 5), "config": (1.5, 6), "pipeline": (1.5, 7)}),
-    "live": ((446, 258, 386, 590), "below", 97, 84, {
-        "supervise": (2, 1), "input": (3, 1), "arm": (0.5, 3), "ur": (0, 4), "mujoco": (1, 6), "ros2": (0.2, 9), "record": (2, 6), "live": (0.8, 8),
-        "replay": (2, 8), "archive": (1.4, 9)}),
-    "the program": ((848, 258, 138, 772), "below", 66, 60, {
-        "camera": (0.5, 5), "report": (0, 7), "fit": (1, 7), "render": (0.5, 8), "desk": (0.5, 9), "serve": (0, 10), "browser": (1, 10), "console": (0, 11), "simulate": (1, 11), "app": (0.5, 12)}),
-    "the Python package": ((446, 866, 170, 90), "above", 97, 84, {"python": (0.4, 11)}),
-}
-FIRST_ROW, ROW = 232, 62
-FLOW = [("input, serve", "a hand"), ("retarget", ""), ("predict", ""), ("plan", "ocp, solve"), ("track", ""), ("arm, mujoco, ur, ros2", "an arm")]
+WIDTH, TOP, ROW, MARGIN = 1000, 212, 84, 20
+FLOW = [("input, server", "a hand"), ("retarget", ""), ("predict", ""), ("plan", "ocp, solve"), ("plan", "tracker.hpp"), ("arms", "an arm")]
 STRUCTS = ["OperatorSample", "Target", "Reference", "Plan", "JointCommand"]
-STAGES = {"input", "serve", "retarget", "predict", "plan", "ocp", "solve", "track", "arm", "mujoco", "ur", "ros2"}
 
 
-def read_uses():
-    """By room what CMakeLists.txt lets it use; `app` and `python`, which may use all, by their #includes."""
-    uses = {}
-    for name, rest in re.findall(r"steadyhand_room\((\w+)([^)]*)\)", (ROOT / "CMakeLists.txt").read_text()):
-        words, uses[name] = iter(rest.split()), []
-        taking = False
+def read_parts():
+    """By path ("geometry/robot") the paths that a part names; apps/commands and apps/python, which may use all, by their #includes."""
+    uses, paths = {}, {}
+    for path, rest in re.findall(r"steadyhand_part\(([\w/]+)([^)]*)\)", (ROOT / "CMakeLists.txt").read_text()):
+        paths[path.split("/")[-1]] = path
+        words, taking, uses[path] = rest.split(), False, []
         for word in words:
             if word.isupper() and len(word) > 2:
                 taking = word == "USES"
             elif taking:
-                uses[name].append(word)
-    for room in ("app", "python"):
-        files = (ROOT / "src/steadyhand" / room).glob("*.[ch]pp")
-        uses[room] = sorted({used for file in files for used in re.findall(r'#include "steadyhand/(\w+)/', file.read_text())} - {room})
+                uses[path].append(paths[word])
+    for path in ("apps/commands", "apps/python"):
+        files = (ROOT / "src/steadyhand" / path).glob("*.[ch]pp")
+        found = {used for file in files for used in re.findall(r'#include "steadyhand/(\w+(?:/\w+)?)/', file.read_text())}
+        uses[path] = sorted(found & set(uses))
     return uses
 
 
-def read_libraries():
-    """By room the library that CMakeLists.txt puts it into."""
-    calls = re.findall(r"steadyhand_library\((\w+) ([^)]*)\)", (ROOT / "CMakeLists.txt").read_text())
-    return {room: name for name, words in calls for room in words.split("ROOMS", 1)[1].split() if room != "OPTIONAL"}
+def read_modules(parts):
+    """By module the modules that its parts use."""
+    modules = {path.split("/")[0]: set() for path in parts}
+    for path, used in parts.items():
+        modules[path.split("/")[0]] |= {other.split("/")[0] for other in used} - {path.split("/")[0]}
+    return modules
 
 
-def all_used(uses, room):
-    return set(uses[room]).union(*(all_used(uses, used) for used in uses[room]))
+def all_used(uses, name):
+    return set(uses[name]).union(*(all_used(uses, used) for used in uses[name]))
 
 
 def edges(uses):
     """Those that do not follow from others."""
-    return [(room, used) for room in uses for used in uses[room]
-            if not any(used in all_used(uses, other) for other in uses[room] if other != used)]
+    return [(name, used) for name in uses for used in sorted(uses[name])
+            if not any(used in all_used(uses, other) for other in uses[name] if other != used)]  # fmt: skip
 
 
-def library_of(room):
-    return next(name for name, (*_, rooms) in LIBRARIES.items() if room in rooms)
-
-
-def centre(room):
-    (x, *_), _, column, width, rooms = LIBRARIES[library_of(room)]
-    return x + 8 + width / 2 + rooms[room][0] * column, FIRST_ROW + rooms[room][1] * ROW
+def level(uses, name):
+    return 1 + max((level(uses, used) for used in uses[name]), default=-1)
 
 
 def draw():
-    uses = read_uses()
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif">',
-           "<title>steadyhand: the way data takes, and which room uses which</title>",
+    parts = read_parts()
+    uses = read_modules(parts)
+    rows = {}
+    for module in uses:
+        rows.setdefault(level(uses, module), []).append(module)
+    height = TOP + ROW * len(rows) + 12
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" font-family="sans-serif">',
+           "<title>steadyhand: the way data takes, and which module uses which</title>",
            '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">'
            '<path d="M0 0L8 4L0 8z" fill="#0b63a8"/></marker></defs>',
-           f'<rect width="{WIDTH}" height="{HEIGHT}" rx="10" fill="#ffffff"/>']
+           f'<rect width="{WIDTH}" height="{height}" rx="10" fill="#ffffff"/>']  # fmt: skip
 
     def text(x, y, words, size=13, fill="#1c2733", weight="normal", anchor="middle"):
         out.append(f'<text x="{x:g}" y="{y:g}" font-size="{size}" fill="{fill}" font-weight="{weight}" text-anchor="{anchor}">{words}</text>')
 
     def box(x, y, width, height, fill, line):
-        out.append(f'<rect x="{x - width / 2:g}" y="{y - height / 2:g}" width="{width}" height="{height}" rx="7" fill="{fill}" stroke="{line}"/>')
+        out.append(f'<rect x="{x - width / 2:g}" y="{y - height / 2:g}" width="{width:g}" height="{height:g}" rx="7" fill="{fill}" stroke="{line}"/>')
 
-    # The way data takes.
-    text(20, 28, "The way data takes", 15, weight="bold", anchor="start")
+    text(MARGIN, 28, "The way data takes", 15, weight="bold", anchor="start")
     at = [75 + 170 * i for i in range(len(FLOW))]
     for x, (name, beneath) in zip(at, FLOW):
         box(x, 88, 96, 34, "#dcebfa", "#0b63a8")
@@ -96,25 +82,23 @@ def draw():
     out.append(f'<path d="M{at[5]} 134V148H{at[1]}V107" fill="none" stroke="#0b63a8" stroke-dasharray="5 4" marker-end="url(#tip)"/>')
     text(at[4], 143, "JointState: where the arm is", 11.5, "#0b63a8")
 
-    # Rooms.
-    text(20, 182, "Rooms: each uses those above that a line leads to, and what these use", 15, weight="bold", anchor="start")
-    for library, ((x, y, width, height), where, *_) in LIBRARIES.items():
-        out.append(f'<rect x="{x}" y="{y}" width="{width}" height="{height}" rx="10" fill="#f4f6f8" stroke="#c4ccd4"/>')
-        title = library if " " in library else f"steadyhand::{library}"
-        text(x + 12, y + height - 11 if where == "below" else y + 21, title, 12, "#55606c", "bold", "start")
-    for room, used in edges(uses):
-        (x1, y1), (x2, y2) = centre(room), centre(used)
-        if y1 == y2:
-            path = f"M{x1:g} {y1:g}H{x2:g}"
-        else:
-            y1, y2 = y1 - 15, y2 + 15
-            bend = min(60, (y1 - y2) / 2)
-            path = f"M{x1:g} {y1:g}C{x1:g} {y1 - bend:g} {x2:g} {y2 + bend:g} {x2:g} {y2:g}"
-        out.append(f'<path d="{path}" fill="none" stroke="#8a97a5" stroke-width="1.2"/>')
-    for room in uses:
-        x, y = centre(room)
-        box(x, y, LIBRARIES[library_of(room)][3], 30, *(("#dcebfa", "#0b63a8") if room in STAGES else ("#ffffff", "#8a97a5")))
-        text(x, y + 4.5, room)
+    text(MARGIN, 190, "Modules and their parts: each uses those above that a line leads to, and what these use", 15, weight="bold", anchor="start")
+    centre, size = {}, {}
+    for row, modules in sorted(rows.items()):
+        for i, module in enumerate(sorted(modules)):
+            inside = [path.split("/")[1] for path in parts if path.startswith(module + "/")]
+            size[module] = max(120, 26 + 7.2 * len(" ".join(inside) + " " * len(inside)))
+            centre[module] = (WIDTH * (2 * i + 1) / (2 * len(modules)), TOP + 30 + ROW * row, inside)
+    for module, used in edges(uses):
+        (x1, y1, _), (x2, y2, _) = centre[module], centre[used]
+        y1, y2 = y1 - 25, y2 + 25
+        bend = min(60, (y1 - y2) / 2)
+        out.append(f'<path d="M{x1:g} {y1:g}C{x1:g} {y1 - bend:g} {x2:g} {y2 + bend:g} {x2:g} {y2:g}" fill="none" stroke="#8a97a5" stroke-width="1.2"/>')
+    for module, (x, y, inside) in centre.items():
+        box(x, y, size[module], 50, "#f4f6f8", "#8a97a5")
+        text(x, y - 5 if inside else y + 5, module, 14, weight="bold")
+        if inside:
+            text(x, y + 15, "&#160;&#160;".join(inside), 12, "#55606c")
     out.append("</svg>")
     return "\n".join(out) + "\n"
 

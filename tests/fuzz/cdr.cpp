@@ -13,12 +13,12 @@
 #include <random>
 
 #include "fuzz/fuzz.hpp"
-#include "robot/random_arm.hpp"
-#include "steadyhand/ros2/ros2_arm.hpp"
-#include "steadyhand/ros2/ros2_bridge.hpp"
-#include "steadyhand/ros2/ros2_link_check.hpp"
-#include "steadyhand/ros2/stamps.hpp"
-#include "steadyhand/track/sample.hpp"
+#include "geometry/robot/random_arm.hpp"
+#include "steadyhand/arms/ros2/ros2_arm.hpp"
+#include "steadyhand/arms/ros2/ros2_bridge.hpp"
+#include "steadyhand/arms/ros2/ros2_link_check.hpp"
+#include "steadyhand/arms/ros2/stamps.hpp"
+#include "steadyhand/planning/plan/sample.hpp"
 #include "support/manual_clock.hpp"
 
 namespace steadyhand {

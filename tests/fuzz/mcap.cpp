@@ -1,6 +1,6 @@
 // An MCAP file, and a session in it.
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/record/session_file.hpp"
+#include "steadyhand/files/record/session_file.hpp"
 
 namespace steadyhand {
 

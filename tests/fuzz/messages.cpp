@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/desk/hub.hpp"
+#include "steadyhand/operator/protocol/hub.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,6 +1,6 @@
 // Optimal control problems as JSON.
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/record/problem_json.hpp"
+#include "steadyhand/files/record/problem_json.hpp"
 
 namespace steadyhand {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/input/recording.hpp"
+#include "steadyhand/files/input/recording.hpp"
 
 namespace steadyhand::fuzz {
 

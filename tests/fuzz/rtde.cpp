@@ -2,7 +2,7 @@
 #include <sys/socket.h>
 
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/ur/rtde_client.hpp"
+#include "steadyhand/arms/ur/rtde_client.hpp"
 
 namespace steadyhand {
 

@@ -1,6 +1,6 @@
 // A URDF, as a robot of its own.
 #include "fuzz/fuzz.hpp"
-#include "steadyhand/robot/loading.hpp"
+#include "steadyhand/geometry/robot/loading.hpp"
 
 /// urdfdom itself leaks what it refuses when every link is part of a loop.
 extern "C" const char* __lsan_default_suppressions() { return "leak:liburdfdom_model"; }

@@ -1,4 +1,4 @@
-"""The figure of HACKING.md (docs/pictures/architecture.svg) shows the rooms, libraries and structs that there are."""
+"""The figure of HACKING.md (docs/pictures/architecture.svg) shows the modules, parts and structs that there are."""
 
 import importlib.util
 import os
@@ -11,23 +11,22 @@ figure = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(figure)
 
 
-def test_the_figure_is_what_its_script_draws_of_the_rooms():
+def test_the_figure_is_what_its_script_draws_of_the_modules():
     drawn = (ROOT / "docs/pictures/architecture.svg").read_text()
     assert drawn == figure.draw(), "run python3 docs/pictures/architecture.py"
 
 
-def test_every_room_stands_in_its_library_below_what_it_uses():
-    uses, libraries = figure.read_uses(), figure.read_libraries()
-    folders = {path.name for path in (ROOT / "src/steadyhand").iterdir() if path.is_dir()}
-    placed = {room: name for name, (*_, rooms) in figure.LIBRARIES.items() for room in rooms}
-    assert set(uses) == folders == set(placed)
-    assert {room: name for room, name in placed.items() if name in ("planning", "live")} == libraries
-    for room, used in figure.edges(uses):
-        assert figure.centre(room)[1] > figure.centre(used)[1] or room == "python", f"{room} stands above {used}"
+def test_every_folder_is_a_part_or_a_module():
+    source = ROOT / "src/steadyhand"
+    parts = figure.read_parts()
+    modules = {path.name for path in source.iterdir() if path.is_dir()}
+    assert modules == set(figure.read_modules(parts)) and len(modules) == 10
+    assert {f"{m}/{p.name}" for m in modules - {"core"} for p in (source / m).iterdir() if p.is_dir()} == set(parts) - {"core"}
 
 
-def test_the_flow_names_rooms_and_structs():
-    assert {room for words in figure.FLOW for room in re.findall(r"[\w]+", words[0])} <= set(figure.read_uses())
+def test_the_flow_names_parts_and_structs():
+    names = {name for path in figure.read_parts() for name in path.split("/")}
+    assert {part for words in figure.FLOW for part in re.findall(r"[\w]+", words[0])} <= names
     arrows = (ROOT / "src/steadyhand/core/arrows.hpp").read_text()
     assert all(f"struct {name} {{" in arrows for name in [*figure.STRUCTS, "JointState"])
 

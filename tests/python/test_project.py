@@ -36,7 +36,7 @@ def test_the_policy_names_this_version():
     page = text("docs/compatibility.md")
     minor = one(r"^project\(steadyhand VERSION (\d+\.\d+)", "CMakeLists.txt")
     assert set(re.findall(r"\.so\.([\d.]*\d)", page)) == {minor} and f"find_package(steadyhand {minor})" in page
-    protocol = one(r"kProtocolVersion = (\d+)", "src/steadyhand/desk/messages.hpp")
+    protocol = one(r"kProtocolVersion = (\d+)", "src/steadyhand/operator/protocol/messages.hpp")
     assert f"a number of its own, now {protocol} " in page and f"Version {protocol}." in text("docs/protocol.md")
 
 
@@ -101,7 +101,7 @@ def test_a_dead_link_is_seen(tmp_path):
 
 
 def test_settings_that_documents_name_are_there():
-    keys = set(re.findall(r'"((?:\w+\.)+\w+)"', text("src/steadyhand/console/settings.cpp")))
+    keys = set(re.findall(r'"((?:\w+\.)+\w+)"', text("src/steadyhand/operator/console/settings.cpp")))
     assert "ros2.controller" in keys
     sections = "|".join({key.split(".")[0] for key in keys})
     named = {(document, key) for document in documents() if document != "CHANGELOG.md"
@@ -134,14 +134,15 @@ def unnamed(text):
 
 def test_unnamed_namespaces_of_a_library_have_names_of_their_own():
     """The wheel compiles each library as one file (cmake/levels.cmake); nothing else does."""
-    rooms = {"terms": ["core", "robot", "ocp"], "solvers": ["solve", "predict", "track", "plan"]}
-    rooms |= {name: [name] for name in ("retarget", "config", "pipeline", "supervise", "input", "arm", "record", "replay", "report", "python")}
+    parts = {"terms": ["core", "geometry/collision", "geometry/robot", "planning/ocp"], "solvers": ["planning/solve", "planning/predict", "planning/plan"]}
+    parts |= {name: [name] for name in ("planning/retarget", "planning/liquid", "planning/pipeline", "session/supervise", "files/config", "files/input", "files/record",
+                                        "report/replay", "report/figures", "arms/driver", "apps/python")}  # fmt: skip
     source = ROOT / "src/steadyhand"
-    libraries = {library: [file for room in folders for file in (source / room).rglob("*.cpp")] for library, folders in rooms.items()}
-    libraries["commands"] = [source / f"app/{name}.cpp" for name in ("run", "progress_bar", "describe_command", "replay_command", "solve_command")]
+    libraries = {library: [file for part in folders for file in (source / part).rglob("*.cpp")] for library, folders in parts.items()}
+    libraries["commands"] = [source / f"apps/commands/{name}.cpp" for name in ("run", "progress_bar", "describe_command", "replay_command", "solve_command")]
     twice = []
     for library, files in libraries.items():
         names = [name for file in files if "fatrop" not in file.parts for name in unnamed(file.read_text())]
-        assert len(names) > 1 or library in ("retarget", "replay"), library
+        assert len(names) > 1 or library in ("planning/retarget", "planning/liquid", "report/replay"), library
         twice += [f"{library}: {name}" for name in sorted(set(names)) if names.count(name) > 1]
     assert twice == []

@@ -25,6 +25,6 @@ def test_doxygen_does_not_complain(tmp_path):
 
 def test_what_counts_as_a_complaint():
     undocumented = "/x/src/steadyhand/{}/a.hpp:1: warning: Compound steadyhand::A is not documented."
-    other = "/x/src/steadyhand/live/a.hpp:1: warning: argument 'b' of command @param is not found in the argument list"
-    counted = [undocumented.format("plan"), other, "error: Tag INPUT"]
-    assert reference.complaints("\n".join([*counted, undocumented.format("live"), "  parameter 'a'"])) == counted
+    other = "/x/src/steadyhand/session/live/a.hpp:1: warning: argument 'b' of command @param is not found in the argument list"
+    counted = [undocumented.format("planning/plan"), other, "error: Tag INPUT"]
+    assert reference.complaints("\n".join([*counted, undocumented.format("session/live"), "  parameter 'a'"])) == counted

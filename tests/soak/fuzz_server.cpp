@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "steadyhand/desk/hub.hpp"
+#include "steadyhand/operator/protocol/hub.hpp"
 #include "support/message_fuzz.hpp"
 
 namespace steadyhand {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "steadyhand/robot/gaps.hpp"
-#include "steadyhand/robot/loading.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/robot/loading.hpp"
 
 namespace steadyhand {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "steadyhand/ocp/ocp.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 
 namespace steadyhand::test {
 

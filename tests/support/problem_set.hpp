@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
-#include "steadyhand/solve/solver.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <vector>
 
-#include "steadyhand/archive/recording_folder.hpp"
-#include "steadyhand/archive/session_recorder.hpp"
-#include "steadyhand/record/robot_json.hpp"
-#include "steadyhand/record/session_file.hpp"
+#include "steadyhand/files/archive/recording_folder.hpp"
+#include "steadyhand/files/archive/session_recorder.hpp"
+#include "steadyhand/files/record/robot_json.hpp"
+#include "steadyhand/files/record/session_file.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/virtual_session.hpp"
 

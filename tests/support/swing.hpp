@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "steadyhand/arm/arm.hpp"
+#include "steadyhand/core/arm.hpp"
 
 namespace steadyhand {
 

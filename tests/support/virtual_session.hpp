@@ -6,12 +6,12 @@
 #include <functional>
 #include <memory>
 
-#include "steadyhand/arm/simulated_arm.hpp"
-#include "steadyhand/config/profile_file.hpp"
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/live/control_stage.hpp"
-#include "steadyhand/live/monitor.hpp"
-#include "steadyhand/live/planning_stage.hpp"
+#include "steadyhand/arms/driver/simulated_arm.hpp"
+#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/session/live/control_stage.hpp"
+#include "steadyhand/session/live/monitor.hpp"
+#include "steadyhand/session/live/planning_stage.hpp"
 #include "support/manual_clock.hpp"
 
 namespace steadyhand {

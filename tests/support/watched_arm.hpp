@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "steadyhand/arm/simulated_arm.hpp"
+#include "steadyhand/arms/driver/simulated_arm.hpp"
 #include "support/manual_clock.hpp"
 
 namespace steadyhand {

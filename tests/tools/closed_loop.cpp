@@ -1,8 +1,8 @@
 // What this build plans, for comparison with WebAssembly's (tests/python/test_site.py, web/e2e/plans.mjs):
-//   closed_loop SETUP.json PROFILE PROBLEMS   closed_loop() of src/steadyhand/browser/closed_loop.hpp
+//   closed_loop SETUP.json PROFILE PROBLEMS   closed_loop() of src/steadyhand/apps/browser/closed_loop.hpp
 //   closed_loop SETUP.json --play SECONDS     commands_of()
 // SETUP.json is what `steadyhand site-data ROBOT` prints.
-#include "steadyhand/browser/closed_loop.hpp"
+#include "steadyhand/apps/browser/closed_loop.hpp"
 
 #include <cstdlib>
 #include <fstream>

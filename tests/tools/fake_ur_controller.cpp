@@ -10,8 +10,8 @@
 
 #include <iostream>
 
-#include "steadyhand/app/command_line.hpp"
-#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/apps/commands/command_line.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "support/ur/ur5e_kinematics.hpp"
 
 int main(int argc, char** argv) {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <vector>
 
-#include "steadyhand/config/robot_file.hpp"
-#include "steadyhand/robot/kinematics.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
 
 namespace {
 

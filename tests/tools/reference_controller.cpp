@@ -8,8 +8,8 @@
 
 #include <iostream>
 
-#include "steadyhand/app/command_line.hpp"
-#include "steadyhand/config/robot_file.hpp"
+#include "steadyhand/apps/commands/command_line.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 
 int main(int argc, char** argv) {
   using namespace steadyhand;

@@ -4,7 +4,7 @@
 
 #include <iostream>
 
-#include "steadyhand/ros2/node.hpp"
+#include "steadyhand/arms/ros2/node.hpp"
 
 namespace {
 

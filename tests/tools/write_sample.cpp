@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "report/sample_run.hpp"
-#include "steadyhand/record/recorder.hpp"
+#include "report/figures/sample_run.hpp"
+#include "steadyhand/files/record/recorder.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,5 +1,5 @@
 import pageStyle from '../src/style.css?raw';
-import reportStyle from '../../src/steadyhand/report/page.css?raw';
+import reportStyle from '../../src/steadyhand/report/figures/page.css?raw';
 import { describe, expect, it } from 'vitest';
 import { inOrder } from '../src/profiles';
 

@@ -2,7 +2,8 @@
 #include <cstddef>
 #include <cstdio>
 
-#include "steadyhand/pipeline/pipeline.hpp"
+#include "steadyhand/files.hpp"
+#include "steadyhand/planning.hpp"
 
 #pragma GCC diagnostic ignored "-Winvalid-offsetof"
 #define SHOW(type) std::printf(#type " %zu %zu\n", sizeof(steadyhand::type), alignof(steadyhand::type))

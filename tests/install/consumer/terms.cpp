@@ -6,8 +6,8 @@
 #include <limits>
 #include <memory>
 
-#include "steadyhand/ocp/term.hpp"
-#include "steadyhand/pipeline/pipeline.hpp"
+#include "steadyhand/files.hpp"
+#include "steadyhand/planning.hpp"
 
 using namespace steadyhand;
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "steadyhand/ros2/goal_id.hpp"
-#include "steadyhand/ros2/node.hpp"
+#include "steadyhand/arms/ros2/goal_id.hpp"
+#include "steadyhand/arms/ros2/node.hpp"
 
 namespace steadyhand {
 

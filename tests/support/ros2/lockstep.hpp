@@ -8,7 +8,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "steadyhand/ros2/ros2_arm.hpp"
+#include "steadyhand/arms/ros2/ros2_arm.hpp"
 #include "support/ros2/reference_controller.hpp"
 
 namespace steadyhand {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/ros2/stamps.hpp"
+#include "steadyhand/arms/ros2/stamps.hpp"
 
 namespace steadyhand {
 

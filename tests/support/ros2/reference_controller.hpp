@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "steadyhand/arm/simulated_arm.hpp"
-#include "steadyhand/ros2/node.hpp"
+#include "steadyhand/arms/driver/simulated_arm.hpp"
+#include "steadyhand/arms/ros2/node.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/joint_trajectory_controller.hpp"
 

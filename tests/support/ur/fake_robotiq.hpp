@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "steadyhand/ur/socket.hpp"
+#include "steadyhand/arms/ur/socket.hpp"
 
 namespace steadyhand {
 

@@ -11,11 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "steadyhand/arm/simulated_arm.hpp"
-#include "steadyhand/robot/kinematics.hpp"
-#include "steadyhand/ur/rtde_client.hpp"
-#include "steadyhand/ur/ur_modes.hpp"
-#include "steadyhand/ur/ur_primary.hpp"
+#include "steadyhand/arms/driver/simulated_arm.hpp"
+#include "steadyhand/arms/ur/rtde_client.hpp"
+#include "steadyhand/arms/ur/ur_modes.hpp"
+#include "steadyhand/arms/ur/ur_primary.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/urscript.hpp"
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "steadyhand/ur/ur_arm.hpp"
+#include "steadyhand/arms/ur/ur_arm.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 
 namespace steadyhand {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "steadyhand/ur/ur_primary.hpp"
+#include "steadyhand/arms/ur/ur_primary.hpp"
 
 namespace steadyhand {
 

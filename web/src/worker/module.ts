@@ -1,4 +1,4 @@
-/** What a module of src/steadyhand/browser/exports.cpp gives; times in s, texts as UTF-8 at an address in its memory. */
+/** What a module of src/steadyhand/apps/browser/exports.cpp gives; times in s, texts as UTF-8 at an address in its memory. */
 interface Exports {
   memory: WebAssembly.Memory;
   _initialize(): void;

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "steadyhand/apps/browser/kept_recordings.hpp"
+#include "steadyhand/apps/browser/setup_json.hpp"
+#include "steadyhand/arms/driver/simulated_arm.hpp"
+#include "steadyhand/files/archive/session_recorder.hpp"
+#include "steadyhand/operator/protocol/hub.hpp"
+#include "steadyhand/operator/protocol/operator_interface.hpp"
+#include "steadyhand/session/live/one_thread_session.hpp"
+
+namespace steadyhand {
+
+/// A session with a simulated arm and its operators, on one thread and without sockets, as a page's Worker runs it.
+/// Its clock follows that of its caller, and makes up for up to kLongestGap at once. Of a longer pause (a tab that the
+/// browser froze, a machine that slept) the rest did not happen: the clock stands still, and whoever leads must grip
+/// afresh. A recorded hand goes on after a hiccup, as it stood still, too.
+class BrowserSession {
+ public:
+  static constexpr Time kLongestGap = std::chrono::milliseconds(250);
+  /// Less than a second: timers of a tab that nobody sees come that seldom, and nothing shall move there.
+  static constexpr Time kLongestHiccup = std::chrono::milliseconds(900);
+
+  /// Fails as LiveSession::make.
+  /// @param wall what planning is timed with; empty: nothing is, and the same messages make the same session
+  /// @param rate_hz planning steps a second; 0: what this machine sustains, which takes a wall
+  /// @param keep who keeps what is recorded when the operator asks for it; empty: nothing can be recorded
+  static Result<std::unique_ptr<BrowserSession>> make(BrowserSetup setup, std::function<Time()> wall,
+                                                      double rate_hz = 0.0, KeptRecordings::Keep keep = {});
+
+  /// A client's number, or 0: no place. The outbox must live until leave().
+  std::uint64_t join(Outbox& outbox, Time now);
+  void leave(std::uint64_t client, Time now);
+  /// A message of docs/protocol.md, or any bytes at all.
+  void receive(std::uint64_t client, std::string_view text, Time now);
+  /// All that is due by then. Call it some hundred times a second. @param now of the caller's monotonic clock
+  void advance(Time now);
+
+  const OneThreadSession& session() const { return *session_; }
+  /// Pauses that were left out so far.
+  std::uint64_t pauses() const { return pauses_; }
+  /// What of them did not happen, altogether.
+  Time left_out() const { return left_out_; }
+  /// Called for every command, some milliseconds later; for tests.
+  std::function<void(const JointCommand&)> on_command;
+
+ private:
+  BrowserSession(BrowserSetup setup, std::function<Time()> wall);
+  void publish();
+
+  BrowserSetup setup_;
+  SteppedClock clock_;
+  std::unique_ptr<SimulatedArm> arm_;
+  std::unique_ptr<OneThreadSession> session_;
+  std::optional<SessionRecorder> recorder_;
+  std::unique_ptr<OperatorInterface> operator_interface_;
+  ServerFacts facts_;
+  ServerCallbacks callbacks_;
+  std::unique_ptr<Hub> hub_;
+  std::optional<Time> behind_;  ///< of the caller's clock: what the session's is behind it; none: not begun
+  Time next_tick_{0}, next_state_{0};
+  std::uint64_t pauses_ = 0;
+  Time left_out_{0};
+};
+
+}  // namespace steadyhand

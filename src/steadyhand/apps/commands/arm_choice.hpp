@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "steadyhand/apps/commands/command_line.hpp"
+#include "steadyhand/arms/driver/arm_kinds.hpp"
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
+#include "steadyhand/operator/console/settings.hpp"
+
+namespace steadyhand {
+
+/// Which arm follows, as the command line chose it, or else the settings.
+struct ArmChoice {
+  std::string arm, host;  ///< empty: not said
+  std::uint16_t rtde_port = 30004, script_port = 30001, dashboard_port = 0, gripper_port = 63352;
+  std::optional<double> speed;  ///< share of the model's speeds and accelerations; none: all simulated, a quarter real
+  double first_moves = 0.0;     ///< s, of the settings
+  bool yes = false;             ///< was asked elsewhere whether hardware may move
+  bool calibration = true;      ///< take a UR's kinematics from the arm, of the settings
+  /// Null: there is none of this name.
+  const ArmKind* kind() const { return find_arm_kind(arm); }
+  /// Takes what was not said from the settings; they tell the arm that was chosen then.
+  void complete(SessionSettings& settings);
+  /// `speed`, or what stands for none.
+  double speed_scaling() const;
+  /// What the first moves keep to of that, see PlanningSettings::first_speed_scaling.
+  double first_speed_scaling() const;
+};
+
+void add_arm_options(CommandLine& command, ArmChoice& choice);
+/// --host and the ports alone, for commands that only listen.
+void add_host_options(CommandLine& command, ArmChoice& choice);
+
+/// Says what is about to move, and asks, unless --yes said it.
+Status confirm(const ArmChoice& choice, const std::string& what);
+/// Takes the kinematics that a UR's factory measured from the arm, if it tells; says what it did.
+Status take_calibration(const ArmChoice& choice, RobotModel& model);
+/// Checks the choice, of whose kind there is one from then on, asks once before anything that can move hardware, and
+/// lowers the model's limits to the share.
+Status prepare_arm(const ArmChoice& choice, RobotModel& model);
+/// Fails with what to install, if this program was built without ROS 2.
+Status has_ros2();
+/// The same of MuJoCo.
+Status has_mujoco();
+/// Model and clock must outlive it.
+Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
+                                      Clock& clock);
+
+}  // namespace steadyhand

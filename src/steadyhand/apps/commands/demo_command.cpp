@@ -1,0 +1,297 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "steadyhand/apps/commands/arm_choice.hpp"
+#include "steadyhand/apps/commands/camera_choice.hpp"
+#include "steadyhand/apps/commands/commands.hpp"
+#include "steadyhand/apps/commands/robot_choice.hpp"
+#include "steadyhand/apps/commands/ros2_side.hpp"
+#include "steadyhand/apps/commands/session_choice.hpp"
+#include "steadyhand/apps/commands/settings_options.hpp"
+#include "steadyhand/apps/commands/task_choice.hpp"
+#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/geometry/robot/loading.hpp"
+#include "steadyhand/operator/console/live_console.hpp"
+#include "steadyhand/operator/console/output_queue.hpp"
+#include "steadyhand/operator/console/stop_signals.hpp"
+#include "steadyhand/operator/server/site.hpp"
+#include "steadyhand/planning/ocp/objectives.hpp"
+#include "steadyhand/session/live/realtime.hpp"
+#ifdef STEADYHAND_FIT
+#include "steadyhand/files/fitted/arm_scene.hpp"
+#endif
+
+namespace steadyhand {
+
+namespace {
+
+constexpr Time kRestWithin = std::chrono::milliseconds(2500);
+constexpr Time kReaderPatience = std::chrono::seconds(1);  ///< at the end, with who reads what is printed
+
+constexpr int kHalted = 1;  ///< exit code
+
+struct Options {
+  std::string input;
+  RecordingOptions range;
+  std::string page;
+  std::string tip;
+  bool headless = false, no_browser = false, no_fit = false;
+  bool keep_going = false, hand_on_hardware = false;
+  double seconds = 0.0;  ///< 0: until Ctrl-C
+  SettingsOptions settings;
+  ArmChoice arm;
+  CameraChoice cameras;
+};
+
+std::string format_timing(const TimingSummary& us) {
+  return fmt::format("median {:.1f}  p99 {:.1f}  p99.9 {:.1f}  largest {:.1f} ms", us.p50 / 1e3, us.p99 / 1e3,
+                     us.p999 / 1e3, us.max / 1e3);
+}
+
+std::string format_summary(const LiveSummary& s) {
+  std::string text = fmt::format(
+      "session            {:.1f} s, engaged {:.1f} s in {} engagements\n"
+      "hand               {} samples, {} dropped\n"
+      "hand to command    {}\n"
+      "planner            {}; {} plans followed, {} failed, {} came late\n"
+      "control            {} cycles, {} deadlines missed ({:.4f} %); woken late by {}\n",
+      s.duration, s.engaged, s.engagements, s.samples, s.dropped_samples, format_timing(s.latency_us),
+      format_timing(s.solve_us), s.plans, s.failed_plans, s.late_plans, s.cycles, s.missed_deadlines,
+      s.cycles > 0 ? 100.0 * static_cast<double>(s.missed_deadlines) / static_cast<double>(s.cycles) : 0.0,
+      format_timing(s.wake_us));
+  text += to_text(s.monitor);
+  text += fmt::format("liquid             {}\n", s.spilled ? "spilled" : "nothing spilled");
+  if (s.tap_drops > 0) text += fmt::format("recording          {} messages were dropped\n", s.tap_drops);
+  for (const auto& [reason, count] : s.holds) text += fmt::format("held back          {} x {}\n", count, reason);
+  return text;
+}
+
+std::string format_cameras(const Cameras& cameras) {
+  std::string text;
+  const std::vector<CameraState> states = cameras.states();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const CameraState& s = states[i];
+    text += fmt::format("camera {:11} {} pictures, {} dropped{}\n", cameras.cameras()[i].name, s.pictures, s.dropped,
+                        s.ended.empty() ? "" : "; ended: " + s.ended);
+  }
+  return text;
+}
+
+Status check(const Options& options, const SessionSettings& settings) {
+  if (!(options.seconds >= 0.0) || options.seconds > 1e7) {
+    return Error{fmt::format("--seconds is {}; it must be from 0 (until Ctrl-C) to 1e7", options.seconds)};
+  }
+  if (options.headless && settings.server.lan) {
+    return Error{"--headless and --lan exclude each other: headless has no page"};
+  }
+  if (!options.headless && (options.keep_going || options.hand_on_hardware)) {
+    return Error{options.keep_going ? "--keep-going is for --headless: at the page a person resets"
+                                    : "--hand-on-hardware is for --headless: at the page a person leads"};
+  }
+  return Done{};
+}
+
+/// A recorded hand does not see what a real arm does, and nobody holds its clutch.
+Status check_hand(const Options& options, const SessionSettings& settings) {
+  if (options.arm.kind() == nullptr || !options.arm.kind()->hardware) return Done{};
+  if (options.keep_going)
+    return Error{"--keep-going is for a simulated arm; a real one that stopped waits for a person"};
+  if (options.headless && !options.hand_on_hardware && settings.ros2.hand.empty()) {
+    return Error{"--headless would let a recorded hand lead a real arm; --hand-on-hardware says that it may"};
+  }
+  return Done{};
+}
+
+/// The given recording, or the bundled ones.
+Result<std::vector<NamedRecording>> load_recordings(const Options& options, const Places& places) {
+  if (options.input.empty()) return bundled_recordings(places, options.range);
+  Result<Recording> recording = load_recording(options.input, options.range);
+  if (!recording) return recording.error();
+  return std::vector<NamedRecording>{{recording->name, *std::move(recording)}};
+}
+
+/// No pose comes from a topic any more when the session goes, however this is left.
+struct EndOfRos2 {
+  Ros2Side& ros2;
+  ~EndOfRos2() { ros2.close(); }
+};
+
+/// Brings the arm to rest; asked again meanwhile, as fast as its limits allow.
+void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) {
+  session.ask_stop();
+  const Time until = clock.now() + kRestWithin;
+  while (!session.stopped_at_rest() && clock.now() < until) {
+    if (signals.arrived_within(std::chrono::milliseconds(5))) session.ask_stop();
+  }
+}
+
+/// The arm's meshes for the page, unless the page has them.
+#ifdef STEADYHAND_FIT
+void add_arm_scene(const std::string& name, const std::string& tip, const RobotModel& model, const Places& places,
+                   ServerSettings& server) {
+  const std::string path = "/arms/" + model.meshes + ".glb";
+  if (server.page_folder.empty() && Site::embedded().find(path) != nullptr) return;
+  Result<std::string> scene = arm_scene(name, tip, places);
+  if (!scene) {
+    std::cerr << "note: the page draws only the arm's bodies: " << scene.error().message << "\n";
+  } else if (!scene->empty()) {
+    server.files[path] = *std::move(scene);
+  }
+}
+#else
+void add_arm_scene(const std::string&, const std::string&, const RobotModel&, const Places&, ServerSettings&) {}
+#endif
+
+Status run(Options options, int& exit_code) {
+  const Places places = Places::standard();
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
+  if (Status s = options.settings.apply(table); !s) return s;
+  if (Status s = settings.resolve(table); !s) return s;
+  if (Status s = check(options, settings); !s) return s;
+  settings.server.page_folder = options.page;
+  Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
+  if (!recordings) return recordings.error();
+  options.arm.complete(settings);
+  if (Status s = choose_task(options.arm, places, table, settings); !s) return s;
+  Result<RobotModel> model = choose_robot(settings.robot, options.tip, places, options.no_fit);
+  if (!model) return model.error();
+  if (!options.headless) add_arm_scene(settings.robot, options.tip, *model, places, settings.server);
+  Result<Cell> cell = open_cell(settings.cell, places);
+  if (!cell) return cell.error();
+  settings.live.cell = in_base(*std::move(cell), *model);
+  if (Status s = take_task(*model, settings); !s) return s;
+  if (Status s = check_carried(settings.live.cell, at_home(*model)); !s) return s;
+  int chosen = 0;
+  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen);
+  if (!profiles) return profiles.error();
+  for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, *model);
+
+  if (Status s = check_hand(options, settings); !s) return s;
+  if (Status s = prepare_arm(options.arm, *model); !s) return s;
+
+  const StopSignals signals;
+  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
+  MonotonicClock clock;
+  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
+  if (!arm) return arm.error();
+  std::string without_cameras;
+  const auto cameras = open_cameras(options.cameras, settings.task, settings.camera, **arm, clock, without_cameras);
+  if (!cameras) return cameras.error();
+
+  const std::string hand = recordings->front().name;
+  ConsoleSettings console_settings{
+      .live = settings.live,
+      .server = settings.server,
+      .recording = settings.recording,
+      .recording_place = settings.recording_place,
+      .profiles = *profiles,
+      .profile = chosen,
+      .solver = settings.solver == "profile" ? "" : settings.solver,
+      .recordings = *std::move(recordings),
+      .metadata = {{"settings", table.values()},
+                   {"run", {{"arm", options.arm.arm}, {"speed", fmt::format("{}", options.arm.speed_scaling())}}}},
+      .page = !options.headless,
+      .browser = !options.no_browser,
+      .things = {},
+      .cameras = cameras->get(),
+      .report_program = "/proc/self/exe"};
+  if (!settings.task.name.empty()) {
+    console_settings.task = &settings.task;
+    console_settings.scene = dynamic_cast<SimulatedScene*>(arm->get());
+    console_settings.metadata["task"] = describe_task(settings.task);
+    auto solids = solids_of(settings.task, *model);
+    if (!solids) return solids.error();
+    console_settings.things = *std::move(solids);
+  }
+  console_settings.live.planning.first_speed_scaling = options.arm.first_speed_scaling();
+  Ros2Side ros2;
+  ConsoleCallbacks callbacks;
+  callbacks.say = [&out](const std::string& text) { out.say(text); };
+  callbacks.draw = [&out](std::string picture) { out.draw(std::move(picture)); };
+  callbacks.on_lease = [&ros2](std::uint64_t client) { ros2.lead_at_page(client != 0); };
+  auto made = LiveConsole::make(*model, std::move(console_settings), **arm, clock, std::move(callbacks));
+  if (!made) return made.error();
+  LiveConsole& console = **made;
+  LiveSession& session = console.session();
+  OperatorInterface& operator_interface = console.operator_interface();
+  const EndOfRos2 end_of_ros2{ros2};
+  for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
+  if (!without_cameras.empty()) out.say("note: " + without_cameras + "\n");
+  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, console.profile().label, session.planner_rate_hz(),
+                      !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
+                      : options.headless          ? ", hand: " + hand + ", again and again"
+                                                  : ""));
+
+  if (Status s = ros2.open(options.arm, *model, settings, clock, session, operator_interface,
+                           [&out](const std::string& text) { out.say(text); });
+      !s)
+    return s;
+  // With a page too, so that there is something to see until somebody takes over. No real arm begins so, and no task.
+  const bool shows = !(*arm)->info().hardware && settings.task.name.empty();
+  const bool plays = (options.headless || shows) && settings.ros2.hand.empty();
+  if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
+  if (Status s = console.start(); !s) return s;
+  const Time begin = clock.now();
+  if (options.headless && settings.live.realtime) {
+    (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
+  }
+  const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
+  for (Time pause = LiveConsole::kPollPeriod; clock.now() < end && !signals.arrived_within(pause);) {
+    const Time now = clock.now();
+    pause = console.poll(now) - now;
+    ros2.poll(now, session);
+    if (options.headless && session.is_halted()) {
+      exit_code = options.keep_going ? 0 : kHalted;
+      if (!options.keep_going) break;
+      if (session.stopped_at_rest()) session.ask_reset();
+    } else if (options.keep_going && operator_interface.controls().playback < 0) {
+      (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
+    }
+  }
+  stop(session, signals, clock);
+  console.close_page();
+  ros2.close();
+  const LiveSummary summary = console.finish();
+  out.say(format_summary(summary));
+  if (*cameras) out.say(format_cameras(**cameras));
+  console.say_notices();
+  if (exit_code == kHalted) out.say("ended because the arm was stopped\n");
+  return out.finish(kReaderPatience) ? Status(Done{}) : Error{"cannot write all of it to stdout"};
+}
+
+}  // namespace
+
+void add_demo_command(CommandLine& app, Command& chosen, int& exit_code) {
+  const auto options = std::make_shared<Options>();
+  CommandLine* command = app.add_subcommand("demo", "A simulated arm follows a hand, live");
+  command->add_flag("--headless", options->headless,
+                    "Without a page: a recorded hand, over and over, until Ctrl-C or until the arm stops");
+  command->add_flag("--keep-going", options->keep_going,
+                    "With --headless and a simulated arm: reset after each stop, and play again");
+  command->add_flag("--hand-on-hardware", options->hand_on_hardware,
+                    "With --headless and a real arm, which else is refused: the recorded hand leads it");
+  command->add_flag("--no-browser", options->no_browser, "Do not open the page");
+  command->add_option("--tip", options->tip, kTipHelp);
+  command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
+  command->add_option("--page", options->page, "Serve the page from this folder instead of the program's own");
+  command->add_option("--input", options->input,
+                      "Recording that may play the hand (formats: see replay); default: bundled hands");
+  command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
+  command->add_option("--from", options->range.from, "Begin here in the recording, s");
+  command->add_option("--until", options->range.until, "End here in the recording, s");
+  command->add_option("--seconds", options->seconds, "End after so long; 0: at Ctrl-C")->capture_default_str();
+  add_settings_options(*command, options->settings);
+  add_arm_options(*command, options->arm);
+  add_camera_options(*command, options->cameras);
+  command->footer("Ctrl-C brings the arm to rest and prints what the session came to.");
+  command->callback(
+      [options, &chosen, &exit_code] { chosen = [options, &exit_code] { return run(*options, exit_code); }; });
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,79 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <string>
+
+#include "steadyhand/apps/commands/run.hpp"
+#include "steadyhand/core/configuration.hpp"
+#include "steadyhand/operator/console/output_queue.hpp"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  ./steadyhand demo --headless --seconds 60  a simulated arm follows a recorded hand, live\n"
+    "  ./steadyhand config                        the settings of a live session, with unit and origin\n"
+    "  ./steadyhand check --host 192.168.0.10     is this machine fit to lead that arm? Nothing moves\n"
+    "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
+    "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
+    "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
+    "  ./steadyhand report SESSION.mcap           what was driven; without a session, those that there are\n"
+    "  ./steadyhand describe ur5e                 the robot as JSON\n"
+    "  ./steadyhand describe my_arm.urdf --pretty\n"
+    "  ./steadyhand fit my_arm.urdf --out my_arm.yaml   bodies that cover its meshes, as a robot file\n"
+    "  ./steadyhand solve problem.json            one planning problem, or an array of them\n"
+    "  ./steadyhand site --out site               the page with planner and simulated arm as files for any web server\n"
+    "  ./steadyhand bench                         our solver beside its peers\n"
+    "  ./steadyhand tasks stack --episodes 100    a scripted operator does tasks in a scene with contact\n"
+    "  ./steadyhand study STUDY.yaml              a user study, with people or simulated operators\n"
+    "  ./steadyhand dataset SESSION... --out DIR  a data set for imitation learning, of recorded sessions\n"
+    "  ./steadyhand test [--long]                 the tests; --long: every test\n"
+    "bench, site, study, dataset and test belong to the script ./steadyhand, which also installs and builds what is "
+    "missing.\n"
+    "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
+    "stderr.";
+
+/// Descriptors that who started us had closed: whatever is opened next would get their numbers, and a recording what is
+/// meant for people. Reading and writing them fails as if they were closed.
+void keep_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) >= 0) continue;
+    (void)open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);  // the lowest number that is free
+  }
+}
+
+int fail(const std::string& message) {
+  steadyhand::OutputQueue(STDERR_FILENO).say("steadyhand: " + message + "\n");  // ends even if nobody reads it
+  return kBadInput;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_standard_descriptors();
+  steadyhand::CommandLine app(
+      "steadyhand",
+      "A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass it holds.");
+  app.version("steadyhand " STEADYHAND_VERSION);
+  app.footer(kExamples);
+  steadyhand::Command command;
+  int exit_code = 0;
+  steadyhand::add_demo_command(app, command, exit_code);
+  steadyhand::add_check_command(app, command, exit_code);
+  steadyhand::add_config_command(app, command);
+#ifdef STEADYHAND_MUJOCO
+  steadyhand::add_tasks_command(app, command);
+#endif
+  steadyhand::add_replay_command(app, command);
+  steadyhand::add_report_command(app, command);
+  steadyhand::add_describe_command(app, command);
+#ifdef STEADYHAND_FIT
+  steadyhand::add_fit_command(app, command);
+#endif
+  steadyhand::add_solve_command(app, command);
+  steadyhand::add_site_data_command(app, command);
+  const steadyhand::Result<int> done = steadyhand::run(app, command, exit_code, argc, argv);
+  return done ? *done : fail(done.error().message);
+}

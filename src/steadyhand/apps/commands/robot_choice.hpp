@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/files/config/places.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+/// The robot that a command is told to use. A bare URDF gets bodies fitted to its meshes, unless `no_fit`; what is done
+/// is said on stderr.
+/// @param tip link of a bare URDF that carries the tool; empty: the end of its longest chain
+Result<RobotModel> choose_robot(const std::string& name, const std::string& tip, const Places& places, bool no_fit);
+
+/// The arm at home; the model must outlive it.
+Kinematics at_home(const RobotModel& model);
+
+/// Help of the option that sets tip.
+inline constexpr const char* kTipHelp =
+    "Link of a bare URDF that carries the tool (default: the end of the longest chain)";
+/// Help of the flag that sets no_fit.
+inline constexpr const char* kNoFitHelp = "A bare URDF goes without bodies: nothing keeps the arm off itself";
+
+}  // namespace steadyhand

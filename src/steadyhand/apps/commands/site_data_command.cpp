@@ -1,0 +1,52 @@
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "steadyhand/apps/browser/setup_json.hpp"
+#include "steadyhand/apps/commands/commands.hpp"
+#include "steadyhand/apps/commands/robot_choice.hpp"
+#include "steadyhand/apps/commands/session_choice.hpp"
+#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/geometry/robot/cell.hpp"
+#include "steadyhand/operator/console/settings.hpp"
+#include "steadyhand/planning/ocp/objectives.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+Status print_setup(const std::string& robot) {
+  const Places places = Places::standard();
+  const SessionSettings settings;
+  BrowserSetup setup;
+  Result<RobotModel> model = open_robot(robot, places);
+  if (!model) return model.error();
+  const Result<Cell> cell = open_cell(settings.cell, places);
+  if (!cell) return cell.error();
+  setup.cell = in_base(*cell, *model);
+  if (Status s = check_carried(setup.cell, at_home(*model)); !s) return s;
+  setup.robot = *std::move(model);
+  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, setup.profile);
+  if (!profiles) return profiles.error();
+  for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, setup.robot);
+  setup.profiles = *std::move(profiles);
+  Result<std::vector<NamedRecording>> recordings = bundled_recordings(places);
+  if (!recordings) return recordings.error();
+  setup.recordings = *std::move(recordings);
+  std::cout << setup_json(setup) << "\n";
+  return Done{};
+}
+
+}  // namespace
+
+void add_site_data_command(CommandLine& app, Command& chosen) {
+  const auto robot = std::make_shared<std::string>();
+  CommandLine* command = app.add_subcommand(
+      "site-data", "Print what a session in a browser begins with, as JSON: robot, cell, profiles, recorded hands");
+  command->add_option("robot", *robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
+  command->footer("`./steadyhand site` puts it among the files of a site that needs no program (docs/browser.md).");
+  command->callback([robot, &chosen] { chosen = [robot] { return print_setup(*robot); }; });
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,123 @@
+#include "steadyhand/apps/simulate/task_run.hpp"
+
+#include "steadyhand/arms/mujoco/scene_model.hpp"
+#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/task_file.hpp"
+#include "steadyhand/operator/protocol/session_setup.hpp"
+#include "steadyhand/planning/ocp/objectives.hpp"
+
+namespace steadyhand {
+
+Result<TaskStage> TaskStage::open(const std::string& task, const std::string& robot, const std::string& profile,
+                                  double rate_hz, const Places& places) {
+  TaskStage stage;
+  Result<Task> opened = open_task(task, places);
+  if (!opened) return opened.error();
+  stage.task = *std::move(opened);
+  const std::string name = !robot.empty() ? robot : stage.task.robot.empty() ? "ur5e" : stage.task.robot;
+  Result<RobotModel> model = open_robot(name, places);
+  if (!model) return model.error();
+  stage.model = *std::move(model);
+  Result<ChainDynamics> dynamics = open_dynamics(name, places);
+  if (!dynamics) return dynamics.error();
+  stage.dynamics = *std::move(dynamics);
+  Result<Profile> loaded = load_profile(profile, places);
+  if (!loaded) return loaded.error();
+  stage.profile = *std::move(loaded);
+  add_posture_where_redundant(stage.profile.ocp, stage.model);
+  Result<Cell> cell = open_cell("pedestal", places);
+  if (!cell) return cell.error();
+  stage.live = operator_defaults();
+  stage.live.cell = in_base(*std::move(cell), stage.model);
+  stage.live.planner_rate_hz = rate_hz;
+  stage.live.time_budget = false;
+  stage.live.planning.retarget.scale = 1.0;
+  stage.live.planning.retarget.yaw = 0.0;
+  auto solids = placed_solids(stage.task, stage.model);
+  if (!solids) return solids.error();
+  stage.solids = *std::move(solids);
+  return stage;
+}
+
+TaskRun::TaskRun(const TaskStage& stage) : stage_(&stage), judge_(stage.task), things_(stage.solids) {}
+TaskRun::~TaskRun() = default;
+
+Result<std::unique_ptr<TaskRun>> TaskRun::make(const TaskStage& stage, std::uint64_t seed) {
+  std::unique_ptr<TaskRun> run(new TaskRun(stage));
+  LiveSettings live = stage.live;
+  if (Status s = furnish(stage.task, stage.solids, seed, live.cell); !s) return s.error();
+  take_profiles({stage.profile}, 0, live);
+  MujocoSettings mujoco = stage.mujoco;
+  mujoco.seed = static_cast<unsigned>(seed);
+  auto arm = MujocoArm::make(stage.model, stage.dynamics, live.cell, stage.task, mujoco, run->clock_);
+  if (!arm) return arm.error();
+  run->arm_ = *std::move(arm);
+  auto session = OneThreadSession::make(stage.model, live, *run->arm_, run->clock_);
+  if (!session) return session.error();
+  run->session_ = *std::move(session);
+  run->desk_ = std::make_unique<OperatorInterface>(*run->session_, std::vector<Profile>{stage.profile}, 0,
+                                                   live.planning.retarget, live.glass, std::vector<NamedRecording>{});
+  return run;
+}
+
+Status TaskRun::record(std::unique_ptr<RecordingPlace> place, RecordingSettings settings,
+                       SessionRecorder::Metadata metadata) {
+  LiveSettings live = stage_->live;
+  take_profiles({stage_->profile}, 0, live);
+  live.cell = session_->cell_set().cell;
+  for (auto& [name, entries] : describe_run(stage_->model, live, {stage_->profile}, 0, session_->planner_rate_hz())) {
+    metadata[name].merge(entries);
+  }
+  settings.flight_seconds = 0.0;  // all of it is recorded
+  recorder_.emplace(session_->ocp(), settings, std::move(metadata), clock_.now(), std::move(place));
+  if (recorder_->recording()) return Done{};
+  const std::vector<std::string> why = recorder_->take_notices();
+  return Error{why.empty() ? "not recorded" : why.front()};
+}
+
+std::vector<std::string> TaskRun::finish_recording() {
+  if (!recorder_) return {};
+  if (ready_) mark(EpisodeMark::Kind::kKeep);
+  recorder_->finish(session_->summary());
+  return recorder_->take_notices();
+}
+
+void TaskRun::mark(EpisodeMark::Kind kind) {
+  EpisodeMark mark;
+  mark.at = clock_.now();
+  mark.episode = 1;
+  mark.kind = kind;
+  mark.task = stage_->task.instruction;
+  if (kind == EpisodeMark::Kind::kKeep) mark.success = judge_.progress().success.value_or(false);
+  recorder_->mark(mark);
+}
+
+void TaskRun::step() {
+  if (!started_) {
+    started_ = true;
+    LiveTaps taps;
+    if (recorder_) taps = recorder_->taps();
+    taps.look = [this, record = std::move(taps.look)](const SessionSnapshot& look) {
+      see(look);
+      if (record) record(look);
+    };
+    session_->start(std::move(taps));
+  }
+  session_->step();
+  (void)desk_->poll(clock_.now());
+}
+
+void TaskRun::see(const SessionSnapshot& look) {
+  look_ = look;
+  if (look.state == SupervisionState::kIdle || (!arm_->read_scene(scene_) && !ready_)) return;
+  if (recorder_ && !ready_) mark(EpisodeMark::Kind::kBegin);
+  ready_ = true;
+  const TaskProgress& progress = judge_.update(scene_, look.liquid.spilled_share);
+  if (recorder_) recorder_->see({scene_, progress});
+  if (Status s = things_.follow(scene_, *session_); !s && fault_) fault_ = s;
+  if (on_look) on_look(look);
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,52 @@
+#include "steadyhand/arms/driver/simulated_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "steadyhand/arms/driver/arm_kinds.hpp"
+
+namespace steadyhand {
+
+SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings,
+                           Clock& clock)
+    : ClockedArm(model, q,
+                 {model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
+                  kSimulated.hardware, model.gripper_time.has_value()},
+                 {settings.bridged, settings.command_timeout, settings.start_time}, clock),
+      settings_(settings),
+      random_(settings.seed) {}
+
+ArmState SimulatedArm::receive() {
+  ArmState state = ClockedArm::receive();
+  if (settings_.noise > 0.0) {
+    std::normal_distribution<double> normal(0.0, settings_.noise);
+    for (int i = 0; i < q_.size(); ++i) {
+      state.joints.q[i] += normal(random_);
+      state.joints.dq[i] += 100.0 * normal(random_);
+    }
+  }
+  if (settings_.quantisation > 0.0) {
+    for (double& q : state.joints.q) q = settings_.quantisation * std::round(q / settings_.quantisation);
+  }
+  return state;
+}
+
+void SimulatedArm::advance(Time end) {
+  const double dt = to_seconds(period_);
+  if (gripper_) {
+    const double most = dt / *model_->gripper_time;
+    *gripper_ += std::clamp(*gripper_command_ - *gripper_, -most, most);
+  }
+  if (interface_.moves()) {
+    const double share = settings_.servo_lag > 0.0 ? -std::expm1(-dt / settings_.servo_lag) : 1.0;
+    const JointVector next = q_ + share * (interface_.at(end - from_seconds(settings_.latency)).q - q_);
+    dq_ = (next - q_) / dt;
+    q_ = next;
+  } else {  // brakes
+    const JointVector change = (dt * model_->acceleration_max).cwiseMin(dq_.cwiseAbs());
+    dq_ -= dq_.cwiseSign().cwiseProduct(change);
+    q_ += dt * dq_;
+  }
+}
+
+}  // namespace steadyhand

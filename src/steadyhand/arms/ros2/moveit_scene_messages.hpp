@@ -1,0 +1,62 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "steadyhand/arms/ros2/types.hpp"
+#include "steadyhand/geometry/robot/cell.hpp"
+
+namespace steadyhand {
+
+/// What a message of MoveIt's says of one object: moveit_msgs/CollisionObject or AttachedCollisionObject.
+struct SceneObject {
+  /// The numbers are CollisionObject's.
+  enum class Operation { kAdd = 0, kRemove = 1, kAppend = 2, kMove = 3 };
+  Operation operation = Operation::kAdd;
+  std::string id;     ///< empty, to be removed or detached: all of them
+  std::string frame;  ///< whose its pose is
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  std::vector<CellObject> parts;         ///< a shape each, their origins in `pose`
+  bool attached = false;                 ///< the tool takes it, or, if removed, lets go of it
+  std::string link;                      ///< that carries it
+  std::vector<std::string> touch_links;  ///< of the arm, which may touch it
+  std::string color{};                   ///< "#rrggbb", or empty
+};
+
+/// What one message changes.
+struct SceneChange {
+  bool replaces = false;  ///< all that came by such messages before goes
+  std::vector<SceneObject> objects;
+};
+
+/// Boxes, spheres and cylinders, and each cone as the cylinder around it. Fails on all else that has a shape (meshes,
+/// planes, prisms, voxels: what is not read would not be kept clear of), sizes that are none, poses that are not finite
+/// or have no unit quaternion (all zero counts as none given), with the object's id.
+Result<SceneChange> read(const CollisionObjectMessage& message);
+Result<SceneChange> read(const AttachedObjectMessage& message);
+Result<SceneChange> read(const PlanningSceneMessage& message);
+
+/// Keeps a cell as MoveIt's messages want it. The parts of an object of several shapes are called ID, ID/2, ID/3...
+/// What is in the cell from elsewhere stays, unless a message names it.
+class SceneKeeper {
+ public:
+  /// @param prefix of the names of frames and links on the ROS side
+  SceneKeeper(const RobotModel& model, std::string prefix) : model_(&model), prefix_(std::move(prefix)) {}
+
+  /// The cell with the change in it. Fails, and changes nothing, on frames that are neither the root's nor the tool's
+  /// (link or frame), on links that carry nothing here, and on objects that there are not.
+  /// @param arm after set_position
+  Result<Cell> apply(const SceneChange& change, Cell cell, const Kinematics& arm);
+
+ private:
+  Result<Cell> apply(const SceneObject& object, Cell cell, const Kinematics& arm);
+  Result<Eigen::Isometry3d> in_base(const std::string& frame, const Kinematics& arm) const;
+  std::string link_name(const std::string& name) const;
+
+  const RobotModel* model_;
+  std::string prefix_;
+  std::map<std::string, std::vector<Eigen::Isometry3d>> parts_;  ///< by id: origins in the object's pose
+};
+
+}  // namespace steadyhand

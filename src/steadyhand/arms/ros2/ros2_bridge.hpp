@@ -1,0 +1,87 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "steadyhand/arms/driver/offset_filter.hpp"
+#include "steadyhand/arms/driver/ros2_settings.hpp"
+#include "steadyhand/arms/ros2/moveit_scene_messages.hpp"
+#include "steadyhand/arms/ros2/node.hpp"
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
+#include "steadyhand/session/live/snapshot.hpp"
+
+namespace steadyhand {
+
+/// What a ROS 2 machine sees of a session beside the arm, and how it may lead it. Publishes for RViz the target
+/// (geometry_msgs/PoseStamped), the path that is planned (nav_msgs/Path), the glass and its liquid
+/// (visualization_msgs/MarkerArray), in the frame of the arm's base. Takes poses (geometry_msgs/PoseStamped) as the
+/// operator's hand: while they come the clutch counts as closed, so what moves the arm is how they change.
+class Ros2Bridge {
+ public:
+  using OnHand = std::function<void(const OperatorSample&)>;
+  using OnScene = std::function<void(Result<SceneChange>)>;
+
+  /// @param on_hand called on a thread of DDS and in poll() @param failed when it threw there. Model and clock must
+  /// outlive it.
+  static Result<std::unique_ptr<Ros2Bridge>> open(const RobotModel& model, const GlassSettings& glass,
+                                                  const Ros2Settings& settings, const Clock& clock, OnHand on_hand,
+                                                  Ros2Node::OnFailure failed);
+
+  /// Takes objects from MoveIt's topics: /planning_scene, /collision_object and /attached_collision_object.
+  /// @param on_scene called on a thread of DDS, one call after the other, with what a message says, or why it is none
+  Status listen_to_scene(OnScene on_scene);
+  /// @param heeded poses may control the arm: no client at the page does
+  void publish(const SessionSnapshot& snapshot, bool heeded = true);
+  /// Opens the clutch when poses stopped coming. Call every few milliseconds.
+  void poll(Time now);
+  /// Poses whose frame is not the base's, or that are no poses.
+  std::uint64_t ignored() const { return ignored_; }
+  /// For people: why poses do not move the arm. Each reason once. Any thread.
+  std::vector<std::string> take_notices();
+
+ private:
+  Ros2Bridge(const RobotModel& model, const GlassSettings& glass, const Ros2Settings& settings, const Clock& clock,
+             OnHand on_hand);
+  Status join(const Ros2Settings& settings, Ros2Node::OnFailure failed);
+  /// Why poses are not taken.
+  enum class Refusal { kFrame, kPosition, kQuaternion, kNoPause };
+  void refuse(Refusal refusal, const std::string& why);
+  void watch_for_pause(const SessionSnapshot& snapshot, bool heeded);
+  void take_pose(const PoseStampedMessage& message);
+  void show_target(const SessionSnapshot& snapshot);
+  void show_path(const SessionSnapshot& snapshot);
+  void show_liquid(const SessionSnapshot& snapshot);
+  /// As ROS has it: in the frame of the URDF's root.
+  geometry_msgs_msg_dds__Pose_ in_root(const Pose& pose) const;
+
+  GlassSettings glass_;
+  Pose X_base_root_;
+  const Clock* clock_;
+  OnHand on_hand_;
+  std::string hand_, frame_, nothing_;
+  std::vector<std::string> names_;  ///< of markers
+  std_msgs_msg_dds__Header_ header_{};
+  Ros2Publisher<PoseStampedMessage> target_;
+  Ros2Publisher<PathMessage> path_;
+  Ros2Publisher<MarkerArrayMessage> liquid_;
+  OffsetFilter offset_;  ///< of the thread that listens, as the next
+  Time theirs_{0};       ///< stamp of the newest pose
+  std::atomic<Time> received_{Time::min()};
+  std::atomic<bool> closed_{false};
+  std::atomic<std::uint64_t> ignored_{0};
+  std::optional<Time> unheeded_since_;  ///< poses come, and the arm could follow them, but does not
+  std::mutex mutex_;                    ///< of the next two
+  std::set<Refusal> told_;
+  std::vector<std::string> notices_;
+  std::unique_ptr<Ros2Node> node_;  ///< last: goes first
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,569 @@
+#include "steadyhand/arms/ur/ur_arm.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kStanding = 0.01;  ///< rad/s, measured, below which an arm counts as standing
+/// Nine digits, so that the next one takes as much room.
+constexpr std::int32_t kFirstSession = 100000001, kLastSession = 999999999;
+constexpr int kQuiet = 10;           ///< states without a new cycle of the program, after which it counts as gone
+constexpr double kEnding = 0.3;      ///< s
+constexpr double kFullSpeed = 0.99;  ///< share of the speed that counts as all of it
+constexpr Time kRetry = std::chrono::milliseconds(500);
+constexpr std::string_view kStopProgram = "stop program\n";
+
+RtdeRecipes recipes() {
+  RtdeRecipes r;
+  r.outputs = {{"timestamp", "DOUBLE", {}},
+               {"target_q", "VECTOR6D", {}},
+               {"actual_q", "VECTOR6D", {}},
+               {"actual_qd", "VECTOR6D", {}},
+               {"robot_mode", "INT32", {}},
+               {"safety_status", "INT32", "safety_mode"},
+               {"runtime_state", "UINT32", {}},
+               {"speed_scaling", "DOUBLE", {}},
+               {"target_speed_fraction", "DOUBLE", {}},
+               {"output_int_register_24", "INT32", {}},
+               {"output_int_register_25", "INT32", {}},
+               {"output_int_register_26", "INT32", {}},
+               {"input_int_register_26", "INT32", {}}};
+  static_assert(UrRegisters::kState == 24 && UrRegisters::kCycle == 25 && UrRegisters::kOwner == 26);
+  static constexpr std::string_view kDoubles[] = {
+      "input_double_register_24", "input_double_register_25", "input_double_register_26", "input_double_register_27",
+      "input_double_register_28", "input_double_register_29", "input_double_register_30", "input_double_register_31",
+      "input_double_register_32", "input_double_register_33", "input_double_register_34", "input_double_register_35",
+      "input_double_register_36", "input_double_register_37", "input_double_register_38", "input_double_register_39",
+      "input_double_register_40", "input_double_register_41"};
+  static_assert(UrRegisters::kQ == 24 && UrRegisters::kDq == 30 && UrRegisters::kDdq == 36);
+  for (const std::string_view name : kDoubles) r.inputs.push_back({name, "DOUBLE", {}});
+  static_assert(UrRegisters::kAnswers == 24 && UrRegisters::kMode == 25 && UrRegisters::kSession == 26);
+  for (const char* name : {"input_int_register_24", "input_int_register_25", "input_int_register_26"}) {
+    r.inputs.push_back({name, "INT32", {}});
+  }
+  return r;
+}
+
+/// Formatted into `place`, as much as it holds.
+template <typename... Arguments>
+std::string_view words(std::span<char> place, fmt::format_string<Arguments...> text, Arguments&&... arguments) {
+  const auto end = fmt::format_to_n(place.data(), place.size(), text, std::forward<Arguments>(arguments)...).out;
+  return {place.data(), static_cast<std::size_t>(end - place.data())};
+}
+
+std::string_view why_ended(UrProgramState state) {
+  switch (state) {
+    case UrProgramState::kSilence:
+      return "set-points stopped reaching the controller";
+    case UrProgramState::kTooFast:
+      return "a set-point stepped, as the controller saw it";
+    case UrProgramState::kTooFar:
+      return "set-points were too far from where the arm stood";
+    case UrProgramState::kMoved:
+      return "the arm did not follow its own program: it was paused and resumed, or slowed down";
+    default:
+      return "the program on the controller ended";
+  }
+}
+
+Result<std::unique_ptr<RtdeClient>> open(const UniversalRobotsArm::Dial& dial, double timeout) {
+  auto socket = dial();
+  if (!socket) return socket.error();
+  return RtdeClient::start(*std::move(socket), recipes(), from_seconds(timeout));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const RobotModel& model, const UrSettings& s,
+                                                                        Clock& clock) {
+  const auto to = [s](std::uint16_t port) {
+    return [s, port] { return Socket::connect(s.host, port, from_seconds(s.connect_timeout)); };
+  };
+  auto arm = over(to(s.rtde_port), to(s.script_port), model, s, clock);
+  if (!arm) return arm;
+  // That the script port is there, too, is said before anything moves.
+  if (const auto script = (*arm)->dial_script_(); !script) {
+    return Error{script.error().message +
+                 "; enable the primary interface at the pendant: Settings, Security, Services"};
+  }
+  if (model.gripper_time && s.gripper_port != 0) {
+    auto gripper = RobotiqGripper::connect(to(s.gripper_port), s.gripper);
+    if (!gripper) {
+      return Error{gripper.error().message + "; its URCap must be installed, or leave it alone with --gripper-port 0"};
+    }
+    (*arm)->take_gripper(*std::move(gripper));
+  }
+  (*arm)->keeper_ = std::thread([a = arm->get()] {
+    for (int seen = 0; a->running_;) {
+      a->work_.wait(seen);
+      seen = a->work_;
+      a->keep();
+      // What could not be made is tried again.
+      for (Time slept{0}; a->rtde_wanted_ && slept < kRetry && a->running_; slept += kRetry / 10) {
+        std::this_thread::sleep_for(kRetry / 10);
+      }
+      if (a->rtde_wanted_) --seen;
+    }
+  });
+  return arm;
+}
+
+Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::over(Dial rtde, Dial script, const RobotModel& model,
+                                                                     const UrSettings& s, Clock& clock) {
+  if (model.dof() != 6) return Error{fmt::format("robot '{}' has {} joints; a UR has 6", model.name, model.dof())};
+  auto client = open(rtde, s.connect_timeout);
+  if (!client) return client.error();
+  const ControllerVersion& v = (*client)->controller();
+  if ((v.major == 3 && std::pair(v.minor, v.bugfix) < std::pair(14u, 3u)) || v.major < 3 || v.major == 4 ||
+      (v.major == 5 && std::pair(v.minor, v.bugfix) < std::pair(9u, 4u))) {
+    return Error{fmt::format("the controller's software is {}.{}.{}; its programs need 3.14.3 (CB3) or 5.9.4 at least",
+                             v.major, v.minor, v.bugfix)};
+  }
+  std::unique_ptr<UniversalRobotsArm> arm(
+      new UniversalRobotsArm(model, s, clock, std::move(rtde), std::move(script), *std::move(client)));
+  if (!arm->rtde_) return Error{"the controller closed the RTDE connection"};
+  return arm;
+}
+
+UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings& settings, Clock& clock, Dial rtde,
+                                       Dial script, std::unique_ptr<RtdeClient> first)
+    : model_(&model),
+      settings_(settings),
+      clock_(&clock),
+      version_(first->controller()),
+      protocol_(first->protocol()),
+      program_(settings.program),
+      rtde_(std::move(first)),
+      check_(model),
+      dial_rtde_(std::move(rtde)),
+      dial_script_(std::move(script)) {
+  info_ = {fmt::format("{} (Universal Robots, software {}.{}.{})", model.name, version_.major, version_.minor,
+                       version_.bugfix),
+           6, rtde_->rate_hz(), settings.delay};
+  period_ = from_seconds(1.0 / info_.rate_hz);
+  carry_on_ = {settings.program.bridged / info_.rate_hz, JointVector::Constant(6, settings.program.braking)};
+  program_.session = kFirstSession;
+  program_.step = 1.0 / version_.rate_hz();
+  program_.velocity_max = model.velocity_max;
+  program_.acceleration_max = model.acceleration_max;
+  program_.state_period = 1.0 / info_.rate_hz;
+  program_text_ = std::string(kStopProgram) + make_ur_program(program_);
+  const std::string digits = std::to_string(kFirstSession);
+  session_at_[0] = program_text_.find(digits);
+  session_at_[1] = program_text_.find(digits, session_at_[0] + 1);
+  state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(6)};
+  // So that where the joints are, and what runs there, is known before the first cycle.
+  for (int i = 0; i < 50 && !known_ && rtde_ && rtde_->wait(period_); ++i) known_ = listen();
+  known_ = false;
+}
+
+UniversalRobotsArm::~UniversalRobotsArm() {
+  if (rtde_) stop("the program ends");
+  running_ = false;
+  wake_keeper();
+  if (keeper_.joinable()) keeper_.join();
+  delete incoming_.exchange(nullptr);
+  delete outgoing_.exchange(nullptr);
+  delete incoming_script_.exchange(nullptr);
+  delete outgoing_script_.exchange(nullptr);
+}
+
+void UniversalRobotsArm::take_gripper(std::unique_ptr<RobotiqGripper> gripper) {
+  gripper_ = std::move(gripper);
+  info_.gripper = true;
+  state_.joints.gripper = gripper_->position();
+}
+
+// ---------------------------------------------------------------------------------------------- connections
+
+void UniversalRobotsArm::wake_keeper() {
+  ++work_;
+  work_.notify_one();
+}
+
+void UniversalRobotsArm::keep() {
+  delete outgoing_.exchange(nullptr);
+  delete outgoing_script_.exchange(nullptr);
+  if (rtde_wanted_ && running_) {
+    try {
+      renew_rtde();
+    } catch (const std::exception&) {  // no memory: it is tried again
+    }
+  }
+  if (const int wish = script_wish_; wish != std::exchange(script_served_, wish) && running_) {
+    try {
+      renew_script(wish);
+    } catch (const std::exception&) {
+      script_failed_ = wish;
+    }
+  }
+}
+
+void UniversalRobotsArm::renew_rtde() {
+  auto fresh = open(dial_rtde_, settings_.connect_timeout);
+  if (!fresh) return;
+  rtde_wanted_ = false;
+  delete incoming_.exchange(fresh->release());
+}
+
+void UniversalRobotsArm::renew_script(int wish) {
+  auto fresh = dial_script_();
+  if (fresh) {
+    delete incoming_script_.exchange(new Script(*std::move(fresh), wish));
+  } else {
+    script_failed_ = wish;
+  }
+}
+
+void UniversalRobotsArm::take_connections() {
+  if (!rtde_ && incoming_.load(std::memory_order_relaxed) != nullptr) {
+    rtde_.reset(incoming_.exchange(nullptr));
+    known_ = silent_ = false;
+  }
+}
+
+void UniversalRobotsArm::lose_connection() {
+  stop("the connection to the controller was lost");
+  delete outgoing_.exchange(rtde_.release());
+  known_ = false;
+  rtde_wanted_ = true;
+  wake_keeper();
+}
+
+/// Takes in all that has come. @return whether there was a report
+bool UniversalRobotsArm::listen() {
+  bool received = false;
+  for (;;) {
+    const Socket::Outcome outcome = rtde_->fill();
+    for (RtdeReader data({}); rtde_->next(data); received = true) read(data);
+    if (outcome == Socket::Outcome::kDone) continue;
+    if (outcome == Socket::Outcome::kClosed) lose_connection();
+    return received;
+  }
+}
+
+void UniversalRobotsArm::read(RtdeReader& data) {
+  report_.timestamp = data.take<double>();
+  for (auto* joints : {&report_.target_q, &report_.q, &report_.dq}) {
+    for (double& value : *joints) value = data.take<double>();
+  }
+  report_.mode = static_cast<UrRobotMode>(data.take<std::int32_t>());
+  report_.safety = static_cast<UrSafety>(data.take<std::int32_t>());
+  report_.runtime = static_cast<UrRuntime>(data.take<std::uint32_t>());
+  report_.scaling = data.take<double>();
+  report_.slider = data.take<double>();
+  report_.program = static_cast<UrProgramState>(data.take<std::int32_t>());
+  const auto cycle = data.take<std::int32_t>();
+  quiet_ = cycle == report_.cycle ? quiet_ + 1 : 0;
+  report_.cycle = cycle;
+  report_.owner = data.take<std::int32_t>();
+  report_.addressed = data.take<std::int32_t>();
+  for (int i = 0; i < 6; ++i) {
+    state_.joints.q[i] = report_.q[i];
+    state_.joints.dq[i] = report_.dq[i];
+  }
+}
+
+/// What the controller says of the program that was sent: why it did not start, or ended. The rest is for nobody here.
+void UniversalRobotsArm::read_script() {
+  while (primary_) {
+    const Socket::Outcome outcome = primary_->fill();
+    for (UrMessage message; primary_->next(message);) {
+      if (!message.serious() || phase_ < Phase::kUploading || phase_ > Phase::kFollowing) continue;
+      const std::string_view text = message.text.substr(0, 120);
+      if (message.code == kUrReadOnly) {
+        stop(
+            "the controller takes no programs from here (C210): switch it to remote control at the pendant, then "
+            "reset");
+      } else if (message.kind == UrMessage::Kind::kException) {
+        stop(words(next_words(), "runtime error on the controller, line {}: {}", message.line, text));
+      } else {
+        stop(words(next_words(), "error C{}A{} of the controller: {}", message.code, message.argument, text));
+      }
+    }
+    if (outcome == Socket::Outcome::kDone) continue;
+    if (outcome == Socket::Outcome::kClosed) {
+      delete outgoing_script_.exchange(primary_.release());
+      wake_keeper();
+    }
+    return;
+  }
+}
+
+// ---------------------------------------------------------------------------------------------- the control thread
+
+ArmState UniversalRobotsArm::receive() {
+  take_connections();
+  bool received = false;
+  if (rtde_) {
+    received = listen();
+    if (rtde_ && !received && rtde_->wait(silent_ ? period_ : from_seconds(settings_.state_timeout)))
+      received = listen();
+  }
+  if (received) {
+    silent_ = false;
+    keep_time();
+  } else {
+    // Before it follows nothing moves, and a silence is only a delay: while we send nothing, TCP may hold states back
+    // for some 40 ms (Nagle's algorithm there, late acknowledgements here).
+    const bool idle = phase_ < Phase::kFollowing;
+    if (rtde_ && (!silent_ || idle)) {
+      silent_ = true;
+      if (!idle || long_ago(settings_.start_within)) stop("no word from the controller");
+    }
+    keep_time_alone();
+  }
+  read_script();
+  if (gripper_) state_.joints.gripper = gripper_->position();
+  if (rtde_ && received) proceed();
+  state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
+                  : phase_ == Phase::kStopped ? ArmStatus::kStopped
+                                              : ArmStatus::kStarting;
+  if (phase_ != Phase::kStopped) state_.reason = {};
+  tell_what_was_carried_on();
+  return state_;
+}
+
+/// Cycles that we slept through the program bridged by itself, and braked. It would find its way to any set-point near
+/// by; from where it is now there is none to find.
+void UniversalRobotsArm::tell_what_was_carried_on() {
+  state_.carried_on.reset();
+  const Time without = state_.joints.stamp.made - period_ - last_command_.stamp.made;
+  if (phase_ != Phase::kFollowing || last_command_.q.size() == 0 || without < period_ / 2) return;
+  state_.carried_on = steadyhand::carried_on(last_command_, to_seconds(without), carry_on_);
+}
+
+/// Counts cycles by the controller's clock, and brings its stamp to ours.
+void UniversalRobotsArm::keep_time() {
+  const bool sane = std::isfinite(report_.timestamp) && std::abs(report_.timestamp) < 1e9;
+  const Time timestamp = sane ? from_seconds(report_.timestamp) : last_timestamp_;
+  const Time passed = timestamp - last_timestamp_;
+  const Time last = state_.joints.stamp.made;
+  if (!known_ || passed <= Time(0) || passed > std::chrono::seconds(10)) {
+    offset_.reset();
+    ++state_.cycle;
+  } else {
+    state_.cycle += static_cast<std::uint64_t>(std::max<Time::rep>(1, (passed + period_ / 2) / period_));
+  }
+  known_ = true;
+  last_timestamp_ = timestamp;
+  const Time made = std::max(offset_.update(timestamp, clock_->now(), phase_ != Phase::kFollowing), last + Time(1));
+  state_.joints.stamp = {made, made};
+}
+
+/// Without the controller: a cycle a period, by our clock.
+void UniversalRobotsArm::keep_time_alone() {
+  const Time last = state_.joints.stamp.made;
+  clock_->sleep_until(last + period_);
+  const Time made = std::max(clock_->now(), last + period_);
+  state_.cycle += static_cast<std::uint64_t>((made - last) / period_);
+  state_.joints.stamp = {made, made};
+  state_.joints.dq.setZero();
+  known_ = false;
+}
+
+bool UniversalRobotsArm::program_is_ours() const {
+  return ours() && playing() && report_.program >= UrProgramState::kReady && quiet_ < kQuiet;
+}
+
+/// The phase has lasted for longer than that.
+bool UniversalRobotsArm::long_ago(double seconds) const {
+  return static_cast<double>(state_.cycle - phase_since_) > seconds * info_.rate_hz;
+}
+
+/// What the report means for us.
+void UniversalRobotsArm::proceed() {
+  if (phase_ == Phase::kStopped) {
+    if (!ours() || report_.program < UrProgramState::kReady) return;
+    send_input(nullptr);
+    // A safety stop, too, only pauses what runs: without this, the next press of "play" would go on with it.
+    if (report_.runtime == UrRuntime::kPaused && primary_ && !std::exchange(asked_to_stop_, true)) {
+      std::size_t sent = 0;
+      (void)primary_->send(std::span(reinterpret_cast<const std::uint8_t*>(kStopProgram.data()), kStopProgram.size()),
+                           sent);
+    }
+    return;
+  }
+  if (const std::string_view why = why_not(report_.safety); !why.empty()) return stop(why);
+  if (const std::string_view why = why_not(report_.mode); !why.empty()) return stop(why);
+  if (!state_.joints.q.allFinite() || !state_.joints.dq.allFinite()) return stop("the robot reports no numbers");
+  if (gripper_) {
+    if (const std::string_view why = gripper_->why_not(); !why.empty()) return stop(why);
+  }
+  switch (phase_) {
+    case Phase::kWaiting:
+      return begin_program();
+    case Phase::kDialling:
+      return dial();
+    case Phase::kUploading:
+      return upload();
+    case Phase::kStarting:
+      return await_program();
+    case Phase::kFollowing:
+      return watch_program();
+    case Phase::kStopped:
+      return;
+  }
+}
+
+void UniversalRobotsArm::begin_program() {
+  const bool stands = state_.joints.dq.cwiseAbs().maxCoeff() < kStanding;
+  double away = 0.0;
+  for (int i = 0; i < 6; ++i) away = std::max(away, std::abs(report_.target_q[i] - report_.q[i]));
+  const bool runs = program_is_ours();
+  if (runs) send_input(nullptr);
+  if (runs || !stands || !(away <= settings_.start_tolerance)) {
+    if (!long_ago(settings_.start_within)) return;
+    return stop("the arm is not at rest where its controller wants it: nothing may push it");
+  }
+  if (!(report_.slider >= kFullSpeed)) {
+    return stop(words(next_words(), "the speed slider is at {:.0f} %: move it to 100 % at the pendant",
+                      100.0 * report_.slider));
+  }
+  if (playing() && !settings_.replace_program) {
+    if (!long_ago(kEnding)) return;  // ours may be about to end
+    return stop("another program runs on the controller: stop it at the pendant, or set ur.replace_program");
+  }
+  for (int i = 0; i < 6; ++i) {
+    if (report_.q[i] < model_->position_min[i] || report_.q[i] > model_->position_max[i]) {
+      return stop(
+          words(next_words(),
+                "joint '{}' is at {:.4g} rad, beyond its position limits {:.4g} to {:.4g}: move it back at the pendant",
+                model_->joints[i].name, report_.q[i], model_->position_min[i], model_->position_max[i]));
+    }
+  }
+  phase_ = Phase::kDialling;
+  phase_since_ = state_.cycle;
+  ++script_wish_;
+  if (primary_) delete outgoing_script_.exchange(primary_.release());
+  wake_keeper();
+}
+
+void UniversalRobotsArm::dial() {
+  std::unique_ptr<Script> fresh(incoming_script_.load(std::memory_order_relaxed) ? incoming_script_.exchange(nullptr)
+                                                                                 : nullptr);
+  // One that was wanted before a stop was perhaps opened when the controller took no programs.
+  if (fresh && fresh->wish != script_wish_) delete outgoing_script_.exchange(fresh.release());
+  if (!fresh) {
+    if (script_failed_ == script_wish_ || long_ago(settings_.start_within)) {
+      stop(
+          "the controller's primary interface does not answer: enable it at the pendant (Settings, Security, "
+          "Services)");
+    }
+    return;
+  }
+  primary_ = std::move(fresh);
+  // A number that nobody used before, so that neither registers still full of older set-points move anything, nor a
+  // program that an older process left takes ours.
+  const std::int32_t newest = std::max({report_.owner, report_.addressed, program_.session});
+  program_.session = newest >= kFirstSession && newest < kLastSession ? newest + 1 : kFirstSession;
+  for (const std::size_t at : session_at_) {
+    int rest = program_.session;
+    for (int digit = 8; digit >= 0; --digit, rest /= 10) program_text_[at + digit] = static_cast<char>('0' + rest % 10);
+  }
+  uploaded_ = 0;
+  asked_to_stop_ = false;
+  phase_ = Phase::kUploading;
+  upload();
+}
+
+void UniversalRobotsArm::upload() {
+  const auto bytes = std::span(reinterpret_cast<const std::uint8_t*>(program_text_.data()), program_text_.size());
+  std::size_t sent = 0;
+  if (!primary_ || primary_->send(bytes.subspan(uploaded_), sent) == Socket::Outcome::kClosed) {
+    return stop("the controller closed the connection that a program is sent over");
+  }
+  uploaded_ += sent;
+  if (uploaded_ < bytes.size()) return;
+  phase_ = Phase::kStarting;
+  phase_since_ = state_.cycle;
+  begun_at_ = 0;
+}
+
+/// It runs when its cycle is seen to advance.
+void UniversalRobotsArm::await_program() {
+  if (program_is_ours()) {
+    if (begun_at_ == 0) begun_at_ = report_.cycle;
+    if (report_.cycle > begun_at_) {
+      phase_ = Phase::kFollowing;
+      check_.restart();
+      last_command_ = {};
+      counted_from_ = state_.cycle;
+      begun_at_ = report_.cycle;
+      return;
+    }
+  }
+  if (ours() && report_.program < UrProgramState::kNone) return stop(why_ended(report_.program));
+  if (!long_ago(settings_.start_within)) return;
+  stop("the controller does not start the program: is it switched to remote control at the pendant?");
+}
+
+void UniversalRobotsArm::watch_program() {
+  if (ours() && report_.program < UrProgramState::kNone) return stop(why_ended(report_.program));
+  if (ours() && (report_.runtime == UrRuntime::kPausing || report_.runtime == UrRuntime::kPaused)) {
+    return stop("the program on the controller was paused: stop it at the pendant, then reset");
+  }
+  if (!program_is_ours()) return stop("the program on the controller was stopped or replaced");
+  if (!(report_.scaling * report_.slider >= kFullSpeed)) {
+    return stop(words(next_words(),
+                      "the controller slows the arm down to {:.0f} %: the speed slider, or its safety limits",
+                      100.0 * report_.scaling * report_.slider));
+  }
+  if (!counts_cycles()) stop("the program on the controller loses cycles: it is too slow, or slowed down");
+}
+
+/// The program's cycles against the controller's clock, a second at a time.
+bool UniversalRobotsArm::counts_cycles() {
+  const double per_cycle = version_.rate_hz() / info_.rate_hz;  // the program's for each of ours
+  const std::uint64_t passed = state_.cycle - counted_from_;
+  const double lost = per_cycle * static_cast<double>(passed) - static_cast<double>(report_.cycle - begun_at_);
+  if (lost > settings_.lost_cycles_max * version_.rate_hz()) return false;
+  if (static_cast<double>(passed) < info_.rate_hz) return true;
+  counted_from_ = state_.cycle;
+  begun_at_ = report_.cycle;
+  return true;
+}
+
+void UniversalRobotsArm::send(const JointCommand& command) {
+  if (phase_ != Phase::kFollowing) return;
+  if (const std::string_view why = check_.refusal(command, state_.joints.q); !why.empty()) return stop(why);
+  last_command_ = command;
+  if (gripper_ && command.gripper) gripper_->move_to(*command.gripper);
+  send_input(&command);
+}
+
+/// A set-point, or none: stop.
+void UniversalRobotsArm::send_input(const JointCommand* command) {
+  RtdeWriter input = rtde_->input();
+  for (int i = 0; i < 6; ++i) input.put(command ? command->q[i] : report_.target_q[i]);
+  for (int i = 0; i < 6; ++i) input.put(command ? command->dq[i] : 0.0);
+  const bool accelerates = command != nullptr && command->ddq.size() == 6 && command->ddq.allFinite();
+  for (int i = 0; i < 6; ++i) input.put(accelerates ? command->ddq[i] : 0.0);
+  input.put(report_.cycle);
+  input.put(std::int32_t{command ? 1 : 0});
+  input.put(std::int32_t{program_.session});
+  (void)rtde_->send(input);  // one that does not get away is bridged like one lost on the way
+}
+
+std::span<char> UniversalRobotsArm::next_words() { return words_[next_words_++ % words_.size()]; }
+
+void UniversalRobotsArm::stop(std::string_view reason) {
+  const bool was_following = phase_ == Phase::kFollowing;
+  if (phase_ != Phase::kStopped) state_.reason = reason;
+  phase_ = Phase::kStopped;
+  state_.status = ArmStatus::kStopped;
+  if (was_following && rtde_) send_input(nullptr);
+}
+
+void UniversalRobotsArm::restart() {
+  phase_ = Phase::kWaiting;
+  phase_since_ = state_.cycle;
+  state_.reason = {};
+}
+
+}  // namespace steadyhand

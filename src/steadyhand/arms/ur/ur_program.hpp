@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+
+#include "steadyhand/arms/driver/ur_settings.hpp"
+#include "steadyhand/core/math.hpp"
+
+namespace steadyhand {
+
+/// Registers that program and computer share: the upper half, which the RTDE guide leaves to external clients.
+struct UrRegisters {
+  static constexpr int kFirst = 24;
+  // double inputs, six each: set-point
+  static constexpr int kQ = kFirst, kDq = kFirst + 6, kDdq = kFirst + 12;
+  // integer inputs: cycle of the program that the set-point answers to; 1 follow or 0 stop; whose set-points these are
+  static constexpr int kAnswers = kFirst, kMode = kFirst + 1, kSession = kFirst + 2;
+  // integer outputs: UrProgramState; the program's cycle; whose program this is
+  static constexpr int kState = kFirst, kCycle = kFirst + 1, kOwner = kFirst + 2;
+};
+
+/// What the program on the controller reports of itself in output register kState. Negative: it has ended.
+enum class UrProgramState : int {
+  kNone = 0,
+  kReady = 1,      ///< stands, waits for the first set-point
+  kFollowing = 2,  ///< also while it bridges lost set-points or returns to them
+  kAsked = -1,     ///< ended since it was told to
+  kSilence = -2,   ///< ended since set-points stopped coming
+  kTooFast = -3,   ///< ended since a set-point stepped
+  kTooFar = -4,    ///< ended since set-points were too far from where it stood
+  kMoved = -5,     ///< ended since the arm had stopped or moved without it: the program was paused, and resumed
+};
+
+/// The URScript program that follows set-points in the registers with servoj, one a control cycle, and ends by itself.
+/// It knows how old a set-point is from its own cycle's number, which comes back with it: beyond the smallest age seen
+/// so far, it carries the set-point's motion on (q + dq t + ddq t^2 / 2). A program that was paused goes on, when it is
+/// resumed, where it was, with whatever it held then: it looks at the controller's own target and ends if that did not
+/// follow it. Sums of lists ask for software 3.14.3 or 5.9.4. @pre velocity_max and acceleration_max have six entries
+std::string make_ur_program(const UrProgramSettings& settings);
+
+}  // namespace steadyhand

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "steadyhand/files/config/yaml_reader.hpp"
+#include "steadyhand/geometry/collision/shape.hpp"
+
+namespace steadyhand {
+
+/// A shape and where it is, in the frame that its file says.
+struct PlacedShape {
+  Shape shape;
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape's frame
+};
+
+/// Three numbers of a key, m.
+Vector3 read_vector(YamlMap& map, const std::string& key, std::optional<Vector3> fallback = {});
+/// Roll, pitch and yaw of a key, rad, about fixed axes as in a URDF; none if it is absent.
+Quaternion read_rpy(YamlMap& map, const std::string& key);
+
+/// Whose shapes are read: half-spaces are only in the world.
+enum class ShapesFor { kArm, kWorld };
+
+/// The one key of `solid` that names a shape, with what it holds: docs/robots.md, "Bodies". What is wrong is told by
+/// the mapping's finish(); the shape is then a harmless one.
+PlacedShape read_shape(YamlMap& solid, ShapesFor whose);
+
+}  // namespace steadyhand

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "steadyhand/core/time.hpp"
+#include "steadyhand/session/task/task.hpp"
+
+namespace steadyhand {
+
+/// Something that was said of an episode of a session: a message on /episode. The last that says it counts.
+struct EpisodeMark {
+  enum class Kind {
+    kBegin,
+    kKeep,     ///< it ends, if it runs, and is wanted
+    kDiscard,  ///< it ends, if it runs, and is not
+    kMark,     ///< its success, task or notes, and no more
+  };
+  Time at{0};
+  int episode = 0;  ///< its number in the session, from 1
+  Kind kind = Kind::kBegin;
+  std::optional<bool> success;  ///< absent: as it was said before, or nobody knows
+  std::string task;             ///< what is to be done, in words; empty: as it was
+  std::string notes;            ///< for people; empty: as they were
+};
+
+/// Whether it reached the recording that its episode began in. Of an episode whose recording ends within it: kBegin,
+/// and not recorded.
+struct EpisodeOutcome {
+  int episode = 0;
+  EpisodeMark::Kind kind = EpisodeMark::Kind::kBegin;
+  bool recorded = false;
+};
+
+/// "begin", "keep", "discard", "mark".
+std::string_view to_string(EpisodeMark::Kind kind);
+std::optional<EpisodeMark::Kind> find_episode_kind(std::string_view name);
+
+/// A look at a simulated scene and how its task goes: a message on /scene.
+struct SceneLook {
+  SceneState scene;
+  TaskProgress progress;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/files/record/cell_change.hpp"
+#include "steadyhand/files/record/episode_mark.hpp"
+#include "steadyhand/files/record/mcap_reader.hpp"
+#include "steadyhand/files/record/settings_change.hpp"
+#include "steadyhand/files/record/spill_watch.hpp"
+#include "steadyhand/files/record/statistics.hpp"
+#include "steadyhand/files/record/step.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
+
+namespace steadyhand {
+
+/// Which messages of a session are wanted.
+struct SessionParts {
+  bool samples = false, steps = false, commands = false;
+  /// Of more commands neighbours are merged, so that a session of hours takes no more memory than one of a minute.
+  std::size_t most_commands = std::numeric_limits<std::size_t>::max();
+  bool states = false;              ///< measured states,
+  bool liquid = false;              ///< and what the liquid did,
+  double state_period = 0.0;        ///< s, at least so far apart
+  double felt_period = 1.0 / 30.0;  ///< s, of each entry of `felt`
+  bool changes = false;
+  bool settings = false;
+  bool cells = false;       ///< what stood around the arm
+  bool limits = false;      ///< what held the arm back
+  bool statistics = false;  ///< what was counted
+  bool episodes = false;    ///< what was said of episodes, and the states of a simulated scene
+};
+
+/// What Recorder has written, read back. Times count from the session's begin.
+struct SessionFile {
+  struct Change {
+    Time at{0};
+    std::string from, to, reason;
+  };
+  /// What holds the arm back from then on, as ActiveConstraint; `kind` by its name, "none" where nothing does.
+  struct Limit {
+    Time at{0};
+    std::string kind;
+    int first = -1, second = -1;
+  };
+
+  /// The sideways force on the liquid, m/s^2, from `at` on until the next: as it was measured, not as it was planned.
+  struct Felt {
+    Time at{0};
+    double sum = 0.0, largest = 0.0;
+    int count = 0;
+    double mean() const { return sum / count; }
+  };
+
+  /// The liquid from `at` on until the next, as far apart as `felt`.
+  struct Wave {
+    Time at{0};
+    double freeboard = 0.0;      ///< m, the least: LiquidState
+    double spilled_share = 0.0;  ///< the largest
+  };
+
+  std::string name;  ///< of the file, without its extension
+  McapOverview overview;
+  RunNames names;                              ///< terms: as the first step has them; none without steps
+  JointVector velocity_max, acceleration_max;  ///< rad/s, rad/s^2 (m...)
+  std::vector<OperatorSample> samples;
+  std::vector<PlanStep> steps;
+  std::vector<JointCommand> commands;
+  int commands_merged = 1;  ///< that each but the last stands for: time of the first, largest |dq| and |ddq|
+  std::vector<JointState> states;
+  std::vector<Change> changes;
+  std::vector<Limit> limits;
+  std::vector<std::pair<Time, LiquidState>> liquid;  ///< none of an arm that does not know its liquid
+  std::vector<Felt> felt;                            ///< with the liquid; none in sessions of before it was recorded
+  std::vector<Wave> waves;                           ///< with the liquid
+  SpillLog spills;                                   ///< of all that was recorded of the liquid
+  std::vector<SessionStatistics> statistics;
+  std::vector<EpisodeMark> episodes;
+  std::vector<SceneLook> scenes;
+  std::vector<CellChange> cells;         ///< what stood around the arm; none in sessions of before there was that
+  std::vector<SettingsChange> settings;  ///< what the operator set; none in sessions of before there was that
+
+  /// An entry of the metadata `run`; empty if it is not there.
+  std::string run(const std::string& key) const;
+  double duration() const { return to_seconds(overview.last - overview.first); }  ///< s
+};
+
+/// Reads a session that a live session or a replay left behind, also one that was cut short. Refuses, beside what
+/// read_mcap refuses, files that are not ours and messages that do not fit.
+Result<SessionFile> load_session(const std::filesystem::path& path, const SessionParts& parts);
+
+/// One session in a folder, without its messages.
+struct SessionEntry {
+  std::filesystem::path path;
+  std::string name;
+  bool complete = false;
+  double duration = 0.0;  ///< s
+  std::uintmax_t bytes = 0;
+  std::map<std::string, std::string> run, summary;  ///< its metadata; no summary if it was cut short
+  std::string fault;  ///< why the arm stopped, if these are the seconds before a fault; empty: a session
+};
+
+/// The sessions of a folder, from the one that began last. Files that cannot be read are left out; a folder that is not
+/// there has none.
+std::vector<SessionEntry> list_sessions(const std::filesystem::path& folder);
+
+}  // namespace steadyhand

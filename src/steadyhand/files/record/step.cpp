@@ -1,0 +1,29 @@
+#include "steadyhand/files/record/step.hpp"
+
+#include "steadyhand/planning/ocp/term.hpp"
+
+namespace steadyhand {
+
+RunNames run_names(const RobotModel& model, const Objectives& objectives) {
+  RunNames names;
+  for (const Joint& joint : model.joints) {
+    names.joints.push_back(joint.name);
+    names.joint_units.push_back(joint.type == JointType::kPrismatic ? "m" : "rad");
+  }
+  for (const auto& objective : objectives) names.terms.push_back(objective->name());
+  return names;
+}
+
+std::string_view to_string(PlanOrigin origin) {
+  switch (origin) {
+    case PlanOrigin::kSolved:
+      return "solved";
+    case PlanOrigin::kFeasible:
+      return "feasible";
+    case PlanOrigin::kPrevious:
+      return "previous";
+  }
+  return "unknown";
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
+#include "steadyhand/planning/ocp/settings.hpp"
+
+namespace steadyhand {
+
+/// What one planning step did: a row of plan.csv, a message on /plan_step, a point of every curve of the report.
+struct PlanStep {
+  double t_s = 0;                         ///< s, start of the plan
+  Pose X_base_target;                     ///< newest target when the step began; controlled frame in base
+  Pose X_base_planned;                    ///< controlled frame in base at x_0: where the plan is at `t_s`
+  JointVector q;                          ///< of x_0; rad (m for prismatic joints)
+  JointVector dq;                         ///< of x_0; rad/s
+  JointVector ddq;                        ///< u_0; rad/s^2
+  Vector3 local_acceleration = kGravity;  ///< m/s^2, R' (p'' + g) of x_0, u_0: [0, 0, 9.81] when the glass is at rest
+  double objective = 0;                   ///< J of the plan
+  std::array<double, kMaxObjectives> shares{};  ///< what each term adds to J, in the order of the run's term names
+  int iterations = 0;                           ///< of the solver
+  double solve_time_us = 0;                     ///< wall clock, us
+  PlanOrigin status = PlanOrigin::kSolved;      ///< anything but kSolved counts as a failure
+  double smallest_sphere_distance_m = 0;        ///< m, surface to surface, over all pairs and the nodes of the horizon
+  bool engaged = false;                         ///< the arm followed the hand
+  /// Of each object of the cell, by name: m at `t_s`, without its margin, to the bodies that must not touch it.
+  std::vector<std::pair<std::string, double>> object_distances;
+};
+
+/// What a run's steps and joints are called; the same for every step.
+struct RunNames {
+  std::vector<std::string> joints;       ///< n
+  std::vector<std::string> joint_units;  ///< n: "rad" or "m"
+  std::vector<std::string> terms;        ///< of the objectives, at most kMaxObjectives
+};
+
+/// Those of runs with these joints and objectives.
+RunNames run_names(const RobotModel& model, const Objectives& objectives);
+
+/// "solved", "feasible" or "previous".
+std::string_view to_string(PlanOrigin origin);
+
+}  // namespace steadyhand

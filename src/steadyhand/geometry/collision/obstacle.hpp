@@ -1,0 +1,67 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <span>
+
+#include "steadyhand/core/time.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
+
+namespace steadyhand {
+
+/// Most obstacles of an arm.
+inline constexpr int kMaxObstacles = 64;
+/// Most of them that an arm carries at once.
+inline constexpr int kMaxCarried = 8;
+/// What moves with the arm, by index: first the bodies of its model, then from kMaxBodies on each obstacle that it
+/// carries.
+inline constexpr int kMaxSolids = kMaxBodies + kMaxObstacles;
+/// Index of an obstacle among what moves with the arm, if it is carried.
+constexpr int solid_of(int obstacle) { return kMaxBodies + obstacle; }
+
+/// A solid that the arm must not touch, or one that it carries. What is fixed to the base touches what it likes.
+struct Obstacle {
+  Shape shape;                         ///< of any kind, with the margin that is kept around it
+  Placed at;                           ///< in the base, at Obstacles::time; if carried in the tool's frame
+  Vector3 velocity = Vector3::Zero();  ///< m/s, base frame; it does not turn
+  double margin = 0.0;                 ///< m, of the shape: the solid itself begins further in
+  std::bitset<kMaxSolids> ignores;     ///< what moves with the arm and may touch it, by index
+  bool carried = false;                ///< by the tool: it is a part of the arm, and what else stands keeps its margin
+};
+
+/// Where it is after t (s).
+template <typename Scalar>
+PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
+  PlacedOf<Scalar> result;
+  for (int i = 0; i < 3; ++i) result.p[i] = obstacle.at.p[i] + obstacle.velocity[i] * t;
+  for (int i = 0; i < 9; ++i) result.R.data()[i] = obstacle.at.R.data()[i];
+  return result;
+}
+
+/// What stands in the arm's cell. Of a fixed size: it goes from thread to thread.
+struct Obstacles {
+  static constexpr int kMost = kMaxObstacles;
+  static constexpr double kFarthest = 1e3;  ///< m, from the base, at `time`
+
+  std::uint64_t version = 0;  ///< of these obstacles: grows with each change while a session runs
+  Time time{0};               ///< at which they are where they say
+  int count = 0;
+  std::array<Obstacle, kMost> list;  ///< the first `count` of them
+
+  /// Whether the tool carries one.
+  bool some_carried() const {
+    return std::any_of(list.begin(), list.begin() + count, [](const Obstacle& obstacle) { return obstacle.carried; });
+  }
+  std::span<const Obstacle> all() const { return std::span(list).first(count); }
+};
+inline const Obstacles kNoObstacles;
+
+/// Why there is no such obstacle: sizes, numbers that are not finite, a frame that is no rotation, too far or too fast.
+/// Or Done.
+Status check(const Obstacle& obstacle);
+/// The same of each, and of how many they are.
+Status check(const Obstacles& obstacles);
+
+}  // namespace steadyhand

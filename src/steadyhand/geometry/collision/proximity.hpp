@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+
+#include "steadyhand/core/lanes.hpp"
+#include "steadyhand/geometry/collision/shape.hpp"
+
+namespace steadyhand {
+
+/// Where a shape is: its frame in the base (Scalar = double), or at kLanes times (Lanes). Spheres need no R, capsules
+/// its last column only.
+template <typename Scalar>
+struct PlacedOf {
+  Vector3Of<Scalar> p;  ///< m
+  Matrix3Of<Scalar> R;
+};
+using Placed = PlacedOf<double>;
+
+/// The ball around a corner of a shape's core (Shape::corner).
+template <typename Scalar>
+PlacedOf<Scalar> at_corner(const Shape& shape, const PlacedOf<Scalar>& there, int index) {
+  const Vector3 corner = shape.corner(index);
+  PlacedOf<Scalar> result{there.p, Matrix3Of<Scalar>()};
+  for (int i = 0; i < 3; ++i) {
+    if (corner[i] == 0.0) continue;  // only then is the column known
+    for (int k = 0; k < 3; ++k) result.p[k] += there.R(k, i) * corner[i];
+  }
+  return result;
+}
+
+/// How near two shapes are, with what first and second derivatives are made of when the second one moves.
+///
+/// The cores touch each other's nearest points in features that are flat: corners, edges, faces. Moving the second
+/// shape moves its nearest point with it and lets both points slide along these features.
+template <typename Scalar>
+struct ProximityOf {
+  /// m. Positive while the shapes are apart, negative while they overlap, increasing with the distance: the signed
+  /// distance of the surfaces, or, if both are round (sphere, capsule), (D^2 - R^2) / (2 R) with D the distance of
+  /// their cores and R the sum of the radii, which is the same near contact, is smooth where cores touch, and takes no
+  /// root.
+  Scalar value;
+  Vector3Of<Scalar> gradient;              ///< of the value by motion of `point`, base frame
+  Vector3Of<Scalar> point;                 ///< m, of the second core, nearest to the first; base frame
+  std::array<Vector3Of<Scalar>, 2> slide;  ///< unit, base frame; 0 where there is none
+  std::array<Scalar, 2> of_second;         ///< 1 where that feature is the second shape's, turning with it, else 0
+  Scalar length;                           ///< m: R or D, see above; from the axis of a cylinder
+  Scalar curvature;                        ///< 1/m: of the value by motion of `point` across the slides; 0 for a face
+  bool round;                              ///< both shapes are: there is curvature along the gradient, too
+};
+
+/// How one joint moves the second shape of a ProximityOf, the first standing still.
+template <typename Scalar>
+struct MovedOf {
+  Vector3Of<Scalar> axis;        ///< angular velocity for joint velocity 1, base frame; 0 if it slides
+  Vector3Of<Scalar> point;       ///< velocity of ProximityOf::point, m/rad (m/m), base frame
+  std::array<Scalar, 2> along;   ///< share of the velocity that the slides take up
+  std::array<Scalar, 2> turned;  ///< of the slides, by the turning: how far they leave the plane that they span
+
+  MovedOf() = default;
+  MovedOf(const ProximityOf<Scalar>& near, const Vector3Of<Scalar>& axis, const Vector3Of<Scalar>& point);
+};
+
+/// Second derivative of ProximityOf::value by two joints, 1/rad^2 (1/m): `before` is nearer to the base, or the same.
+/// Exact where the nearest features stay the same and, for cylinders, are not the rim.
+template <typename Scalar>
+Scalar second_derivative(const ProximityOf<Scalar>& near, const MovedOf<Scalar>& before, const MovedOf<Scalar>& after);
+
+/// Signed distance of the surfaces, m, negative by the depth of the overlap: exact but for cylinders that meet boxes or
+/// cylinders (see ShapeKind) and for a segment through a cylinder, where the depth may be told too large.
+template <typename Scalar>
+Scalar distance(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second, const PlacedOf<Scalar>& there);
+
+/// Whether the balls around two shapes are further apart than `least` (m, or 0 if that is less), and so the shapes.
+bool is_further(double least, const Shape& first, const Placed& at, const Shape& second, const Placed& there);
+
+/// ProximityOf::value alone.
+template <typename Scalar>
+Scalar proximity_value(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,
+                       const PlacedOf<Scalar>& there);
+
+/// With all that derivatives need. The second shape must not be a half-space.
+template <typename Scalar>
+ProximityOf<Scalar> proximity(const Shape& first, const PlacedOf<Scalar>& at, const Shape& second,
+                              const PlacedOf<Scalar>& there);
+
+}  // namespace steadyhand

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "steadyhand/geometry/fit/mesh.hpp"
+#include "steadyhand/geometry/fit/solid.hpp"
+
+namespace steadyhand {
+
+/// Where room counts that a cover takes. The ball about `point` (m, link's frame) is `gap` outside of what is to be
+/// covered; a cover that takes t (m) of that costs share * min(1, t / limit)^n + slope * t, n as in CoverSettings.
+struct Probe {
+  Vector3 point;
+  double gap = 0.0;
+  double share = 0.0, limit = 1.0;  ///< limit: m
+  double slope = 0.0;               ///< 1/m
+};
+
+struct CoverSettings {
+  int most = 4;            ///< bodies
+  bool boxes = true;       ///< besides spheres and capsules
+  double price = 0.0;      ///< of a body more, in the unit of the cost
+  double box_price = 0.0;  ///< of a box, besides
+  int squarings = 0;       ///< n = 3 * 2^squarings: the more, the less counts what only nearly touches
+  std::uint32_t seed = 1;
+  std::function<void(double)> progress;  ///< 0 to 1
+};
+
+struct Cover {
+  std::vector<Solid> solids;  ///< with numbers as they are written (as_written), so that reading them changes nothing
+  double cost = 0.0;          ///< room taken from the probes
+};
+
+/// Few solids of which one holds each triangle, or each of the pieces into which the triangle is cut: proven for the
+/// numbers that are written.
+/// @param last solids to begin from, beside others; may be none
+Cover cover(const Surface& surface, const std::vector<Probe>& probes, const CoverSettings& settings,
+            const std::vector<Solid>& last = {});
+
+}  // namespace steadyhand

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/geometry/fit/hull.hpp"
+#include "steadyhand/geometry/robot/loading.hpp"
+
+namespace steadyhand {
+
+/// What bodies are to be fitted to.
+struct FitSettings {
+  std::filesystem::path urdf;
+  std::string tip;  ///< tool link; empty: the end of the longest chain
+  std::map<std::string, std::vector<std::filesystem::path>>
+      meshes;           ///< by link: instead of the URDF's, in its mesh's frame
+  int most = 4;         ///< bodies of a URDF link
+  bool boxes = true;    ///< besides spheres and capsules
+  bool visual = false;  ///< visual geometry although there is other
+  /// Nothing keeps links apart that touch in every configuration; else such an arm is refused.
+  bool touching = false;
+  int rounds = 2;  ///< in which each link is fitted again, to the others' bodies
+  std::uint32_t seed = 1;
+  int judged = 100'000;  ///< configurations of FitResult::refused; 0: none
+  std::function<void(const std::string& what, double fraction)> progress;  ///< fraction of the whole
+};
+
+/// One URDF link with geometry.
+struct FittedLink {
+  std::string link;
+  int joined = 0;      ///< links behind its locked joints that are covered with it, where an arm has many
+  std::string source;  ///< "collision", "visual", "files"
+  std::size_t triangles = 0;
+  std::vector<Hull> parts;  ///< convex, that hold the triangles; in the link's frame
+  int spheres = 0, capsules = 0, boxes = 0;
+  double hull = 0.0;   ///< m^3, of the convex hull
+  double solid = 0.0;  ///< m^3, of the convex parts together
+  double cover = 0.0;  ///< m^3, of the bodies together
+};
+
+/// A robot with bodies, and what they cost.
+struct FitResult {
+  /// Two links of the chain that were refused although free.
+  struct Blame {
+    std::string first, second;
+    int count = 0;  ///< configurations
+  };
+
+  RobotSettings robot;
+  RobotModel model;  ///< of it
+  std::vector<FittedLink> links;
+  std::vector<std::string> left_out;  ///< links that other movable joints carry, as of another arm on the same base
+  /// Links that touch in every configuration, as a shoulder in its torso's shell: nothing keeps them apart.
+  std::vector<std::pair<std::string, std::string>> together;
+  int candidates = 0;         ///< pairs of bodies that are not on the same link or on neighbours
+  int always = 0, never = 0;  ///< of these left out: overlap in every configuration; cannot come near
+  int judged = 0, free = 0, refused = 0,
+      missed =
+          0;  ///< configurations: free by the convex parts, of these refused by the bodies; not free and called free
+  std::vector<Blame> blame;  ///< whose bodies refuse most of them, most first
+};
+
+/// Fits bodies to the geometry of a URDF, so that every triangle lies in them. Deterministic. Refuses, beside what
+/// load_robot does: meshes that load_mesh refuses, with the link's name; arms without any geometry.
+Result<FitResult> fit_bodies(const FitSettings& settings);
+
+/// Pairs that can come nearer than `margin` (m), or of which it is not shown within some steps that they cannot.
+std::vector<BodyPair> pairs_that_meet(const RobotModel& model, const std::vector<BodyPair>& pairs, double margin);
+
+/// Whether convex parts, as their corners in the frames of two links of the chain, can come nearer than `margin` (m),
+/// or it is not shown within some steps that they cannot.
+bool parts_may_meet(const RobotModel& model, int first, const std::vector<Points>& parts_of_first, int second,
+                    const std::vector<Points>& parts_of_second, double margin);
+
+/// The robot file. `command`: how it was made, for its head.
+std::string robot_file(const FitResult& result, const std::string& command, const std::filesystem::path& folder);
+/// For people: a row per link, then what the bodies cost.
+std::string fit_table(const FitResult& result);
+/// Front, side and top of the arm at home: convex parts and the outlines of its bodies.
+std::string fit_picture(const FitResult& result);
+
+}  // namespace steadyhand

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <limits>
+
+#include "steadyhand/geometry/collision/obstacle.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+/// Where something is that the tool carries; `at` in the tool's frame. Call set_position before.
+template <typename Scalar>
+PlacedOf<Scalar> on_tool(const KinematicsOf<Scalar>& arm, const Placed& at) {
+  PlacedOf<Scalar> result{arm.p(), Matrix3Of<Scalar>()};
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      result.p[k] += arm.R()(k, i) * at.p[i];
+      result.R(k, i) = arm.R()(k, 0) * at.R(0, i) + arm.R()(k, 1) * at.R(1, i) + arm.R()(k, 2) * at.R(2, i);
+    }
+  }
+  return result;
+}
+
+/// Of what moves with the arm (solid_of): what it is, on which link, and where. Call set_position before.
+struct Solid {
+  const Shape& shape;  ///< of the model, or the obstacles
+  int link;            ///< of the arm
+  Placed at;           ///< in the base
+};
+/// @param index of a body, or solid_of an obstacle that is carried
+Solid solid(const Kinematics& arm, const Obstacles& obstacles, int index);
+
+/// Calls f(index) for each body of the arm and each obstacle that it carries.
+template <typename F>
+void for_each_solid(const RobotModel& model, const Obstacles& obstacles, const F& f) {
+  for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) f(i);
+  for (int o = 0; o < obstacles.count; ++o) {
+    if (obstacles.list[o].carried) f(solid_of(o));
+  }
+}
+
+/// Calls f(body, obstacle) for each body of the arm and each obstacle that it carries and must keep apart from it:
+/// bodies on the tool's own link may touch what it carries.
+template <typename F>
+void for_each_carried_pair(const RobotModel& model, const Obstacles& obstacles, const F& f) {
+  for (int o = 0; o < obstacles.count; ++o) {
+    if (!obstacles.list[o].carried) continue;
+    for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+      if (model.bodies[i].link < model.dof() && !obstacles.list[o].ignores[i]) f(i, o);
+    }
+  }
+}
+
+/// Signed distance of a pair's surfaces, m; negative by the depth while they overlap. Call set_position before.
+double gap(const Kinematics& arm, const BodyPair& pair);
+
+/// The same of a body of the arm and something else, whose shape is where `there` says, in the base.
+double gap(const Kinematics& arm, int body, const Shape& other, const Placed& there);
+
+/// The same of a body of the arm and an obstacle that the tool carries, with its margin.
+double carried_gap(const Kinematics& arm, int body, const Obstacle& carried);
+
+/// What moves with the arm, as solid() takes it, and how far the solid of an obstacle is, both without their margins.
+struct NearestBody {
+  int body = -1;                                              ///< -1: all may touch it
+  double distance = std::numeric_limits<double>::infinity();  ///< m, negative by the depth while they overlap
+};
+
+/// The nearest of what moves with the arm and must not touch the obstacle, `t` s after Obstacles::time. If that is
+/// carried itself, the nearest of the bodies that must not touch it. Call set_position before.
+NearestBody nearest_body(const Kinematics& arm, const Obstacles& obstacles, int obstacle, double t);
+
+/// Two bodies of a pair, as solid() takes them, and their gap without margins.
+struct NearestPair {
+  int first = -1;                                        ///< -1: the model has no pairs
+  int second = -1;                                       ///< the same
+  double gap = std::numeric_limits<double>::infinity();  ///< m
+};
+
+/// The pair with the smallest gap, what the arm carries included. What plans, monitors, reports and pages say of
+/// distances is this. Call set_position before.
+NearestPair nearest_pair(const Kinematics& arm, const Obstacles& obstacles = kNoObstacles);
+
+/// The smallest gap, m; negative when a pair overlaps, infinite without pairs. Call set_position before.
+inline double clearance(const Kinematics& arm) { return nearest_pair(arm).gap; }
+
+}  // namespace steadyhand

@@ -1,0 +1,91 @@
+#include "steadyhand/geometry/robot/pairs.hpp"
+
+#include <algorithm>
+
+#include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/geometry/robot/joint_search.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr int kPartingSamples = 1000;
+constexpr int kPartingAscents = 4;
+
+/// Pose of link `last` in link `first` when the joints between them stand at q.
+Eigen::Isometry3d pose_between(const RobotModel& model, int first, int last, const JointVector& q) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (int k = first; k < last; ++k) T = T * model.joints[k].origin * motion(model.joints[k], q[k - first]);
+  return T;
+}
+
+/// m, positive when the bodies are apart; see proximity_value.
+double separation(const RobotModel& model, const BodyPair& pair, const Eigen::Isometry3d& T) {
+  const auto placed = [](const Eigen::Isometry3d& origin) { return Placed{origin.translation(), origin.linear()}; };
+  const Body &a = model.bodies[pair.first], &b = model.bodies[pair.second];
+  return proximity_value(a.shape, placed(a.origin), b.shape, placed(T * b.origin));
+}
+
+/// A pair that no configuration has parted yet, with the configurations in which it came closest to parting.
+struct Candidate {
+  BodyPair pair;
+  std::vector<std::pair<double, JointVector>> best;  ///< separation and joints, largest separation first
+};
+
+void remember(Candidate& candidate, double value, const JointVector& q) {
+  auto& best = candidate.best;
+  if (best.size() == kPartingAscents && value <= best.back().first) return;
+  const auto place = std::find_if(best.begin(), best.end(), [&](const auto& entry) { return value > entry.first; });
+  best.insert(place, {value, q});
+  if (best.size() > kPartingAscents) best.pop_back();
+}
+
+/// Appends those of the pairs between two links that can come apart.
+void add_pairs_that_part(const RobotModel& model, int first, int last, std::vector<BodyPair>& result) {
+  std::vector<Candidate> candidates;
+  for (int i = 0; i < static_cast<int>(model.bodies.size()); ++i) {
+    for (int j = 0; j < static_cast<int>(model.bodies.size()); ++j) {
+      if (model.bodies[i].link == first && model.bodies[j].link == last) candidates.push_back({{i, j}, {}});
+    }
+  }
+  const JointBox box(model, first, last);
+  std::mt19937 random(1);
+  for (int s = 0; s < kPartingSamples && !candidates.empty(); ++s) {
+    const JointVector q = box.sample(random);
+    const Eigen::Isometry3d T = pose_between(model, first, last, q);
+    std::erase_if(candidates, [&](Candidate& candidate) {
+      const double value = separation(model, candidate.pair, T);
+      if (value > 0.0) {
+        result.push_back(candidate.pair);
+        return true;
+      }
+      remember(candidate, value, q);
+      return false;
+    });
+  }
+  for (const Candidate& candidate : candidates) {
+    const auto value = [&](const JointVector& q) {
+      return separation(model, candidate.pair, pose_between(model, first, last, q));
+    };
+    for (const auto& [start_value, start] : candidate.best) {
+      if (value(box.ascend(start, value)) > 0.0) {
+        result.push_back(candidate.pair);
+        break;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<BodyPair> default_pairs(const RobotModel& model) {
+  std::vector<BodyPair> pairs;
+  for (int first = 0; first <= model.dof(); ++first) {
+    for (int last = first + 2; last <= model.dof(); ++last) add_pairs_that_part(model, first, last, pairs);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace steadyhand

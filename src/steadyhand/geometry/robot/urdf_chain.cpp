@@ -1,0 +1,334 @@
+#include "steadyhand/geometry/robot/urdf_chain.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <urdf_model/joint.h>
+#include <urdf_model/link.h>
+#include <urdf_model/model.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+#include <string_view>
+
+#include "steadyhand/core/nearest.hpp"
+#include "steadyhand/geometry/robot/urdf_file.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr double kAxisTolerance = 0.01;
+
+bool moves(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
+
+const char* type_name(const urdf::Joint& joint) {
+  switch (joint.type) {
+    case urdf::Joint::REVOLUTE:
+      return "revolute";
+    case urdf::Joint::CONTINUOUS:
+      return "continuous";
+    case urdf::Joint::PRISMATIC:
+      return "prismatic";
+    case urdf::Joint::FLOATING:
+      return "floating";
+    case urdf::Joint::PLANAR:
+      return "planar";
+    case urdf::Joint::FIXED:
+      return "fixed";
+    default:
+      return "unknown";
+  }
+}
+
+/// Joints from the root to a link.
+std::vector<const urdf::Joint*> path_to(const urdf::ModelInterface& model, const urdf::Link& link) {
+  std::vector<const urdf::Joint*> path;
+  for (const urdf::Link* at = &link; at->parent_joint; at = model.getLink(at->parent_joint->parent_link_name).get()) {
+    path.push_back(at->parent_joint.get());
+  }
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+/// The end of the chain with most moving joints; of equal ones that with most joints, then the first by name.
+const urdf::Link* longest_chain_end(const urdf::ModelInterface& model) {
+  const urdf::Link* best = nullptr;
+  std::pair<std::ptrdiff_t, std::size_t> longest{-1, 0};
+  for (const auto& [name, link] : model.links_) {
+    const auto path = path_to(model, *link);
+    const auto moving = std::count_if(path.begin(), path.end(), [](const urdf::Joint* joint) { return moves(*joint); });
+    if (const std::pair length{moving, path.size()}; length > longest) {
+      longest = length;
+      best = link.get();
+    }
+  }
+  return best;
+}
+
+bool anything_moves(const urdf::Link& link) {
+  return std::any_of(link.child_links.begin(), link.child_links.end(), [](const urdf::LinkSharedPtr& child) {
+    return moves(*child->parent_joint) || anything_moves(*child);
+  });
+}
+
+/// Where the arm of a URDF ends that does not say it.
+const urdf::Link* arm_end(const urdf::ModelInterface& model) {
+  constexpr int kLeast = 4;  // moving joints: what parts ways before is another arm
+  const urdf::Link* end = longest_chain_end(model);
+  if (end == nullptr) return end;
+  int moving = 0;
+  for (const urdf::Joint* joint : path_to(model, *end)) {
+    const urdf::Link* link = model.getLink(joint->parent_link_name).get();
+    const auto ways = std::count_if(link->child_links.begin(), link->child_links.end(), [](const auto& child) {
+      return moves(*child->parent_joint) || anything_moves(*child);
+    });
+    if (moving >= kLeast && ways > 1) return link;
+    moving += moves(*joint);
+  }
+  return end;
+}
+
+/// Reads one moving joint of the chain. `X_link_parent`: what fixed joints stand between.
+Result<Joint> read_joint(const std::string& file, const urdf::Joint& urdf_joint,
+                         const Eigen::Isometry3d& X_link_parent) {
+  const auto refuse = [&](const std::string& reason) {
+    return Error{fmt::format("{}: joint '{}' {}", file, urdf_joint.name, reason)};
+  };
+  Joint joint;
+  joint.name = urdf_joint.name;
+  switch (urdf_joint.type) {
+    case urdf::Joint::REVOLUTE:
+    case urdf::Joint::CONTINUOUS:
+      joint.type = JointType::kRevolute;
+      break;
+    case urdf::Joint::PRISMATIC:
+      joint.type = JointType::kPrismatic;
+      break;
+    default:
+      return refuse(
+          fmt::format("is {}; an arm's joints are revolute, continuous, prismatic or fixed", type_name(urdf_joint)));
+  }
+  if (urdf_joint.mimic)
+    return refuse(fmt::format("mimics '{}'; every joint must move freely", urdf_joint.mimic->joint_name));
+  const Vector3 axis(urdf_joint.axis.x, urdf_joint.axis.y, urdf_joint.axis.z);
+  if (!(std::abs(axis.norm() - 1.0) <= kAxisTolerance)) {
+    return refuse(fmt::format("has axis [{}, {}, {}] of length {:.6g}; it must have length 1", axis.x(), axis.y(),
+                              axis.z(), axis.norm()));
+  }
+  joint.axis = axis.normalized();
+  joint.origin = X_link_parent * to_eigen(urdf_joint.parent_to_joint_origin_transform);
+  return joint;
+}
+
+/// A continuous joint may have one, too: its <limit> says how far the cables let it turn.
+bool has_range(const urdf::Joint& joint) { return joint.limits && joint.limits->lower < joint.limits->upper; }
+
+UrdfLimits read_limits(const urdf::Joint& joint) {
+  UrdfLimits limits;
+  if (joint.limits) {
+    limits.lower = joint.limits->lower;
+    limits.upper = joint.limits->upper;
+    limits.velocity = joint.limits->velocity;
+  }
+  if (joint.type == urdf::Joint::CONTINUOUS && !has_range(joint)) {
+    limits.lower = -kContinuousLimit;
+    limits.upper = kContinuousLimit;
+  }
+  if (!joint.safety || !limits.lower) return limits;
+  // Soft limits that leave no range are ignored: urdfdom reads absent ones as 0.
+  const double lower = std::max(*limits.lower, joint.safety->soft_lower_limit);
+  const double upper = std::min(*limits.upper, joint.safety->soft_upper_limit);
+  if (!(lower < upper) || (lower == *limits.lower && upper == *limits.upper)) return limits;
+  limits.beyond_soft = {*limits.lower, *limits.upper};
+  limits.lower = lower;
+  limits.upper = upper;
+  return limits;
+}
+
+bool names_a_gripper(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto says = [&](std::string_view word) { return name.find(word) != std::string::npos; };
+  return says("grip") || says("finger") || says("jaw") || says("claw") || says("thumb");
+}
+
+/// A gripper that one joint moves looks like the arm's last joint.
+void note_gripper(const std::vector<const urdf::Joint*>& joints, UrdfChain& chain) {
+  const auto last = std::find_if(joints.rbegin(), joints.rend(), [](const auto* joint) { return moves(*joint); });
+  if (last == joints.rend()) return;
+  const urdf::Joint& joint = **last;
+  if (!names_a_gripper(joint.name)) return;
+  chain.notes.push_back(fmt::format(
+      "joint '{}' counts as joint {} of the arm, and by its name it moves a gripper: if so, let the arm end before it, "
+      "by --tip {} or tool.link in a robot file (docs/robots.md)",
+      joint.name, chain.joints.size(), joint.parent_link_name));
+}
+
+void note_unread(const std::vector<UnreadElement>& unread, UrdfChain& chain) {
+  constexpr std::size_t kMostNamed = 3;
+  std::vector<std::string> named;
+  for (const UnreadElement& each : unread) {
+    if (named.size() == kMostNamed) break;
+    named.push_back(fmt::format("<{}> of link '{}' ({}: {})", each.element, each.link, each.where, each.reason));
+  }
+  if (unread.empty()) return;
+  const std::size_t more = unread.size() - named.size();
+  chain.notes.push_back(fmt::format("cannot be read and is left out: {}{}", fmt::join(named, ", "),
+                                    more > 0 ? fmt::format(" and {} more", more) : ""));
+}
+
+Status check_origins_finite(const std::string& file, const urdf::ModelInterface& model) {
+  for (const auto& [name, joint] : model.joints_) {
+    if (!to_eigen(joint->parent_to_joint_origin_transform).matrix().allFinite()) {
+      return Error{fmt::format("{}: the origin of joint '{}' holds a number that is not finite", file, name)};
+    }
+  }
+  return Done{};
+}
+
+/// Where moving joints beside the chain stand.
+class Locks {
+ public:
+  Locks(const std::string& file, const urdf::ModelInterface& model, const std::set<const urdf::Joint*>& chain,
+        const std::map<std::string, double>& named)
+      : file_(file), model_(model), chain_(chain), named_(named) {}
+
+  /// Why the names and values that were given cannot be.
+  Status check() const {
+    for (const auto& [name, value] : named_) {
+      const auto refuse = [&](const std::string& reason) {
+        return Error{fmt::format("{}: locked joint '{}' {}", file_, name, reason)};
+      };
+      const urdf::JointConstSharedPtr joint = model_.getJoint(name);
+      if (!joint) return refuse("is no joint of the URDF; beside the chain move: " + beside());
+      if (!moves(*joint)) return refuse("is fixed");
+      if (chain_.contains(joint.get())) return refuse("is on the chain to the tool; beside it move: " + beside());
+      const auto [low, high] = range(*joint);
+      if (!(value >= low && value <= high))
+        return refuse(fmt::format("is at {}; it goes from {} to {}", value, low, high));
+    }
+    return Done{};
+  }
+  /// rad (m). `assumed` notes what nobody has said.
+  double at(const urdf::Joint& joint, std::map<std::string, double>& assumed) const {
+    if (const auto found = named_.find(joint.name); found != named_.end()) return found->second;
+    const urdf::JointMimic* mimic = joint.mimic.get();
+    const urdf::JointConstSharedPtr other = mimic ? model_.getJoint(mimic->joint_name) : nullptr;
+    if (other && !chain_.contains(other.get()) && !other->mimic)
+      return mimic->multiplier * at(*other, assumed) + mimic->offset;
+    const auto [low, high] = range(joint);
+    return assumed[joint.name] = std::clamp(0.0, low, high);
+  }
+
+ private:
+  static std::pair<double, double> range(const urdf::Joint& joint) {
+    const bool continuous = joint.type == urdf::Joint::CONTINUOUS && !has_range(joint);
+    if (continuous || !joint.limits || !(joint.limits->lower <= joint.limits->upper))
+      return {-kContinuousLimit, kContinuousLimit};
+    return {joint.limits->lower, joint.limits->upper};
+  }
+  std::string beside() const {
+    std::vector<std::string> names;
+    for (const auto& [name, joint] : model_.joints_) {
+      if (moves(*joint) && !chain_.contains(joint.get())) names.push_back(name);
+    }
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+  }
+
+  const std::string& file_;
+  const urdf::ModelInterface& model_;
+  const std::set<const urdf::Joint*>& chain_;
+  const std::map<std::string, double>& named_;
+};
+
+/// What a joint does at a value, rad (m).
+Result<Eigen::Isometry3d> motion(const std::string& file, const urdf::Joint& joint, double value) {
+  const Vector3 axis(joint.axis.x, joint.axis.y, joint.axis.z);
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  if (value == 0.0) return X;
+  const bool turns = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS;
+  if ((!turns && joint.type != urdf::Joint::PRISMATIC) || !(std::abs(axis.norm() - 1.0) <= kAxisTolerance)) {
+    return Error{
+        fmt::format("{}: joint '{}' ({}) can stand at 0 only, not at {}", file, joint.name, type_name(joint), value)};
+  }
+  if (turns) {
+    X.linear() = Eigen::AngleAxisd(value, axis.normalized()).toRotationMatrix();
+  } else {
+    X.translation() = value * axis.normalized();
+  }
+  return X;
+}
+
+/// Of every link, and which joints are taken to stand where.
+Status add_frames(const std::string& file, const urdf::ModelInterface& model, const Locks& locks,
+                  const std::set<const urdf::Joint*>& on_chain, UrdfChain& chain) {
+  for (const auto& [name, link] : model.links_) {
+    UrdfChain::Frame frame;
+    for (const urdf::Joint* joint : path_to(model, *link)) {
+      if (on_chain.contains(joint) && moves(*joint)) {
+        frame = {frame.link + 1, Eigen::Isometry3d::Identity()};
+        continue;
+      }
+      frame.X_link_frame = frame.X_link_frame * to_eigen(joint->parent_to_joint_origin_transform);
+      if (!moves(*joint)) continue;
+      const Result<Eigen::Isometry3d> moved = motion(file, *joint, locks.at(*joint, chain.assumed));
+      if (!moved) return moved.error();
+      frame.X_link_frame = frame.X_link_frame * *moved;
+    }
+    chain.frames.emplace(name, frame);
+  }
+  return Done{};
+}
+
+}  // namespace
+
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& path, const std::string& tool_link,
+                                  const std::map<std::string, double>& locked, Xacro xacro) {
+  std::vector<UnreadElement> unread;
+  const Result<urdf::ModelInterfaceSharedPtr> parsed = read_urdf(path, xacro, &unread);
+  if (!parsed) return parsed.error();
+  const urdf::ModelInterface& model = **parsed;
+  const std::string file = path.string();
+  if (Status status = check_origins_finite(file, model); !status) return status.error();
+
+  const urdf::Link* tool = tool_link.empty() ? arm_end(model) : model.getLink(tool_link).get();
+  if (tool == nullptr) {
+    std::vector<std::string> names;
+    for (const auto& [name, link] : model.links_) names.push_back(name);
+    return Error{
+        fmt::format("{} has no link '{}' to carry the tool; {}", file, tool_link, suggestion(tool_link, names))};
+  }
+
+  UrdfChain chain;
+  chain.robot_name = model.getName();
+  chain.tool_link = tool->name;
+  chain.link_names = {model.getRoot()->name};
+  const auto joints = path_to(model, *tool);
+  Eigen::Isometry3d X_link_parent = Eigen::Isometry3d::Identity();
+  for (const urdf::Joint* urdf_joint : joints) {
+    if (!moves(*urdf_joint)) {
+      X_link_parent = X_link_parent * to_eigen(urdf_joint->parent_to_joint_origin_transform);
+      continue;
+    }
+    Result<Joint> joint = read_joint(file, *urdf_joint, X_link_parent);
+    if (!joint) return joint.error();
+    chain.joints.push_back(*joint);
+    chain.limits.push_back(read_limits(*urdf_joint));
+    chain.link_names.push_back(urdf_joint->child_link_name);
+    X_link_parent.setIdentity();
+  }
+  if (chain.joints.empty() || chain.joints.size() > static_cast<std::size_t>(kMaxJoints)) {
+    return Error{fmt::format("{}: the chain from '{}' to '{}' has {} moving joints; an arm has 1 to {}", file,
+                             chain.link_names[0], tool->name, chain.joints.size(), kMaxJoints)};
+  }
+  note_unread(unread, chain);
+  if (tool_link.empty()) note_gripper(joints, chain);
+  const std::set<const urdf::Joint*> on_chain(joints.begin(), joints.end());
+  const Locks locks(file, model, on_chain, locked);
+  if (Status status = locks.check(); !status) return status.error();
+  if (Status status = add_frames(file, model, locks, on_chain, chain); !status) return status.error();
+  return chain;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
+#include "steadyhand/geometry/robot/urdf_text.hpp"
+
+namespace steadyhand {
+
+/// What a URDF says about one moving joint's limits; absent where it says nothing.
+struct UrdfLimits {
+  /// From a lower limit to an upper one.
+  struct Range {
+    double lower;  ///< rad (m)
+    double upper;  ///< rad (m)
+  };
+  std::optional<double> lower;     ///< rad (m)
+  std::optional<double> upper;     ///< rad (m)
+  std::optional<double> velocity;  ///< rad/s (m/s)
+  /// The URDF's limit element, if the soft limits of its safety_controller are narrower: these are lower and upper.
+  std::optional<Range> beyond_soft;
+};
+
+/// The serial chain of a URDF with its fixed joints merged away.
+struct UrdfChain {
+  /// Where a URDF link's frame is: fixed to link 0..n of the chain.
+  struct Frame {
+    int link = 0;                                                    ///< 0 is the base
+    Eigen::Isometry3d X_link_frame = Eigen::Isometry3d::Identity();  ///< fixed
+  };
+
+  std::string robot_name;               ///< the URDF's
+  std::string tool_link;                ///< where the chain ends
+  std::vector<Joint> joints;            ///< n
+  std::vector<UrdfLimits> limits;       ///< n
+  std::vector<std::string> link_names;  ///< n + 1; first the root link, whose frame is the base
+  std::map<std::string, Frame> frames;  ///< of every link of the URDF
+  /// Moving joints beside the chain that nobody has placed, and where they are taken to stand, rad (m).
+  std::map<std::string, double> assumed;
+  std::vector<std::string> notes;  ///< for people: what of the URDF was left out or may be meant otherwise, a line each
+};
+
+/// Continuous joints turn without end; the solver's bounds are finite. Their limit is so far out, 100 turns either way,
+/// that no session meets it.
+inline constexpr double kContinuousLimit = 200.0 * M_PI;
+
+/// Reads the chain from the root link to `tool_link`. Empty: the end of the chain with most moving joints, but no
+/// further than where, behind four of them, moving joints part ways, as a gripper's fingers do. Revolute, continuous,
+/// prismatic and fixed joints, 1 to kMaxJoints moving ones, none of which mimics; an axis may miss unit length by 1 %
+/// and is normalised. A continuous joint has the limits of its limit element if that gives a range, else
+/// kContinuousLimit. Not read: dynamics.
+/// @param locked where moving joints beside the chain stand, rad (m), by name. One that mimics another follows it; the
+///        others stand at 0, or at their limit next to it.
+Result<UrdfChain> read_urdf_chain(const std::filesystem::path& file, const std::string& tool_link,
+                                  const std::map<std::string, double>& locked = {}, Xacro xacro = Xacro::kIfNamed);
+
+}  // namespace steadyhand

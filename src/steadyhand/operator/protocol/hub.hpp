@@ -1,0 +1,171 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "steadyhand/operator/protocol/access.hpp"
+#include "steadyhand/operator/protocol/client_clock.hpp"
+#include "steadyhand/operator/protocol/facts.hpp"
+#include "steadyhand/operator/protocol/messages.hpp"
+#include "steadyhand/operator/protocol/places.hpp"
+
+namespace steadyhand {
+
+/// The way back to one client.
+class Outbox {
+ public:
+  virtual ~Outbox() = default;
+  /// Delivered in order, as long as the client keeps up.
+  virtual void send(std::shared_ptr<const std::string> message) = 0;
+  /// The newest state; it replaces one that has not been sent yet. True if it did.
+  virtual bool send_state(std::shared_ptr<const std::string> message) = 0;
+  /// A picture of a camera, when there is nothing else to send; a key picture replaces those of its camera that have
+  /// not been sent. False: the client is behind, or takes no pictures, and this one is dropped.
+  virtual bool send_picture(std::shared_ptr<const std::string>, int /*camera*/, bool /*is_key*/) { return false; }
+  /// After the messages that were sent before, but soon. Until the socket is closed, messages of the client still reach
+  /// the hub: stops count.
+  virtual void close() = 0;
+  /// Whether the client is a program of the same user on this machine.
+  virtual bool of_this_user() = 0;
+};
+
+/// Who is connected, who is paired, who commands, and what their messages mean; knows no sockets. All on one thread.
+///
+/// Lease: a paired client takes it when nobody has it, or from another connection with the same token. It ends when it
+/// is given back, when its connection ends, or after kLeaseSilence without a message. Others may ask for it: the holder
+/// answers, or they get it once nothing has led the arm for kAskTimeout.
+class Hub {
+ public:
+  static constexpr Time kLeaseSilence = std::chrono::seconds(3);
+  static constexpr Time kAskTimeout = std::chrono::seconds(10);
+  /// A sample that is older than this when it arrives is dropped, unless it lets go.
+  static constexpr Time kOldest = std::chrono::milliseconds(250);
+  /// A policy's target that was made of an older state is dropped.
+  static constexpr Time kOldestObservation = std::chrono::milliseconds(500);
+  static constexpr int kMaxStrikes = 20;  ///< malformed messages that a client may send before it is closed
+  static constexpr int kFreeCodes = 10;   ///< wrong codes of a connection before each has to wait for kCodeDelay
+  static constexpr Time kCodeDelay = std::chrono::seconds(1);
+
+  /// Both must outlive the hub.
+  Hub(const ServerFacts& facts, const ServerCallbacks& callbacks, double max_rate_hz, int max_clients);
+  /// Error: no random numbers to be had.
+  Status prepare() { return pairing_.renew(); }
+
+  /// A client's number, or 0 if every place is kept; otherwise somebody else may have to leave for it. The outbox must
+  /// live until leave().
+  std::uint64_t join(Outbox& outbox, const Address& address, Time now);
+  void leave(std::uint64_t client, Time now);
+  /// Any bytes at all; a client that was sent away is heard if it asks for a stop.
+  void receive(std::uint64_t client, std::string_view text, Time now);
+  /// A frame that is no message, such as a ping of the transport: it counts, too.
+  void receive_frame(std::uint64_t client, Time now);
+  /// What time brings: the lease of a client that fell silent ends, who asked gets it. Several times a second.
+  void tick(Time now);
+  void broadcast_state(const OperatorView& view);
+  /// To who watches its camera. Who is behind gets none before the next key picture.
+  void broadcast_picture(int camera, bool is_key, const std::shared_ptr<const std::string>& message);
+  /// Closes every connection. @return how many there were
+  std::size_t say_farewell();
+  /// Forgets every client without a word or a callback.
+  void shut_down();
+
+  /// A client that may read recordings.
+  struct Reader {
+    std::string key;          ///< what its browser may show instead of its token: Pairing::reading_key
+    bool in_control = false;  ///< it holds the lease
+  };
+  /// @param secret a token or its reading key. None: it is not known
+  std::optional<Reader> reader(std::string_view secret) const;
+
+  const std::string& code() const { return pairing_.code(); }
+  std::uint64_t holder() const { return holder_; }
+  std::size_t clients() const { return clients_.size(); }
+
+  std::uint64_t samples = 0, samples_dropped = 0, refused_messages = 0, states_skipped = 0;
+  std::uint64_t pictures_skipped = 0;
+
+ private:
+  struct Client {
+    Outbox* outbox = nullptr;
+    Address address;
+    bool greeted = false;
+    bool closed = false;
+    std::string token;  ///< empty: not paired
+    Time useful{0};     ///< when it last greeted, paired or stopped
+    Time last_message{0};
+    ClientClock clock;
+    std::uint64_t last_sequence = 0;
+    Time last_hand{0};  ///< of the newest sample that was handed on
+    bool any_sample = false;
+    int strikes = 0;
+    double allowance = 0.0;  ///< messages that it may send at once
+    Time allowance_at{0};
+    int excess = 0;  ///< messages above the allowance without a pause
+    std::optional<Time> complained;
+    int wrong_codes = 0;
+    Time next_code{0};                ///< no code of it is looked at before
+    std::optional<std::string> code;  ///< that waits for this
+    enum class Watch : std::uint8_t { kNot, kFromKey, kAll };
+    std::vector<Watch> watches;  ///< of each camera; empty: none
+    Time ask_after{0};           ///< the holder refused it: until then it need not ask again
+  };
+
+  void handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const PairMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const LeaseMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const AnswerMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const PingMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const StudyMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const PolicyMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const TargetMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const WatchMessage& message, Time now);
+  void stop(std::uint64_t id, Time now);
+  void tell_stop(std::uint64_t id, Time now);
+  void tell_study(std::string content);
+  bool sets_condition(std::uint64_t id, const OperatorRequest& request, Time now) const;
+  bool make_room(const Address& newcomer, Time now);
+  bool within_rate(Client& client, Time now);
+  void pair(std::uint64_t id, Client& client, const std::string& code, Time now);
+  Result<std::string> admit(Client& client);
+  bool may_take(std::uint64_t id, const Client& client) const;
+  void ask(std::uint64_t id, Client& client, Time now);
+  void give_lease(std::uint64_t id, Time now);
+  void end_asking(Time now);
+  void watch_asking(Time now);
+  bool led(Time now) const;
+  LeaseView lease_of(std::uint64_t id, const Client& client, Time now) const;
+  void tell_lease(Time now);
+  void refuse(Client& client, Refusal refusal, std::string_view message);
+  void complain(Client& client, Refusal refusal, std::string_view message, Time now);
+  void close(Client& client);
+  void send(Client& client, std::string message);
+
+  const ServerFacts& facts_;
+  std::shared_ptr<const std::string> cell_;  ///< the newest that clients know; null: that of the facts
+  std::shared_ptr<const std::vector<std::string>> cameras_ended_;  ///< the newest that clients know
+  const ServerCallbacks& callbacks_;
+  double max_rate_hz_;
+  std::size_t max_clients_;
+  Pairing pairing_;
+  std::map<std::uint64_t, Client> clients_;
+  std::uint64_t last_id_ = 0;
+  std::uint64_t holder_ = 0;
+  std::uint64_t asker_ = 0;         ///< 0: nobody asks for the lease
+  std::uint64_t policy_ = 0;        ///< the client that is a policy; 0: none
+  std::uint64_t study_leader_ = 0;  ///< 0: there is no study
+  std::string study_;               ///< what its pages show; empty: nothing
+  std::optional<Time> idle_since_;  ///< while somebody asks: since when nothing has led the arm; none: something does
+  std::optional<Time> stop_told_;   ///< when everybody was told last who asked for a stop
+  bool arm_led_ = false;            ///< as the newest state says
+  Time last_grip_ = Time::min();    ///< when the holder's closed clutch was last heard
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,395 @@
+#include "steadyhand/operator/protocol/operator_interface.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "steadyhand/core/nearest.hpp"
+#include "steadyhand/files/record/cell_json.hpp"
+#include "steadyhand/operator/protocol/session_setup.hpp"
+#include "steadyhand/session/live/hand_delay.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+constexpr std::uint64_t kCellOfTheBegin = 1;
+constexpr Time kServerSilence = std::chrono::seconds(1);       ///< after which nobody could stop a recorded hand
+constexpr Time kWatched = std::chrono::milliseconds(250);      ///< between two looks at whether the arm follows it
+constexpr Time kHeardWithin = std::chrono::milliseconds(500);  ///< in which its grip is answered
+
+template <typename List, typename NameOf>
+Result<int> find_name(const List& list, const std::string& name, const char* what, const NameOf& name_of) {
+  std::vector<std::string> known;
+  for (const auto& each : list) {
+    if (name_of(each) == name) return static_cast<int>(known.size());
+    known.emplace_back(name_of(each));
+  }
+  return Error{fmt::format("there is no {} '{}'; {}", what, name, suggestion(name, known))};
+}
+
+}  // namespace
+
+OperatorInterface::OperatorInterface(Session& session, std::vector<Profile> profiles, int profile,
+                                     const RetargetSettings& retarget, const GlassSettings& glass,
+                                     std::vector<NamedRecording> recordings)
+    : session_(&session),
+      profiles_(std::move(profiles)),
+      planners_(planners_of(profiles_, profile).of_profile),
+      retarget_(retarget),
+      glass_(glass),
+      recordings_(std::move(recordings)) {
+  controls_.scale = retarget.scale;
+  controls_.fill = glass.fill;
+  controls_.yaw = retarget.yaw;
+  (void)set_profile(profiles_[profile].name);
+}
+
+void OperatorInterface::on_record(std::function<void(bool)> call) {
+  const Lock lock(mutex_);
+  on_record_ = std::move(call);
+}
+
+Status OperatorInterface::apply(const OperatorRequest& request, Time now) {
+  using Kind = OperatorRequest::Kind;
+  const Lock lock(mutex_);
+  const auto bad_value = [&](const char* what, const char* right) {
+    return Error{fmt::format("{} is {}; it must be {}", what, request.value, right)};
+  };
+  switch (request.kind) {
+    case Kind::kStop:
+      session_->ask_stop();
+      if (playback_) end_playback();
+      if (controls_.policy_turn) end_turn();
+      return Done{};
+    case Kind::kReset:
+      session_->ask_reset();
+      return Done{};
+    case Kind::kProfile:
+      return set_profile(request.text);
+    case Kind::kWeight:
+      return set_weight(request.text, request.value);
+    case Kind::kScale:
+      if (!(request.value > 0.0) || request.value > 10.0) return bad_value("scale", "above 0 and at most 10");
+      controls_.scale = request.value;
+      send();
+      return Done{};
+    case Kind::kYaw:
+      if (!(std::abs(request.value) <= 7.0)) return bad_value("yaw", "within one turn, in rad");
+      controls_.yaw = request.value;
+      send();
+      return Done{};
+    case Kind::kTilt:
+      if (!(request.value >= 0.0) || request.value > M_PI + 1e-6) return bad_value("tilt", "from 0 to pi, in rad");
+      controls_.tilt = std::min(request.value, M_PI);
+      controls_.no_spill = spares_liquid(controls_.profile, controls_.tilt);
+      send();
+      return Done{};
+    case Kind::kFill:
+      if (!(request.value > 0.0) || !(request.value < glass_.height)) {
+        return Error{fmt::format("fill is {} m; it must be above 0 and below the height of the glass, {} m",
+                                 request.value, glass_.height)};
+      }
+      controls_.fill = request.value;
+      send();
+      return Done{};
+    case Kind::kRefill:
+      session_->refill();
+      return Done{};
+    case Kind::kRate:
+      return session_->set_planner_rate(request.value);
+    case Kind::kLatency:
+      if (!(request.value >= 0.0) || from_seconds(request.value) > HandDelay::kLongest) {
+        return bad_value("latency", "from 0 to 1 s");
+      }
+      controls_.latency = request.value;
+      send();
+      return Done{};
+    case Kind::kPlayback:
+      return play(request.text, now);
+    case Kind::kPolicy:
+      if (request.value != 0.0 && request.value != 1.0) return bad_value("policy", "0 or 1");
+      return give_turn(request.value == 1.0, now);
+    case Kind::kRecord:
+      if (!on_record_) return Error{"this session cannot be recorded"};
+      if (request.value != 0.0 && request.value != 1.0) return bad_value("record", "0 or 1");
+      on_record_(request.value == 1.0);
+      return Done{};
+    case Kind::kObject:
+      return set_object(request, now);
+    case Kind::kAttach:
+      return session_->attach(request.text, now);
+    case Kind::kDetach:
+      return session_->detach(request.text, now);
+    case Kind::kEpisode:
+    case Kind::kSetUp:
+      return Error{"this session has neither episodes nor a scene that could be set up"};
+    case Kind::kLabel:
+    case Kind::kRename:
+    case Kind::kDelete:
+      return Error{"recorded sessions are not this session's affair"};
+  }
+  return Error{"unknown request"};
+}
+
+Status OperatorInterface::set_profile(const std::string& name) {
+  const Result<int> index = find_name(profiles_, name, "profile", [](const Profile& p) { return p.name; });
+  if (!index) return index.error();
+  Result<std::vector<JointVector>> weights = session_->ocp().weights(profiles_[*index].ocp.weights);
+  if (!weights) return weights.error();
+  const auto current = static_cast<std::size_t>(std::max(controls_.profile, 0));
+  const int planner = planners_[static_cast<std::size_t>(*index)];
+  if (planner != planners_[current]) {
+    const auto refuse = [&](const char* why) {
+      return Error{fmt::format("profile '{}' differs from '{}' in {}: {}", name, profiles_[current].name,
+                               planner_differences(profiles_[current], profiles_[*index]), why)};
+    };
+    if (planner >= session_->planners()) return refuse("this session has no planner for it");
+    if (controls_.policy_turn) return refuse("the arm must stop for that; end the policy's turn first");
+  }
+  weights_ = profile_weights_ = *std::move(weights);
+  controls_.profile = *index;
+  controls_.tilt = profiles_[*index].tilt_max;
+  controls_.no_spill = spares_liquid(*index, controls_.tilt);
+  send();
+  return Done{};
+}
+
+/// Who may pour is not kept from it.
+bool OperatorInterface::spares_liquid(int profile, double tilt) const {
+  constexpr double kPours = M_PI - 1e-3;
+  return profiles_[profile].ocp.liquid && tilt < kPours;
+}
+
+/// The object comes, moves or goes.
+Status OperatorInterface::set_object(const OperatorRequest& request, Time now) {
+  const auto change = [&](Cell cell) -> Result<Cell> {
+    if (!request.object) return without(std::move(cell), request.text);
+    const auto found = std::find_if(cell.objects.begin(), cell.objects.end(),
+                                    [&](const CellObject& object) { return object.name == request.text; });
+    const bool known = found != cell.objects.end();
+    if (known && found->attached)
+      return Error{fmt::format("object '{}' is carried by the tool; detach it first", request.text)};
+    CellObject& object = known ? *found : cell.objects.emplace_back();
+    const CellObject before = std::exchange(object, *request.object);
+    object.name = request.text;
+    object.may_be_touched_by = before.may_be_touched_by;
+    object.holds_only_tool = before.holds_only_tool;
+    object.color = before.color;
+    return cell;
+  };
+  return session_->change_cell(change, now);
+}
+
+/// The weights of one term keep their ratios: a slider touched does not flatten [1, 1, 3].
+Status OperatorInterface::set_weight(const std::string& name, double value) {
+  const auto& objectives = session_->ocp().objectives();
+  const Result<int> index =
+      find_name(objectives, name, "term", [](const auto& objective) { return objective->name(); });
+  if (!index) return index.error();
+  if (!(value >= 0.0) || value > 1e6) {
+    return Error{fmt::format("weight '{}' is {}; it must be from 0 to 1e6", name, value)};
+  }
+  const JointVector& shape = profile_weights_[*index];
+  const double largest = shape.maxCoeff();
+  weights_[*index] = largest > 0.0 ? JointVector(value / largest * shape) : JointVector::Constant(shape.size(), value);
+  send();
+  return Done{};
+}
+
+Status OperatorInterface::play(const std::string& name, Time now) {
+  if (name.empty()) {
+    if (playback_) end_playback();
+    return Done{};
+  }
+  const Result<int> index =
+      find_name(recordings_, name, "recording", [](const NamedRecording& recording) { return recording.name; });
+  if (!index) return index.error();
+  halts_ = session_->halts();
+  if (session_->is_halted()) return Error{"no recording leads an arm that was stopped; reset it first"};
+  if (controls_.policy_turn) end_turn();
+  session_->release_hand();
+  playback_.emplace(recordings_[*index].recording, now, way_home(recordings_[*index].recording, now));
+  controls_.playback = *index;
+  return Done{};
+}
+
+/// As it is commanded; none before the arm has said where it is.
+std::optional<Pose> OperatorInterface::tool(Time now) const {
+  const Result<Kinematics> arm = session_->arm_at(now);
+  return arm ? std::optional(Pose{arm->p(), Quaternion(arm->R())}) : std::nullopt;
+}
+
+/// What the hand of a recording has to do before it, so that it begins with the tool where the session began.
+std::vector<Pose> OperatorInterface::way_home(const Recording& recording, Time now) const {
+  const std::optional<Pose> from = tool(now);
+  if (!from || !X_base_home_) return {};
+  RetargetSettings retarget = retarget_;
+  retarget.scale = controls_.scale;
+  retarget.yaw = controls_.yaw;
+  std::vector<Pose> way = way_around_base(*from, *X_base_home_);
+  if (way.empty()) return {};
+  const Pose& first = recording.samples.front().X_operator_hand;
+  const Pose grip{first.p, hand_for(retarget, *from, *X_base_home_, first).q};
+  for (Pose& at : way) at = hand_for(retarget, at, *from, grip);
+  const Vector3 shift = first.p - way.back().p;  // which the tool does not see
+  for (Pose& at : way) at.p += shift;
+  return way;
+}
+
+/// Hands what the operator chose to the planner.
+void OperatorInterface::send() {
+  OperatorSettings settings;
+  settings.objectives = static_cast<int>(weights_.size());
+  std::copy(weights_.begin(), weights_.end(), settings.weights.begin());
+  settings.scale = controls_.scale;
+  settings.yaw = controls_.yaw;
+  settings.tilt_max = controls_.tilt;
+  settings.no_spill = controls_.no_spill;
+  settings.fill = controls_.fill;
+  settings.latency = controls_.latency;
+  if (controls_.profile >= 0) {
+    settings.prediction = profiles_[controls_.profile].prediction;
+    settings.planner = planners_[static_cast<std::size_t>(controls_.profile)];
+    settings.profile = profiles_[controls_.profile].name;
+  }
+  session_->set(settings);
+  controls_.objectives = settings.objectives;
+  for (std::size_t i = 0; i < weights_.size(); ++i) controls_.weights[i] = weights_[i].maxCoeff();
+}
+
+void OperatorInterface::hand(const OperatorSample& sample) {
+  const Lock lock(mutex_);
+  gripped_ = sample.clutch ? std::optional(sample.stamp.made) : std::nullopt;
+  if (controls_.policy_turn) return hand_in_turn(sample);
+  if (playback_ && !sample.clutch) return;
+  if (playback_) end_playback();
+  session_->feed(sample);
+}
+
+/// A grip takes over, and its release hands back. What led until then lets go, and who leads from then on is seen to
+/// grip: that begins from where the arm is.
+void OperatorInterface::hand_in_turn(const OperatorSample& sample) {
+  if (!sample.clutch) {
+    may_take_over_ = true;
+    if (!std::exchange(takes_over_, false)) return;
+    session_->release_hand();
+    policy_->begin(sample.stamp.made);
+    return;
+  }
+  if (!may_take_over_) return;
+  if (!std::exchange(takes_over_, true)) {
+    session_->release_hand();
+    OperatorSample open = sample;
+    open.clutch = false;
+    open.stamp.hand -= Time(1);
+    session_->feed(open);
+  }
+  OperatorSample closed = sample;
+  closed.intervention = true;
+  session_->feed(closed);
+}
+
+Status OperatorInterface::give_turn(bool turn, Time now) {
+  if (!turn) {
+    if (controls_.policy_turn) end_turn();
+    return Done{};
+  }
+  if (!policy_) return Error{"no policy is connected; start one first (docs/policies.md)"};
+  halts_ = session_->halts();
+  if (session_->is_halted()) return Error{"no policy leads an arm that was stopped; reset it first"};
+  if (gripped_ && to_seconds(now - *gripped_) < kSampleTimeout) return Error{"let go of the arm first"};
+  playback_.reset();
+  controls_.playback = -1;
+  session_->release_hand();
+  policy_->begin(now);
+  controls_.policy_turn = true;
+  may_take_over_ = takes_over_ = false;
+  return Done{};
+}
+
+/// A person who leads now lets go, too: whoever ended it wanted the arm to rest.
+void OperatorInterface::end_turn() {
+  controls_.policy_turn = takes_over_ = false;
+  session_->release_hand();
+}
+
+Status OperatorInterface::connect(std::optional<PolicyInfo> policy) {
+  const Lock lock(mutex_);
+  if (policy && !(policy->period >= PolicyHand::kFastest && policy->period <= PolicyHand::kSlowest)) {
+    return Error{fmt::format("the policy's period is {} s; it must be from {} to {} s", policy->period,
+                             PolicyHand::kFastest, PolicyHand::kSlowest)};
+  }
+  if (controls_.policy_turn) end_turn();
+  policy_.reset();
+  controls_.policy.clear();
+  if (!policy) return Done{};
+  controls_.policy = policy->name;
+  policy_.emplace(*std::move(policy));
+  return Done{};
+}
+
+void OperatorInterface::target(const PolicyTarget& target, Time now) {
+  const Lock lock(mutex_);
+  if (policy_) policy_->take(target, now);
+}
+
+void OperatorInterface::end_playback() {
+  playback_.reset();
+  controls_.playback = -1;
+  session_->release_hand();
+}
+
+void OperatorInterface::change_hands() {
+  const Lock lock(mutex_);
+  gripped_.reset();
+  if (playback_) return end_playback();
+  if (controls_.policy_turn) return end_turn();
+  session_->release_hand();
+}
+
+void OperatorInterface::note_server_alive(Time now) {
+  const Lock lock(mutex_);
+  server_alive_ = now;
+}
+
+/// A busy machine may let a recorded hand fall silent, and nobody would grip anew before its next round.
+void OperatorInterface::watch_playback(Time now) {
+  if (!playback_ || now < watched_ + kWatched) return;
+  watched_ = now;
+  const bool stands = session_->snapshot().state == SupervisionState::kReady;
+  if (stands && playback_->closed_for(now) > kHeardWithin) playback_->grip_anew(now);
+}
+
+Time OperatorInterface::poll(Time now) {
+  const Lock lock(mutex_);
+  const bool alone = server_alive_ && now - *server_alive_ > kServerSilence;
+  if (playback_ && (alone || session_->halts() != halts_)) end_playback();
+  if (controls_.policy_turn && (alone || session_->halts() != halts_)) end_turn();
+  if (!X_base_home_) X_base_home_ = tool(now);
+  OperatorSample sample;
+  watch_playback(now);
+  while (playback_ && playback_->next(now, sample)) session_->feed(sample);
+  const bool leads = controls_.policy_turn && !takes_over_;
+  while (leads && policy_->next(now, sample)) session_->feed(sample);
+  return playback_ ? playback_->due() : leads ? policy_->due() : Time::max();
+}
+
+std::shared_ptr<const std::string> OperatorInterface::cell() {
+  const Lock lock(mutex_);
+  const Session::CellSet set = session_->cell_set();
+  if (set.version == cell_version_) return cell_json_;
+  const bool first = set.version == kCellOfTheBegin;
+  cell_version_ = set.version;
+  if (!first) cell_json_ = std::make_shared<const std::string>(cell_json(set.cell, set.at));
+  return cell_json_;
+}
+
+SessionControls OperatorInterface::controls() const {
+  const Lock lock(mutex_);
+  return controls_;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,131 @@
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "steadyhand/planning/ocp/constraints.hpp"
+
+namespace steadyhand {
+namespace {
+
+constexpr double kFar = 1e6;  ///< inside the bound, where the liquid does not count
+
+/// sqrt(e_x^2 + e_y^2 + v_x^2 + v_y^2 + eps^2) - room for each mode, with e the wave along the glass's axes and v its
+/// rate as the height to which it swings: what is below the rim so at a node is so after it, too, while the glass moves
+/// evenly. It depends on the liquid's state alone. The small eps keeps it smooth where there is no wave.
+class NoSpill final : public ConstraintFor<NoSpill> {
+ public:
+  explicit NoSpill(const LiquidSettings& settings)
+      : ConstraintFor({"no_spill", "Wave over the rim's margin", "m"}), price_(settings.price) {}
+
+  Nodes nodes() const override { return Nodes::kStates; }
+  int rows() const override { return kSloshModes; }
+  Bounds bounds(int /*row*/) const override { return {-std::numeric_limits<double>::infinity(), 0.0}; }
+  EntryRange support(int /*row*/, int dof) const override { return {3 * dof, 3 * dof + kSloshStates}; }
+  double price(int /*row*/) const override { return price_; }
+  double activation_margin(int /*row*/) const override { return 0.5 * kFar; }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int row) const {
+    if (!node.liquid->counts) return S(-kFar);
+    return height(node.liquid->model.template wave<S>(*node.slosh, row)) - node.liquid->room;
+  }
+
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
+    const auto wave = node.liquid->model.template wave<S>(*node.slosh, row);
+    const S over = scale / height(wave);
+    for (const auto& [entry, part, factor] : parts(node, row)) gradient[entry] += over * factor * wave[part];
+  }
+
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
+    const auto wave = node.liquid->model.template wave<S>(*node.slosh, row);
+    const S length = height(wave), over = scale / length, cubed = over / (length * length);
+    const auto all = parts(node, row);
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      for (std::size_t i = 0; i <= j; ++i) {
+        const auto &a = all[i], &b = all[j];
+        const S same = a.part == b.part ? over : S(0.0);
+        hessian(a.entry, b.entry) += a.factor * b.factor * (same - cubed * wave[a.part] * wave[b.part]);
+      }
+    }
+  }
+
+ private:
+  /// An entry of z that part `part` of the wave is made of, times `factor`.
+  struct Part {
+    int entry, part;
+    double factor;
+  };
+  /// In the order of the entries.
+  template <typename S>
+  static std::array<Part, 6> parts(const NodeOf<S>& node, int row) {
+    const SloshModel& model = node.liquid->model;
+    const double c = model.height_by_deflection(), d = model.height_by_force();
+    const int begin = 3 * node.arm.dof(), x = begin + slosh_entry(row, 0), y = begin + slosh_entry(row, 1);
+    return {{{x, 0, c},
+             {x + 1, 2, c},
+             {y, 1, c},
+             {y + 1, 3, c},
+             {begin + slosh_force_entry(0), 0, d},
+             {begin + slosh_force_entry(1), 1, d}}};
+  }
+
+  template <typename S>
+  static S height(const std::array<S, 4>& wave) {
+    constexpr double kSmooth = 1e-4;  // m
+    using std::sqrt;
+    S sum(kSmooth * kSmooth);
+    for (const S& part : wave) sum += part * part;
+    return sqrt(sum);
+  }
+
+  double price_;
+};
+
+/// The specific force of the interval before along the axis of the glass. A whole g less is as dear as a wave of the
+/// height of the radius.
+class HeldDown final : public ConstraintFor<HeldDown> {
+ public:
+  explicit HeldDown(const LiquidSettings& settings)
+      : ConstraintFor({"held_down", "Least weight of the liquid", "m/s^2"}),
+        least_(settings.least_weight * kGravity.z()),
+        price_(settings.price * settings.glass.radius / kGravity.z()) {}
+
+  Nodes nodes() const override { return Nodes::kStates; }
+  int rows() const override { return 1; }
+  Bounds bounds(int /*row*/) const override { return {least_, std::numeric_limits<double>::infinity()}; }
+  EntryRange support(int /*row*/, int dof) const override {
+    const int entry = 3 * dof + slosh_force_entry(2);
+    return {entry, entry + 1};
+  }
+  double price(int /*row*/) const override { return price_; }
+  double activation_margin(int /*row*/) const override { return 0.5 * kFar; }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int /*row*/) const {
+    if (!node.liquid->counts) return S(least_ + kFar);
+    return (*node.slosh)[slosh_force_entry(2)];
+  }
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, int /*row*/, S scale, NodeGradientOf<S>& gradient) const {
+    gradient[3 * node.arm.dof() + slosh_force_entry(2)] += scale;
+  }
+  template <typename S>
+  void hessian_at(const NodeOf<S>&, int /*row*/, S, NodeHessianOf<S>&) const {}
+
+ private:
+  double least_, price_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Constraint> make_no_spill(const RobotModel& /*model*/, const OcpSettings& settings) {
+  return settings.liquid ? std::make_shared<NoSpill>(*settings.liquid) : nullptr;
+}
+
+std::shared_ptr<const Constraint> make_held_down(const RobotModel& /*model*/, const OcpSettings& settings) {
+  return settings.liquid ? std::make_shared<HeldDown>(*settings.liquid) : nullptr;
+}
+
+}  // namespace steadyhand

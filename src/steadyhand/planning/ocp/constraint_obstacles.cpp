@@ -1,0 +1,101 @@
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/planning/ocp/constraints.hpp"
+
+namespace steadyhand {
+namespace {
+
+/// Gaps between a body and an obstacle each, or what stands for them between round ones (ProximityOf::value). Which
+/// pairs, the instance says. An obstacle is where its velocity will have brought it at the node's time; the joints up
+/// to the body's link move the body. What the tool carries moves as the tool does, and is seen from a body of the arm
+/// as a pair of bodies is.
+class ObstacleClearance final : public ConstraintFor<ObstacleClearance> {
+ public:
+  ObstacleClearance(const RobotModel& model, int rows)
+      : ConstraintFor({"obstacles", "Distance to obstacles", "m"}), model_(&model), rows_(rows) {}
+
+  Nodes nodes() const override { return Nodes::kStates; }
+  int rows() const override { return rows_; }
+  Bounds bounds(int /*row*/) const override { return {0.0, std::numeric_limits<double>::infinity()}; }
+  EntryRange support(int /*row*/, int dof) const override { return {0, dof}; }
+  double activation_margin(int /*row*/) const override { return kNear; }
+
+  template <typename S>
+  S value_at(const NodeOf<S>& node, int row) const {
+    const NearObstacle& near = node.near[row];
+    if (near.body < 0) return S(kFar);
+    const auto [other, at] = seen_from(node, near);
+    const auto [shape, there] = moved(node, near);
+    return near.depth - node.clearance + proximity_value(other, at, shape, there);
+  }
+
+  template <typename S>
+  void gradient_at(const NodeOf<S>& node, int row, S scale, NodeGradientOf<S>& gradient) const {
+    if (node.near[row].body < 0) return;
+    const ProximityOf<S> near = proximity_at(node, row);
+    const Vector3Of<S> slope = scale * near.gradient;
+    const auto [first, last] = joints(node.near[row]);
+    for (int m = first; m < last; ++m) gradient[m] += slope.dot(node.arm.dpoint(m, near.point));
+  }
+
+  template <typename S>
+  void hessian_at(const NodeOf<S>& node, int row, S scale, NodeHessianOf<S>& hessian) const {
+    if (node.near[row].body < 0) return;
+    const ProximityOf<S> near = proximity_at(node, row);
+    const auto [first, last] = joints(node.near[row]);
+    std::array<MovedOf<S>, kMaxJoints> by;
+    for (int m = first; m < last; ++m) by[m] = {near, node.arm.axis(m), node.arm.dpoint(m, near.point)};
+    for (int m = first; m < last; ++m) {
+      for (int l = first; l <= m; ++l) hessian(l, m) += scale * second_derivative(near, by[l], by[m]);
+    }
+  }
+
+ private:
+  static constexpr double kNear = 0.03;  // m, as for pairs of the arm's own bodies
+  static constexpr double kFar = 1.0;    // m, of a row that is not used
+
+  /// That move the one as seen from the other.
+  EntryRange joints(const NearObstacle& near) const {
+    if (near.body >= kMaxBodies) return {0, model_->dof()};
+    const int link = model_->bodies[near.body].link;
+    return near.obstacle.carried ? EntryRange{link, model_->dof()} : EntryRange{0, link};
+  }
+  template <typename S>
+  ProximityOf<S> proximity_at(const NodeOf<S>& node, int row) const {
+    const NearObstacle& near = node.near[row];
+    const auto [other, at] = seen_from(node, near);
+    const auto [shape, there] = moved(node, near);
+    return proximity(other, at, shape, there);
+  }
+  template <typename S>
+  std::pair<Shape, PlacedOf<S>> seen_from(const NodeOf<S>& node, const NearObstacle& near) const {
+    if (near.obstacle.carried) return {model_->bodies[near.body].shape, node.arm.body(near.body)};
+    return {near.obstacle.shape, placed_after(near.obstacle, node.time)};
+  }
+  /// What the row moves: the whole, or a corner.
+  template <typename S>
+  std::pair<Shape, PlacedOf<S>> moved(const NodeOf<S>& node, const NearObstacle& near) const {
+    const Obstacle* carried = near.obstacle.carried     ? &near.obstacle
+                              : near.body >= kMaxBodies ? &near.carried
+                                                        : nullptr;
+    const Shape& shape = carried != nullptr ? carried->shape : model_->bodies[near.body].shape;
+    const PlacedOf<S> there = carried != nullptr ? on_tool(node.arm, carried->at) : node.arm.body(near.body);
+    if (near.corner < 0) return {shape, there};
+    return {Shape::sphere(shape.radius), at_corner(shape, there, near.corner)};
+  }
+
+  const RobotModel* model_;
+  int rows_;
+};
+
+}  // namespace
+
+std::shared_ptr<const Constraint> make_obstacles(const RobotModel& model, const OcpSettings& settings) {
+  if (settings.obstacle_rows == 0) return nullptr;
+  return std::make_shared<ObstacleClearance>(model, settings.obstacle_rows);
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,188 @@
+#include "steadyhand/planning/ocp/evaluation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "steadyhand/geometry/robot/gaps.hpp"
+
+namespace steadyhand {
+
+Evaluation::Evaluation(const Ocp& ocp)
+    : ocp_(&ocp),
+      arms_(ocp.horizon() + 1, Kinematics(ocp.model())),
+      x_(ocp.horizon() + 1, StateVector::Zero(2 * ocp.dof())),
+      u_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
+      dq_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
+      rows_(ocp.horizon() + 1),
+      slosh_(ocp.horizon() + 1, SloshState::Zero()),
+      interval_(ocp.model(), ocp.dt()) {
+  step_.by_motion.setZero(3, 3 * ocp.dof());
+  for (int k = 0; k <= ocp.horizon(); ++k) {
+    times_.push_back(k * ocp.dt());
+    for (int c = 0; c < static_cast<int>(ocp.constraints().size()); ++c) {
+      if (!ocp.acts(ocp.constraints()[c]->nodes(), k)) continue;
+      for (int row = 0; row < ocp.constraints()[c]->rows(); ++row) rows_[k].push_back({c, row});
+    }
+  }
+}
+
+void Evaluation::set_instance(const OcpInstance& instance) { instance_ = &instance; }
+
+void Evaluation::set_node(int k, const StateVector& x, const JointVector& u) {
+  const int n = ocp_->dof();
+  const bool has_input = k < ocp_->horizon();
+  const bool moved = x != x_[k];
+  if (!moved && (!has_input || u == u_[k])) return;
+  if (moved) {
+    x_[k] = x;
+    dq_[k] = x.tail(n);
+    arms_[k].set_position(x.head(n));
+  }
+  if (has_input) {
+    u_[k] = u;
+    arms_[k].set_motion(dq_[k], u);
+  }
+}
+
+void Evaluation::set_trajectory(const Trajectory& trajectory) {
+  for (int k = 0; k < ocp_->horizon(); ++k) set_node(k, trajectory.x[k], trajectory.u[k]);
+  set_node(ocp_->horizon(), trajectory.x.back(), u_.back());
+  if (!ocp_->liquid()) return;
+  slosh_[0] = instance_->liquid.state;
+  for (int k = 0; k < ocp_->horizon(); ++k) {
+    interval_.set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
+    instance_->liquid.model.set_step(interval_.force(), false, step_);
+    slosh_[k + 1] = step_.next(slosh_[k]);
+  }
+}
+
+Node Evaluation::node(int k) const {
+  const int entry = std::max(k - 1, 0);  // node 0 has no reference, and no term of a state acts there
+  return {arms_[k],
+          dq_[k],
+          u_[k],
+          instance_->reference.p[entry],
+          instance_->reference.R[entry],
+          times_[k],
+          instance_->near,
+          ocp_->liquid() ? &slosh_[k] : nullptr,
+          &instance_->liquid,
+          &instance_->u_followed,
+          instance_->clearance};
+}
+
+const SloshStep& Evaluation::slosh_step(int k) const {
+  interval_.set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
+  instance_->liquid.model.set_step(interval_.force(), true, step_);
+  for (int i = 0; i < 3 * ocp_->dof(); ++i) step_.by_motion.col(i) = interval_.force_by(i);
+  step_.differentiate(slosh_[k]);
+  return step_;
+}
+
+void Evaluation::add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const {
+  const int size = 3 * ocp_->dof();
+  interval_.add_hessian(step_.by_force.transpose() * costate, hessian);
+  const auto& G = step_.by_motion;
+  const NodeHessian by_motion = G.transpose() * step_.curvature_by_force(slosh_[k], costate) * G;
+  const SloshState by_vertical = step_.curvature_by_vertical(costate);
+  for (int j = 0; j < size; ++j) {
+    for (int i = 0; i <= j; ++i) hessian(i, j) += by_motion(i, j);
+    for (int i = 0; i < kSloshStates; ++i) hessian(j, size + i) += G(2, j) * by_vertical[i];
+  }
+}
+
+double Evaluation::objective(int k) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < ocp_->objectives().size(); ++i) {
+    const Objective& term = *ocp_->objectives()[i];
+    if (ocp_->acts(term.nodes(), k) && !instance_->weights[i].isZero(0.0)) {
+      sum += term.value(node(k), instance_->weights[i]);
+    }
+  }
+  return ocp_->dt() * sum;
+}
+
+double Evaluation::objective_share(int i) const {
+  const Objective& term = *ocp_->objectives()[i];
+  double sum = 0.0;
+  for (int k = 0; k <= ocp_->horizon(); ++k) {
+    if (ocp_->acts(term.nodes(), k)) sum += term.value(node(k), instance_->weights[i]);
+  }
+  return ocp_->dt() * sum;
+}
+
+void Evaluation::add_objective_gradient(int k, double scale, NodeGradient& gradient) const {
+  for (std::size_t i = 0; i < ocp_->objectives().size(); ++i) {
+    const Objective& term = *ocp_->objectives()[i];
+    const JointVector& weight = instance_->weights[i];
+    if (ocp_->acts(term.nodes(), k) && !weight.isZero(0.0)) {
+      term.add_gradient(node(k), scale * ocp_->dt() * weight, gradient);
+    }
+  }
+}
+
+void Evaluation::add_objective_hessian(int k, double scale, NodeHessian& hessian) const {
+  for (std::size_t i = 0; i < ocp_->objectives().size(); ++i) {
+    const Objective& term = *ocp_->objectives()[i];
+    const JointVector& weight = instance_->weights[i];
+    if (ocp_->acts(term.nodes(), k) && !weight.isZero(0.0)) {
+      term.add_hessian(node(k), scale * ocp_->dt() * weight, hessian);
+    }
+  }
+}
+
+void Evaluation::add_objective_convex_hessian(int k, double scale, NodeHessian& hessian) const {
+  for (std::size_t i = 0; i < ocp_->objectives().size(); ++i) {
+    const Objective& term = *ocp_->objectives()[i];
+    const JointVector& weight = instance_->weights[i];
+    if (ocp_->acts(term.nodes(), k) && !weight.isZero(0.0)) {
+      term.add_convex_hessian(node(k), scale * ocp_->dt() * weight, hessian);
+    }
+  }
+}
+
+double Evaluation::constraint(int k, ConstraintRow row) const {
+  return ocp_->constraints()[row.constraint]->value(node(k), row.row);
+}
+
+void Evaluation::add_constraint_gradient(int k, ConstraintRow row, double scale, NodeGradient& gradient) const {
+  ocp_->constraints()[row.constraint]->add_gradient(node(k), row.row, scale, gradient);
+}
+
+void Evaluation::add_constraint_hessian(int k, ConstraintRow row, double scale, NodeHessian& hessian) const {
+  ocp_->constraints()[row.constraint]->add_hessian(node(k), row.row, scale, hessian);
+}
+
+double Evaluation::price(int k) const {
+  double sum = 0.0;
+  for (const ConstraintRow row : rows_[k]) {
+    const double price = ocp_->constraints()[row.constraint]->price(row.row);
+    if (!std::isfinite(price)) continue;
+    const double value = constraint(k, row);
+    const Bounds limit = bounds(k, row);
+    sum += price * std::max({0.0, limit.lower - value, value - limit.upper});
+  }
+  return sum;
+}
+
+double Evaluation::violation() const {
+  double largest = 0.0;
+  for (int k = 0; k <= ocp_->horizon(); ++k) {
+    for (const ConstraintRow row : rows_[k]) {
+      if (std::isfinite(ocp_->constraints()[row.constraint]->price(row.row))) continue;
+      const double value = constraint(k, row);
+      const Bounds limit = bounds(k, row);
+      largest = std::max({largest, limit.lower - value, value - limit.upper});
+    }
+  }
+  return largest;
+}
+
+double Evaluation::clearance() const {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Kinematics& arm : arms_) smallest = std::min(smallest, steadyhand::clearance(arm));
+  return smallest;
+}
+
+}  // namespace steadyhand

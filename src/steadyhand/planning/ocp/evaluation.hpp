@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "steadyhand/planning/ocp/ocp.hpp"
+#include "steadyhand/planning/ocp/slosh_interval.hpp"
+
+namespace steadyhand {
+
+/// One scalar inequality of a node: row `row` of constraint `constraint`.
+struct ConstraintRow {
+  int constraint;  ///< index in Ocp::constraints()
+  int row;
+};
+
+/// The terms of one Ocp, evaluated node by node at the point that is set. Scratch of one thread; memory is taken by the
+/// constructor, nothing after it allocates. The Ocp and the instance must outlive it.
+class Evaluation {
+ public:
+  explicit Evaluation(const Ocp& ocp);
+
+  void set_instance(const OcpInstance& instance);
+  /// Moves node k to (x, u); does nothing when it is there already. u is ignored at k = N.
+  void set_node(int k, const StateVector& x, const JointVector& u);
+  /// All nodes, the liquid rolled out from the instance's state.
+  void set_trajectory(const Trajectory& trajectory);
+
+  // ---- of a problem with a liquid
+  /// Moves the liquid at node k. What is asked of it is asked after set_node().
+  void set_slosh(int k, const SloshState& state) { slosh_[k] = state; }
+  const SloshState& slosh(int k) const { return slosh_[k]; }
+  /// How the liquid's state goes over interval k, with derivatives at node k's.
+  const SloshStep& slosh_step(int k) const;
+  /// After slosh_step(k): adds the second derivatives of costate . state+ by z.
+  void add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const;
+
+  /// dt * (sum of the node's objectives).
+  double objective(int k) const;
+  /// dt * (objective i of Ocp::objectives(), summed over the horizon): its share of J.
+  double objective_share(int i) const;
+  void add_objective_gradient(int k, double scale, NodeGradient& gradient) const;
+  void add_objective_hessian(int k, double scale, NodeHessian& hessian) const;
+  /// With Objective::add_convex_hessian of each.
+  void add_objective_convex_hessian(int k, double scale, NodeHessian& hessian) const;
+
+  /// All rows that act at node k, in the order of Ocp::constraints().
+  const std::vector<ConstraintRow>& rows(int k) const { return rows_[k]; }
+  double constraint(int k, ConstraintRow row) const;
+  Bounds bounds(int k, ConstraintRow row) const {
+    const Constraint& constraint = *ocp_->constraints()[row.constraint];
+    return k == 0 ? constraint.first_bounds(instance_->x0, row.row) : constraint.bounds(row.row);
+  }
+  void add_constraint_gradient(int k, ConstraintRow row, double scale, NodeGradient& gradient) const;
+  void add_constraint_hessian(int k, ConstraintRow row, double scale, NodeHessian& hessian) const;
+
+  /// What it costs at node k that rows with a price are outside their bounds.
+  double price(int k) const;
+  /// Largest amount by which a row without a price leaves its bounds at any node, in the row's own unit; 0 when inside.
+  double violation() const;
+  /// Smallest gap between sphere surfaces over nodes 0..N, m.
+  double clearance() const;
+
+  const Ocp& ocp() const { return *ocp_; }
+  const OcpInstance& instance() const { return *instance_; }
+  const Kinematics& arm(int k) const { return arms_[k]; }
+
+ private:
+  Node node(int k) const;
+
+  const Ocp* ocp_;
+  const OcpInstance* instance_ = nullptr;
+  std::vector<Kinematics> arms_;
+  std::vector<StateVector> x_;
+  std::vector<JointVector> u_, dq_;
+  std::vector<double> times_;  ///< s, of the nodes
+  std::vector<std::vector<ConstraintRow>> rows_;
+  std::vector<SloshState> slosh_;
+  mutable SloshIntervalOf<double> interval_;  ///< the last one asked for
+  mutable SloshStep step_;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,255 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/core/math.hpp"
+#include "steadyhand/geometry/collision/obstacle.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/planning/ocp/slosh.hpp"
+
+namespace steadyhand {
+
+/// Derivatives at one node are taken by z = [q; dq; u], 3n, and behind them the liquid's state if the problem has one.
+template <typename Scalar>
+using NodeGradientOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxEntries, 1>;
+using NodeGradient = NodeGradientOf<double>;
+/// Only the upper triangle (row <= column) counts.
+template <typename Scalar>
+using NodeHessianOf = MotionHessianOf<Scalar>;
+using NodeHessian = NodeHessianOf<double>;
+
+/// A body of the arm, or something that it carries, and an obstacle that it may come near; or a body of the arm and
+/// what the tool carries (Obstacle::carried). The time is that of the instance's node 0.
+struct NearObstacle {
+  /// Of the model; from kMaxBodies on `carried` in its place; -1: none, and the rest is not looked at.
+  int body = -1;
+  Obstacle obstacle;
+  double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
+  /// The ball around one corner of the core (Shape::corner) of what moves, the body or what is carried; -1: the whole.
+  /// Which corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance
+  /// leads; a row for each corner does not.
+  int corner = -1;
+  Obstacle carried{};  ///< by the tool
+};
+/// Rows that the constraint of obstacles has for them (OcpSettings::obstacle_rows).
+using NearObstacles = std::vector<NearObstacle>;
+
+/// What a term sees at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
+template <typename Scalar>
+struct NodeOf {
+  const KinematicsOf<Scalar>& arm;  ///< at q; with the motion (dq, u) where the term acts on intervals
+  const JointVectorOf<Scalar>& dq;
+  const JointVectorOf<Scalar>& u;
+  const Vector3Of<Scalar>& p_ref;               ///< m, base frame
+  const Matrix3Of<Scalar>& R_ref;               ///< tool to base
+  const Scalar& time;                           ///< s, since node 0
+  const NearObstacles& near;                    ///< of the instance
+  const SloshStateOf<Scalar>* slosh = nullptr;  ///< the liquid's state; null in a problem without liquid
+  const LiquidInstance* liquid = nullptr;       ///< of the instance; null likewise
+  const JointVector* u_followed = nullptr;      ///< of the instance
+  double clearance = 0.0;                       ///< m, of the instance
+};
+using Node = NodeOf<double>;
+
+/// One node of the horizon per lane.
+struct NodeBatch : NodeOf<Lanes> {
+  Kinematics& scratch;  ///< for terms that know one node only
+};
+
+/// Where on the horizon a term acts. The state x_0 is given, so what depends on the state alone begins at k = 1.
+enum class Nodes {
+  kStates,     ///< k = 1..N; must not use u
+  kIntervals,  ///< k = 0..N-1
+};
+
+/// Weights among which a page lets its operator choose.
+struct WeightRange {
+  double min = 0.0, max = 100.0;
+  bool logarithmic = false;  ///< by factors from min > 0 on, and 0 at the lower end
+};
+
+/// What an objective is called and how it is weighed. It stands in the objective's own file: profiles, logs, reports,
+/// messages and pages take it from there.
+struct ObjectiveInfo {
+  std::string name;   ///< lower-case letters, digits and underscores, the first a letter
+  std::string label;  ///< for people
+  std::string unit;   ///< of a weight
+  WeightRange range = {};
+  bool offered = true;  ///< pages offer the weight to the operator of a live arm
+  /// While the arm only comes to rest its weights are the profile's, but not below the one nor above the other. What
+  /// would draw the arm anywhere has 0 above.
+  double at_rest_min = 0.0, at_rest_max = std::numeric_limits<double>::infinity();
+};
+
+/// The same of a constraint.
+struct ConstraintInfo {
+  std::string name, label;
+  std::string unit;  ///< of its rows
+};
+
+/// One summand of the stage cost, linear in its weights. Const in the loop; the solver multiplies by dt.
+///
+/// A class of the caller's own gives its ObjectiveInfo to the constructor and has nodes(), weight_count(), and value,
+/// gradient and Hessian at one node. OcpSettings::objectives takes it.
+///
+/// Each function comes for one node and for a batch of nodes. A term that says nothing about batches works: its nodes
+/// are then computed one after another. Terms of this project are written once for both, see ObjectiveFor.
+class Objective {
+ public:
+  virtual ~Objective() = default;
+  const ObjectiveInfo& info() const { return info_; }
+  const std::string& name() const { return info_.name; }
+  virtual Nodes nodes() const = 0;
+  /// Number of weights for an arm of n joints, at most kMaxJoints.
+  virtual int weight_count(int dof) const = 0;
+  /// Whether it looks at the arm's motion (velocities, accelerations of the tool).
+  virtual bool needs_motion() const { return nodes() == Nodes::kIntervals; }
+  /// Whether for given q and dq the value is a convex quadratic function of u, whose Hessian add_convex_hessian()
+  /// gives: then node 0, whose state is given, is computed once for all iterates.
+  virtual bool quadratic_in_input() const { return false; }
+
+  virtual double value(const Node& node, const JointVector& weight) const = 0;
+  virtual void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const = 0;
+  /// Exact, upper triangle.
+  virtual void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const = 0;
+  /// A positive semidefinite stand-in for the Hessian, for iterates where the exact one is of no use: Gauss-Newton
+  /// where the term is a sum of squares. The default takes the positive eigenvalues of the exact one.
+  virtual void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const;
+
+  using BatchWeight = JointVectorOf<Lanes>;
+  virtual Lanes value(const NodeBatch& nodes, const BatchWeight& weight) const;
+  virtual void add_gradient(const NodeBatch& nodes, const BatchWeight& weight, NodeGradientOf<Lanes>& gradient) const;
+  virtual void add_hessian(const NodeBatch& nodes, const BatchWeight& weight, NodeHessianOf<Lanes>& hessian) const;
+  virtual void add_convex_hessian(const NodeBatch& nodes, const BatchWeight& weight,
+                                  NodeHessianOf<Lanes>& hessian) const;
+
+ protected:
+  explicit Objective(ObjectiveInfo info) : info_(std::move(info)) {}
+
+ private:
+  ObjectiveInfo info_;
+};
+
+/// An objective written once for one node and for a batch: Term has the members
+///   Scalar value_at<Scalar>(const NodeOf<Scalar>&, const JointVectorOf<Scalar>& weight) const,
+///   void gradient_at<Scalar>(same, NodeGradientOf<Scalar>&) const, hessian_at and convex_hessian_at likewise.
+template <typename Term>
+class ObjectiveFor : public Objective {
+ public:
+  double value(const Node& node, const JointVector& weight) const final { return term().value_at(node, weight); }
+  void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const final {
+    term().gradient_at(node, weight, gradient);
+  }
+  void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const final {
+    term().hessian_at(node, weight, hessian);
+  }
+  void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const final {
+    term().convex_hessian_at(node, weight, hessian);
+  }
+  Lanes value(const NodeBatch& nodes, const BatchWeight& weight) const final {
+    return term().template value_at<Lanes>(nodes, weight);
+  }
+  void add_gradient(const NodeBatch& nodes, const BatchWeight& weight, NodeGradientOf<Lanes>& gradient) const final {
+    term().template gradient_at<Lanes>(nodes, weight, gradient);
+  }
+  void add_hessian(const NodeBatch& nodes, const BatchWeight& weight, NodeHessianOf<Lanes>& hessian) const final {
+    term().template hessian_at<Lanes>(nodes, weight, hessian);
+  }
+  void add_convex_hessian(const NodeBatch& nodes, const BatchWeight& weight,
+                          NodeHessianOf<Lanes>& hessian) const final {
+    term().template convex_hessian_at<Lanes>(nodes, weight, hessian);
+  }
+
+ protected:
+  using Objective::Objective;
+
+ private:
+  const Term& term() const { return static_cast<const Term&>(*this); }
+};
+
+struct Bounds {
+  double lower, upper;  ///< infinite where there is none
+};
+
+/// Entries first .. last - 1 of z.
+struct EntryRange {
+  int first, last;
+};
+
+/// Scalar rows c_i(z) with lower <= c_i <= upper. Holds what it needs of the robot; const in the loop. One node or a
+/// batch, as for Objective.
+class Constraint {
+ public:
+  virtual ~Constraint() = default;
+  const ConstraintInfo& info() const { return info_; }
+  const std::string& name() const { return info_.name; }
+  virtual Nodes nodes() const = 0;
+  virtual int rows() const = 0;
+  virtual Bounds bounds(int row) const = 0;
+  /// The row's bounds at node 0, whose state is given and may move those that are finite.
+  virtual Bounds first_bounds(const StateVector& /*x0*/, int row) const { return bounds(row); }
+
+  virtual double value(const Node& node, int row) const = 0;
+  /// Adds scale * dc_row/dz.
+  virtual void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const = 0;
+  /// Adds scale * d2c_row/dz2, upper triangle. Linear rows add nothing.
+  virtual void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const = 0;
+
+  virtual Lanes value(const NodeBatch& nodes, int row) const;
+  /// Sets near[i] for every row i that is within its activation margin or beyond its bounds in a lane where `acts` is
+  /// not 0, and perhaps for others. Of all a solver does this alone is done for all rows.
+  virtual void find_near(const NodeBatch& nodes, Lanes acts, char* near) const;
+  virtual void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const;
+  virtual void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const;
+
+  /// Index in z when the row's value is that entry of z and nothing else, else -1: limits, which solvers treat apart.
+  virtual int entry(int /*row*/) const { return -1; }
+  /// Entries of z that the row may depend on, for an arm of n joints. The liquid's state begins at 3n.
+  virtual EntryRange support(int /*row*/, int dof) const { return {0, 3 * dof}; }
+  /// Units of the objective per unit of the row that leaving the row's bounds costs. Infinite: it may not leave them.
+  virtual double price(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
+  /// A solver may leave out a row whose value is further than this inside its bounds on the guess, if it checks all
+  /// rows at its solution. Infinite: never leave it out. In the row's unit.
+  virtual double activation_margin(int /*row*/) const { return std::numeric_limits<double>::infinity(); }
+  /// How fast its rows may use up their margins: a row that is outside its activation margin for some q is inside its
+  /// bounds for every q' with sum_j lever_j |q'_j - q_j| <= 1, whatever dq and u are. 1/rad (1/m), one for each joint;
+  /// empty: nobody knows, and a solver computes all rows to be sure. Called at set-up.
+  virtual JointVector levers() const { return {}; }
+
+ protected:
+  explicit Constraint(ConstraintInfo info) : info_(std::move(info)) {}
+
+ private:
+  ConstraintInfo info_;
+};
+
+/// A constraint written once for one node and for a batch: Term has value_at, gradient_at and hessian_at.
+template <typename Term>
+class ConstraintFor : public Constraint {
+ public:
+  double value(const Node& node, int row) const final { return term().value_at(node, row); }
+  void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const final {
+    term().gradient_at(node, row, scale, gradient);
+  }
+  void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const final {
+    term().hessian_at(node, row, scale, hessian);
+  }
+  Lanes value(const NodeBatch& nodes, int row) const final { return term().template value_at<Lanes>(nodes, row); }
+  void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const final {
+    term().template gradient_at<Lanes>(nodes, row, scale, gradient);
+  }
+  void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const final {
+    term().template hessian_at<Lanes>(nodes, row, scale, hessian);
+  }
+
+ protected:
+  using Constraint::Constraint;
+
+ private:
+  const Term& term() const { return static_cast<const Term&>(*this); }
+};
+
+}  // namespace steadyhand

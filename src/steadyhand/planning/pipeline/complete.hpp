@@ -1,0 +1,12 @@
+#pragma once
+
+#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/predict/predictor.hpp"
+
+namespace steadyhand {
+
+/// What the caller of a predictor need not say, as it follows from the problem and the arm: horizon, dt and reach.
+PredictorSettings complete(PredictorSettings predictor, const OcpSettings& ocp, const Reach& reach);
+
+}  // namespace steadyhand

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <memory>
+
+#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/planning/pipeline/complete.hpp"
+#include "steadyhand/planning/pipeline/profile.hpp"
+#include "steadyhand/planning/plan/planner.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
+#include "steadyhand/planning/predict/predictor.hpp"
+#include "steadyhand/planning/retarget/retargeter.hpp"
+
+namespace steadyhand {
+
+/// Of each stage; the defaults are the program's.
+struct PipelineSettings {
+  double rate_hz = 20.0;        ///< plans a second, that update() makes; 0.001 to 1e4
+  RetargetSettings retarget;    ///< from the hand to the target
+  PredictorSettings predictor;  ///< horizon, dt and reach are set from the problem and the robot
+  OcpSettings ocp;              ///< objectives, constraints, horizon
+  PlannerSettings planner;      ///< solver, and what plans are checked for
+
+  PipelineSettings() = default;
+  /// As the profile has it: its problem, solver and tolerance.
+  explicit PipelineSettings(const Profile& profile);
+};
+
+/// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, wired as the program
+/// wires them. The arm is taken to follow its commands. One thread; `make` takes the memory.
+///
+///     auto arm = open_pipeline("ur5e", "waiter");  // files/config/open_pipeline.hpp
+///     (*arm)->feed({{now, now}, X_operator_hand, clutch});
+///     JointCommand command = (*arm)->update(now);
+class Pipeline {
+ public:
+  /// Fails as Planner::make, and on other numbers out of range, with the reason.
+  static Result<std::unique_ptr<Pipeline>> make(RobotModel model, const PipelineSettings& settings);
+
+  /// The hand at one time; times count from any epoch, that of update(). Engages with the clutch and lets go with it.
+  /// Fails, and changes nothing, on a pose with numbers that are not finite or a quaternion whose length is not 1 to a
+  /// thousandth, on times more than 9e9 s from the epoch, and on a look-ahead of more than 10 s.
+  Status feed(const OperatorSample& sample);
+  /// The set-point of the arm at `now`. Makes a new plan first if the last is older than a period of the rate. Call it
+  /// as often as the arm takes commands; times that go back repeat the last command, those beyond 9e9 s count as 9e9 s.
+  JointCommand update(Time now);
+
+  /// The arm stands at q from `now` on, and a hand that grips takes hold of it there anew. q: rad (m), n of them.
+  /// Fails, and changes nothing, on another count, numbers that are not finite or beyond the arm's limits, and on a
+  /// time more than 9e9 s from the epoch.
+  Status reset(const JointVector& q, Time now);
+
+  // ---- The steps that update() takes, for callers with a clock of their own.
+  /// A plan from `now` on, which is followed from then on.
+  const Plan& plan(Time now);
+  /// The followed plan at `now`.
+  JointCommand command(Time now) const { return tracker_.update(now); }
+
+  const RobotModel& model() const { return *model_; }        ///< the arm; lives as long as this
+  const Target& target() const { return target_; }           ///< where the newest sample wants the controlled frame
+  Retargeter& retargeter() { return retargeter_; }           ///< to change scale and axes
+  Predictor& predictor() { return predictor_; }              ///< of the target
+  const Predictor& predictor() const { return predictor_; }  ///< of the target
+  Planner& planner() { return *planner_; }                   ///< to change weights; what came of the last solve
+  const Planner& planner() const { return *planner_; }       ///< what came of the last solve
+
+ private:
+  Pipeline(std::unique_ptr<const RobotModel> model, const PipelineSettings& settings, std::unique_ptr<Planner> planner);
+
+  std::unique_ptr<const RobotModel> model_;  ///< stays where it is: planner and kinematics point to it
+  Time period_;
+  Retargeter retargeter_;
+  Predictor predictor_;
+  std::unique_ptr<Planner> planner_;
+  Tracker tracker_;
+  Kinematics arm_;
+  Target target_;
+  bool fed_ = false, planned_ = false;
+  Time next_plan_{0}, newest_{Time::min()};
+};
+
+}  // namespace steadyhand

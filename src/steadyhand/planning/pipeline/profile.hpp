@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/plan/planner.hpp"
+#include "steadyhand/planning/predict/predictor.hpp"
+#include "steadyhand/planning/retarget/retargeter.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
+
+namespace steadyhand {
+
+/// How the arm shall follow: a profile file, profiles/NAME.yaml.
+struct Profile {
+  std::string name;                                       ///< in paths and tables
+  std::string label;                                      ///< for people
+  OcpSettings ocp;                                        ///< objectives with their weights, constraints, horizon
+  Prediction prediction = Prediction::kConstantVelocity;  ///< how the hand goes on
+  double tilt_max = M_PI;                                 ///< rad, see RetargetSettings
+  std::string solver = kDefaultSolver;                    ///< see solver_names()
+  double tolerance = 1e-6;                                ///< of the KKT conditions
+};
+
+/// Writes all that the profile says into the settings of the stages, and leaves the rest as it is.
+void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings& predictor, OcpSettings& ocp,
+           PlannerSettings& planner);
+
+/// Keys of profile files in which these differ so that each needs its own planner, comma-separated. Empty: one planner
+/// serves both; their weights, prediction and tilt, and whether the liquid counts, may change while the arm moves.
+std::string planner_differences(const Profile& a, const Profile& b);
+
+/// Its weights on one line, for people.
+std::string describe_weights(const OcpSettings& ocp);
+
+}  // namespace steadyhand

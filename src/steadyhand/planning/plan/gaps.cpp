@@ -1,0 +1,188 @@
+#include "steadyhand/planning/plan/gaps.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+LinkPairs levers(const RobotModel& model, const Obstacles& obstacles) {
+  const int n = model.dof();
+  LinkPairs result = LinkPairs::Zero();
+  for (const Body& body : model.bodies) {
+    const double reach = body.origin.translation().norm() + body.shape.extent();
+    for (int i = 0; i < body.link; ++i) result(i, body.link) = std::max(result(i, body.link), reach);
+  }
+  for (const Obstacle& carried : obstacles.all()) {
+    if (!carried.carried) continue;
+    const double reach = (model.tool.origin * carried.at.p).norm() + carried.shape.extent();
+    for (int i = 0; i < n; ++i) result(i, n) = std::max(result(i, n), reach);
+  }
+  for (int j = 1; j <= n; ++j) {
+    double length = 0.0;
+    for (int i = j - 1; i >= 0; --i) {
+      const bool slides = model.joints[i].type == JointType::kPrismatic;
+      if (slides) length += std::max(std::abs(model.position_min[i]), std::abs(model.position_max[i]));
+      result(i, j) = slides ? 1.0 : result(i, j) + length;  // what a joint that slides moves goes as fast as the joint
+      length += model.joints[i].origin.translation().norm();
+    }
+  }
+  return result;
+}
+
+namespace {
+
+/// m, of what is not there.
+constexpr double kFar = 1e6;
+
+/// Least sum of the radii of two bodies of two links: by so much their cores are further apart than their surfaces.
+LinkPairs least_radii(const RobotModel& model, const Obstacles& obstacles) {
+  LinkPairs least = LinkPairs::Constant(kFar);
+  const auto include = [&](int row, int link, double radii) { least(row, link) = std::min(least(row, link), radii); };
+  for (const auto& [i, j] : model.pairs) {
+    const Body &first = model.bodies[i], &second = model.bodies[j];
+    include(first.link, second.link, first.shape.radius + second.shape.radius);
+  }
+  for (const Body& body : model.bodies) {
+    for (int kind = 0; kind < kObstacleRows; ++kind) include(row_of(ObstacleRow(kind)), body.link, body.shape.radius);
+  }
+  for (const Obstacle& carried : obstacles.all()) {
+    if (!carried.carried) continue;
+    for (int kind = 0; kind < kObstacleRows; ++kind)
+      include(row_of(ObstacleRow(kind)), model.dof(), carried.shape.radius);
+  }
+  for_each_carried_pair(model, obstacles, [&](int body, int obstacle) {
+    include(model.bodies[body].link, model.dof(),
+            model.bodies[body].shape.radius + obstacles.list[obstacle].shape.radius);
+  });
+  return least;
+}
+
+/// What points of link j do at most, as seen from link i or from an obstacle.
+struct Motion {
+  LinkPairs speed = LinkPairs::Zero();         ///< m/s
+  LinkPairs acceleration = LinkPairs::Zero();  ///< m/s^2
+};
+
+/// While the joints are no faster than `speed`. As seen from link i the velocity of a point of link j is the sum over
+/// joints k between them of dq_k z_k x r_k, r_k from joint k to the point, its acceleration the sum over joints k and l
+/// of ddq_k z_k x r_k and of dq_k dq_l z_min(k,l) x (z_max(k,l) x r_max(k,l)).
+Motion fastest(const LinkPairs& levers, const JointVector& speed, const JointVector& acceleration,
+               const LinkLengths& obstacle_speed) {
+  const int n = static_cast<int>(speed.size());
+  Motion most;
+  for (int j = 1; j <= n; ++j) {
+    for (int i = 0; i < j; ++i) {
+      double before = 0.0;
+      for (int k = i; k < j; ++k) {
+        most.speed(i, j) += levers(k, j) * speed[k];
+        most.acceleration(i, j) += levers(k, j) * (acceleration[k] + speed[k] * (speed[k] + 2.0 * before));
+        before += speed[k];
+      }
+    }
+  }
+  most.speed.bottomRows<kObstacleRows>().rowwise() = most.speed.row(0).eval();
+  for (const ObstacleRow kind : {kMoving, kEnteredMoving}) most.speed.row(row_of(kind)) += obstacle_speed.transpose();
+  most.acceleration.bottomRows<kObstacleRows>().rowwise() = most.acceleration.row(0).eval();
+  return most;
+}
+
+/// The smallest that gaps can be in the time h between two moments, by what the distances of cores tell; -kFar where
+/// they tell nothing: cores that may overlap have no distance, and of those that nearly touch others may come nearer
+/// than the nearest.
+LinkPairs least_between(const LinkPairs& first, const LinkPairs& last, const LinkPairs& radii, const Motion& most,
+                        double h) {
+  const LinkPairs way = h * most.speed;
+  const LinkPairs from = first + radii, to = last + radii;  // between cores
+  const LinkPairs furthest = 0.5 * (from + to + way);
+  const LinkPairs bend = way * way + h * h * furthest * most.acceleration;
+  const LinkPairs a = from * from, b = to * to, least = a.min(b), most_uneven = (b - a).abs();
+  const LinkPairs squared =
+      (most_uneven >= bend).select(least, 0.5 * (a + b) - 0.25 * (bend + most_uneven * most_uneven / bend));
+  const LinkPairsMask tells = squared > 0.0 && from.min(to) > (0.25 * h * h) * most.acceleration;
+  return tells.select(squared.max(0.0).sqrt() - radii, -kFar);
+}
+
+}  // namespace
+
+LinkPairs gaps(const Kinematics& kinematics, const ObstacleSweep& obstacles, double t, const LinkPairsMask& wanted) {
+  const RobotModel& model = kinematics.model();
+  LinkPairs smallest = LinkPairs::Constant(kFar);
+  if (obstacles.count() > 0) {
+    const LinkMask links = wanted.bottomRows<kObstacleRows>().colwise().any().transpose();
+    smallest.bottomRows<kObstacleRows>() = obstacle_gaps(obstacles, kinematics, t, links).min(kFar);
+  }
+  for (const auto& [i, j] : model.pairs) {
+    const Body &first = model.bodies[i], &second = model.bodies[j];
+    if (!wanted(first.link, second.link)) continue;
+    double& least = smallest(first.link, second.link);
+    if (is_further(least, first.shape, kinematics.body(i), second.shape, kinematics.body(j))) continue;
+    least = std::min(least, distance(first.shape, kinematics.body(i), second.shape, kinematics.body(j)));
+  }
+  for_each_carried_pair(model, obstacles.obstacles(), [&](int body, int obstacle) {
+    if (!wanted(model.bodies[body].link, model.dof())) return;
+    double& least = smallest(model.bodies[body].link, model.dof());
+    least = std::min(least, carried_gap(kinematics, body, obstacles.obstacles().list[obstacle]));
+  });
+  return smallest;
+}
+
+PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest) {
+  const auto below = (gaps < smallest).eval();
+  if (!below.any()) return PlanFault::kNone;
+  return below.bottomRows<kObstacleRows>().any() ? PlanFault::kObstacle : PlanFault::kSelfCollision;
+}
+
+GapsBetween::GapsBetween(Kinematics& kinematics, const ObstacleSweep& obstacles, const LinkPairs& levers,
+                         const LinkPairs& smallest, double tolerance)
+    : kinematics_(kinematics),
+      obstacles_(obstacles),
+      levers_(levers),
+      smallest_(smallest),
+      tolerance_(tolerance),
+      radii_(least_radii(kinematics.model(), obstacles.obstacles())) {}
+
+LinkPairs GapsBetween::gaps_at(const Moment& moment, const LinkPairsMask& wanted) {
+  kinematics_.set_position(moment.q);
+  return gaps(kinematics_, obstacles_, moment.t, wanted);
+}
+
+PlanFault GapsBetween::look(Moment& first, Moment& last, const JointVector& acceleration) {
+  const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
+  const LinkPairs way =
+      (last.t - first.t) * fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest()).speed;
+  last.gaps = first.gaps - way;
+  LinkPairsMask untold = last.gaps < smallest_;
+  if (!untold.any()) return PlanFault::kNone;
+  last.gaps = untold.select(gaps_at(last, untold), last.gaps);
+  if (const PlanFault fault = contact(last.gaps, smallest_); fault != PlanFault::kNone) return fault;
+  untold = untold && 0.5 * (first.gaps + last.gaps - way) < smallest_;
+  if (!untold.any()) return PlanFault::kNone;
+  first.gaps = untold.select(gaps_at(first, untold), first.gaps);
+  // Second derivatives tell nothing of gaps that are only known not to be less.
+  Moment begin = first, end = last;
+  begin.gaps = untold.select(first.gaps, kFar);
+  end.gaps = untold.select(last.gaps, kFar);
+  return look_closer(begin, end, acceleration, 7);
+}
+
+PlanFault GapsBetween::look_closer(const Moment& first, const Moment& last, const JointVector& acceleration,
+                                   int halvings) {
+  const double h = last.t - first.t, s = 0.5 * h;
+  const JointVector speed = first.dq.cwiseAbs().cwiseMax(last.dq.cwiseAbs());
+  const Motion most = fastest(levers_, speed, acceleration.cwiseAbs(), obstacles_.fastest());
+  LinkPairs least = 0.5 * (first.gaps + last.gaps - h * most.speed);
+  if (contact(least, smallest_) == PlanFault::kNone) return PlanFault::kNone;
+  least = least.max(least_between(first.gaps, last.gaps, radii_, most, h));
+  // Where cores may overlap, as they did when the plan began, no bound leads out of it; the moments have to do.
+  least = (smallest_ + radii_ < -tolerance_).select(smallest_, least);
+  const PlanFault untold = contact(least, smallest_);
+  if (untold == PlanFault::kNone || halvings == 0) return untold;
+  Moment middle{first.t + s, first.q + s * first.dq + (0.5 * s * s) * acceleration, first.dq + s * acceleration, {}};
+  middle.gaps = gaps_at(middle, least < smallest_);
+  PlanFault fault = contact(middle.gaps, smallest_);
+  if (fault == PlanFault::kNone) fault = look_closer(first, middle, acceleration, halvings - 1);
+  if (fault == PlanFault::kNone) fault = look_closer(middle, last, acceleration, halvings - 1);
+  return fault;
+}
+
+}  // namespace steadyhand

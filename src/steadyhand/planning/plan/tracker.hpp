@@ -1,0 +1,24 @@
+#pragma once
+
+#include "steadyhand/planning/plan/sample.hpp"
+
+namespace steadyhand {
+
+/// Follows the newest plan at the arm's rate: interpolates position, velocity and acceleration exactly, and stands
+/// still after the plan's end when no newer one came. Control thread; never waits, never allocates.
+class Tracker {
+ public:
+  /// @param rest the arm stands here until the first plan
+  explicit Tracker(const JointVector& rest) { stand(rest, Time(0), plan_); }
+
+  /// The next commands come from this plan.
+  void follow(const Plan& plan) { plan_ = plan; }
+  const Plan& plan() const { return plan_; }  ///< the one that is followed
+  /// What the arm is to do at `now`.
+  JointCommand update(Time now) const { return sample(plan_, now); }
+
+ private:
+  Plan plan_;
+};
+
+}  // namespace steadyhand

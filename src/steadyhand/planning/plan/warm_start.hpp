@@ -1,0 +1,40 @@
+#pragma once
+
+#include "steadyhand/planning/solve/solver.hpp"
+
+namespace steadyhand {
+
+/// The last solution as the start of the next solve, which begins any time later: accelerations and multipliers
+/// shifted by that time. Memory is taken by the constructor. The Ocp must outlive it.
+class WarmStart {
+ public:
+  /// For solutions of this problem.
+  explicit WarmStart(const Ocp& ocp);
+
+  /// Nothing is known: stand still, no multipliers.
+  void reset(Time now);
+  /// @param start time of the solution's node 0
+  void keep(const Solution& solution, Time start);
+  /// Makes guess() and multipliers() for a problem that starts at x0 at time `start`; what was before the last solution
+  /// is taken for its first node.
+  void shift(const StateVector& x0, Time start);
+
+  /// The row stands for something else now: what shift() made of its multipliers is void.
+  void forget(int constraint, int row);
+
+  /// As shift() left it.
+  const Trajectory& guess() const { return guess_; }
+  /// Null until something was kept.
+  const Multipliers* multipliers() const { return known_ ? &multipliers_ : nullptr; }
+
+ private:
+  void shift_multipliers(double intervals);
+
+  const Ocp& ocp_;
+  Trajectory last_, guess_;
+  Multipliers last_multipliers_, multipliers_;
+  Time last_start_{0};
+  bool known_ = false;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,204 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "steadyhand/planning/solve/multipliers.hpp"
+#include "steadyhand/planning/solve/realtime/batch_evaluation.hpp"
+#include "steadyhand/planning/solve/realtime/model_layout.hpp"
+#include "steadyhand/planning/solve/realtime/newton_system.hpp"
+#include "steadyhand/planning/solve/realtime/node_table.hpp"
+#include "steadyhand/planning/solve/realtime/row_set.hpp"
+
+namespace steadyhand::realtime {
+
+/// Distance of a point with its multipliers from the KKT conditions; the first three are the terms of kkt_error().
+struct Residuals {
+  double dual = 0.0;             ///< largest |dL/du|, states eliminated
+  double violation = 0.0;        ///< of the rows in the working set that have no price
+  double complementarity = 0.0;  ///< largest |multiplier * distance to the bound|, with a price see kkt_error()
+  double centrality = 0.0;       ///< largest |slack * multiplier - mu|, of slacks and of elastic variables
+
+  double kkt() const { return std::max({dual, violation, complementarity}); }
+};
+
+/// The problem that the solver's Newton steps see (docs/solver.md, "Elastic barrier"). Every bound of every row at
+/// every node, written as g(z) >= 0, gets two positive variables with g + elastic = slack: the slack is the distance to
+/// the bound from inside, the elastic variable the violation. Over the accelerations and these the solver minimises
+///   phi = J + sum ( price * elastic - mu log slack - mu log elastic ),
+/// whose minimisers go to the solution as mu -> 0. They make g + elastic = slack true at any point, so there is no
+/// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except
+/// for rows that have a price of their own (Constraint::price).
+///
+/// Points z are tables [q; dq; u; state of the liquid] x nodes that obey the dynamics. Lanes in which a row does not
+/// act carry the bound 1 >= 0, which keeps all arithmetic free of cases. Allocates only when it is made.
+class ElasticBarrier {
+ public:
+  explicit ElasticBarrier(const Ocp& ocp);
+
+  /// Leaves in the working set only the rows that are always there.
+  void forget_rows() { rows_.reset(); }
+  /// Starts a new problem at z. Takes the rows near their bounds into the working set, beside those in it.
+  /// start_slacks() must follow before anything but differentiate().
+  /// @param multipliers those of a solution nearby, or null
+  void begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers);
+  /// Slacks for the point and the barrier parameter mu: far enough from zero to move. Multipliers on the central path
+  /// or, if that is larger, as they are.
+  void start_slacks(double mu);
+  /// After differentiate(), whose residuals are those of the new mu then.
+  void set_mu(double mu);
+  double mu() const { return mu_; }
+
+  /// Where the Newton step starts: derivatives and residuals at the point that begin(), try_step() or move() set last.
+  /// What depends on the point alone is computed once for each.
+  const Residuals& differentiate();
+  /// Of the last differentiate().
+  const Residuals& residuals() const { return residuals_; }
+  /// Second-order models of all nodes with the slacks eliminated. `damping` is added to the curvature by u.
+  void model(Curvature curvature, double damping, NewtonSystem& newton);
+  /// The slacks' and multipliers' part of a step, and how much of it keeps them positive.
+  /// @return dphi along the step; +infinity for a step that is not finite
+  double complete(const NodeTable& step);
+  double largest_scale() const { return largest_scale_; }
+
+  /// Takes limits that the step would lead to, or close to, into the working set. True if there were any: then the
+  /// model is another one.
+  bool meet_limits(const NodeTable& step);
+
+  double merit();
+  /// phi at z + scale * step with the slacks moved along; infinite where it is not finite.
+  double try_step(const NodeTable& z, double scale);
+  /// Keeps what try_step tried last; multipliers move as far as they stay positive.
+  void accept();
+
+  /// Sets the point without touching slacks and multipliers.
+  void move(const NodeTable& z);
+  /// J and what rows with a price cost.
+  double objective() const { return objective_ + cost_of_prices(); }
+  /// What check_all_rows() found.
+  enum class Check { kNothingNew, kMissedLinear, kMissed };
+  /// Looks at all rows at the point; those outside their bounds by more than the tolerance go into the working set.
+  Check check_all_rows(double tolerance);
+  /// Takes rows that the point has come near to into the working set, where the joints have moved far enough since all
+  /// were looked at.
+  void watch();
+  /// Violation of all rows without a price where begin() or check_all_rows() looked last.
+  double violation() const { return violation_; }
+  double curvature_scale() const { return curvature_scale_; }
+  /// Of the rows in the working set.
+  void write_multipliers(Multipliers& multipliers) const;
+
+ private:
+  static constexpr double kPenalty = 1e6;
+  static constexpr double kStayInside = 0.995;  ///< largest share of the way to zero that a slack goes in one step
+  /// Multipliers below this are taken for those of rows that are not near their bounds.
+  static constexpr double kNoMultiplier = 1e-4;
+  static constexpr double kClose = 0.1;  ///< share of its margin at which a limit is met
+
+  /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
+  struct Side {
+    double sign;
+    Lanes limit;
+    Lanes slack, elastic, multiplier;
+    Lanes stiffness, offset;  ///< of the last model()
+    Lanes slack_step, elastic_step, multiplier_step;
+    Lanes new_slack, new_elastic;
+  };
+  /// A row of the working set at the nodes of a batch.
+  struct RowBlock {
+    int row, entry;
+    EntryRange support;
+    double price;  ///< of the elastic variables
+    bool soft;     ///< it is the row's own
+    Lanes acts;    ///< 1 in lanes where the row acts, else 0
+    Lanes value;   ///< c at the point
+    std::array<Side, 2> sides;
+    int side_count;
+    std::size_t gradient;  ///< where dc/dz begins in gradients_: the entries of the support, unless it is an entry
+
+    /// g of a side; 1 in lanes where the row does not act.
+    Lanes inside(const Side& side) const { return select(acts > 0.0, side.sign * (value - side.limit), 1.0); }
+    /// As Solution::multipliers has it; 0 in lanes where the row does not act.
+    Lanes signed_multiplier() const {
+      Lanes total = 0.0;
+      for (int i = 0; i < side_count; ++i) total -= sides[i].sign * sides[i].multiplier;
+      return acts * total;
+    }
+  };
+
+  void set_point();  ///< all that is known at z_
+  void differentiate_terms();
+  void find_near();
+  /// Calls f(row) with the rows of near_.
+  template <typename F>
+  void for_each_near(const F& f) {
+    for (auto at = near_.begin(); (at = std::find(at, near_.end(), 1)) != near_.end(); ++at) {
+      f(static_cast<int>(at - near_.begin()));
+    }
+  }
+  Lanes off_centre(const RowBlock& block, const Side& side) const;
+  double violation_of_blocks() const;
+  double violation(int r) const;
+  Lanes compute(const RowBlock& block, int b) const;
+  /// Whether since all rows were looked at no joint moved so far that a row could have come through this share of its
+  /// margin.
+  bool stayed_near(double share) const;
+  void take(int r);  ///< works on it from here on
+  /// Sets first_bounds_ and takes the rows whose bounds they narrow for near ones.
+  void narrow_first(const StateVector& x0);
+  void work_on(int r, const Multipliers* multipliers);
+  void start_slacks(RowBlock& block) const;
+  bool had_multiplier(const Multipliers& multipliers, int r) const;
+  void add_slosh(NewtonSystem& newton);
+  void write_model(int b, NewtonSystem& newton) const;
+  double phi(double cost_of_elastic, double logarithms) const;
+  double cost_of_prices() const;
+  /// Calls f(block, batch) with every block.
+  template <typename F>
+  void for_each_block(const F& f) {
+    for (int b = 0; b < evaluation_.batches(); ++b) {
+      for (RowBlock& block : blocks_[b]) f(block, b);
+    }
+  }
+
+  const Ocp& ocp_;
+  int n_, entries_, horizon_;
+  bool slosh_ = false;  ///< the liquid counts
+  double dt_;
+  NodeOrder order_;
+  BatchEvaluation evaluation_;
+  RowSet rows_;
+  std::vector<JointVector> unit_curvature_;  ///< of each objective and weight entry: curvature_scale_ is linear in them
+  double curvature_scale_ = 1.0;
+  double mu_ = 1.0;
+
+  JointVector levers_;     ///< 1/rad, of the constraints that know them (Constraint::levers)
+  bool all_known_ = true;  ///< these are all with rows outside of the working set
+
+  std::vector<int> interval_rows_;    ///< those that act at node 0
+  std::vector<Bounds> first_bounds_;  ///< by row, at node 0
+
+  NodeTable z_;                                ///< the point
+  NodeTable begun_;                            ///< where begin() or watch() looked at all rows
+  std::vector<char> near_;                     ///< by row, see Constraint::find_near
+  std::vector<std::vector<RowBlock>> blocks_;  ///< by batch
+  std::vector<Lanes> gradients_;               ///< of the blocks
+  double objective_ = 0.0, violation_ = 0.0;
+  bool differentiated_ = false;  ///< gradient_ and gradients_ are those of the point
+  bool merit_known_ = false;     ///< what follows is of the slacks
+  double cost_of_elastic_ = 0.0, logarithms_ = 0.0;
+  double tried_cost_of_elastic_ = 0.0, tried_logarithms_ = 0.0;  ///< by try_step()
+  std::vector<NodeGradientOf<Lanes>> gradient_;                  ///< of J by z, in each batch
+  std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
+  NodeHessianOf<Lanes> hessian_;            ///< of a batch, as model() makes it
+  NodeGradientOf<Lanes> model_gradient_;    ///< the same
+  NodeHessianOf<Lanes> slosh_hessian_;      ///< of what drives the liquid in kLanes intervals, by [q; dq; u]
+  ModelLayout layout_, slosh_layout_;       ///< of these
+  std::vector<SloshState> slosh_costates_;  ///< dL by the liquid's state at k + 1, of everything from there on
+  Residuals residuals_;
+  double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;
+  const NodeTable* step_ = nullptr;
+};
+
+}  // namespace steadyhand::realtime

@@ -1,0 +1,66 @@
+#include "steadyhand/planning/solve/solver.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#ifdef STEADYHAND_FATROP
+#include "steadyhand/planning/solve/fatrop/fatrop.hpp"
+#endif
+#include "steadyhand/planning/solve/realtime/realtime.hpp"
+
+namespace steadyhand {
+
+std::string_view to_string(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::kSolved:
+      return "solved";
+    case SolveStatus::kFeasible:
+      return "feasible";
+    case SolveStatus::kInfeasible:
+      return "infeasible";
+    case SolveStatus::kInvalid:
+      return "invalid";
+  }
+  return "unknown";
+}
+
+void Solution::prepare(const Ocp& ocp) {
+  trajectory = Trajectory(ocp.dof(), ocp.horizon());
+  multipliers.prepare(ocp);
+}
+
+namespace {
+
+struct Entry {
+  const char* name;
+  std::unique_ptr<Solver> (*make)(const Ocp& ocp, double tolerance);
+};
+constexpr Entry kSolvers[] = {
+#ifdef STEADYHAND_FATROP
+    {"fatrop", make_fatrop_solver},
+#endif
+    {"realtime", make_realtime_solver},
+};
+
+}  // namespace
+
+const std::vector<std::string>& solver_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Entry& entry : kSolvers) all.emplace_back(entry.name);
+    return all;
+  }();
+  return names;
+}
+
+Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance) {
+  if (ocp.objectives().size() > kMaxObjectives) {
+    return Error{fmt::format("{} objectives; a problem has at most {}", ocp.objectives().size(), kMaxObjectives)};
+  }
+  for (const Entry& entry : kSolvers) {
+    if (name == entry.name) return entry.make(ocp, tolerance);
+  }
+  return Error{fmt::format("unknown solver '{}'; the solvers are {}", name, fmt::join(solver_names(), ", "))};
+}
+
+}  // namespace steadyhand

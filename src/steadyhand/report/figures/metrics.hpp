@@ -1,0 +1,84 @@
+#pragma once
+
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/files/record/step.hpp"
+
+namespace steadyhand {
+
+/// The sideways acceleration on the liquid over a few moments, m/s^2.
+struct Felt {
+  double sum = 0.0, largest = 0.0;
+  int count = 0;
+};
+
+constexpr double kDegrees = 180 / std::numbers::pi;  ///< in a radian
+
+struct JointLimits {
+  JointVector velocity_max;      ///< rad/s (m/s)
+  JointVector acceleration_max;  ///< rad/s^2 (m/s^2)
+};
+
+/// What one profile made of a recording. Accelerations are specific forces in the tool frame (a_local of
+/// docs/formulation.md) at the start of each plan; errors compare planned pose and target at the same time, over the
+/// steps that were engaged.
+struct Metrics {
+  int steps = 0;
+  double lateral_mean = 0;     ///< m/s^2, mean of sqrt(a_x^2 + a_y^2)
+  double lateral_p99 = 0;      ///< m/s^2
+  double lateral_max = 0;      ///< m/s^2
+  double vertical_min = 0;     ///< m/s^2, smallest a_z; below 0 the liquid leaves the glass
+  double position_mean = 0;    ///< m
+  double position_rms = 0;     ///< m
+  double position_max = 0;     ///< m
+  double orientation_rms = 0;  ///< rad, angle between planned and target orientation
+  double orientation_max = 0;  ///< rad
+  double solve_mean = 0;       ///< us
+  double solve_p50 = 0;        ///< us
+  double solve_p99 = 0;        ///< us
+  double solve_p999 = 0;       ///< us
+  double solve_max = 0;        ///< us
+  double iterations_mean = 0;
+  int iterations_max = 0;
+  int failures = 0;                   ///< steps whose status is not kSolved
+  double smallest_distance = 0;       ///< m, between the bodies of a pair; below 0 they overlap
+  double object_distance = 0;         ///< m, smallest, of what stands around the arm; infinite where nothing does
+  double speed_ratio_max = 0;         ///< largest |dq| / limit over joints and commands; 1 is at the limit
+  double acceleration_ratio_max = 0;  ///< largest |ddq| / limit
+  // ---- of a live session; not a number where nobody knows
+  double spills = std::numeric_limits<double>::quiet_NaN();             ///< how often the liquid went over the rim
+  double spilled_share = std::numeric_limits<double>::quiet_NaN();      ///< of the liquid, most of these times
+  double spills_per_minute = std::numeric_limits<double>::quiet_NaN();  ///< in which the hand led
+};
+
+/// @pre steps is not empty and has at least one joint; limits and commands are of the same arm
+Metrics evaluate(std::span<const PlanStep> steps, std::span<const JointCommand> commands, const JointLimits& limits);
+
+/// The lateral figures of a live session as they were measured, in place of the plans'. @pre felt is not empty
+void count_felt(std::span<const Felt> felt, Metrics& metrics);
+
+/// Nearest rank: the smallest value that at least `percent` of all values do not exceed, so always one of them.
+/// @pre values is not empty, 0 < percent <= 100
+double percentile(std::vector<double> values, double percent);
+
+/// sqrt(a_x^2 + a_y^2), m/s^2.
+double lateral_acceleration(const PlanStep& step);
+/// Distance from target to planned position, m.
+double position_error(const PlanStep& step);
+/// Its mean over the steps in which the hand led, m; NaN: in none.
+double mean_position_error(std::span<const PlanStep> steps);
+/// Angle from target to planned orientation, rad, 0 to pi.
+double orientation_error(const PlanStep& step);
+/// Roll of a frame in base: its angle about x when written as yaw, pitch, roll (Z-Y'-X''); rad, -pi to pi.
+double roll_angle(const Quaternion& q);
+/// The others: pitch about y, -pi/2 to pi/2, and yaw about z, -pi to pi.
+double pitch_angle(const Quaternion& q);
+double yaw_angle(const Quaternion& q);
+/// Largest |value_i| / limit_i.
+double largest_ratio(const JointVector& values, const JointVector& limits);
+
+}  // namespace steadyhand

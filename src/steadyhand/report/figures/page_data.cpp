@@ -1,0 +1,303 @@
+#include "steadyhand/report/figures/page_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "steadyhand/core/json_writer.hpp"
+#include "steadyhand/report/figures/session_story.hpp"
+
+namespace steadyhand {
+namespace {
+
+constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 3000, kMaxTailPoints = 400;
+constexpr std::size_t kMaxWavePoints = 12000;  // of all that was recorded, not only of what was led
+
+/// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
+/// kBroken keeps the first, unless the curve breaks among them. What is not a number is nowhere the extreme.
+enum class Keep { kFirst, kBroken, kSmallest, kLargest };
+
+/// value(i) for i = 0..count-1, `per_point` of them to a number.
+template <typename Value>
+void write_curve(JsonWriter& json, std::size_t count, std::size_t per_point, Keep keep, Value&& value) {
+  json.begin_array();
+  for (std::size_t point = 0; point < (count + per_point - 1) / per_point; ++point) {
+    double kept = value(point * per_point);
+    for (std::size_t i = point * per_point + 1; keep != Keep::kFirst && i < std::min(count, (point + 1) * per_point);
+         ++i) {
+      const double next = value(i);
+      if (keep == Keep::kBroken) {
+        if (std::isnan(next)) kept = next;
+      } else if (!std::isnan(next)) {
+        kept = std::isnan(kept) ? next : keep == Keep::kSmallest ? std::min(kept, next) : std::max(kept, next);
+      }
+    }
+    json.value(kept);
+  }
+  json.end_array();
+}
+
+constexpr double kJump = 90.0;  ///< degrees of an angle from plan to plan that are no motion
+
+/// An angle in degrees, -180 to 180; not a number, which breaks the curve, where it goes on at the other end of that
+/// range, or turns about as roll and yaw do at a pitch of 90 degrees.
+/// `pose` is a member of PlanStep. (Counting full turns instead would part plan and target for good wherever they pass
+/// a pitch of 90 degrees on different sides, since roll turns by half a turn there.)
+std::vector<double> broken(const std::vector<PlanStep>& steps, Pose PlanStep::*pose, double (*of)(const Quaternion&)) {
+  std::vector<double> angles;
+  double last = 0;
+  for (const PlanStep& step : steps) {
+    const double angle = kDegrees * of((step.*pose).q);
+    const bool jumps = !angles.empty() && std::abs(angle - last) > kJump;
+    angles.push_back(jumps ? std::numeric_limits<double>::quiet_NaN() : angle);
+    last = angle;
+  }
+  return angles;
+}
+
+/// Where the glass is, m, and how it stands, degrees, by axis.
+void write_pose(JsonWriter& json, const std::vector<PlanStep>& steps, Pose PlanStep::*pose, std::size_t per_point) {
+  for (const auto& [name, axis] : {std::pair("x", 0), {"y", 1}, {"z", 2}}) {
+    json.key(name);
+    write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return (steps[i].*pose).p[axis]; });
+  }
+  for (const auto& [name, of] : {std::pair("roll", &roll_angle), {"pitch", &pitch_angle}, {"yaw", &yaw_angle}}) {
+    const std::vector<double> angles = broken(steps, pose, of);
+    json.key(name);
+    write_curve(json, steps.size(), per_point, Keep::kBroken, [&](std::size_t i) { return angles[i]; });
+  }
+}
+
+bool same_targets(const ProfileResult& a, const ProfileResult& b) {
+  return std::equal(a.steps.begin(), a.steps.end(), b.steps.begin(), b.steps.end(),
+                    [](const PlanStep& x, const PlanStep& y) {
+                      return x.t_s == y.t_s && x.X_base_target.p.isApprox(y.X_base_target.p, 1e-9) &&
+                             x.X_base_target.q.angularDistance(y.X_base_target.q) < 1e-6;
+                    });
+}
+
+void write_target(JsonWriter& json, const ProfileResult& profile, const std::string& label, std::size_t per_point) {
+  const std::vector<PlanStep>& steps = profile.steps;
+  json.begin_object();
+  json.member("label", label);
+  json.key("t");
+  write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
+  write_pose(json, steps, &PlanStep::X_base_target, per_point);
+  json.end_object();
+}
+
+void write_steps(JsonWriter& json, const ProfileResult& profile, std::size_t per_point) {
+  const std::vector<PlanStep>& steps = profile.steps;
+  const auto curve = [&](std::string_view name, Keep keep, auto&& value) {
+    json.key(name);
+    write_curve(json, steps.size(), per_point, keep, value);
+  };
+  curve("t", Keep::kFirst, [&](std::size_t i) { return steps[i].t_s; });
+  write_pose(json, steps, &PlanStep::X_base_planned, per_point);
+  curve("lateral", Keep::kLargest, [&](std::size_t i) { return lateral_acceleration(steps[i]); });
+  curve("vertical", Keep::kSmallest, [&](std::size_t i) { return steps[i].local_acceleration.z(); });
+  // Where nobody leads there is nothing to be off from; the figures do not count it either.
+  const auto led = [&](std::size_t i, double value) {
+    return steps[i].engaged ? value : std::numeric_limits<double>::quiet_NaN();
+  };
+  curve("position_error", Keep::kLargest, [&](std::size_t i) { return led(i, 1e3 * position_error(steps[i])); });
+  curve("orientation_error", Keep::kLargest,
+        [&](std::size_t i) { return led(i, kDegrees * orientation_error(steps[i])); });
+  curve("solve_time", Keep::kLargest, [&](std::size_t i) { return 1e-3 * steps[i].solve_time_us; });
+  curve("iterations", Keep::kLargest, [&](std::size_t i) { return steps[i].iterations; });
+  curve("distance", Keep::kSmallest, [&](std::size_t i) { return 1e3 * steps[i].smallest_sphere_distance_m; });
+
+  std::vector<std::string> objects;  // that were there at any time
+  for (const PlanStep& step : steps) {
+    for (const auto& [name, distance] : step.object_distances) {
+      if (std::find(objects.begin(), objects.end(), name) == objects.end()) objects.push_back(name);
+    }
+  }
+  json.member("objects", objects);
+  json.key("object_distances");
+  json.begin_array();
+  for (const std::string& object : objects) {
+    write_curve(json, steps.size(), per_point, Keep::kSmallest, [&](std::size_t i) {
+      for (const auto& [name, distance] : steps[i].object_distances) {
+        if (name == object) return 1e3 * distance;
+      }
+      return std::numeric_limits<double>::quiet_NaN();
+    });
+  }
+  json.end_array();
+
+  std::vector<double> failures;
+  for (const PlanStep& step : steps) {
+    if (step.status != PlanOrigin::kSolved) failures.push_back(step.t_s);
+  }
+  json.member("failures", failures);
+
+  std::vector<std::string> terms;
+  std::ranges::transform(profile.names.terms, std::back_inserter(terms), term_text);
+  json.member("terms", terms);
+  json.member("term_names", profile.names.terms);
+  json.key("shares");
+  json.begin_array();
+  for (std::size_t term = 0; term < profile.names.terms.size(); ++term) {
+    write_curve(json, steps.size(), per_point, Keep::kFirst, [&](std::size_t i) { return steps[i].shares[term]; });
+  }
+  json.end_array();
+}
+
+/// Solve times in rising order with the share of steps, in percent, that took at least as long. The slowest are all
+/// there.
+void write_tail(JsonWriter& json, const std::vector<PlanStep>& steps) {
+  std::vector<double> times;
+  for (const PlanStep& step : steps) times.push_back(1e-3 * step.solve_time_us);
+  std::sort(times.begin(), times.end());
+  const std::size_t stride = times.size() / kMaxTailPoints + 1;
+  std::vector<std::size_t> shown;
+  for (std::size_t i = 0; i < times.size(); i += times.size() - i > 100 + stride ? stride : 1) shown.push_back(i);
+
+  json.key("tail");
+  json.begin_object();
+  json.key("ms");
+  write_curve(json, shown.size(), 1, Keep::kFirst, [&](std::size_t i) { return times[shown[i]]; });
+  json.key("percent");
+  write_curve(json, shown.size(), 1, Keep::kFirst, [&](std::size_t i) {
+    return 100.0 * static_cast<double>(times.size() - shown[i]) / static_cast<double>(times.size());
+  });
+  json.end_object();
+}
+
+/// Every joint's speed in percent of its limit; from the steps if there are no commands.
+void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning& thinning) {
+  const bool from_commands = !profile.commands.empty();
+  const std::size_t count = from_commands ? profile.commands.size() : profile.steps.size();
+  const std::size_t per_point = from_commands ? thinning.commands_per_point : thinning.steps_per_point;
+  const auto speed = [&](std::size_t i, Eigen::Index joint) {
+    return from_commands ? profile.commands[i].dq[joint] : profile.steps[i].dq[joint];
+  };
+
+  json.member("joints", part_texts(profile.names.joints));
+  json.member("joint_names", profile.names.joints);
+  json.key("speeds");
+  json.begin_object();
+  json.key("t");
+  write_curve(json, count, per_point, Keep::kFirst, [&](std::size_t i) {
+    return from_commands ? to_seconds(profile.commands[i].stamp.made) : profile.steps[i].t_s;
+  });
+  json.key("percent");
+  json.begin_array();
+  for (Eigen::Index joint = 0; joint < profile.limits.velocity_max.size(); ++joint) {
+    write_curve(json, count, per_point, Keep::kLargest,
+                [&](std::size_t i) { return 100 * std::abs(speed(i, joint)) / profile.limits.velocity_max[joint]; });
+  }
+  json.end_array();
+  json.end_object();
+}
+
+void write_story(JsonWriter& json, const SessionStory& story) {
+  json.begin_object();
+  json.member("begin", story.begin_s);
+  json.member("end", story.end_s);
+  const std::size_t waves = story.waves.size(), per_point = waves / kMaxWavePoints + 1;
+  json.key("wave");
+  json.begin_object();
+  json.key("t");
+  write_curve(json, waves, per_point, Keep::kFirst, [&](std::size_t i) { return story.waves[i].t_s; });
+  json.key("freeboard_mm");
+  write_curve(json, waves, per_point, Keep::kSmallest, [&](std::size_t i) { return story.waves[i].freeboard_mm; });
+  json.key("spilled");
+  write_curve(json, waves, per_point, Keep::kLargest,
+              [&](std::size_t i) { return 100 * story.waves[i].spilled_share; });
+  json.end_object();
+  json.key("events");
+  json.begin_array();
+  for (const SessionStory::Event& event : story.events) {
+    json.begin_object();
+    json.member("t", event.t_s);
+    json.member("kind", event.kind);
+    json.member("what", event.what);
+    json.member("why", event.why);
+    json.end_object();
+  }
+  json.end_array();
+  const auto curve = [&](std::string_view name, double SessionStory::Latency::*value) {
+    json.key(name);
+    json.begin_array();
+    for (const SessionStory::Latency& each : story.latency) json.value(each.*value);
+    json.end_array();
+  };
+  json.key("latency");
+  json.begin_object();
+  curve("t", &SessionStory::Latency::t_s);
+  curve("p50", &SessionStory::Latency::p50_ms);
+  curve("p99", &SessionStory::Latency::p99_ms);
+  json.end_object();
+  json.key("postures");
+  json.begin_array();
+  for (const auto& [t, q] : story.postures) {
+    json.begin_array();
+    json.value(t);
+    for (const double angle : q) json.value(angle);
+    json.end_array();
+  }
+  json.end_array();
+  json.member("robot", story.robot);
+  json.end_object();
+}
+
+}  // namespace
+
+Thinning choose_thinning(const ReportInput& input) {
+  std::size_t steps = 1, commands = 1;
+  for (const ProfileResult& profile : input.profiles) {
+    steps = std::max(steps, profile.steps.size());
+    commands = std::max(commands, profile.commands.size());
+  }
+  return {static_cast<int>((steps - 1) / kMaxStepPoints + 1), static_cast<int>((commands - 1) / kMaxCommandPoints + 1)};
+}
+
+std::string page_data(const ReportInput& input, const Thinning& thinning) {
+  JsonBuffer out;
+  /// Six figures: a millisecond in a quarter of an hour, and more than a curve shows.
+  JsonWriter json(out, JsonWriter::Digits::kSix);
+  json.begin_object();
+  json.member("period_ms", 1e3 / input.rate_hz);
+  json.key("targets");
+  json.begin_array();
+  write_target(json, input.profiles.front(), "target", thinning.steps_per_point);
+  // A hand that re-engages is anchored at the arm, so from then on each profile may have a target of its own.
+  for (std::size_t i = 1; i < input.profiles.size(); ++i) {
+    if (same_targets(input.profiles.front(), input.profiles[i])) continue;
+    write_target(json, input.profiles[i], "target of " + input.profiles[i].label, thinning.steps_per_point);
+  }
+  json.end_array();
+  json.key("profiles");
+  json.begin_array();
+  for (const ProfileResult& profile : input.profiles) {
+    json.begin_object();
+    json.member("name", profile.name);
+    json.member("label", profile.label);
+    write_steps(json, profile, thinning.steps_per_point);
+    write_tail(json, profile.steps);
+    write_speeds(json, profile, thinning);
+    json.end_object();
+  }
+  json.end_array();
+  if (input.story) {
+    json.key("story");
+    write_story(json, *input.story);
+  }
+  json.end_object();
+  std::string embedded;  // in a <script>
+  for (const char c : out) {
+    if (c == '<') {
+      embedded += "\\u003c";
+    } else {
+      embedded += c;
+    }
+  }
+  return embedded;
+}
+
+}  // namespace steadyhand

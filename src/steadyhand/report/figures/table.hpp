@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "steadyhand/report/figures/metrics.hpp"
+
+namespace steadyhand {
+
+/// One line of the comparison, in the terminal and on the page.
+struct MetricRow {
+  enum class Best { kNone, kLowest, kHighest };
+  const char* group;
+  const char* label;
+  const char* unit;  ///< of value(); may be empty
+  double (*value)(const Metrics&);
+  int decimals;
+  Best best;            ///< which of several profiles does best; kNone where profiles are not to be ranked by it
+  const char* meaning;  ///< one sentence
+};
+
+std::span<const MetricRow> metric_rows();
+
+/// Somebody knows it: a row for none is left out.
+bool is_known(const MetricRow& row, std::span<const Metrics> metrics);
+
+/// value(metrics) with the row's decimals; zero has no sign.
+std::string format_value(const MetricRow& row, const Metrics& metrics);
+
+}  // namespace steadyhand

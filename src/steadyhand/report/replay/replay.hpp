@@ -1,0 +1,46 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "steadyhand/core/result.hpp"
+#include "steadyhand/files/input/recording.hpp"
+#include "steadyhand/files/record/cell_change.hpp"
+#include "steadyhand/files/record/problem_json.hpp"
+#include "steadyhand/files/record/recorder.hpp"
+#include "steadyhand/files/record/settings_change.hpp"
+#include "steadyhand/files/record/step.hpp"
+#include "steadyhand/planning/pipeline/pipeline.hpp"
+
+namespace steadyhand {
+
+struct ReplaySettings {
+  PipelineSettings pipeline;
+  Cell cell;                       ///< what stands around the arm, in place of the planner's obstacles
+  double command_rate_hz = 500.0;  ///< of the arm
+  /// What the operator changed on the way, in order; times count from the recording's first sample.
+  std::vector<SettingsChange> changes;
+  /// What stood around the arm from then on, in place of `cell`, likewise.
+  std::vector<CellChange> cells;
+};
+
+/// What one run leaves, beside what the recorder wrote.
+struct ReplayResult {
+  std::vector<PlanStep> steps;
+  std::vector<JointCommand> commands;
+  std::vector<ProblemRecord> problems;  ///< of every step, if they were asked for
+};
+
+struct ReplayTaps {
+  Recorder* recorder = nullptr;  ///< gets what goes through every arrow; may be null
+  bool keep_problems = false;
+  std::function<void(double fraction)> progress;  ///< called now and then; may be empty
+};
+
+/// Sends a recording through a Pipeline, in the recording's own time, as it would
+/// go live with a planner that needs no time and an arm that follows exactly. Equal input gives equal results, but for
+/// solve times. Fails on settings or changes out of range, with the reason.
+Result<ReplayResult> replay(const RobotModel& model, const Recording& recording, const ReplaySettings& settings,
+                            const ReplayTaps& taps);
+
+}  // namespace steadyhand

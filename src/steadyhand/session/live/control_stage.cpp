@@ -1,0 +1,335 @@
+#include "steadyhand/session/live/control_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "steadyhand/planning/plan/return_to_plan.hpp"
+#include "steadyhand/planning/plan/straight_stop.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+/// Between the plan that is followed and the next, where that begins: rounding only.
+constexpr double kContinuity = 1e-6;  // rad, rad/s (m, m/s)
+/// Measured speed below which an arm that stopped by itself counts as standing.
+constexpr double kAtRest = 0.02;  // rad/s (m/s)
+/// After missed cycles the arm returns to its plan in two parts, each so many intervals of make_return: the shortest
+/// that passes the check.
+constexpr int kReturns[] = {1, 2, 3, 4, 6, 9, 13};
+/// Where none does, it comes to rest so slowly, if the planner does not plan on before.
+constexpr double kEasy = 0.2;  // s
+/// Commands that are remembered: beside ours, in each cycle, that of an arm that went on by itself.
+constexpr double kEachCycle = 2.0;
+constexpr Time kWishWaits = std::chrono::seconds(5);  ///< of the gripper, for an arm that gets ready
+constexpr std::size_t kAtLeast = 16;
+
+bool same(const JointCommand& a, const JointCommand& b, double tolerance) {
+  return (a.q - b.q).cwiseAbs().maxCoeff() <= tolerance && (a.dq - b.dq).cwiseAbs().maxCoeff() <= tolerance;
+}
+
+/// Position at time t between two commands: the cubic that has their positions and speeds.
+JointVector between(const JointCommand& a, const JointCommand& b, Time t) {
+  const double h = to_seconds(b.stamp.made - a.stamp.made), s = to_seconds(t - a.stamp.made) / h;
+  const double rest = 1.0 - s;
+  return rest * rest * ((1.0 + 2.0 * s) * a.q + s * h * a.dq) + s * s * ((1.0 + 2.0 * rest) * b.q - rest * h * b.dq);
+}
+
+/// Whether no joint becomes faster than the plan's profile allows, or than it is at first.
+bool keeps_to_profile(const Plan& plan) {
+  if (plan.velocity_max.size() == 0) return true;
+  const JointVector most = plan.velocity_max.cwiseMax(plan.x[0].tail(plan.joints).cwiseAbs());
+  for (int k = 1; k <= plan.intervals; ++k) {
+    if ((plan.x[k].tail(plan.joints).cwiseAbs() - most).maxCoeff() > kContinuity) return false;
+  }
+  return true;
+}
+
+Time end_of(const Plan& plan) { return plan.start + from_seconds(plan.intervals * plan.dt); }
+
+}  // namespace
+
+ControlStage::ControlStage(const RobotModel& model, const ControlSettings& settings, Links& links)
+    : settings_(settings),
+      links_(&links),
+      kinematics_(model),
+      supervisor_(settings.supervisor),
+      tracker_(model.home),
+      history_(static_cast<std::size_t>(kEachCycle * settings.arm_delay * settings.check.command_rate_hz) + kAtLeast) {}
+
+const ControlStage::Output& ControlStage::step(const ArmState& state) {
+  const Time now = state.joints.stamp.made;
+  output_.follows = nullptr;
+  const bool first = view_.cycles == 0;
+  const std::uint64_t missed = first ? 0 : state.cycle - last_cycle_ - 1;
+  last_cycle_ = state.cycle;
+  if (first) anchor(state.joints.q, now);
+  if (state.carried_on) resume(*state.carried_on);
+  (void)links_->hand.read(hand_);
+  take_obstacles(now);
+  take_plan(now);
+
+  const SupervisionState before = supervisor_.state();
+  SupervisionInput input;
+  input.now = now;
+  input.arm_follows = state.status == ArmStatus::kFollowing;
+  input.arm_stopped = state.status == ArmStatus::kStopped || !state.joints.q.allFinite();
+  input.arm_reason = state.status == ArmStatus::kStopped ? state.reason : "the arm reports no numbers";
+  const char* failure = links_->failure;
+  input.failure = failure == nullptr ? std::string_view() : failure;
+  input.at_rest = at_rest_;
+  input.stops = links_->asked.stops;
+  input.reset_of = links_->asked.reset_of;
+  const bool stop_asked = input.stops != supervisor_.stops();
+  input.off_path = off_path(state.joints);
+  input.stalled = missed >= settings_.stall_cycles;
+  input.last_plan = last_plan_;
+  input.hand = hand_;
+  const Transition* transition = supervisor_.update(input);
+  const SupervisionState after = supervisor_.state();
+  links_->asked.halts = supervisor_.halts();
+  links_->asked.halted = after == SupervisionState::kStopping || after == SupervisionState::kFault;
+
+  held_off_ = links_->asked.halted && input.arm_follows && (held_off_ || input.off_path);
+  output_.restart_arm = before != SupervisionState::kIdle && after == SupervisionState::kIdle;
+  if (transition != nullptr && after == SupervisionState::kStopping) {
+    begin_stop(*transition, now);
+  } else if (transition != nullptr && after == SupervisionState::kFault && input.arm_follows) {
+    brake();
+  } else if (after != SupervisionState::kStopping) {
+    soft_ = false;
+  } else if (soft_ &&
+             (stop_asked || held_off_ || now + from_seconds(stop_time(kinematics_.model(), last_.dq)) >= stop_by_)) {
+    brake();
+  }
+  const bool gives_way = gives_way_to_ && now < end_of(tracker_.plan());
+  if (gives_way && (stop_asked || (transition != nullptr && after == SupervisionState::kFault))) {
+    end_giving_way();
+  }
+  if (!held_off_) {
+    gives_way_to_.reset();
+    gave_way_by_ = std::numeric_limits<double>::infinity();
+  } else if (now >= end_of(tracker_.plan()) + from_seconds(settings_.arm_delay)) {
+    give_way(state.joints);
+  }
+  if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
+  const bool fresh_grip = before == SupervisionState::kReady && after == SupervisionState::kEngaged;
+  if (fresh_grip || output_.restart_arm) ++links_->refills;  // both take a full glass
+  const bool arm_fault = after == SupervisionState::kFault && !input.arm_follows;
+  const bool shadows =
+      after == SupervisionState::kIdle || arm_fault || (transition != nullptr && before == SupervisionState::kIdle);
+  if (shadows && state.joints.q.allFinite()) anchor(state.joints.q, now);
+
+  output_.command = tracker_.update(now);
+  if (settings_.gripper) take_gripper(state.joints);
+  output_.command.gripper = gripper_;
+  remember(output_.command);
+  // The arm comes to rest a little after its commands; who takes it over from where it is must not catch it moving.
+  const Time until_held_off = held_off_ ? from_seconds(settings_.arm_delay) : Time(0);  // then it may give way
+  const bool told_to_rest = !has_pending_ && now >= end_of(tracker_.plan()) + until_held_off;
+  at_rest_ = (told_to_rest || arm_fault) && state.joints.dq.cwiseAbs().maxCoeff() < kAtRest;
+
+  ++view_.cycles;
+  view_.now = now;
+  view_.state = after;
+  view_.reason = supervisor_.reason();
+  view_.cause = supervisor_.cause();
+  view_.command = last_;
+  view_.measured = state.joints;
+  view_.at_rest = at_rest_;
+  view_.stops = supervisor_.stops();
+  view_.missed_deadlines += missed;
+  links_->report.write({now, after, supervisor_.engagements(), supervisor_.grip(), soft_});
+  links_->control_view.write(view_);
+  if (input.arm_follows && links_->taps.commands.push({last_, anew_})) anew_ = false;
+  links_->taps.states.push(state.joints);
+  if (transition != nullptr) {
+    const bool is_failure = after == SupervisionState::kFault ||
+                            (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
+    links_->taps.changes.push({now, before, after, supervisor_.reason(), is_failure});
+  }
+  return output_;
+}
+
+/// Where the plan that is followed would touch what has just come or moved, the arm brakes, and goes on from there as
+/// the planner finds a way. If braking leads into something too it is still the gentlest.
+void ControlStage::take_obstacles(Time now) {
+  if (!links_->obstacles_to_control.read(settings_.obstacles)) return;
+  const Plan& followed = tracker_.plan();
+  if (check_way(followed, now, settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone) return;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
+  candidate_.world = settings_.obstacles.version;
+  const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+  if (fault != PlanFault::kNone && fault != PlanFault::kObstacle) return;
+  has_pending_ = false;
+  follow(candidate_);
+  ++view_.dodges;
+}
+
+/// Switches to the newest plan where it begins, if that is to come and on what is followed.
+void ControlStage::take_plan(Time now) {
+  if (links_->plan.read(pending_)) has_pending_ = true;
+  if (!has_pending_ || pending_.start > now) return;
+  has_pending_ = false;
+  const SupervisionState state = supervisor_.state();
+  const bool wanted = state == SupervisionState::kReady || state == SupervisionState::kEngaged ||
+                      state == SupervisionState::kHolding || soft_;
+  const bool continues = pending_.start > last_.stamp.made &&
+                         same(tracker_.update(pending_.start), sample(pending_, pending_.start), kContinuity);
+  if (!wanted || !continues || !knows_obstacles(pending_, now)) {
+    ++view_.rejected_plans;
+    return;
+  }
+  follow(pending_);
+  last_plan_ = now;
+  ++view_.plans;
+  if (state == SupervisionState::kEngaged && pending_.stamp.hand > last_hand_counted_) {
+    last_hand_counted_ = pending_.stamp.hand;
+    links_->latency_us.add(1e6 * to_seconds(now - pending_.stamp.hand));
+  }
+}
+
+/// Where the hand may lead the arm it may open and close the gripper. A stop leaves it as it is, whatever it holds, and
+/// what was wanted meanwhile is not done later. While the arm gets ready a wish waits for it, but not for long: nobody
+/// expects it any more then.
+void ControlStage::take_gripper(const JointState& measured) {
+  if (!gripper_) gripper_ = measured.gripper;
+  if (hand_.gripper != last_wish_) last_wish_ = waiting_wish_ = hand_.gripper;
+  const SupervisionState state = supervisor_.state();
+  const bool halted = state == SupervisionState::kStopping || state == SupervisionState::kFault;
+  if (halted || measured.stamp.made - hand_.gripper_said > kWishWaits) waiting_wish_.reset();
+  if (state == SupervisionState::kIdle || !waiting_wish_) return;
+  gripper_ = waiting_wish_;
+  waiting_wish_.reset();
+}
+
+/// Made for what there is, or as good for it: while objects change faster than plans are made, there are no others.
+bool ControlStage::knows_obstacles(const Plan& plan, Time now) {
+  return plan.world >= settings_.obstacles.version ||
+         check_way(plan, now, settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone;
+}
+
+void ControlStage::follow(const Plan& plan) {
+  tracker_.follow(plan);
+  output_.follows = &tracker_.plan();
+  links_->followed.write(plan);
+}
+
+void ControlStage::remember(const JointCommand& command) {
+  last_ = command;
+  links_->moved.push(command);
+  const int size = static_cast<int>(history_.size());
+  newest_ = (newest_ + 1) % size;
+  history_[newest_] = command;
+  stored_ = std::min(stored_ + 1, size);
+}
+
+/// @param age 0 is the newest
+const JointCommand& ControlStage::command_before(int age) const {
+  const int size = static_cast<int>(history_.size());
+  return history_[(newest_ - age + size) % size];
+}
+
+/// The arm continued by itself, and is not where the plan would have it by now: commands continue from where it is.
+/// They return to the plan, or, where no such way passes the check, lead to rest as gently as a stop that is under way
+/// bears it, or on the shortest way, which alone is taken without the check. The planner continues from there.
+void ControlStage::resume(const JointCommand& carried_on) {
+  remember(carried_on);
+  if (same(tracker_.update(carried_on.stamp.made), carried_on, 1e-3 * kContinuity)) return;
+  const SupervisionState state = supervisor_.state();
+  const bool hard = (state == SupervisionState::kStopping && !soft_) || state == SupervisionState::kFault;
+  const auto check = [&] {
+    return check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+  };
+  for (const int steps : kReturns) {
+    if (hard || !make_return(tracker_.plan(), carried_on, steps, candidate_)) break;
+    const PlanFault fault = keeps_to_profile(candidate_) ? check() : PlanFault::kVelocity;
+    if (fault == PlanFault::kNone) return follow(candidate_);
+    // Numbers fail in microseconds, and a slower return may have better ones; distances take the time of a cycle.
+    if (fault != PlanFault::kAcceleration && fault != PlanFault::kVelocity && fault != PlanFault::kPosition) break;
+  }
+  for (const double duration : {hard ? 0.0 : kEasy, 0.0}) {
+    make_straight_stop(kinematics_.model(), carried_on, duration, candidate_);
+    if (check() == PlanFault::kNone) break;
+  }
+  follow(candidate_);
+}
+
+/// From here on the commands are that the arm stands at q.
+void ControlStage::anchor(const JointVector& q, Time now) {
+  stand(q, now, candidate_);
+  follow(candidate_);
+  has_pending_ = false;
+  anew_ = true;
+  stored_ = 0;
+  last_ = sample(candidate_, now);
+}
+
+/// Straight on and as hard as the limits allow, from the last command. If that leads into a limit or the arm itself,
+/// the plan that is followed, which was checked to its end, brings it to rest.
+void ControlStage::brake() {
+  soft_ = has_pending_ = false;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
+  if (check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles) == PlanFault::kNone) {
+    follow(candidate_);
+  }
+}
+
+/// Something holds the arm off its commands, and its servos press against that for as long as the commands stay there.
+/// So, once at rest, these move to where the arm is measured. Relieved, a contact springs back a little, and they move
+/// again, by less than half of that: not by as much as before, as an arm that sinks under a load would have it. If
+/// missed cycles or an object interrupt the move, it starts again. A contact on the way is no reason against it, since
+/// the arm is there already.
+void ControlStage::give_way(const JointState& measured) {
+  constexpr double kSlight = 1e-3;  // rad (m)
+  const RobotModel& model = kinematics_.model();
+  if (!last_.dq.isZero(0.0)) return;
+  if (!gives_way_to_ || last_.q == *gives_way_to_) {
+    if (gives_way_to_ && measured.dq.cwiseAbs().maxCoeff() >= kAtRest) return;
+    const JointVector to = measured.q.cwiseMax(model.position_min).cwiseMin(model.position_max);
+    const double way = (to - last_.q).cwiseAbs().maxCoeff();
+    if (!(way > kSlight && way < 0.5 * gave_way_by_)) return;
+    gives_way_to_ = to;
+    gave_way_by_ = way;
+  }
+  for (const double duration : {0.0, 0.5, 2.0}) {  // s; slower where the tool's speed is limited
+    make_straight_move(model, last_, *gives_way_to_, duration, candidate_);
+    const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+    if (fault == PlanFault::kNone || fault == PlanFault::kSelfCollision || fault == PlanFault::kObstacle)
+      return follow(candidate_);
+  }
+  gives_way_to_ = last_.q;
+}
+
+/// Stopped on its way, for this halt it does not move again. It is in contact, which is no reason not to stop.
+void ControlStage::end_giving_way() {
+  gives_way_to_.reset();
+  gave_way_by_ = 0.0;
+  make_straight_stop(kinematics_.model(), last_, 0.0, candidate_);
+  const PlanFault fault = check_plan(candidate_, candidate_.x[0], settings_.check, kinematics_, settings_.obstacles);
+  if (fault != PlanFault::kNone && fault != PlanFault::kSelfCollision && fault != PlanFault::kObstacle) return;
+  follow(candidate_);
+}
+
+/// A stop was asked for: while there is time for it the planner's stop is followed, which spares the liquid.
+void ControlStage::begin_stop(const Transition& transition, Time now) {
+  const double shortest = stop_time(kinematics_.model(), last_.dq);
+  soft_ = transition.event == SupervisionEvent::kStopAsked && settings_.soft_stop > 0.0;
+  stop_by_ = now + from_seconds(shortest + settings_.soft_stop);
+  if (!soft_) brake();
+}
+
+bool ControlStage::off_path(const JointState& measured) const {
+  const Time then = measured.stamp.made - from_seconds(settings_.arm_delay);
+  for (int age = 0; age < stored_; ++age) {
+    const JointCommand& command = command_before(age);
+    if (command.stamp.made > then) continue;
+    const JointVector expected = age > 0 ? between(command, command_before(age - 1), then)
+                                         : command.q + to_seconds(then - command.stamp.made) * command.dq;
+    return (measured.q - expected).cwiseAbs().maxCoeff() > settings_.path_tolerance;
+  }
+  return false;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <vector>
+
+#include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/planning/plan/plan_check.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
+#include "steadyhand/session/live/links.hpp"
+
+namespace steadyhand {
+
+struct ControlSettings {
+  SupervisorSettings supervisor;
+  double path_tolerance = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
+  /// So many cycles slept through in a row stop the arm. After fewer it goes on from where it went by itself.
+  std::uint64_t stall_cycles = 50;
+  /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
+  double soft_stop = 0.5;
+  double arm_delay = 0.0;   ///< s, see ArmInfo
+  bool gripper = false;     ///< the arm has one, see ArmInfo
+  PlanCheckSettings check;  ///< of stops straight on
+  Obstacles obstacles;      ///< which those keep clear of, too, at first
+};
+
+/// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make
+/// the next command. Control thread; never waits, allocates nothing after construction.
+class ControlStage {
+ public:
+  /// Model and links must outlive it.
+  ControlStage(const RobotModel& model, const ControlSettings& settings, Links& links);
+
+  struct Output {
+    JointCommand command;
+    bool restart_arm = false;       ///< call Arm::restart()
+    const Plan* follows = nullptr;  ///< if it changed in this cycle: what the command is a sample of
+  };
+  /// @param state as the arm reports it now; its time is the cycle's
+  const Output& step(const ArmState& state);
+
+  SupervisionState state() const { return supervisor_.state(); }
+  bool at_rest() const { return at_rest_; }
+
+ private:
+  void take_obstacles(Time now);
+  void take_plan(Time now);
+  void take_gripper(const JointState& measured);
+  bool knows_obstacles(const Plan& plan, Time now);
+  void follow(const Plan& plan);
+  void remember(const JointCommand& command);
+  void resume(const JointCommand& carried_on);
+  void anchor(const JointVector& q, Time now);
+  void brake();
+  void end_giving_way();
+  void give_way(const JointState& measured);
+  void begin_stop(const Transition& transition, Time now);
+  const JointCommand& command_before(int age) const;
+  bool off_path(const JointState& measured) const;
+
+  ControlSettings settings_;
+  Links* links_;
+  Kinematics kinematics_;
+  Supervisor supervisor_;
+  Tracker tracker_;
+  Plan pending_, candidate_;
+  bool has_pending_ = false, at_rest_ = true;
+  bool anew_ = true;   ///< the next command that taps see is the first after an anchor
+  bool soft_ = false;  ///< stopping, by the planner's plans
+  Time stop_by_{0};
+  bool held_off_ = false;                    ///< halted, and the arm was not where its commands led
+  std::optional<JointVector> gives_way_to_;  ///< where it was measured when its commands were at rest after that
+  double gave_way_by_ = 0.0;                 ///< rad (m), to there, the most of all joints; infinite: not yet
+  HandReport hand_;
+  Time last_plan_{0}, last_hand_counted_{0};
+  std::uint64_t last_cycle_ = 0;
+  JointCommand last_;                          ///< command of the last cycle
+  std::optional<double> gripper_, last_wish_;  ///< what it is told; what the hand wanted at last
+  std::optional<double> waiting_wish_;         ///< wanted, and not done yet
+  Output output_;
+  ControlView view_;
+
+  std::vector<JointCommand> history_;  ///< ring of commands since the anchor, longer than the arm's delay
+  int newest_ = 0, stored_ = 0;
+};
+
+}  // namespace steadyhand

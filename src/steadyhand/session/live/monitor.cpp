@@ -1,0 +1,148 @@
+#include "steadyhand/session/live/monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+/// What rounding may add, also where a plan goes over to the next: to what commands say, to their differences, and to
+/// distances. Far less than planner and control loop may take for themselves.
+constexpr double kPosition = 3e-6, kSpeed = 1e-3, kAcceleration = 1e-2;  // rad, rad/s, rad/s^2 (m...)
+constexpr double kOverlap = 1e-5;                                        // m
+constexpr double kMeasured = 0.02;  // share of the speed limit that measuring may add
+
+/// By how much a value is beyond its limits, at most of all joints; 0 inside, infinite if it is no number.
+double excess(const JointVector& value, const JointVector& low, const JointVector& high) {
+  const double most = std::max((low - value).maxCoeff(), (value - high).maxCoeff());
+  return value.allFinite() ? std::max(0.0, most) : std::numeric_limits<double>::infinity();
+}
+
+double excess(const JointVector& value, const JointVector& limit) { return excess(value, -limit, limit); }
+
+/// Takes note of it. @return whether it counts
+bool note(double excess, double tolerance, double& most) {
+  if (!(excess > tolerance)) return false;
+  most = std::max(most, excess);
+  return true;
+}
+
+}  // namespace
+
+Monitor::Monitor(const RobotModel& model, const GlassSettings& glass)
+    : commanded_(model), measured_(model), glass_(glass), liquid_(glass) {
+  measured_.set_position(model.home);  // until a state comes
+}
+
+void Monitor::fill(double height) {
+  if (height == glass_.fill) return;
+  glass_.fill = height;
+  liquid_ = Liquid(glass_);
+  reset_liquid();
+}
+
+void Monitor::set_obstacles(const Obstacles& obstacles, std::vector<std::string> names) {
+  obstacles_ = obstacles;
+  names_ = std::move(names);
+}
+
+void Monitor::update(const JointCommand& command, bool anew) {
+  const RobotModel& model = commanded_.model();
+  MonitorResult& r = result_;
+  bool outside = note(excess(command.q, model.position_min, model.position_max), kPosition, r.position_excess) |
+                 note(excess(command.dq, model.velocity_max), kSpeed, r.speed_excess) |
+                 note(excess(command.ddq, model.acceleration_max), kAcceleration, r.acceleration_excess);
+  const double dt = to_seconds(command.stamp.made - last_command_.stamp.made);
+  if (r.commands > 0 && !anew) {  // what it says of its derivatives may not be what it does
+    const JointVector way = command.q - last_command_.q, change = command.dq - last_command_.dq;
+    // Within the limits of acceleration the mean of both speeds leads no further astray than this.
+    const JointVector astray = way - 0.5 * dt * (command.dq + last_command_.dq);
+    const JointVector span = JointVector::Constant(way.size(), std::max(dt, 1e-9));
+    outside |= !(dt > 0.0) | note(excess(way.cwiseQuotient(span), model.velocity_max), kSpeed, r.speed_excess) |
+               note(excess(change.cwiseQuotient(span), model.acceleration_max), kAcceleration, r.acceleration_excess) |
+               note(excess(astray, 0.25 * dt * dt * model.acceleration_max), kPosition, r.step);
+  }
+  r.beyond_limits += outside;
+  commanded_.set_position(command.q);
+  const NearestPair nearest = nearest_pair(commanded_, obstacles_);
+  r.in_contact += nearest.gap < -kOverlap;
+  if (nearest.gap < r.smallest_clearance) {
+    r.smallest_clearance = nearest.gap;
+    r.nearest = {name(nearest.first), name(nearest.second)};
+  }
+  look_at_obstacles(command.stamp.made);
+  ++r.commands;
+  last_command_ = command;
+}
+
+/// Of a body of the arm, or of what it carries.
+const std::string& Monitor::name(int solid) const {
+  return solid < kMaxBodies ? commanded_.model().bodies[solid].name : names_[solid - kMaxBodies];
+}
+
+/// After commanded_.set_position.
+void Monitor::look_at_obstacles(Time now) {
+  const double t = to_seconds(now - obstacles_.time);
+  bool touches = false;
+  for (int i = 0; i < obstacles_.count; ++i) {
+    if (obstacles_.list[i].carried) continue;  // a part of the arm
+    const auto [body, distance] = nearest_body(commanded_, obstacles_, i, t);
+    touches |= distance < -kOverlap;
+    if (distance >= result_.smallest_distance) continue;
+    result_.smallest_distance = distance;
+    result_.nearest_body = name(body);
+    result_.nearest_obstacle = names_[i];
+  }
+  result_.touching += touches;
+}
+
+std::vector<std::string> Monitor::overlaps() const {
+  std::vector<std::string> lines;
+  for (int i = 0; i < obstacles_.count; ++i) {
+    const auto [body, distance] = nearest_body(measured_, obstacles_, i, to_seconds(last_state_ - obstacles_.time));
+    if (distance >= -kOverlap) continue;
+    lines.push_back(fmt::format("the arm is inside the object '{}': its body '{}' by {:.1f} mm", names_[i], name(body),
+                                -1e3 * distance));
+  }
+  return lines;
+}
+
+void Monitor::update(const JointState& state) {
+  const JointVector& fastest = measured_.model().velocity_max;
+  result_.too_fast += note(excess(state.dq, fastest), kMeasured * fastest.minCoeff(), result_.measured_excess);
+  measured_.set_position(state.q);
+  Vector3 velocity = Vector3::Zero();
+  for (int k = 0; k < measured_.dof(); ++k) velocity += state.dq[k] * measured_.dp(k);
+  const double dt = to_seconds(state.stamp.made - last_state_);
+  if (result_.states > 0 && dt > 0.0) {
+    local_acceleration_ = measured_.R().transpose() * ((velocity - last_velocity_) / dt + kGravity);
+    if (!measured_.model().gripper_time) liquid_.update(dt, local_acceleration_);  // a gripper holds no glass
+  }
+  last_velocity_ = velocity;
+  last_state_ = state.stamp.made;
+  ++result_.states;
+}
+
+std::string to_text(const MonitorResult& r) {
+  std::string text = fmt::format("commands           {} looked at, {} beyond a limit, {} in contact", r.commands,
+                                 r.beyond_limits, r.in_contact);
+  if (!r.nearest[0].empty()) {
+    text += fmt::format("; smallest gap {:.3g} mm ({}, {})", 1e3 * r.smallest_clearance, r.nearest[0], r.nearest[1]);
+  }
+  if (!r.nearest_body.empty()) {
+    text += fmt::format("\nobstacles          touched by {} commands; smallest distance {:.3g} mm ({}, {})", r.touching,
+                        1e3 * r.smallest_distance, r.nearest_body, r.nearest_obstacle);
+  }
+  if (r.beyond_limits > 0) {
+    text += fmt::format("\nbeyond a limit     by {:.3g} mrad, {:.3g} rad/s, {:.3g} rad/s^2; steps of {:.3g} mrad",
+                        1e3 * r.position_excess, r.speed_excess, r.acceleration_excess, 1e3 * r.step);
+  }
+  text += fmt::format("\nmeasured           {} states, {} beyond a speed limit", r.states, r.too_fast);
+  if (r.too_fast > 0) text += fmt::format(", by {:.3g} rad/s", r.measured_excess);
+  return text + "\n";
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,153 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "steadyhand/core/clock.hpp"
+#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/planning/pipeline/profile.hpp"
+#include "steadyhand/planning/plan/planner.hpp"
+#include "steadyhand/planning/predict/predictor.hpp"
+#include "steadyhand/planning/retarget/retargeter.hpp"
+#include "steadyhand/session/live/hand_delay.hpp"
+#include "steadyhand/session/live/links.hpp"
+
+namespace steadyhand {
+
+struct PlanningSettings {
+  /// s of the control cycles; plans begin just before one, the first at least `look_ahead` ahead. 0: anywhere.
+  double cycle = 0.0;
+  double look_ahead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
+  /// A look-ahead that leaves as much as sustained_rate() asks for. @param period of planning, s
+  static double default_look_ahead(double period) { return 0.4 * period; }
+  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
+  /// and straight once it is slow or this has passed.
+  double rest_within = 1.0;
+  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip
+  /// after it, from rest, is followed at all of them. 1: no such time.
+  double first_moves = 10.0, first_speed_scaling = 1.0;
+  double tap_period = 0.02;                ///< s between steps that taps are told of; those that failed always are
+  double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
+  HandGateSettings gate;
+  RetargetSettings retarget;
+  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
+  OcpSettings ocp;
+  PlannerSettings planner;
+  /// Further problems, and what solves them, that OperatorSettings::planner chooses among. Objectives and first weights
+  /// are those of `ocp`.
+  struct Choice {
+    OcpSettings ocp;
+    std::string solver = kDefaultSolver;  ///< see PlannerSettings, as the next
+    double tolerance = 1e-6;
+  };
+  std::vector<Choice> more;
+
+  PlanningSettings() = default;
+  /// As the profile has it.
+  explicit PlanningSettings(const Profile& profile) { apply(profile, retarget, predictor, ocp, planner); }
+};
+
+/// The planner thread's work, once a planning period: gate and retarget what the hand did, predict, and plan on from
+/// what the control loop follows. Allocates nothing after make().
+class PlanningStage {
+ public:
+  /// Model, links and clock must outlive it. Takes some 50 ms for each problem. Fails as Planner::make.
+  static Result<std::unique_ptr<PlanningStage>> make(const RobotModel& model, const PlanningSettings& settings,
+                                                     Links& links, const Clock& clock);
+  /// @returns whether the solver was asked
+  bool step(Time now);
+  /// s, PlanningSettings::look_ahead from the next step on. @param is_budget it is the solver's time, too
+  void set_look_ahead(double look_ahead, bool is_budget) {
+    settings_.look_ahead = look_ahead;
+    if (!is_budget) return;
+    for_each_planner([&](Planner& planner) { planner.set_time_budget(1e6 * look_ahead); });
+  }
+
+  /// Newest control cycle that the last step knew of.
+  Time control_time() const { return report_.now; }
+  /// The first problem, with all of the limits. Any thread.
+  const Ocp& ocp() const { return *ocp_; }
+  const Reach& reach() const { return reach_; }
+  /// The liquid as planning has it, at the newest command that the last step knew of. Zero where the problem knows
+  /// none.
+  const SloshState& liquid() const { return liquid_state_; }
+
+ private:
+  /// What plans within a share of the limits.
+  struct ScaledPlanner {
+    std::unique_ptr<const RobotModel> model;         ///< its limits less margins
+    bool is_slow = false;                            ///< with a share of the limits
+    std::vector<std::unique_ptr<Planner>> planners;  ///< as OperatorSettings::planner counts them
+    Planner* planner = nullptr;                      ///< the one of these that is in use
+    Kinematics arm;
+  };
+  static Result<ScaledPlanner> make_scaled(const RobotModel& model, double speed_scaling,
+                                           const PlanningSettings& settings);
+
+  PlanningStage(const PlanningSettings& settings, Links& links, const Clock& clock, ScaledPlanner scaled,
+                std::optional<ScaledPlanner> after_first_moves, const Reach& reach);
+  Time next_start(Time now) const;
+  void follow_liquid();
+  void apply_settings(Time now, const JointCommand& at_start);
+  void pour(double fill);
+  void use_planner(int planner);
+  void use_liquid();
+  void apply_obstacles();
+  template <typename Use>
+  void for_each_planner(const Use& use) {
+    for (const auto& planner : scaled_.planners) use(*planner);
+    if (!after_first_moves_) return;
+    for (const auto& planner : after_first_moves_->planners) use(*planner);
+  }
+  void set_weights(std::span<const JointVector> weights);
+  void take_hand(Time now, const Pose& X_base_tool);
+  void change_holder(std::uint64_t holder);
+  void follow_state(Time now, const JointCommand& at_start, const Pose& X_base_tool);
+  void leave_first_moves();
+  void send_target(const Target& target);
+  void plan_following(Time start);
+  void plan_rest(const JointCommand& at_start);
+  void plan_standing(const JointCommand& at_start);
+  bool solve(Time start, std::span<const JointVector> weights);
+  void tap(const Reference& reference, std::span<const JointVector> weights);
+  void send(const Plan& plan);
+
+  PlanningSettings settings_;
+  Links* links_;
+  const Clock* clock_;
+  Reach reach_;
+  HandGate gate_;
+  HandDelay delay_;
+  Retargeter retargeter_;
+  Predictor predictor_;
+  ScaledPlanner scaled_;
+  std::optional<ScaledPlanner> after_first_moves_;  ///< for after the first moves; then: theirs, out of use
+  const Ocp* ocp_;
+  double followed_for_ = 0.0;  ///< s
+  Time last_step_{0};
+  ControlReport report_;
+  OperatorSettings operator_settings_;  ///< the newest
+  bool settings_wait_ = false;          ///< they are not in force yet
+  bool waited_ = false;                 ///< so in the step before
+  int planner_ = 0;                     ///< OperatorSettings::planner in use
+  // The one estimate of the liquid, of all planners; its glass is the newest that the operator set:
+  std::vector<std::optional<LiquidEstimate>> liquids_;  ///< by planner
+  LiquidEstimate* liquid_ = nullptr;                    ///< of the planner in use
+  SloshState liquid_state_ = SloshState::Zero();        ///< at moved_
+  JointCommand moved_;                                  ///< newest of Links::moved
+  std::uint64_t refills_ = 0;                           ///< Links::refills that were poured
+  bool is_fresh_ = false;                               ///< another fill was poured since
+  GlassSettings glass_;
+  Plan followed_, sent_;                                  ///< what control follows, as far as known; what was sent last
+  std::uint64_t engagement_ = 0, grip_ = 0, holder_ = 0;  ///< engagement and grip that were followed last
+  bool following_ = false;
+  Time resting_since_{0};
+  std::vector<JointVector> weights_, rest_weights_;
+  Plan stop_;
+  PlanningRecord record_;
+  Time next_tap_{0};
+  OperatorSample trusted_;  ///< newest good sample
+  PlannerView view_;
+};
+
+}  // namespace steadyhand

@@ -1,0 +1,162 @@
+#include "steadyhand/session/supervise/hand_gate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace steadyhand {
+
+namespace {
+
+std::string_view of_policy(HandVerdict verdict) {
+  switch (verdict) {
+    case HandVerdict::kGood:
+      return "the policy's targets come";
+    case HandVerdict::kUntracked:
+      return "no target of the policy came for a while";
+    case HandVerdict::kEmulated:
+      return "the policy guesses";
+    case HandVerdict::kNotFinite:
+      return "the policy's target is not a number";
+    case HandVerdict::kJump:
+      return "the policy's target jumped";
+    case HandVerdict::kFarAway:
+      return "the policy's target came back elsewhere: give it its turn again";
+    case HandVerdict::kUnsettled:
+      return "the policy's targets have come back just now";
+    case HandVerdict::kOutOfOrder:
+      return "the policy's targets come out of order";
+    case HandVerdict::kStale:
+      return "the policy's targets come too late";
+    case HandVerdict::kClockStepped:
+      return "the policy's clock was set";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+std::string_view to_string(HandVerdict verdict, Leader leader) {
+  if (leader == Leader::kPolicy) return of_policy(verdict);
+  switch (verdict) {
+    case HandVerdict::kGood:
+      return "the hand is tracked";
+    case HandVerdict::kUntracked:
+      return "the device does not see the hand";
+    case HandVerdict::kEmulated:
+      return "the device guesses the hand's position";
+    case HandVerdict::kNotFinite:
+      return "the hand's pose is not a number";
+    case HandVerdict::kJump:
+      return "the hand's pose jumped";
+    case HandVerdict::kFarAway:
+      return "the hand came back elsewhere: release and grip again";
+    case HandVerdict::kUnsettled:
+      return "the hand has come back just now";
+    case HandVerdict::kOutOfOrder:
+      return "the hand's poses come out of order";
+    case HandVerdict::kStale:
+      return "the hand's poses come too late";
+    case HandVerdict::kClockStepped:
+      return "the device's clock was set";
+  }
+  return "unknown";
+}
+
+namespace {
+
+bool is_finite(const Pose& pose) {
+  return pose.p.allFinite() && std::abs(pose.q.squaredNorm() - 1.0) < 1e-3;  // false for NaN
+}
+
+}  // namespace
+
+void HandGate::forget() {
+  any_ = opened_ = gripped_ = lost_ = false;
+  report_.clutch = report_.trusted = false;
+}
+
+HandVerdict HandGate::update(const OperatorSample& sample, Time now) {
+  report_.received = now;
+  if (any_ && sample.leader != last_.leader) forget();
+  report_.leader = sample.leader;
+  if (!sample.clutch) gripped_ = report_.clutch = false;  // letting go counts, however late and in whatever order
+  if (any_) {
+    const double newer = to_seconds(sample.stamp.hand - last_.stamp.hand);
+    if (newer <= 0.0 && newer > -settings_.clock_step) {
+      ++dropped_;
+      return HandVerdict::kOutOfOrder;
+    }
+  }
+  const double age = to_seconds(now - sample.stamp.hand);
+  const bool set_back = any_ && sample.stamp.hand <= last_.stamp.hand;
+  if (set_back || age < -settings_.ahead_max) {
+    ++dropped_;
+    forget();
+    any_ = set_back && age >= -settings_.ahead_max;  // in order from here on
+    last_ = sample;
+    return report_.verdict = HandVerdict::kClockStepped;
+  }
+  if (age > settings_.age_max) {
+    ++dropped_;
+    opened_ = opened_ || !sample.clutch;
+    return report_.verdict = HandVerdict::kStale;
+  }
+
+  HandVerdict verdict = judge_pose(sample);
+  if (!sample.clutch) {
+    opened_ = true;
+    gripped_ = lost_ = false;
+  } else if (opened_ && is_finite(sample.X_operator_hand)) {
+    opened_ = false;
+    gripped_ = true;
+    ++report_.grips;
+  }
+  if (verdict != HandVerdict::kGood) {
+    lost_ = lost_ || sample.clutch;
+    settled_ = 0;
+  } else if (lost_) {
+    if (++settled_ < settings_.resume_samples) {
+      verdict = HandVerdict::kUnsettled;
+    } else {
+      lost_ = false;
+    }
+  }
+  if (verdict == HandVerdict::kGood) {
+    trusted_ = sample;
+    report_.good = now;
+    if (sample.gripper && *sample.gripper >= 0.0 && *sample.gripper <= 1.0) {
+      report_.gripper = sample.gripper;
+      report_.gripper_said = now;
+    }
+  }
+  last_ = sample;
+  any_ = true;
+  report_.clutch = gripped_;
+  report_.trusted = verdict == HandVerdict::kGood;
+  return report_.verdict = verdict;
+}
+
+HandVerdict HandGate::judge_pose(const OperatorSample& sample) {
+  if (!is_finite(sample.X_operator_hand)) return HandVerdict::kNotFinite;
+  if (!sample.tracked) return HandVerdict::kUntracked;
+  if (sample.emulated && !settings_.accept_emulated) return HandVerdict::kEmulated;
+  if (!any_ || !last_.clutch || !sample.clutch) return HandVerdict::kGood;
+  const double moved = (sample.X_operator_hand.p - trusted_.X_operator_hand.p).norm();
+  const double turned = sample.X_operator_hand.q.angularDistance(trusted_.X_operator_hand.q);
+  const double gap = to_seconds(sample.stamp.hand - trusted_.stamp.hand);
+  if (lost_ || gap > settings_.gap_max) {
+    lost_ = true;
+    const bool near = moved <= settings_.resume_distance && turned <= settings_.resume_angle;
+    return near ? HandVerdict::kGood : HandVerdict::kFarAway;
+  }
+  const HandGateSettings& s = settings_;
+  const bool policy = sample.leader == Leader::kPolicy;
+  const double farthest =
+      policy ? s.policy_jump_allowance + s.policy_speed_max * gap : s.jump_allowance + s.speed_max * gap;
+  const double most_turned =
+      policy ? s.policy_turn_allowance + s.policy_turn_rate_max * gap : s.turn_allowance + s.turn_rate_max * gap;
+  const bool jumped = moved > farthest || turned > most_turned;
+  return jumped ? HandVerdict::kJump : HandVerdict::kGood;
+}
+
+}  // namespace steadyhand

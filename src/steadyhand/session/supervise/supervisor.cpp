@@ -1,0 +1,210 @@
+#include "steadyhand/session/supervise/supervisor.hpp"
+
+#include <algorithm>
+
+namespace steadyhand {
+
+namespace {
+
+using State = SupervisionState;
+using Event = SupervisionEvent;
+
+// For each state the gravest event first.
+constexpr Transition kTransitions[] = {
+    {State::kIdle, Event::kArmStopped, State::kFault, ""},
+    {State::kIdle, Event::kFailed, State::kFault, ""},
+    {State::kIdle, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kIdle, Event::kArmFollows, State::kReady, "grip to move the arm"},
+    {State::kIdle, Event::kArmLate, State::kIdle, "the arm is still starting: it has not reported that it follows"},
+
+    {State::kReady, Event::kArmStopped, State::kFault, ""},
+    {State::kReady, Event::kFailed, State::kFault, ""},
+    {State::kReady, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kReady, Event::kStalled, State::kStopping, "the control loop stalled"},
+    {State::kReady, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
+    {State::kReady, Event::kGripped, State::kEngaged, "the arm follows the hand"},
+
+    {State::kEngaged, Event::kArmStopped, State::kFault, ""},
+    {State::kEngaged, Event::kFailed, State::kFault, ""},
+    {State::kEngaged, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kEngaged, Event::kStalled, State::kStopping, "the control loop stalled"},
+    {State::kEngaged, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
+    {State::kEngaged, Event::kSilence, State::kReady, "the hand fell silent: release and grip again"},
+    {State::kEngaged, Event::kReleased, State::kReady, "released"},
+    {State::kEngaged, Event::kGripped, State::kEngaged, "the arm follows a new grip"},  // the release went by unseen
+    {State::kEngaged, Event::kHandLost, State::kHolding, ""},
+    {State::kEngaged, Event::kPlannerLate, State::kHolding, "the planner is late"},
+
+    {State::kHolding, Event::kArmStopped, State::kFault, ""},
+    {State::kHolding, Event::kFailed, State::kFault, ""},
+    {State::kHolding, Event::kStopAsked, State::kStopping, "a stop was asked for"},
+    {State::kHolding, Event::kStalled, State::kStopping, "the control loop stalled"},
+    {State::kHolding, Event::kOffPath, State::kStopping, "the arm is not where its commands lead"},
+    {State::kHolding, Event::kSilence, State::kReady, "the hand fell silent: release and grip again"},
+    {State::kHolding, Event::kReleased, State::kReady, "released"},
+    {State::kHolding, Event::kHandBack, State::kEngaged, "the hand is back"},
+
+    {State::kStopping, Event::kArmStopped, State::kFault, ""},
+    {State::kStopping, Event::kFailed, State::kFault, ""},
+    {State::kStopping, Event::kResetAsked, State::kIdle, "reset"},
+
+    {State::kFault, Event::kResetAsked, State::kIdle, "reset"},
+};
+
+}  // namespace
+
+namespace {
+
+/// The row's reason where a policy leads; empty: the same.
+std::string_view of_policy(Event event) {
+  switch (event) {
+    case Event::kGripped:
+      return "the arm follows the policy";
+    case Event::kSilence:
+      return "the policy went silent: give it its turn again";
+    case Event::kReleased:
+      return "the policy's turn is over";
+    case Event::kHandBack:
+      return "the policy's targets are back";
+    default:
+      return {};
+  }
+}
+
+/// The row's reason where a recorded hand leads, which has nothing to release; empty: the same.
+std::string_view of_recording(Event event) {
+  switch (event) {
+    case Event::kGripped:
+      return "the arm follows the demo motion";
+    case Event::kSilence:
+      return "the demo motion was held up";
+    case Event::kReleased:
+      return "the demo motion ended";
+    case Event::kHandBack:
+      return "the demo motion goes on";
+    default:
+      return {};
+  }
+}
+
+ReasonCode code_of(Event event, const HandReport& hand) {
+  switch (event) {
+    case Event::kArmStopped:
+      return ReasonCode::kArmStopped;
+    case Event::kFailed:
+      return ReasonCode::kFailed;
+    case Event::kArmFollows:
+      return ReasonCode::kReady;
+    case Event::kStopAsked:
+      return ReasonCode::kStopAsked;
+    case Event::kStalled:
+      return ReasonCode::kStalled;
+    case Event::kOffPath:
+      return ReasonCode::kOffPath;
+    case Event::kResetAsked:
+      return ReasonCode::kReset;
+    case Event::kSilence:
+      return ReasonCode::kSilent;
+    case Event::kReleased:
+      return hand.settings_wait ? ReasonCode::kProfileWaits : ReasonCode::kReleased;
+    case Event::kGripped:
+      return ReasonCode::kGripped;
+    case Event::kHandLost:
+      return hand.trusted ? ReasonCode::kNoPose : ReasonCode::kHandLost;
+    case Event::kHandBack:
+      return ReasonCode::kHandBack;
+    case Event::kPlannerLate:
+      return ReasonCode::kPlannerLate;
+    case Event::kArmLate:
+      break;
+  }
+  return ReasonCode::kStarting;
+}
+
+}  // namespace
+
+std::string_view to_string(ReasonCode code) {
+  constexpr std::string_view kNames[] = {
+      "starting", "arm_stopped", "failed",        "ready",   "stop_asked", "stalled", "off_path",  "reset",
+      "silent",   "released",    "profile_waits", "gripped", "hand_lost",  "no_pose", "hand_back", "planner_late"};
+  const auto index = static_cast<std::size_t>(code);
+  return index < std::size(kNames) ? kNames[index] : "unknown";
+}
+
+std::span<const Transition> transitions() { return kTransitions; }
+
+bool Supervisor::happened(Event event, const SupervisionInput& input) const {
+  const HandReport& hand = input.hand;
+  const auto passed = [&](double seconds, Time since) { return to_seconds(input.now - since) > seconds; };
+  const bool received = !passed(settings_.disengage_after, hand.received);
+  const bool trusted = hand.trusted && !passed(settings_.hold_after, hand.good);
+  switch (event) {
+    case Event::kArmStopped:
+      return input.arm_stopped;
+    case Event::kFailed:
+      return !input.failure.empty();
+    case Event::kArmFollows:
+      return input.arm_follows;
+    case Event::kArmLate:
+      return passed(settings_.arm_late_after, since_);
+    case Event::kStopAsked:
+      return input.stops != stops_;
+    case Event::kStalled:
+      return input.stalled;
+    case Event::kOffPath:
+      return input.off_path;
+    case Event::kResetAsked:
+      return input.reset_of == halts_ && input.stops == stops_ && input.at_rest;
+    case Event::kSilence:
+      return !received;
+    case Event::kReleased:
+      return !hand.clutch;
+    case Event::kGripped:
+      return received && trusted && hand.clutch && hand.grips != grips_used_;
+    case Event::kHandLost:
+      return !trusted;
+    case Event::kHandBack:
+      return received && trusted && hand.clutch && input.last_plan > since_;
+    case Event::kPlannerLate:
+      return passed(settings_.planner_late_after, std::max(input.last_plan, since_));
+  }
+  return false;
+}
+
+const Transition* Supervisor::update(const SupervisionInput& input) {
+  if (since_ == Time(0)) since_ = input.now;
+  const Transition* taken = step(input);
+  const bool halts = taken != nullptr && (taken->to == State::kStopping || taken->to == State::kFault);
+  if (halts || input.stops != stops_) ++halts_;
+  stops_ = input.stops;
+  return taken;
+}
+
+const Transition* Supervisor::step(const SupervisionInput& input) {
+  for (const Transition& row : kTransitions) {
+    if (row.from != state_ || !happened(row.event, input)) continue;
+    state_ = row.to;
+    since_ = input.now;
+    reason_ = row.reason;
+    cause_ = {code_of(row.event, input.hand), input.hand.leader};
+    if (row.event == Event::kArmStopped) reason_ = input.arm_reason;
+    if (row.event == Event::kFailed) reason_ = input.failure;
+    if (row.event == Event::kHandLost) {
+      reason_ = cause_.code == ReasonCode::kNoPose ? "no pose of the hand came for a while"
+                                                   : to_string(input.hand.verdict, input.hand.leader);
+    }
+    if (cause_.code == ReasonCode::kProfileWaits)
+      reason_ = "the new profile takes effect at rest: release and grip again";
+    const std::string_view reason = input.hand.leader == Leader::kPolicy      ? of_policy(row.event)
+                                    : input.hand.leader == Leader::kRecording ? of_recording(row.event)
+                                                                              : std::string_view();
+    if (!reason.empty()) reason_ = reason;
+    if (row.to == State::kEngaged) ++engagements_;
+    // A grip that did not lead to following, or no longer does, is used up.
+    grips_used_ = input.hand.grips;
+    return &row;
+  }
+  return nullptr;
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,208 @@
+#include "steadyhand/files/config/robot_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "files/config/refusal.hpp"
+#include "steadyhand/geometry/robot/kinematics.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace steadyhand {
+namespace {
+
+namespace fs = std::filesystem;
+
+RobotModel ur5e() {
+  auto model = open_robot("ur5e", kPlaces);
+  EXPECT_TRUE(model) << model.error().message;
+  return *std::move(model);
+}
+
+TEST(RobotFile, LoadsTheUr5e) {
+  const RobotModel model = ur5e();
+  EXPECT_EQ(model.name, "ur5e");
+  ASSERT_EQ(model.dof(), 6);
+  EXPECT_EQ(model.tool.name, "glass");
+  const auto on_arm = [](const Body& s) { return !s.name.starts_with("gripper") && !s.name.starts_with("glass"); };
+  EXPECT_EQ(std::count_if(model.bodies.begin(), model.bodies.end(), on_arm), 29);
+  std::set<int> links;
+  for (const Body& body : model.bodies) links.insert(body.link);
+  EXPECT_EQ(links.size(), 7u);
+
+  Kinematics kinematics(model);
+  kinematics.set_position(model.home);
+  EXPECT_GT(kinematics.R()(2, 2), 0.999);  // the glass stands upright
+}
+
+TEST(RobotFile, TheGlassStandsAcrossTheFlange) {
+  const RobotModel model = ur5e();
+  EXPECT_NEAR(model.tool.origin.linear()(2, 2), 0.0, 1e-9);  // z of the glass in the flange's frame
+}
+
+/// On 100,000 random states: what holds for every rigid arm.
+TEST(RobotFile, TheUr5eMovesAsARigidArm) {
+  const RobotModel model = ur5e();
+  Kinematics at(model), ahead(model);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-2.0 * M_PI, 2.0 * M_PI);
+  const auto draw = [&]() -> JointVector {
+    return JointVector::NullaryExpr(6, [&](Eigen::Index) { return uniform(random); });
+  };
+  for (int s = 0; s < 100000; ++s) {
+    const JointVector q = draw(), direction = draw().normalized();
+    at.set_position(q);
+    ASSERT_LT((at.R() * at.R().transpose() - Matrix3::Identity()).norm(), 1e-12);
+    ASSERT_GT(at.R().determinant(), 0.0);
+
+    constexpr double h = 1e-6;
+    ahead.set_position(q + h * direction);
+    Vector3 dp = Vector3::Zero(), axis = Vector3::Zero();
+    for (int k = 0; k < 6; ++k) {
+      dp += at.dp(k) * direction[k];
+      axis += at.axis(k) * direction[k];
+    }
+    ASSERT_LT(((ahead.p() - at.p()) / h - dp).norm(), 1e-5);
+    const Eigen::AngleAxisd turn(ahead.R() * at.R().transpose());
+    ASSERT_LT((turn.angle() * turn.axis() / h - axis).norm(), 1e-5);
+
+    at.set_motion(JointVector::Zero(6), JointVector::Zero(6));  // at rest only gravity is felt
+    ASSERT_LT((at.local_acceleration() - at.R().transpose() * kGravity).norm(), 1e-12);
+
+    for (std::size_t i = 1; i < model.bodies.size(); ++i) {
+      const Body &a = model.bodies[i - 1], &b = model.bodies[i];
+      if (a.link != b.link) continue;
+      const double distance = (at.body(static_cast<int>(i)).p - at.body(static_cast<int>(i) - 1).p).norm();
+      ASSERT_NEAR(distance, (a.origin.translation() - b.origin.translation()).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(RobotFile, ABareUrdfLoads) {
+  const auto settings = load_robot_settings(kPlaces.data / "robots/ur5e.yaml", kPlaces);
+  ASSERT_TRUE(settings) << settings.error().message;
+  const auto model = open_robot(settings->urdf.string(), kPlaces);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->dof(), 6);
+  EXPECT_TRUE(model->bodies.empty());
+  EXPECT_TRUE(model->acceleration_max.isApproxToConstant(15.0));
+}
+
+TEST(RobotFile, AnUnknownNameListsTheKnownOnes) {
+  const auto model = open_robot("ur55", kPlaces);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().message.find("'ur55'"), std::string::npos);
+  EXPECT_NE(model.error().message.find("ur5e"), std::string::npos);
+}
+
+TEST(RobotFile, AHomePoseInSelfCollisionNamesTheBodies) {
+  const TemporaryFolder folder;
+  std::ifstream stream(kPlaces.data / "robots/ur5e.yaml");
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const std::size_t home = text.find("\nhome: [");
+  ASSERT_NE(home, std::string::npos);
+  text.replace(home, text.find(']', home) + 1 - home, "\nhome: [0, -1.57, 3.0, 0, 0, 0]");
+  const auto model = open_robot(folder.write("folded.yaml", text).string(), kPlaces);
+  ASSERT_FALSE(model);
+  const testing::Matcher<const std::string&> names_the_bodies =
+      testing::ContainsRegex("folded.yaml: .*self-collision: bodies '[a-z0-9_]+' and '[a-z0-9_]+' overlap by .* mm");
+  EXPECT_TRUE(names_the_bodies.Matches(model.error().message)) << model.error().message;
+}
+
+/// What a file does not say, the one that it extends says.
+TEST(RobotFile, OneExtendsAnother) {
+  const RobotModel whole = ur5e();
+  const TemporaryFolder folder;
+  const fs::path mine = folder.write("mine.yaml",
+                                     "extends: ur5e\nmount: {xyz: [0, 0, 1], rpy: [0, 0, 0]}\n"
+                                     "velocity_max: [1, 1, 1, 1, 1, 1]\n");
+  const auto model = open_robot(mine.string(), kPlaces);
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->name, "mine");
+  EXPECT_EQ(model->meshes, "ur5e");
+  EXPECT_EQ(model->velocity_max, JointVector::Ones(6));
+  EXPECT_EQ(model->acceleration_max, whole.acceleration_max);
+  EXPECT_EQ(model->home, whole.home);
+  EXPECT_EQ(model->tool.name, "glass");
+  EXPECT_EQ(model->pairs, whole.pairs);
+  const auto bodies = open_robot(
+      folder
+          .write("beside.yaml", "extends: mine.yaml\nbodies: [{name: b, link: wrist_3_link, sphere: {radius: 0.1}}]\n")
+          .string(),
+      kPlaces);
+  ASSERT_TRUE(bodies) << bodies.error().message;
+  EXPECT_EQ(bodies->bodies.size(), 1u);
+  EXPECT_EQ(bodies->mount.translation(), Vector3::UnitZ());
+  for (const auto& [name, text, reason] :
+       {std::tuple("self.yaml", "extends: self.yaml\n", "more than 8 files extend each other"),
+        std::tuple("of_nobody.yaml", "extends: ur55\n", "'extends': robot 'ur55' is neither"),
+        std::tuple("no_mount.yaml", "extends: ur5e\nmount: {xyz: [0, 0, .nan], rpy: [0, 0, 0]}\n", "mount.xyz"),
+        std::tuple("half_mount.yaml", "extends: ur5e\nmount: {rpy: [0, 0, 0]}\n", "key 'mount.xyz' is missing")}) {
+    const auto refused = open_robot(folder.write(name, text).string(), kPlaces);
+    ASSERT_FALSE(refused) << name;
+    EXPECT_NE(refused.error().message.find(reason), std::string::npos) << refused.error().message;
+  }
+}
+
+TEST(RobotFile, UnderTheCeilingTheGlassStandsUpright) {
+  const auto model = open_robot("ur5e_ceiling", kPlaces);
+  ASSERT_TRUE(model) << model.error().message;
+  Kinematics arm(*model);
+  arm.set_position(model->home);
+  EXPECT_GT(arm.R()(2, 2), 0.9999);
+  EXPECT_NEAR(arm.p().z(), 1.1, 0.01);
+  EXPECT_TRUE(doubts_about(*model).empty());
+}
+
+class RobotFileRefuses : public testing::TestWithParam<Refusal> {};
+
+TEST_P(RobotFileRefuses, WithTheReason) {
+  const TemporaryFolder folder;
+  const auto model = open_robot(folder.write("arm.yaml", GetParam().text).string(), kPlaces);
+  ASSERT_FALSE(model);
+  EXPECT_NE(model.error().message.find(GetParam().message), std::string::npos) << model.error().message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RobotFileRefuses,
+    testing::Values(
+        Refusal{"no_urdf", "name: arm\n", "arm.yaml:1: key 'urdf' is missing"},
+        Refusal{"urdf_not_there", "urdf: arm.urdf\n", "arm.urdf: no such file"},
+        Refusal{"package", "urdf: {package: nothing, path: a.urdf}\n",
+                "Python package 'nothing' with its file 'a.urdf' is not in"},
+        Refusal{"distribution", "urdf: {package: nothing, path: a.urdf, distribution: no-thing}\n",
+                "/packages' no-thing"},
+        Refusal{"urdf_key", "urdf: {package: airo_models, file: a.urdf}\n", "arm.yaml:1: unknown key 'file' in 'urdf'"},
+        Refusal{"key", "urdf: a\n\ntoool: {}\n", "arm.yaml:3: unknown key 'toool'; did you mean 'tool'?"},
+        Refusal{"tool_size", "urdf: a\ntool: {link: a, xyz: [0, 0], rpy: [0, 0, 0]}\n",
+                "arm.yaml:2: tool.xyz has 2 numbers; 3 are expected"},
+        Refusal{"radius", "urdf: a\nspheres:\n  - {name: s, link: l, center: [0, 0, 0], radius: -0.1}\n",
+                "arm.yaml:3: spheres[0].radius is -0.1; it must be positive"},
+        Refusal{"no_shape", "urdf: a\nbodies:\n  - {name: s, link: l}\n",
+                "arm.yaml:3: bodies[0].shape must be one of sphere, capsule, box and cylinder"},
+        Refusal{"two_shapes", "urdf: a\nbodies: [{name: s, link: l, sphere: {radius: 1}, box: {size: [1, 1, 1]}}]\n",
+                "must be one of sphere, capsule, box and cylinder"},
+        Refusal{"sphere_without_radius", "urdf: a\nbodies: [{name: s, link: l, sphere: {}}]\n",
+                "key 'bodies[0].sphere.radius' is missing"},
+        Refusal{"capsule_nan",
+                "urdf: a\nbodies: [{name: s, link: l, capsule: {from: [0, 0, 0], to: [0, .nan, 0], radius: 1}}]\n",
+                "bodies[0].capsule.to[1] is '.nan'; a number is expected"},
+        Refusal{"box_size", "urdf: a\nbodies: [{name: s, link: l, box: {size: [1, 0, 1]}}]\n",
+                "bodies[0].box.size[1] is 0; it must be positive"},
+        Refusal{"box_rounding", "urdf: a\nbodies: [{name: s, link: l, box: {size: [1, 0.2, 1], rounding: 0.1}}]\n",
+                "bodies[0].box.rounding must be less than half of each size"},
+        Refusal{"cylinder_flat",
+                "urdf: a\nbodies: [{name: s, link: l, cylinder: {from: [1, 0, 0], to: [1, 0, 0], radius: 1}}]\n",
+                "bodies[0].cylinder.to must be another point than 'from'"},
+        Refusal{"body_key", "urdf: a\nbodies: [{name: s, link: l, box: {size: [1, 1, 1], radius: 1}}]\n",
+                "unknown key 'radius' in 'bodies[0].box'"},
+        Refusal{"half_space", "urdf: a\nbodies: [{name: s, link: l, half_space: {}}]\n",
+                "unknown key 'half_space' in 'bodies[0]'; known: sphere, capsule, box, cylinder"},
+        Refusal{"pairs", "urdf: a\npairs: all\n", "arm.yaml:2: pairs must be auto or a list of [name, name]"},
+        Refusal{"acceleration", "urdf: a\nacceleration_max: [1, 0]\n", "acceleration_max[1] is 0; it must be positive"},
+        Refusal{"home_nan", "urdf: a\nhome: [nan]\n", "arm.yaml:2: home[0] is 'nan'; it must be a finite number"}),
+    refusal_name);
+
+}  // namespace
+}  // namespace steadyhand
