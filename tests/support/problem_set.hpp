@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
@@ -32,28 +33,26 @@ struct PosedProblem {
   std::vector<KeptMultiplier> multipliers;  ///< none: a cold start
 };
 
-/// Text, a problem after another: lines of a word and numbers, which read back to the same bits.
+/// Text, a line for each problem: words and their numbers, which read back to the same bits.
 inline void write(const PosedProblem& problem, std::ostream& out) {
-  const auto line = [&](const char* word, const auto& numbers) {
-    out << word;
+  const auto add = [&](std::string_view words, const auto& numbers) {
+    out << " " << words;
     for (const double number : numbers) out << fmt::format(" {}", number);
-    out << "\n";
   };
-  out << fmt::format("problem {} {} {}\n", problem.name, problem.profile, problem.horizon);
+  out << fmt::format("problem {} {} {}", problem.name, problem.profile, problem.horizon);
   for (const auto& [objective, weights] : problem.weights) {
-    out << "weights " << objective << " " << weights.size();
-    line("", weights);
+    add(fmt::format("weights {} {}", objective, weights.size()), weights);
   }
-  line("x0", problem.instance.x0);
-  for (const JointVector& u : problem.guess.u) line("u", u);
+  add("x0", problem.instance.x0);
+  for (const JointVector& u : problem.guess.u) add("u", u);
   for (int k = 0; k < problem.horizon; ++k) {
-    line("p", problem.instance.reference.p[k]);
-    line("R", problem.instance.reference.R[k].reshaped());
+    add("p", problem.instance.reference.p[k]);
+    add("R", problem.instance.reference.R[k].reshaped());
   }
   for (const auto& [node, constraint, row, value] : problem.multipliers) {
-    out << fmt::format("multiplier {} {} {} {}\n", node, constraint, row, value);
+    out << fmt::format(" multiplier {} {} {} {}", node, constraint, row, value);
   }
-  out << "end\n";
+  out << " end\n";
 }
 
 /// @param dof of the arm
