@@ -97,38 +97,6 @@ def test_a_client_that_floods_is_cut_off(demo):
     assert flooder.closed and "too_many" in told
 
 
-def test_who_asks_gets_the_arm_when_its_holder_lets_go_and_stays_silent(demo):
-    first, second = demo.client(), demo.client()
-    first.grip()
-    second.send(type="ask")
-    assert first.wait_for("lease", yours=True)["asker"] != 0
-    leases, sent = [], []
-
-    def leading(t):
-        sent.append(time.monotonic())
-        return hand(t)
-
-    def listen(_=None):
-        second.ping()
-        leases.extend(m for m in second.messages() if m["type"] == "lease")
-
-    begin = time.monotonic()
-    while time.monotonic() < begin + 12.0:
-        first.grip(take=False)  # whenever this machine was too busy to send, the arm was let go
-        first.move(leading, 2.0, each=listen)
-    assert leases[-1]["asker"] != 0 and not leases[-1]["yours"], "while it leads the arm it keeps it"
-    begin = sent[-1]  # if the machine is busy now, the hand counts as gone before it says so
-    first.sample(hand(12.0), False)
-    while not leases[-1]["yours"]:
-        assert time.monotonic() < begin + 30.0
-        first.ping()
-        first.messages(0.2)
-        listen()
-    assert time.monotonic() - begin >= 9.9
-    assert still(second)
-    second.grip(take=False)
-
-
 def test_a_stop_beside_a_reset_wins_and_stays(demo):
     operator, other = demo.client(), demo.client(pair=False)
     operator.grip()
