@@ -3,7 +3,6 @@ and as RViz would listen; each message of the program's goes over the wire with 
 message for, the controller's state, comes from PyPI's cyclonedds as Humble and as Jazzy lay it out."""
 
 import contextlib
-import functools
 import importlib.util
 import json
 import math
@@ -45,9 +44,9 @@ NEIGHBOURS = (
 )
 JOINTS = [f"{name}_joint" for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")]
 HOME = [0.4, -1.3, 1.6, 0.4, 0.4, 0.4]  # of the peer's arm
-# For Python, and machines that stall: fewer cycles, and half a second of patience with the network. What stops the arm for
-# where it is, stays as it is.
-PATIENT = ["ros2.control_rate=100", "ros2.rate=20", "ros2.look_ahead=0.5", "ros2.state_timeout=0.4", "ros2.start_within=40"]
+# For Python: fewer cycles, and as much patience with the network and with a loop that sleeps as can be set. What stops the arm
+# for where it is, stays as it is. A machine that stalls for longer still stops it: what leads an arm is in the long tier.
+PATIENT = ["ros2.control_rate=100", "ros2.rate=20", "ros2.look_ahead=0.5", "ros2.state_timeout=0.44", "ros2.start_within=40", "control.stall_cycles=1000"]
 
 
 @pytest.fixture
@@ -66,32 +65,11 @@ def run(domain, *command, environment=None, **options):
     finally:
         process.send_signal(signal.SIGTERM)
         try:
-            told.append(process.communicate(timeout=40)[0])
-            print(told[-1])  # to be seen if the test fails
+            print(process.communicate(timeout=40)[0])  # to be seen if the test fails
         except ValueError:  # the test has read it
             pass
         except subprocess.TimeoutExpired:
             process.kill()
-
-
-told = []  # by programs that ended
-STALLED = re.compile("no joint states that name this arm's joints come|[1-9][0-9]* slept through")
-
-
-def anew_where_the_machine_stalled(test):
-    """An arm that hears nothing for ros2.state_timeout stops, as it should: if that is what happened, the test says nothing."""
-
-    @functools.wraps(test)
-    def tried(**fixtures):
-        for left in range(4, -1, -1):
-            told.clear()
-            try:
-                return test(**fixtures)
-            except AssertionError as error:
-                if not left or not STALLED.search(str(error) + "".join(told)):
-                    raise
-
-    return tried
 
 
 def demo(domain, folder, *settings, input=None):
@@ -250,7 +228,7 @@ def test_a_node_that_listens_to_no_multicast_is_found_by_default(domain):
 
 @needs_rclpy
 @pytest.mark.parametrize("layout", ["jazzy", "humble"])
-@anew_where_the_machine_stalled
+@pytest.mark.long
 def test_an_arm_of_rclpy_is_led_by_a_hand_of_rclpy_and_shown_to_it(domain, tmp_path, layout):
     """And stops when the hardware tells that it is slowed down."""
     world = {
@@ -290,7 +268,7 @@ def test_an_arm_of_rclpy_is_led_by_a_hand_of_rclpy_and_shown_to_it(domain, tmp_p
         assert "speed scaling is not 100 %" in program.communicate(timeout=60)[0]
 
 
-@anew_where_the_machine_stalled
+@pytest.mark.long
 def test_the_reference_controller_is_led_by_a_recorded_hand(domain, tmp_path):
     """Which then says what its set-points were like. Without rclpy."""
     hand = tmp_path / "hand.csv"
@@ -324,7 +302,7 @@ def test_check_tells_an_inactive_controller_from_an_active_one(domain):
         assert "not active" not in check(domain).stdout
 
 
-@anew_where_the_machine_stalled
+@pytest.mark.long
 def test_a_stage_of_check_measures_the_delay_and_writes_it(domain, tmp_path):
     settings = tmp_path / "settings.yaml"
     stage = ["--stage", "slow", "--settings", str(settings), "--set", "ros2.look_ahead=0.23", "ros2.state_timeout=0.2"]

@@ -9,7 +9,7 @@ import time
 
 import pytest
 from live_client import PROGRAM, Demo
-from test_ros2 import CONTROLLER, PATIENT, PEER_PYTHON, Peer, anew_where_the_machine_stalled, check, needs_rclpy, run
+from test_ros2 import CONTROLLER, PATIENT, PEER_PYTHON, Peer, check, needs_rclpy, run
 
 PATIENCE = 60.0  # s
 ACTION = "/hand/gripper_cmd"
@@ -80,7 +80,7 @@ class Hand:
 
 
 @pytest.mark.parametrize("kind", ["GripperCommand", "ParallelGripperCommand"])
-@anew_where_the_machine_stalled
+@pytest.mark.long
 def test_the_operator_closes_and_opens_it(domain, messages, tmp_path, kind):
     joint = ["knuckle"] if kind == "ParallelGripperCommand" else []
     with run(domain, CONTROLLER, "--rate", "100", "--robot", "ur5e_gripper"), Gripper(domain, messages, kind) as peer:
@@ -108,7 +108,7 @@ def test_the_operator_closes_and_opens_it(domain, messages, tmp_path, kind):
         demo.end()
 
 
-@anew_where_the_machine_stalled
+@pytest.mark.long
 def test_one_that_rejects_gives_up_or_sleeps_stops_the_arm(domain, messages, tmp_path):
     with run(domain, CONTROLLER, "--rate", "100", "--robot", "ur5e_gripper"), Gripper(domain, messages) as peer:
         demo = Demo(tmp_path, *words())
