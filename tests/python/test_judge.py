@@ -411,6 +411,6 @@ def test_meshes_of_the_ur5e_touch_where_it_bends_into_itself():
     robot = json.loads(subprocess.run([PROGRAM, "describe", "ur5e"], capture_output=True, text=True, check=True).stdout)
     home = np.array(robot["home"])
     folded = home + [0, 0, 1.2, 0, 0, 0]  # the elbow closed until the wrist is in the upper arm
-    meshes = arm_model.Ur5eMeshes(ROOT)
+    meshes = arm_model.Ur5eMeshes()
     gap, bad = (meshes.smallest_gap(pose) for pose in arm_model.link_poses(robot, np.array([home, folded])))
     assert gap > 0.005 and bad <= 0.0

@@ -1,10 +1,14 @@
 """Distances inside the arm, by kinematics of our own: bodies from the recording's metadata, and the UR5e's meshes."""
 
-import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
+LINKS = ["base_link_inertia", "shoulder_link", "upper_arm_link", "forearm_link", "wrist_1_link", "wrist_2_link", "wrist_3_link"]
+# Convex pieces of what is not convex, by stem of the visual mesh.
+FINER = {"upperarm": [f"upper_arm_link_part_{i}" for i in range(3)], "forearm": [f"forearm_link_part_{i}" for i in range(3)],
+         "base_cable_labels": ["base"]}  # fmt: skip
 BLOCK = 2000  # configurations at a time: memory
 
 
@@ -87,20 +91,23 @@ def coal_distances(first, second, at, there):
 class Ur5eMeshes:
     """Convex pieces of the UR5e's links, and the gripper and glass of robots/ur5e.yaml as the solids that its head names."""
 
-    def __init__(self, root):
+    def __init__(self):
         import coal
-
-        sys.path.insert(0, str(Path(root) / "robots"))
-        from arm_geometry import Arm, package_folder
+        import pinocchio as pin
 
         self.coal = coal
-        arm = Arm(package_folder("airo_models") / "arms/ur5e/ur5e.urdf")
+        folder = Path(find_spec("airo_models").origin).parent / "arms/ur5e"
+        model = pin.buildModelFromUrdf(str(folder / "ur5e.urdf"))
+        visuals = pin.buildGeomFromUrdf(model, str(folder / "ur5e.urdf"), pin.GeometryType.VISUAL, package_dirs=[str(folder)])
         self.solids = []  # link, shape, placement in the link
-        for link, parts in enumerate(arm.convex):
-            for part in parts:
-                points = coal.StdVec_Vec3s()
-                points.extend(np.asarray(p, dtype=float) for p in part.vertices)
-                self.solids.append((link, coal.Convex.convexHull(points, False, "Qt"), np.eye(4)))
+        for shape in visuals.geometryObjects:
+            frame = model.frames[shape.parentFrame]
+            placement = (frame.placement.inverse() * shape.placement).homogeneous
+            stem = Path(shape.meshPath).stem
+            for name in FINER.get(stem, [stem]):  # in the frame of the visual mesh
+                mesh = coal.MeshLoader().load(str(folder / f"collision/{name}.obj"), np.ones(3))
+                mesh.buildConvexHull(False, "Qt")
+                self.solids.append((LINKS.index(frame.name), mesh.convex, placement))
         along_y = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0.15], [0, 0, 0, 1]])
         for shape, placement in ((coal.Cylinder(0.045, 0.10), at(0, 0, 0.05)), (coal.Cylinder(0.035, 0.11), along_y),
                                  (coal.Box(0.015, 0.025, 0.065), at(0.0425, 0, 0.1325)),

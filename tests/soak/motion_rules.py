@@ -1,12 +1,9 @@
 """Rules for what the recording says by itself: limits and distances, of commands and of what the arm did."""
 
-from pathlib import Path
-
 import numpy as np
 
 from arm_model import Ur5eMeshes, link_poses, smallest_body_gaps
 
-ROOT = Path(__file__).resolve().parents[2]
 # Of our own, smaller than the program's: rounding of numbers, not of limits.
 POSITION = 2e-6  # rad
 COMMANDED = 1e-4  # share of speed and acceleration
@@ -26,7 +23,7 @@ MESH_PERIOD = 0.02  # s, between looks at meshes
 
 def meshes_of(session):
     """The UR5e's, where it is the robot."""
-    return Ur5eMeshes(ROOT) if session.robot is not None and session.robot["name"] == "ur5e" else None
+    return Ur5eMeshes() if session.robot is not None and session.robot["name"] == "ur5e" else None
 
 
 def worst(rule, t, excess, words):
