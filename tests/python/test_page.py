@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import pytest
@@ -16,50 +15,36 @@ NODE = shutil.which("node") or shutil.which("nodejs")
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 # Under the name firefox Ubuntu has but a stub that asks for snap. Without a screen Firefox draws no WebGL.
 FIREFOX = shutil.which("firefox-esr") if shutil.which("Xvfb") else None
-MOST_TRIED_AGAIN = 2
+# Of page and headset the short tier has these: the page opens, moves the arm, replays, comes back, and stops in every way.
+SMOKE = {
+    "page": ["opens to an arm", "dragging the target", "keys lead the arm; Space stops it", "a recording appears in the list", "says that it is not connected",
+             "a finger leads the arm", "on a phone what is pressed", "nothing lies over Stop"],
+    "headset": ["B and Y stop", "B stops also"],
+    "stops": [],
+}
 
 
-def cases(browser, name, why, *files, tier=()):
+def cases(browser, name, why, *files, **tiers):
     absent = pytest.mark.skipif(browser is None, reason=why)
-    return [pytest.param(browser, file, id=f"{name}-{file}", marks=[*tier, absent]) for file in files]
+    return [pytest.param(browser, file, [], id=f"{name}-{file}", marks=[pytest.mark.long, absent]) for file in files] + [
+        pytest.param(browser, file, only, id=f"{name}-{file}-short", marks=absent) for file, only in tiers.items()]
 
 
-def run(command, environment):
-    """None: it hung, and was killed with its browser and its program."""
+# The headset is emulated by a package, in whichever browser: once is enough.
+@pytest.mark.parametrize("browser, file, only", [
+    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "headset", "first_quest", "data", **SMOKE),
+    *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops"),
+])
+def test_page_in_a_browser(browser, file, only):
+    environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser, "STEADYHAND_PYTHON": sys.executable}
+    command = [NODE, "--test", *(f"--test-name-pattern=^{re.escape(name)}" for name in only), f"e2e/{file}.test.mjs"]
     with subprocess.Popen(command, cwd=ROOT / "web", env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           start_new_session=True) as process:
         try:
             output, _ = process.communicate(timeout=700)
-        except subprocess.TimeoutExpired:
+        except subprocess.TimeoutExpired:  # with its browser and its program
             os.killpg(process.pid, signal.SIGKILL)
-            return None
-        return subprocess.CompletedProcess(command, process.returncode, output)
-
-
-# The headset is emulated by a package, in whichever browser: once is enough.
-@pytest.mark.parametrize("browser, file", [
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "stops", "headset", "first_quest"),
-    *cases(CHROMIUM, "chromium", "no Chromium on this machine", "data", tier=[pytest.mark.long]),
-    *cases(FIREFOX, "firefox", "no firefox-esr with Xvfb on this machine", "page", "stops", tier=[pytest.mark.long]),
-])
-def test_page_in_a_browser(browser, file):
-    environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser, "STEADYHAND_PYTHON": sys.executable}
-    command = [NODE, "--test", f"e2e/{file}.test.mjs"]
-    # Chromium without a graphics card has once stopped drawing for good, on a machine that compiled beside it: what hung is tried again.
-    done = run(command, environment) or run(command, environment)
-    assert done, "hung twice"
-    if done.returncode == 0:
-        return
-    failed = names("not ok", done.stdout)
-    # What only a crowded machine makes fail passes alone, and is named. A stop has no second try.
-    if file != "stops" and 0 < len(failed) <= MOST_TRIED_AGAIN and not any("stop" in name.lower() for name in failed):
-        alone = run([*command[:2], *(f"--test-name-pattern=^{re.escape(name)}$" for name in failed), command[2]], environment)
-        if alone and alone.returncode == 0 and names("ok", alone.stdout) == failed:
-            warnings.warn(f"{file}.test.mjs passed at the second try only: {'; '.join(failed)}\n{done.stdout}", stacklevel=1)
-            return
-    pytest.fail(done.stdout)
-
-
-def names(outcome, report):
-    """Of the tests of a TAP report with this outcome that were not skipped, in order."""
-    return [name for name in re.findall(rf"^{outcome} \d+ - (.*)$", report, re.MULTILINE) if " # SKIP" not in name]
+            raise
+    assert process.returncode == 0, output
+    ran = [name for name in re.findall(r"^ok \d+ - (.*)$", output, re.MULTILINE) if " # SKIP" not in name]
+    assert len(ran) == len(only) if only else ran, output
