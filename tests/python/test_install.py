@@ -47,34 +47,33 @@ def build_consumer(folder, *options):
 
 
 @pytest.fixture(scope="module")
-def consumers(prefix, tmp_path_factory):
-    """By the processor that each is compiled for."""
-    folders = {}
-    for level, flags in LEVELS.items():
-        if host_can(flags):
+def consumer(prefix, tmp_path_factory):
+    """Builds, once for a processor, what uses the library from outside."""
+    made = {}
+
+    def of(level):
+        if level not in made:
             options = (f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_FLAGS=-march={level} -O1")
-            folders[level] = build_consumer(tmp_path_factory.mktemp("consumer"), *options)
-    return folders
+            made[level] = build_consumer(tmp_path_factory.mktemp("consumer"), *options)
+        return made[level]
+
+    return of
 
 
-def test_the_program_of_the_readme_runs_whatever_processor_it_is_compiled_for(consumers, tmp_path):
+def test_the_program_of_the_readme_runs_for_another_processor_than_the_librarys(consumer, tmp_path):
     environment = {key: value for key, value in os.environ.items() if not key.startswith("STEADYHAND")}
-    commands = {level: run(folder / "readme", cwd=tmp_path, env=environment) for level, folder in consumers.items()}
-    assert len(set(commands.values())) == 1, commands  # the library computes: the same
-    assert len(commands["x86-64"].split()) == 500 * 6
+    assert len(run(consumer("x86-64") / "readme", cwd=tmp_path, env=environment).split()) == 500 * 6
+    assert "Plan::u" in run(consumer("x86-64") / "layout")
 
 
-def test_terms_of_the_callers_work_whatever_processor_they_are_compiled_for(consumers, tmp_path):
-    heights = {level: run(folder / "terms", cwd=tmp_path) for level, folder in consumers.items()}
-    assert len(set(heights.values())) == 1, heights  # to a millimetre: here the caller computes, too
+@pytest.mark.long
+@pytest.mark.parametrize("what", ["readme", "terms", "layout"])  # terms to a millimetre: there the caller computes, too
+def test_what_uses_the_library_does_the_same_whatever_processor_it_is_compiled_for(consumer, tmp_path, what):
+    said = {level: run(consumer(level) / what, cwd=tmp_path) for level, flags in LEVELS.items() if host_can(flags)}
+    assert len(said) > 1 and len(set(said.values())) == 1, said
 
 
-def test_what_crosses_the_border_is_laid_out_the_same(consumers):
-    layouts = {level: run(folder / "layout") for level, folder in consumers.items()}
-    assert len(set(layouts.values())) == 1, layouts
-    assert "Plan::u" in layouts["x86-64"]
-
-
+@pytest.mark.long
 def test_the_examples_are_built_outside(prefix, tmp_path):
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     run("cmake", "-S", tmp_path / "examples", "-B", tmp_path / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
