@@ -29,9 +29,4 @@ target_compile_options(test_fuzz PRIVATE ${STEADYHAND_COLD_OPTIONS})
 target_precompile_headers(test_fuzz REUSE_FROM cold_test_headers)
 target_compile_definitions(test_fuzz PRIVATE STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}")
 add_test(NAME fuzz COMMAND test_fuzz WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
-if(STEADYHAND_SANITIZE)
-  set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_fuzz)
-else()  # only sanitizers see most of what it provokes
-  set_tests_properties(fuzz PROPERTIES LABELS long)
-  set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_fuzz)
-endif()
+steadyhand_tier(fuzz OFF)  # only sanitizers see most of what it provokes

@@ -51,8 +51,6 @@ endfunction()
 # test_NAME. HOT: what it does in a planning period or a cycle of the arm takes time that counts, so the compiler may take
 # its time, too; WARM: it runs in each, but for short; but for HOT files of ONCE, of which packages for several processors hold one version (cmake/levels.cmake).
 # BARE: what of it there is without an operating system (STEADYHAND_WITH_SYSTEM), if not all; with the libraries that are there.
-# Tests of parts that are neither run under sanitizers; without these they are among the long ones, since what the
-# optimiser does matters less there than the time that a second build takes.
 function(steadyhand_part path)
   get_filename_component(name "${path}" NAME)
   cmake_parse_arguments(part "HOT;WARM" "" "USES;LINK;EXCEPT;BARE;TEST_LINK;ONCE" ${ARGN})
@@ -106,13 +104,28 @@ function(steadyhand_part path)
     target_compile_definitions(test_${name} PRIVATE STEADYHAND_ROOT="${PROJECT_SOURCE_DIR}"
                                                     STEADYHAND_DEPS="${STEADYHAND_DEPS}")
     add_test(NAME ${name} COMMAND test_${name} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
-    if(part_HOT OR part_WARM OR STEADYHAND_SANITIZE)
-      set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${name})
-    else()
-      set_tests_properties(${name} PROPERTIES LABELS long)
-      set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_${name})
+    # What computes is tested as it is released; what reads from outside, and threads, under sanitizers.
+    if(part_HOT OR part_WARM)
+      set(released ON)
     endif()
+    steadyhand_tier(${name} "${released}")
   endif()
+endfunction()
+
+# steadyhand_tier(NAME RELEASED): the test NAME, run by test_NAME, is among the short ones of the released build if RELEASED,
+# and otherwise among those of the sanitizers; in the other build it is among the long ones.
+function(steadyhand_tier name released)
+  if((released AND NOT STEADYHAND_SANITIZE) OR (STEADYHAND_SANITIZE AND NOT released))
+    set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${name})
+  else()
+    steadyhand_long(${name})
+  endif()
+endfunction()
+
+# The test NAME, run by test_NAME, is among the long ones.
+function(steadyhand_long name)
+  set_property(TEST ${name} APPEND PROPERTY LABELS long)
+  set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_${name})
 endfunction()
 
 # steadyhand_library(NAME USES libraries... PARTS parts... OPTIONAL parts...): the parts, and those of OPTIONAL that are built,

@@ -1,6 +1,6 @@
 # The hot parts and their tests for other processors than the preset's, each level with a vector width of its own (core/lanes.hpp).
 # Whatever the host has, the parts are compiled, but for the level that the preset is for; their tests are compiled and run where it can, and elsewhere ctest says that
-# they were skipped. Under ASan they are among the long tests.
+# they were skipped. They are among the long tests.
 # A level cannot share libraries with another: inline functions and the layout of Eigen's members depend on it.
 file(GLOB hot_sources CONFIGURE_DEPENDS src/steadyhand/core/*.cpp src/steadyhand/geometry/collision/*.cpp src/steadyhand/geometry/robot/*.cpp src/steadyhand/planning/ocp/*.cpp)
 file(GLOB hot_solvers CONFIGURE_DEPENDS src/steadyhand/planning/solve/*.cpp src/steadyhand/planning/solve/*/*.cpp src/steadyhand/planning/plan/*.cpp)
@@ -35,12 +35,7 @@ function(steadyhand_processor level lanes flag)
   steadyhand_public(test_${level})
   target_include_directories(test_${level} PRIVATE tests)
   target_link_libraries(test_${level} PRIVATE Eigen3::Eigen fmt::fmt urdf tinyxml2 fatrop)
-  if(STEADYHAND_SANITIZE)
-    set_tests_properties(${level} PROPERTIES LABELS long)
-    set_property(GLOBAL APPEND PROPERTY steadyhand_long_tests test_${level})
-  else()
-    set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_${level})
-  endif()
+  steadyhand_long(${level})
 endfunction()
 
 # The sanitizers' presets are for plain x86-64.

@@ -1,5 +1,7 @@
 # Tests, examples, benchmarks and their tools. Everything that `ctest` runs is built by the target `tests`.
-add_subdirectory(examples EXCLUDE_FROM_ALL)
+if(NOT STEADYHAND_SANITIZE)
+  add_subdirectory(examples EXCLUDE_FROM_ALL)
+endif()
 
 # Closed loops of the solvers, for bench/.
 add_executable(bench_solvers EXCLUDE_FROM_ALL bench/solvers.cpp bench/closed_loop.cpp bench/sequences.cpp)
@@ -92,14 +94,18 @@ target_include_directories(fuzz_server PRIVATE tests)
 target_link_libraries(fuzz_server PRIVATE steadyhand_server)
 include(cmake/fuzz.cmake)
 
-# The vector type at every width, whatever the host has.
+# The vector type at every width, whatever the host has; one of them in the short tier.
 foreach(lanes 1 2 4 8)
   add_executable(test_lanes_${lanes} EXCLUDE_FROM_ALL tests/core/lanes_test.cpp)
   target_compile_definitions(test_lanes_${lanes} PRIVATE STEADYHAND_LANES=${lanes})
   target_compile_options(test_lanes_${lanes} PRIVATE ${STEADYHAND_COLD_OPTIONS} -Wno-psabi)  # vectors wider than the host's are passed in memory
   target_link_libraries(test_lanes_${lanes} PRIVATE steadyhand_core GTest::gtest_main)
   add_test(NAME lanes_${lanes} COMMAND test_lanes_${lanes})
-  set_property(GLOBAL APPEND PROPERTY steadyhand_tests test_lanes_${lanes})
+  if(lanes EQUAL 4)
+    steadyhand_tier(lanes_${lanes} ON)
+  else()
+    steadyhand_long(lanes_${lanes})
+  endif()
 endforeach()
 
 # The lock-free structures under a weak memory model, where Relacy is installed; it has its own stacks and memory.
@@ -127,40 +133,24 @@ endif()
 list(TRANSFORM threaded PREPEND test_)
 add_custom_target(threaded DEPENDS steadyhand ${threaded})
 
-# Campaigns of seconds take minutes under ASan; there they are among the long tests.
-foreach(longest live x86-64-v3 x86-64-v4)  # begin first
-  if(TEST ${longest})
-    set_tests_properties(${longest} PROPERTIES COST 100)
-  endif()
-endforeach()
-function(steadyhand_campaigns name)
-  list(JOIN ARGN ":" campaigns)
-  set_tests_properties(${name} PROPERTIES ENVIRONMENT "GTEST_FILTER=-${campaigns}")
-  add_test(NAME ${name}_campaigns COMMAND test_${name} --gtest_filter=${campaigns} WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}")
-  set_tests_properties(${name}_campaigns PROPERTIES LABELS long ENVIRONMENT GTEST_OUTPUT=)
-endfunction()
-if(STEADYHAND_SANITIZE)
-  steadyhand_campaigns(collision Shapes/EachPair.HasTheDistanceThatASearchFinds/*)
-  steadyhand_campaigns(solve *ReachesKktPointsWithALiquid* *EndsWhereTheLiquidFallsOut*)
-  steadyhand_campaigns(plan PlanCheck.LooksAtAllTimes* Obstacles.AreLookedFor* Obstacles.AreNotTouched
-                       Obstacles.AShoulderNear*
-                       Obstacles.GivesWayToWhatMoves)
-  steadyhand_campaigns(live Among.SixtyFour* Among.AStopWins* Among.WhatIsCarried* Among.WhatAppearsOnTheWay AskedStop.BesideAReset* AskedStop.SparesTheLiquid*
-                       Faults.* Gap.* Gaps.* HandToCommand.* Motion.ALimitOfPosition* Motion.ALongAnd*
-                       Motion.Singularities*
-                       Motion.WhereTheHandIs* Pushed.* Spill.SoftStops* Spill.CarryKeeps*)
+if(TEST live)
+  set_tests_properties(live PROPERTIES COST 100)  # begins first
 endif()
 
 # Everything that `ctest` runs, but for what only `./steadyhand test --long` builds.
 get_property(long_test_targets GLOBAL PROPERTY steadyhand_long_tests)
 add_custom_target(long_tests DEPENDS ${long_test_targets} closed_loop)
 get_property(test_targets GLOBAL PROPERTY steadyhand_tests)
-add_custom_target(tests DEPENDS ${test_targets} examples write_sample kinematics_dump fake_ur_controller)
+add_custom_target(tests DEPENDS ${test_targets})
+if(STEADYHAND_SANITIZE)
+  return()
+endif()
+# What tests/python runs, and installs.
+get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
+add_dependencies(tests examples write_sample kinematics_dump fake_ur_controller ${libraries})
 if(STEADYHAND_WITH_PYTHON)
   add_dependencies(tests steadyhand_module steadyhand_stub)
 endif()
 if(STEADYHAND_ROS2)
   add_dependencies(tests reference_controller ros2_echo)
 endif()
-get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
-add_dependencies(tests ${libraries})  # tests/python/test_install.py installs them
