@@ -21,7 +21,7 @@ def pytest_configure(config):
 
 
 # Files run side by side (pytest-xdist): those that take longest begin first.
-LONGEST = ["test_page", "test_fit", "test_install", "test_live_faults", "test_adversary", "test_sessions", "test_report", "test_first_hour_ur", "test_ros2", "test_solve_against_casadi"]
+LONGEST = ["test_page", "test_live_faults", "test_sessions", "test_adversary", "test_install", "test_report", "test_solve_against_casadi", "test_cameras"]
 
 
 def pytest_collection_modifyitems(items):

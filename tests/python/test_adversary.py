@@ -1,4 +1,4 @@
-"""The adversary (tests/soak/adversary.py): a minute with seeds that are always the same and with others in each run, and minutes in the long tier."""
+"""The adversary (tests/soak/adversary.py): half a minute with seeds that are always the same; others, and minutes, in the long tier."""
 
 import os
 import random
@@ -19,7 +19,7 @@ def attack(folder, seconds, seed, **environment):
 
 @pytest.mark.parametrize("seconds, seed", [
     pytest.param(30, 101, id="the same seeds"),
-    pytest.param(40, None, id="other seeds"),
+    pytest.param(40, None, id="other seeds", marks=pytest.mark.long),
     pytest.param(300, None, id="minutes", marks=pytest.mark.long),
 ])
 def test_the_judge_finds_no_promise_broken(tmp_path, seconds, seed):

@@ -101,6 +101,7 @@ def test_classes_answers():
     assert rows["lower"].ratio == pytest.approx(4.0)
 
 
+@pytest.mark.long
 def test_short_run(tmp_path):
     """Ours beside the paper's stack on the hand's first steps: no objective above, no constraint violated."""
     replay = [PROGRAM, "replay", "--dump-problems", "--out", str(tmp_path), "--profile", "waiter"]
@@ -148,6 +149,7 @@ def test_history(tmp_path, capsys):
     assert "No such file" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_names_the_sequences(tmp_path, capfd):
     write_problems(tmp_path, json.dumps([GOOD]))
     options = ["--problems", str(tmp_path), "--profiles", "tracking", "--only", "closed-loops", "--sequences", "rest"]
@@ -155,6 +157,7 @@ def test_names_the_sequences(tmp_path, capfd):
     assert "the sequences are recording-20Hz" in capfd.readouterr().err
 
 
+@pytest.mark.long
 def test_growth(tmp_path):
     """Each size is another problem, and all are solved; how fast is for the bench to say."""
     figures = tmp_path / "growth.json"

@@ -42,6 +42,7 @@ def film(path, pictures=30, rate=15):
     return path
 
 
+@pytest.mark.long
 @of_scenes
 def test_a_picture_shows_the_time_at_which_it_was_exposed(tmp_path):
     path, said = cameras.record(tmp_path, 6)

@@ -70,6 +70,7 @@ def damaged(content, draw):
     return content
 
 
+@pytest.mark.long
 def test_damaged_sessions_are_named_and_nothing_is_left_behind(filmed, tmp_path, capsys):
     draw = random.Random(5)
     whole = filmed.read_bytes()

@@ -55,6 +55,7 @@ def test_what_is_kept_is_in_the_data_set_when_the_session_ends(tmp_path):
     assert "no episode was kept and whole, it stays as it was\n" in said and json.loads((data / "meta/info.json").read_text()) == info
 
 
+@pytest.mark.long
 def test_it_goes_on_as_the_data_set_was_made(tmp_path):
     data = tmp_path / "set"
     lead(tmp_path / "first", tmp_path / "other", "keep")

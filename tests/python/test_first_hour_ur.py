@@ -35,6 +35,7 @@ def test_the_page_has_what_is_tried():
     assert len(ROWS) == 6
 
 
+@pytest.mark.long
 def test_each_step_shows_what_the_page_says(tmp_path):
     with controller("--calibrated", "--payload", "1.2", "--servo-lag", "0.06") as (address, _):
         for number, command, seen in STEPS:
