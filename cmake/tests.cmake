@@ -87,11 +87,6 @@ add_executable(closed_loop EXCLUDE_FROM_ALL tests/tools/closed_loop.cpp)
 steadyhand_cold(closed_loop)
 target_link_libraries(closed_loop PRIVATE steadyhand_browser)
 
-# Long campaigns; see the head of each file.
-add_executable(fuzz_server EXCLUDE_FROM_ALL tests/soak/fuzz_server.cpp)
-steadyhand_cold(fuzz_server)
-target_include_directories(fuzz_server PRIVATE tests)
-target_link_libraries(fuzz_server PRIVATE steadyhand_server)
 include(cmake/fuzz.cmake)
 
 # The vector type at every width, whatever the host has; one of them in the short tier.
