@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "steadyhand/core/turn.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -50,7 +52,7 @@ Result<RobotModel> calibrate(const RobotModel& model, const UrKinematics& kinema
       const Vector3 axis = measured[i].linear().col(2), before = nominal[i].linear() * model.joints[i].axis;
       const Vector3 point = measured[i].translation();
       Frame pose = nominal[i];
-      pose.linear() = Eigen::Quaterniond::FromTwoVectors(before, axis) * nominal[i].linear();
+      pose.linear() = turn_between(before, axis) * nominal[i].linear();
       pose.translation() = point + axis.dot(nominal[i].translation() - point) * axis;
       d.joint_m = std::max(d.joint_m, (pose.translation() - nominal[i].translation()).norm());
       d.joint_rad = std::max(d.joint_rad, std::atan2(before.cross(axis).norm(), before.dot(axis)));

@@ -10,6 +10,7 @@
 
 #include "steadyhand/files/config/cell_formats.hpp"
 #include "steadyhand/files/config/shape_reader.hpp"
+#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 
@@ -54,8 +55,8 @@ void add_keep_in(YamlMap map, double margin, Cell& cell) {
       CellObject object;
       object.name = fmt::format("keep_in {}{}", side, "xyz"[axis]);
       object.shape = Shape::half_space();
-      object.origin = read.origin * Eigen::Translation3d(read.shape.core[axis] * out) *
-                      Quaternion::FromTwoVectors(Vector3::UnitZ(), -out);
+      object.origin =
+          read.origin * Eigen::Translation3d(read.shape.core[axis] * out) * turn_between(Vector3::UnitZ(), -out);
       object.margin = margin;
       object.holds_only_tool = true;
       cell.objects.push_back(object);

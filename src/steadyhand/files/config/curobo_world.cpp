@@ -6,6 +6,7 @@
 
 #include "steadyhand/files/config/cell_formats.hpp"
 #include "steadyhand/files/config/shape_reader.hpp"
+#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 
@@ -41,7 +42,7 @@ PlacedShape read_kind(const std::string& kind, YamlMap& map) {
   PlacedShape capsule{Shape::capsule(0.5 * way.norm(), size("radius")), Eigen::Isometry3d::Identity()};
   if (map.has("pose")) capsule.origin = read_pose(map);
   capsule.origin = capsule.origin * Eigen::Translation3d(base + 0.5 * way);
-  if (way.norm() > 0.0) capsule.origin = capsule.origin * Quaternion::FromTwoVectors(Vector3::UnitZ(), way);
+  if (way.norm() > 0.0) capsule.origin = capsule.origin * turn_between(Vector3::UnitZ(), way);
   return capsule;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <span>
 
+#include "steadyhand/core/turn.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -22,8 +24,7 @@ PlacedShape between_ends(YamlMap& solid, double& half_length) {
   half_length = 0.5 * way.norm();
   PlacedShape placed;
   placed.origin.translation() = 0.5 * (from + to);
-  if (half_length > kTiny)
-    placed.origin.linear() = Quaternion::FromTwoVectors(Vector3::UnitZ(), way).toRotationMatrix();
+  if (half_length > kTiny) placed.origin.linear() = turn_between(Vector3::UnitZ(), way).toRotationMatrix();
   return placed;
 }
 
@@ -57,7 +58,7 @@ PlacedShape read_half_space(YamlMap half_space) {
   if (normal.norm() <= kTiny) {
     half_space.fail("normal", "must not be 0");
   } else {
-    placed.origin.linear() = Quaternion::FromTwoVectors(Vector3::UnitZ(), normal).toRotationMatrix();
+    placed.origin.linear() = turn_between(Vector3::UnitZ(), normal).toRotationMatrix();
   }
   return placed;
 }

@@ -8,6 +8,7 @@
 
 #include "steadyhand/geometry/fit/hull.hpp"
 #include "steadyhand/geometry/fit/pieces.hpp"
+#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 
@@ -117,7 +118,7 @@ Core to_core(ShapeKind kind, const Parameters& p, const Matrix3& R) {
     const Vector3 from = p.head<3>(), to = p.segment<3>(3), way = to - from;
     core.center = 0.5 * (from + to);
     core.half = {0.0, 0.0, 0.5 * way.norm()};
-    core.R = Quaternion::FromTwoVectors(Vector3::UnitZ(), way).toRotationMatrix();
+    core.R = turn_between(Vector3::UnitZ(), way).toRotationMatrix();
     if (!core.R.allFinite() || !(core.half.z() > 1e-9)) core.R.setIdentity();
   } else {
     core.center = p.head<3>();

@@ -8,6 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "steadyhand/core/turn.hpp"
+
 namespace steadyhand {
 
 namespace {
@@ -84,9 +86,8 @@ Solid rounded(const Solid& solid) {
     to = round_to(to, kStep);
     result.origin.translation() = 0.5 * (from + to);
     result.shape.core.z() = 0.5 * (to - from).norm();
-    result.origin.linear() = result.shape.core.z() > 1e-9
-                                 ? Quaternion::FromTwoVectors(Vector3::UnitZ(), to - from).toRotationMatrix()
-                                 : Matrix3(Matrix3::Identity());
+    result.origin.linear() = result.shape.core.z() > 1e-9 ? turn_between(Vector3::UnitZ(), to - from).toRotationMatrix()
+                                                          : Matrix3(Matrix3::Identity());
     return result;
   }
   result.origin.translation() = round_to(Vector3(solid.origin.translation()), kStep);

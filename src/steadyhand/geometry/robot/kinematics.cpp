@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/core/turn.hpp"
+
 namespace steadyhand {
 
 Eigen::Isometry3d motion(const Joint& joint, double q) {
@@ -22,7 +24,7 @@ KinematicsOf<Scalar>::KinematicsOf(const RobotModel& model)
   // From our frame of link k to the model's: our z is the joint's axis.
   std::vector<Matrix3> to_ours{Matrix3::Identity()};
   for (const Joint& joint : model.joints) {
-    const Matrix3 turn = Quaternion::FromTwoVectors(Vector3::UnitZ(), joint.axis).toRotationMatrix();
+    const Matrix3 turn = turn_between(Vector3::UnitZ(), joint.axis).toRotationMatrix();
     links_.push_back({to_ours.back() * joint.origin.linear() * turn, to_ours.back() * joint.origin.translation(),
                       joint.type == JointType::kRevolute});
     to_ours.push_back(turn.transpose());

@@ -7,6 +7,7 @@
 #include "steadyhand/planning/plan/active_constraint.hpp"
 #include "steadyhand/planning/plan/sample.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
+#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 
@@ -304,8 +305,7 @@ void PlanningStage::follow_state(Time now, const JointCommand& at_start, const P
     scaled_.arm.set_position(at_start.q + kOnward * at_start.dq);
     const Target& newest = predictor_.newest();
     const Vector3 up = newest.X_base_tool.q * Vector3::UnitZ();
-    const Quaternion turned(scaled_.arm.R()),
-        righted = Quaternion::FromTwoVectors(turned * Vector3::UnitZ(), up) * turned;
+    const Quaternion turned(scaled_.arm.R()), righted = turn_between(turned * Vector3::UnitZ(), up) * turned;
     send_target({{now, now}, {scaled_.arm.p(), righted}, false, Time(0), newest.leader});
     resting_since_ = now;
   }
