@@ -18,7 +18,7 @@ else()
   add_library(yaml ALIAS yaml-cpp)
 endif()
 
-foreach(pair PYTHON=LIVE APP=LIVE APP=UR UR=LIVE ROS2=LIVE PAGE=APP TESTS=UR TESTS=APP)
+foreach(pair PYTHON=LIVE APP=LIVE UR=LIVE ROS2=LIVE PAGE=APP TESTS=UR TESTS=APP)
   string(REPLACE "=" ";" pair ${pair})
   list(GET pair 0 part)
   list(GET pair 1 needed)
@@ -62,7 +62,7 @@ if(NOT urdf_packages)
 endif()
 if(STEADYHAND_WITH_FATROP)
   if(NOT EXISTS "${site_packages}/casadi/include/fatrop/fatrop.hpp")
-    message(FATAL_ERROR "FATROP not found under ${STEADYHAND_DEPS}: run ./steadyhand once, which installs the pinned packages, "
+    message(FATAL_ERROR "FATROP not found under ${STEADYHAND_DEPS}: run ./steadyhand bench --help once, which installs it, "
                         "or build with STEADYHAND_WITH_FATROP=OFF")
   endif()
   # The wheel's own CMake config points where nothing is, so the target is defined here. FATROP's headers need -w.

@@ -69,6 +69,7 @@ Status confirm(const ArmChoice& choice, const std::string& what) {
   return Done{};
 }
 
+#ifdef STEADYHAND_UR
 Status take_calibration(const ArmChoice& choice, RobotModel& model) {
   if (choice.kind() != &kUniversalRobots || !choice.calibration) return Done{};
   auto socket = Socket::connect(choice.host, choice.script_port, kTimeout);
@@ -90,12 +91,17 @@ Status take_calibration(const ArmChoice& choice, RobotModel& model) {
                            1e3 * deviation.tool_m);
   return Done{};
 }
+#else
+Status take_calibration(const ArmChoice&, RobotModel&) { return Done{}; }
+#endif
 
 Status has_ros2() {
 #ifdef STEADYHAND_ROS2
   return Done{};
 #else
-  return Error{"this program was built without ROS 2: install cyclonedds-dev and cyclonedds-tools and build again"};
+  return Error{
+      "this program was built without ROS 2: install cyclonedds-dev and cyclonedds-tools and build again "
+      "with -DSTEADYHAND_WITH_ROS2=ON"};
 #endif
 }
 
@@ -105,7 +111,18 @@ Status has_mujoco() {
 #else
   return Error{
       "this program was built without MuJoCo: install the PyPI package mujoco-core of "
-      "setup/requirements-mujoco.txt into .deps/venv, which ./steadyhand --arm mujoco does, and build again"};
+      "setup/requirements-mujoco.txt into .deps/venv, and build again with -DSTEADYHAND_WITH_MUJOCO=ON; "
+      "./steadyhand demo --arm mujoco does both"};
+#endif
+}
+
+Status has_ur() {
+#ifdef STEADYHAND_UR
+  return Done{};
+#else
+  return Error{
+      "this program was built without arms of Universal Robots: build again with -DSTEADYHAND_WITH_UR=ON, "
+      "which ./steadyhand demo --arm ur does"};
 #endif
 }
 
@@ -159,6 +176,9 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model) {
   if (kind == &kMujoco) {
     if (Status s = has_mujoco(); !s) return s;
   }
+  if (kind == &kUniversalRobots) {
+    if (Status s = has_ur(); !s) return s;
+  }
   if (kind->has_host && choice.host.empty()) {
     return Error{fmt::format("--arm {} needs --host, the controller's name or address", kind->name)};
   }
@@ -200,6 +220,7 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
     return std::unique_ptr<Arm>(std::move(*arm));
   }
 #endif
+#ifdef STEADYHAND_UR
   UrSettings settings = session.ur;
   settings.host = choice.host;
   settings.rtde_port = choice.rtde_port;
@@ -221,6 +242,9 @@ Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel&
   }
   std::cout << std::flush;
   return std::unique_ptr<Arm>(std::move(*arm));
+#else
+  return has_ur().error();
+#endif
 }
 
 }  // namespace steadyhand

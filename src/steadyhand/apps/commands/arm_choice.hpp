@@ -47,6 +47,8 @@ Status prepare_arm(const ArmChoice& choice, RobotModel& model);
 Status has_ros2();
 /// The same of MuJoCo.
 Status has_mujoco();
+/// The same of arms of Universal Robots.
+Status has_ur();
 /// Model and clock must outlive it.
 Result<std::unique_ptr<Arm>> make_arm(const ArmChoice& choice, const RobotModel& model, const SessionSettings& session,
                                       Clock& clock);

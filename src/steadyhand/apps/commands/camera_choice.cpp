@@ -50,7 +50,9 @@ Source of_scene(const std::vector<CameraInfo>& cameras, Arm& arm, Clock& clock) 
 }
 #else
 Source of_scene(const std::vector<CameraInfo>&, Arm&, Clock&) {
-  return Error{"this program was built without cameras of a scene: install libegl-dev and build again"};
+  return Error{
+      "this program was built without cameras of a scene: install libegl-dev and build again with "
+      "-DSTEADYHAND_WITH_CAMERA=ON and -DSTEADYHAND_WITH_MUJOCO=ON"};
 }
 #endif
 
@@ -88,7 +90,7 @@ Result<std::unique_ptr<Cameras>> make_cameras(const std::vector<NamedCamera>& na
 Result<std::unique_ptr<Cameras>> make_cameras(const std::vector<NamedCamera>&, Arm&, Clock&) {
   return Error{
       "this program was built without cameras: install libavformat-dev, libavcodec-dev and libswscale-dev and build "
-      "again"};
+      "again with -DSTEADYHAND_WITH_CAMERA=ON"};
 }
 #endif
 

@@ -1,3 +1,4 @@
+#ifdef STEADYHAND_UR
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -429,3 +430,4 @@ void add_check_command(CommandLine& app, Command& chosen, int& exit_code) {
 }
 
 }  // namespace steadyhand
+#endif

@@ -130,8 +130,13 @@ void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) 
   }
 }
 
+#ifndef STEADYHAND_FIT
+Result<std::string> arm_scene(const std::string&, const std::string&, const Places&) {
+  return Error{"this program was built without fitting, -DSTEADYHAND_WITH_FIT=ON"};
+}
+#endif
+
 /// The arm's meshes for the page, unless the page has them.
-#ifdef STEADYHAND_FIT
 void add_arm_scene(const std::string& name, const std::string& tip, const RobotModel& model, const Places& places,
                    ServerSettings& server) {
   const std::string path = "/arms/" + model.meshes + ".glb";
@@ -143,9 +148,6 @@ void add_arm_scene(const std::string& name, const std::string& tip, const RobotM
     server.files[path] = *std::move(scene);
   }
 }
-#else
-void add_arm_scene(const std::string&, const std::string&, const RobotModel&, const Places&, ServerSettings&) {}
-#endif
 
 Status run(Options options, int& exit_code) {
   const Places places = Places::standard();

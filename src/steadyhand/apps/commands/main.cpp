@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <map>
 #include <string>
 
 #include "steadyhand/apps/commands/run.hpp"
@@ -31,9 +32,22 @@ constexpr const char* kExamples =
     "  ./steadyhand dataset SESSION... --out DIR  a data set for imitation learning, of recorded sessions\n"
     "  ./steadyhand test [--long]                 the tests; --long: every test\n"
     "bench, site, study, dataset and test belong to the script ./steadyhand, which also installs and builds what is "
-    "missing.\n"
+    "missing: check, fit, tasks and other arms when they are first asked for.\n"
     "Exit codes: 0 done; 1 check: not fit, demo --headless: the arm was stopped; 2 bad input, with the reason on "
     "stderr.";
+
+/// Commands that this build leaves out, by the part of CMake's STEADYHAND_WITH_... that they belong to.
+const std::map<std::string, std::string> kLeftOut = {
+#ifndef STEADYHAND_UR
+    {"check", "UR"},
+#endif
+#ifndef STEADYHAND_FIT
+    {"fit", "FIT"},
+#endif
+#ifndef STEADYHAND_MUJOCO
+    {"tasks", "MUJOCO"},
+#endif
+};
 
 /// Descriptors that who started us had closed: whatever is opened next would get their numbers, and a recording what is
 /// meant for people. Reading and writing them fails as if they were closed.
@@ -61,7 +75,9 @@ int main(int argc, char** argv) {
   steadyhand::Command command;
   int exit_code = 0;
   steadyhand::add_demo_command(app, command, exit_code);
+#ifdef STEADYHAND_UR
   steadyhand::add_check_command(app, command, exit_code);
+#endif
   steadyhand::add_config_command(app, command);
 #ifdef STEADYHAND_MUJOCO
   steadyhand::add_tasks_command(app, command);
@@ -74,6 +90,12 @@ int main(int argc, char** argv) {
 #endif
   steadyhand::add_solve_command(app, command);
   steadyhand::add_site_data_command(app, command);
+  const auto left_out = argc > 1 ? kLeftOut.find(argv[1]) : kLeftOut.end();
+  if (left_out != kLeftOut.end()) {
+    const auto& [name, part] = *left_out;
+    return fail("this program was built without '" + name + "': build again with -DSTEADYHAND_WITH_" + part +
+                "=ON, which ./steadyhand " + name + " does");
+  }
   const steadyhand::Result<int> done = steadyhand::run(app, command, exit_code, argc, argv);
   return done ? *done : fail(done.error().message);
 }

@@ -24,8 +24,10 @@ Result<RobotModel> choose_robot(const std::string& name, const std::string& tip,
   return model;
 }
 #else
-Result<RobotModel> choose_robot(const std::string& name, const std::string& tip, const Places& places, bool) {
-  if (!tip.empty()) return Error{"--tip: this build has no room 'fit', which knows it"};
+Result<RobotModel> choose_robot(const std::string& name, const std::string& tip, const Places& places, bool no_fit) {
+  const auto file = find_named_file(places, "robots", name);
+  if (!tip.empty() || (!no_fit && file && !is_robot_file(*file)))
+    return Error{"--robot is '" + name + "', a URDF: this program was built without fitting, -DSTEADYHAND_WITH_FIT=ON"};
   return open_robot(name, places);
 }
 #endif

@@ -142,13 +142,15 @@ namespace {
 
 /// Of a robot file, or of a URDF and no more.
 Result<RobotSettings> robot_settings(const fs::path& file, const Places& places) {
-  if (file.extension() == ".yaml" || file.extension() == ".yml") return load_robot_settings(file, places);
+  if (is_robot_file(file)) return load_robot_settings(file, places);
   RobotSettings settings;
   settings.urdf = file;
   return settings;
 }
 
 }  // namespace
+
+bool is_robot_file(const fs::path& file) { return file.extension() == ".yaml" || file.extension() == ".yml"; }
 
 Result<RobotModel> open_robot(const std::string& name, const Places& places) {
   const Result<fs::path> file = find_named_file(places, "robots", name);

@@ -12,6 +12,9 @@ namespace steadyhand {
 /// Reads robots/NAME.yaml (its keys: docs/robots.md). Fails as YamlMap says; a URDF in a package must be installed.
 Result<RobotSettings> load_robot_settings(const std::filesystem::path& file, const Places& places);
 
+/// Otherwise it is a URDF.
+bool is_robot_file(const std::filesystem::path& file);
+
 /// A robot by name ("ur5e"), by the path of a robot file (*.yaml), or by that of a URDF (anything else): a bare URDF
 /// has no spheres, its tool is the end of its longest chain, and its home the middle of the limits.
 Result<RobotModel> open_robot(const std::string& name, const Places& places = Places::standard());

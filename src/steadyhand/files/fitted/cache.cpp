@@ -80,8 +80,6 @@ fs::path cache_folder() {
   return home != nullptr && *home != '\0' ? fs::path(home) / ".cache/steadyhand" : fs::path();
 }
 
-bool is_robot_file(const fs::path& file) { return file.extension() == ".yaml" || file.extension() == ".yml"; }
-
 /// The file is there whole or not at all.
 bool keep(const fs::path& file, const std::string& text) {
   std::error_code error;
