@@ -45,6 +45,19 @@ if(STEADYHAND_SANITIZE)
   endif()
 endif()
 
+# ccache, where there is one, has what was compiled before, for another checkout, too: paths are relative to its root. Precompiled
+# headers take the rest (ccache's manual, "Precompiled headers").
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+      "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${CCACHE_PROGRAM}")
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    add_compile_options(-fpch-preprocess)
+  elseif(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    add_compile_options("SHELL:-Xclang -fno-pch-timestamp")
+  endif()
+endif()
+
 # The width of the solver's vectors belongs to the library, not to the flags of who includes its headers.
 get_directory_property(options COMPILE_OPTIONS)
 string(REGEX MATCHALL "-march=[^ ;]+" processor "${options};${CMAKE_CXX_FLAGS}")
