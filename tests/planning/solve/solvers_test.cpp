@@ -120,6 +120,12 @@ TEST_P(EverySolver, ReachesKktPointsWithALiquid) {
   EXPECT_GT(outside, 10);
 }
 
+TEST(Solvers, AreListedWithWhatABuildLeavesOut) {
+  for (const std::string& name : solver_names()) EXPECT_NE(list_solvers().find(name), std::string::npos);
+  EXPECT_NE(list_solvers().find("fatrop"), std::string::npos);
+  EXPECT_EQ(list_solvers().find("STEADYHAND_WITH_FATROP=ON") == std::string::npos, solver_names().size() == 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(Registered, EverySolver, testing::ValuesIn(solver_names()));
 
 }  // namespace

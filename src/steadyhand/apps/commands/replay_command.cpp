@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -161,7 +160,7 @@ Status check(const ReplayOptions& options) {
   if (!std::isfinite(options.yaw_deg)) return Error{fmt::format("--yaw is {}; it must be finite", options.yaw_deg)};
   const auto& known = solver_names();
   if (!options.solver.empty() && std::find(known.begin(), known.end(), options.solver) == known.end()) {
-    return Error{fmt::format("--solver is '{}'; the solvers are {}", options.solver, fmt::join(known, ", "))};
+    return Error{fmt::format("--solver is '{}'; the solvers are {}", options.solver, list_solvers())};
   }
   return Done{};
 }
@@ -278,7 +277,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
   command->add_option("--rotation-frame", options->rotation_frame, "Frame of the hand's rotation")
       ->among(frames)
       ->capture_default_str();
-  command->add_option("--solver", options->solver, "Solver, instead of the profiles' own");
+  command->add_option("--solver", options->solver, "Solver, instead of the profiles' own: " + list_solvers());
   command->add_option("--out", options->out, "Folder for report and data")->capture_default_str();
   command->add_flag("--dump-problems", options->dump_problems,
                     "Also write OUT/PROFILE/problems.json for `solve` and the benchmark");

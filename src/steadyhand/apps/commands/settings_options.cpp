@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "steadyhand/planning/solve/solver.hpp"
+
 namespace steadyhand {
 
 Status SettingsOptions::apply(SettingsTable& table) const {
@@ -39,7 +41,7 @@ void add_settings_options(CommandLine& command, SettingsOptions& options, Option
   value("--robot", "robot", "Name, robot file or URDF");
   value("--cell", "cell", "What stands around the arm: name, cell file or none");
   value("--rate", "planner.rate", "Planning, Hz, or auto: what this machine sustains");
-  value("--solver", "planner.solver", "Solver, instead of the profile's own");
+  value("--solver", "planner.solver", "Solver, instead of the profile's own: " + list_solvers());
   value("--sessions", "recording.folder", "Folder of the recordings");
   flag("--no-recording", "recording.enabled", "false", "Record nothing but what leads to a fault");
   if (who == OptionsFor::kTasks) return;

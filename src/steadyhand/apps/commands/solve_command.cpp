@@ -3,6 +3,7 @@
 
 #include "steadyhand/apps/commands/commands.hpp"
 #include "steadyhand/report/replay/solve_problems.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
 
@@ -31,7 +32,7 @@ void add_solve_command(CommandLine& app, Command& chosen) {
   CommandLine* command = app.add_subcommand("solve", "Solve planning problems given as JSON (docs/formulation.md)");
   command->add_option("problem", options->problem, "File with one problem, or an array of them solved in order")
       ->required();
-  command->add_option("--solver", options->solver, "Which solver")->capture_default_str();
+  command->add_option("--solver", options->solver, "Solver: " + list_solvers())->capture_default_str();
   command->footer(
       "Prints status, objective, iterations, time_us, kkt_error, x and u of each, as JSON.\n"
       "Examples:\n"

@@ -1,7 +1,6 @@
 #include "steadyhand/files/config/profile_file.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -83,7 +82,7 @@ Result<Profile> load_profile(const std::string& name, const Places& places, cons
   }
   profile.solver = file.text("solver", profile.solver);
   if (const auto& known = solver_names(); std::find(known.begin(), known.end(), profile.solver) == known.end()) {
-    file.fail("solver", fmt::format("is '{}'; the solvers are {}", profile.solver, fmt::join(known, ", ")));
+    file.fail("solver", fmt::format("is '{}'; the solvers are {}", profile.solver, list_solvers()));
   }
   profile.tolerance = file.number("tolerance", {0.0, 0.1, true}, profile.tolerance);
   if (file.has("limits")) {

@@ -53,6 +53,14 @@ const std::vector<std::string>& solver_names() {
   return names;
 }
 
+std::string list_solvers() {
+#ifdef STEADYHAND_FATROP
+  return fmt::format("{}", fmt::join(solver_names(), ", "));
+#else
+  return fmt::format("{}; fatrop needs a build with -DSTEADYHAND_WITH_FATROP=ON", fmt::join(solver_names(), ", "));
+#endif
+}
+
 Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance) {
   if (ocp.objectives().size() > kMaxObjectives) {
     return Error{fmt::format("{} objectives; a problem has at most {}", ocp.objectives().size(), kMaxObjectives)};
@@ -60,7 +68,7 @@ Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& oc
   for (const Entry& entry : kSolvers) {
     if (name == entry.name) return entry.make(ocp, tolerance);
   }
-  return Error{fmt::format("unknown solver '{}'; the solvers are {}", name, fmt::join(solver_names(), ", "))};
+  return Error{fmt::format("unknown solver '{}'; the solvers are {}", name, list_solvers())};
 }
 
 }  // namespace steadyhand

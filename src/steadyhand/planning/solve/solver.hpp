@@ -63,10 +63,12 @@ class Solver {
   Solver() = default;
 };
 
-/// What is used where nobody names one: our own. FATROP stays beside it as the reference.
+/// What is used where nobody names one: our own.
 inline constexpr const char* kDefaultSolver = "realtime";
-/// Names that make_solver knows.
+/// Names that make_solver knows: with STEADYHAND_WITH_FATROP=ON also "fatrop", the reference.
 const std::vector<std::string>& solver_names();
+/// The same as text, with what to build for a solver that is left out.
+std::string list_solvers();
 /// @param tolerance of the KKT conditions, > 0
 Result<std::unique_ptr<Solver>> make_solver(std::string_view name, const Ocp& ocp, double tolerance);
 
