@@ -7,7 +7,7 @@ find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module)
 execute_process(COMMAND "${Python_EXECUTABLE}" -m nanobind --cmake_dir OUTPUT_STRIP_TRAILING_WHITESPACE OUTPUT_VARIABLE nanobind_ROOT
                 RESULT_VARIABLE without_nanobind ERROR_QUIET)
 if(without_nanobind)
-  message(FATAL_ERROR "${Python_EXECUTABLE} has no nanobind: run ./steadyhand once, it installs the pinned packages, or build with "
+  message(FATAL_ERROR "${Python_EXECUTABLE} has no nanobind: run ./steadyhand python --version once, which installs it, or build with "
                       "STEADYHAND_WITH_PYTHON=OFF")
 endif()
 find_package(nanobind CONFIG REQUIRED)

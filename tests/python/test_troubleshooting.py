@@ -10,7 +10,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 def sources():
     """All that can be said, with literals that go on in the next line joined."""
     paths = [ROOT / "steadyhand", *(ROOT / "src").rglob("*.cpp"), *(ROOT / "src").rglob("*.hpp"), *(ROOT / "web/src").rglob("*.ts"),
-             *(ROOT / "python").rglob("*.py"), *(ROOT / "cmake").glob("*.cmake")]
+             *(ROOT / "python").rglob("*.py"), *(ROOT / "cmake").glob("*.cmake"), *(ROOT / "setup").glob("*.py")]
     return re.sub(r'"\s*\n\s*"', "", "\n".join(path.read_text() for path in paths))
 
 
