@@ -218,17 +218,17 @@ APART = {
 }
 
 
-def install_node():
-    """npm packages of setup/package-lock.json into .deps/node_modules."""
-    stamp = DEPS / "node_modules/.installed-lock.json"
-    if is_complete(stamp, "package-lock.json"):
+def install_node(tests):
+    """npm packages of setup/package-lock.json into .deps/node_modules: those of the page, or all."""
+    stamps = [DEPS / f"node_modules/.installed-{name}.json" for name in ("lock", "page-lock")]
+    if any(is_complete(stamp, "package-lock.json") for stamp in stamps[: 1 if tests else 2]):
         return
     say("installing the npm packages of setup/package-lock.json")
     for name in ("package.json", "package-lock.json"):
         shutil.copyfile(SETUP / name, DEPS / name)
-    if not run("npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error", cwd=DEPS):
+    if not run("npm", "ci", *([] if tests else ["--omit=dev"]), "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error", cwd=DEPS):
         end(1, "npm could not install setup/package-lock.json (its words are above). Is the network up? Then run ./steadyhand again")
-    shutil.copyfile(SETUP / "package-lock.json", stamp)
+    shutil.copyfile(SETUP / "package-lock.json", stamps[0 if tests else 1])
 
 
 def install(names):
@@ -334,7 +334,7 @@ def main(words):
         parts, lists = needs(words)
         new = install([name for part in parts for name in PARTS[part]] + lists) or new
         if command != "wheel":
-            install_node()
+            install_node(command == "test")
         if new:  # the build reads headers and libraries of packages
             for file in ROOT.glob("build/*/build.ninja"):
                 file.unlink()

@@ -75,6 +75,7 @@ def test_a_command_installs_the_packages_of_what_it_names(words, asked, files):
         ("demo", ""),
         ("--help", ""),
         ("demo --headless --seconds 5 --profile carry --settings none.yaml", ""),
+        ("demo --robot ur5e", ""),
         ("demo --robot ur5e_gripper", ""),
         ("demo --robot fr3", "FIT"),
         ("demo --robot plain.urdf --tip flange", "FIT"),
@@ -119,6 +120,21 @@ def test_torn_packages_are_installed_again(tmp_path, monkeypatch):
     assert install.install_python("requirements.txt") is True
     assert install.install_python("requirements.txt") is False
     assert calls == [("--ignore-installed",)] * 2
+
+
+def test_only_tests_take_all_npm_packages(tmp_path, monkeypatch):
+    calls = []
+    monkeypatch.setattr(install, "DEPS", tmp_path)
+
+    def npm(*command, cwd):
+        calls.append("--omit=dev" in command)
+        (tmp_path / "node_modules").mkdir(exist_ok=True)
+        return True
+
+    monkeypatch.setattr(install, "run", npm)
+    for tests in (False, False, True, True, False):
+        install.install_node(tests)
+    assert calls == [True, False]
 
 
 def test_only_root_installs_packages(monkeypatch, capsys):
