@@ -5,7 +5,7 @@ add_executable(steadyhand ${app_sources})
 steadyhand_cold(steadyhand)
 set_target_properties(steadyhand PROPERTIES UNITY_BUILD OFF)  # each command has Options of its own
 target_link_libraries(steadyhand PRIVATE steadyhand_console steadyhand_browser steadyhand_commands)
-foreach(part mujoco simulate video render ur ros2)
+foreach(part visual mujoco simulate video render ur ros2)
   if(TARGET steadyhand_${part})
     target_link_libraries(steadyhand PRIVATE steadyhand_${part})
   endif()

@@ -20,7 +20,7 @@ VENV = DEPS / "venv"
 
 # Parts that are built when they are first asked for: STEADYHAND_WITH_NAME of CMake, and its lists of packages.
 PARTS = {
-    "FIT": ["apt-fit.txt"],
+    "FIT": [],
     "UR": [],
     "ROS2": ["apt-ros2.txt"],
     "MUJOCO": ["requirements-mujoco.txt"],
@@ -39,14 +39,12 @@ COMMANDS = {
     "policy": (["PYTHON", "MUJOCO", "FIT"], []),
     "python": (["PYTHON", "MUJOCO", "FIT"], []),
     "score": (["PYTHON"], []),
-    "site": (["FIT"], ["apt-wasm.txt"]),
+    "site": ([], ["apt-wasm.txt"]),
     "study": (["PYTHON", "FIT"], ["requirements-study.txt"]),
     "tasks": (["MUJOCO"], []),
     "test": (list(PARTS), ["apt-test.txt", "apt-docs.txt"]),
     "wheel": (["PYTHON"], ["requirements-wheel.txt"]),
 }
-# What is built beside the program.
-TARGETS = {"bench": ["bench_solvers", "bench_sqp_hpipm"], "test": ["bench_solvers", "bench_sqp_hpipm"]}
 # Commands that are not built: all that they take.
 ALONE = {"docs": ["apt-docs.txt"], "format": ["requirements.txt", "requirements-test.txt"]}
 # For pytest, which ./steadyhand installs while it builds: `install.py pytest [--long]`.
@@ -55,7 +53,7 @@ LONG_TESTS = ["requirements-ray.txt", "requirements-rerun.txt", "apt-lerobot.txt
 # What options and settings ask for, as lines KEY=VALUE.
 ASKS = {
     "CAMERA": r"(^|\.)camera",
-    "FIT": r"(^|\.)robot=(?!ur5e(_\w+)?$|$)|(^|\.)tip=|\.(urdf|xacro)$",
+    "FIT": r"(^|\.)tip=|\.(urdf|xacro)$",
     "MUJOCO": r"(^|\.)(arm|kind)=mujoco$|(^|\.)task=(?!none$|$)",
     "ROS2": r"(^|\.)(arm|kind)=ros2$|(^|\.)ros2\.",
     "UR": r"(^|\.)(arm|kind)=ur$",
@@ -338,7 +336,7 @@ def main(words):
         if new:  # the build reads headers and libraries of packages
             for file in ROOT.glob("build/*/build.ninja"):
                 file.unlink()
-    targets = ["steadyhand", *(["steadyhand_module"] if "PYTHON" in parts else []), *TARGETS.get(command, [])]
+    targets = ["steadyhand"] + ["steadyhand_module"] * ("PYTHON" in parts) + ["bench_solvers", "bench_sqp_hpipm"] * (command == "bench")
     print(*(f"-DSTEADYHAND_WITH_{part}=ON" for part in parts), *targets)
 
 

@@ -22,8 +22,8 @@
 #include "steadyhand/operator/server/site.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 #include "steadyhand/session/live/realtime.hpp"
-#ifdef STEADYHAND_FIT
-#include "steadyhand/files/fitted/arm_scene.hpp"
+#ifdef STEADYHAND_MESHES
+#include "steadyhand/files/visual/arm_scene.hpp"
 #endif
 
 namespace steadyhand {
@@ -130,9 +130,9 @@ void stop(LiveSession& session, const StopSignals& signals, const Clock& clock) 
   }
 }
 
-#ifndef STEADYHAND_FIT
+#ifndef STEADYHAND_MESHES
 Result<std::string> arm_scene(const std::string&, const std::string&, const Places&) {
-  return Error{"this program was built without fitting, -DSTEADYHAND_WITH_FIT=ON"};
+  return Error{"this program was built without Assimp: install libassimp-dev and build again"};
 }
 #endif
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "steadyhand/geometry/fit/mesh.hpp"
+#include "steadyhand/geometry/mesh/mesh.hpp"
 #include "steadyhand/geometry/fit/solid.hpp"
 
 namespace steadyhand {

@@ -3,7 +3,7 @@
 #include <random>
 #include <vector>
 
-#include "steadyhand/geometry/fit/mesh.hpp"
+#include "steadyhand/geometry/mesh/mesh.hpp"
 
 namespace steadyhand {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "steadyhand/geometry/collision/shape.hpp"
-#include "steadyhand/geometry/fit/mesh.hpp"
+#include "steadyhand/geometry/mesh/mesh.hpp"
 
 namespace steadyhand {
 

@@ -1,4 +1,4 @@
-#include "steadyhand/geometry/fit/mesh.hpp"
+#include "steadyhand/geometry/mesh/mesh.hpp"
 
 #include <assimp/config.h>
 #include <assimp/material.h>

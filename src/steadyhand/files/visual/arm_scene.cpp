@@ -1,4 +1,4 @@
-#include "steadyhand/files/fitted/arm_scene.hpp"
+#include "steadyhand/files/visual/arm_scene.hpp"
 
 #include <fmt/format.h>
 #include <urdf_model/link.h>
@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "steadyhand/files/config/robot_file.hpp"
-#include "steadyhand/geometry/fit/mesh.hpp"
+#include "steadyhand/geometry/mesh/mesh.hpp"
 #include "steadyhand/geometry/robot/urdf_chain.hpp"
 #include "steadyhand/geometry/robot/urdf_file.hpp"
 
