@@ -7,8 +7,8 @@
 
 namespace steadyhand {
 
-/// The smallest rotation that takes one direction, of any length above 0, to another. As Eigen's FromTwoVectors without its
-/// singular value decomposition, which takes seconds to compile in each file.
+/// The smallest rotation that takes one direction, of any length above 0, to another. As Eigen's FromTwoVectors without
+/// its singular value decomposition, which takes seconds to compile in each file.
 inline Quaternion turn_between(const Vector3& from, const Vector3& to) {
   constexpr double kNearlyOpposite = 1e-12;
   const Vector3 a = from.normalized(), b = to.normalized();
