@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "steadyhand/apps/commands/commands.hpp"
-#include "steadyhand/report/replay/solve_problems.hpp"
 #include "steadyhand/planning/solve/solver.hpp"
+#include "steadyhand/report/replay/solve_problems.hpp"
 
 namespace steadyhand {
 

@@ -8,9 +8,9 @@
 #include <map>
 #include <set>
 
+#include "steadyhand/core/turn.hpp"
 #include "steadyhand/files/config/cell_formats.hpp"
 #include "steadyhand/files/config/shape_reader.hpp"
-#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 

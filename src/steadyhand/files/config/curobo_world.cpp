@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "steadyhand/core/turn.hpp"
 #include "steadyhand/files/config/cell_formats.hpp"
 #include "steadyhand/files/config/shape_reader.hpp"
-#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 

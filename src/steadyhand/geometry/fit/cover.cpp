@@ -6,9 +6,9 @@
 #include <limits>
 #include <random>
 
+#include "steadyhand/core/turn.hpp"
 #include "steadyhand/geometry/fit/hull.hpp"
 #include "steadyhand/geometry/fit/pieces.hpp"
-#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 

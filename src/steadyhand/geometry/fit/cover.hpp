@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "steadyhand/geometry/mesh/mesh.hpp"
 #include "steadyhand/geometry/fit/solid.hpp"
+#include "steadyhand/geometry/mesh/mesh.hpp"
 
 namespace steadyhand {
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "steadyhand/core/turn.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/planning/pipeline/complete.hpp"
 #include "steadyhand/planning/plan/active_constraint.hpp"
 #include "steadyhand/planning/plan/sample.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
-#include "steadyhand/core/turn.hpp"
 
 namespace steadyhand {
 
