@@ -188,12 +188,12 @@ export async function shot(of, name) {
   await of.screenshot({ path: picture(name), timeout: PATIENCE });
 }
 
-/** A cable to the program that can be pulled, or swallow what goes through: addresses at its far end, and what does that to the connections that it has. */
+/** A cable to the program of the time that can be pulled, or swallow what goes through: addresses at its far end, and what does that to the connections that it has. */
 export async function cable() {
   const ends = new Set();
   const { hostname, port } = new URL(address);
   const server = createServer((near) => {
-    const far = connect(Number(port), hostname);
+    const far = connect(Number(new URL(address).port), hostname);
     for (const [one, other] of [[near, far], [far, near]]) {
       one.setNoDelay(true);
       ends.add(one);

@@ -637,6 +637,17 @@ test('a page that comes back draws what stands around the arm by now', NEEDS_PRO
   assert.deepEqual(operator.complaints, []);
 });
 
+test('a page whose program was restarted asks for the code, and keeps no list of recordings', NEEDS_PROGRAM, async (t) => {
+  const wire = await cable();
+  t.after(wire.remove);
+  page = await open({ cable: wire });
+  await ready(page);
+  await record(page, false);
+  await until(() => page.$('#recordings a'), 'the list');
+  await startProgram('--no-recording'); // neither records now: that nothing changed is no reason to keep the list
+  await until(async () => (await page.textContent('#recordings')).includes('Enter the code'), 'the list to go');
+});
+
 test('a finger leads the arm on a phone, and a gamepad leads and stops it', IN_CHROMIUM, async () => {
   const phone = await open({
     context: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true },
