@@ -104,6 +104,19 @@ TEST(ReadUrdf, ExpandsNoMacrosOfAFileThatIsNotNamedXacro) {
       << macro.error().message;
 }
 
+/// xacro expands <xacro:NAME> alone: a file with another prefix would lack what its macros stand for.
+TEST(ReadUrdf, RefusesMacrosOfAnyPrefix) {
+  const auto with = [](const std::string& space) {
+    return read_text("<robot name='a' xmlns:x='" + space + "'><link name='base'/>\n<x:arm parent='base'/></robot>");
+  };
+  const auto macro = with("http://www.ros.org/wiki/xacro");
+  ASSERT_FALSE(macro);
+  EXPECT_NE(macro.error().message.find("arm.urdf:2: <x:arm> is a xacro macro (which xacro ignores: it expands only"),
+            std::string::npos)
+      << macro.error().message;
+  EXPECT_TRUE(with("http://example.org/notes"));
+}
+
 TEST(ReadUrdf, NamesWhatIsNotTheFileItself) {
   const auto pointer = read_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n");
   ASSERT_FALSE(pointer);

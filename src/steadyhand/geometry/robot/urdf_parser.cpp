@@ -9,6 +9,7 @@
 #include <cctype>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <string_view>
 
 #include "steadyhand/geometry/robot/urdf_file.hpp"
@@ -172,13 +173,19 @@ class UrdfReading {
     return text_.expanded ? file_ : fmt::format("{}:{}", file_, element.GetLineNum());
   }
 
-  Status check_for_macros(const XMLElement& element) const {
-    if (std::string_view(element.Name()).starts_with("xacro:")) {
-      return Error{
-          fmt::format("{}: <{}> is a xacro macro. Macros can run any code, so only a robot's file named .xacro is "
-                      "expanded, and never a "
-                      "cell: rename the file if you trust it, or run `xacro {} > plain.urdf`",
-                      where(element), element.Name(), file_)};
+  /// Also of another prefix that stands for xacro's namespace, which xacro itself ignores.
+  Status check_for_macros(const XMLElement& element) {
+    for (const auto* each = element.FirstAttribute(); each; each = each->Next()) {
+      const std::string_view name = each->Name(), value = each->Value();
+      if (name.starts_with("xmlns:") && value.ends_with("/xacro")) macro_prefixes_.emplace(name.substr(6));
+    }
+    const std::string name = element.Name(), prefix = name.substr(0, name.find(':'));
+    if (prefix.size() < name.size() && macro_prefixes_.contains(prefix)) {
+      const char* unknown = prefix == "xacro" ? "" : " (which xacro ignores: it expands only <xacro:NAME>)";
+      return Error{fmt::format(
+          "{}: <{}> is a xacro macro{}. Macros can run any code, so only a robot's file named .xacro is expanded, and "
+          "never a cell: rename the file if you trust it, or run `xacro {} > plain.urdf`",
+          where(element), name, unknown, file_)};
     }
     for (const XMLElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
       if (Status status = check_for_macros(*child); !status) return status;
@@ -213,6 +220,7 @@ class UrdfReading {
 
   const std::string file_;
   const UrdfText& text_;
+  std::set<std::string> macro_prefixes_ = {"xacro"};
   bool changed_ = false;  ///< something was taken out of the document
 };
 
