@@ -36,6 +36,29 @@ TEST(RobotFile, LoadsTheUr5e) {
   EXPECT_GT(kinematics.R()(2, 2), 0.999);  // the glass stands upright
 }
 
+/// Whatever the file is called: `xacro: false` keeps code from being run.
+TEST(RobotFile, ExpandsAPackagesFileAsItSays) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "package");
+  folder.write("package/arm.urdf.xacro",
+               "<robot name='a' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:arm/></robot>");
+  Places places = kPlaces;
+  places.packages = {folder.path()};
+  const auto read = [&](const std::string& more) {
+    const auto file = folder.write("arm.yaml", "urdf: {package: package, path: arm.urdf.xacro" + more + "}\n");
+    return open_robot(file.string(), places);
+  };
+  const auto never = read(", xacro: false");
+  ASSERT_FALSE(never);
+  EXPECT_NE(never.error().message.find("<xacro:arm> is a xacro macro"), std::string::npos) << never.error().message;
+  for (const char* more : {"", ", xacro: true"}) {
+    const auto expanded = read(more);
+    ASSERT_FALSE(expanded);
+    EXPECT_NE(expanded.error().message.find("cannot be expanded by xacro"), std::string::npos)
+        << expanded.error().message;
+  }
+}
+
 TEST(RobotFile, TheGlassStandsAcrossTheFlange) {
   const RobotModel model = ur5e();
   EXPECT_NEAR(model.tool.origin.linear()(2, 2), 0.0, 1e-9);  // z of the glass in the flange's frame
