@@ -167,6 +167,71 @@ TEST(McapReader, ChangedBytesCostOnlyWhatIsNoted) {
   EXPECT_GT(damaged, 100);
 }
 
+/// The head of a chunk that cannot be unpacked, as it says, `length` bytes long.
+std::string false_chunk(std::uint64_t length) {
+  std::string chunk(9 + 28, '\0');
+  chunk[0] = 6;  // the opcode
+  std::memcpy(chunk.data() + 1, &length, sizeof(length));
+  return chunk + std::string("\4\0\0\0zstd", 8) + "\3\0\0\0\0\0\0\0none";
+}
+
+/// A file can be made so that each search for a chunk takes long: it reads on after some of them only.
+TEST(McapReader, SearchesForAWholeChunkForABoundedTime) {
+  const auto path = test::temporary_file("made.mcap");
+  const std::string bytes = written(path);
+  const std::size_t chunk = bytes.find("zstd", bytes.size() / 2) - 41;
+  const std::string before = bytes.substr(0, chunk) + "\x7f", after = bytes.substr(chunk);
+  const auto read = [&](const std::string& between) {
+    write_file(path, before + between + after);
+    Result<McapOverview> overview = Error{};
+    const std::vector<int> indices = indices_in(path, overview);
+    EXPECT_TRUE(overview && !overview->lost.empty());
+    EXPECT_EQ(overview->complete, indices.back() == kMessages - 1);
+    EXPECT_EQ(overview->lost.back().reason == "too damaged to read further", !overview->complete);
+    return overview->complete;
+  };
+  const auto several = [](int count, std::uint64_t length) {
+    std::string all;
+    for (int i = 0; i < count; ++i) all += false_chunk(length);
+    return all;
+  };
+  EXPECT_TRUE(read(several(90, 50)));
+  EXPECT_FALSE(read(several(110, 50)));
+  const std::string long_one(16u << 20, '.');  // bytes, which each of these would have be read
+  EXPECT_TRUE(read(several(5, long_one.size()) + long_one));
+  EXPECT_FALSE(read(several(60, long_one.size()) + long_one));
+}
+
+TEST(McapReader, EndsAfterAThousandDamagedParts) {
+  const auto path = test::temporary_file("parts.mcap");
+  constexpr int kParts = 1100;
+  for (const int damaged : {900, kParts}) {
+    Result<McapWriter> writer = McapWriter::create(path, {.chunk_bytes = 1});
+    ASSERT_TRUE(writer) << writer.error().message;
+    const auto channel = writer->add_channel({"/first", "Shared", "{}", {}});
+    for (int i = 0; i < 2 * kParts; ++i) {
+      const Time t = std::chrono::milliseconds(i + 1);
+      ASSERT_TRUE(writer->write(channel, t, t, std::to_string(i)));
+    }
+    ASSERT_TRUE(writer->close());
+    std::string bytes = test::read_file(path);
+    int chunks = 0, changed = 0;
+    for (std::size_t at = bytes.find("zstd"); changed < damaged && at != std::string::npos;
+         at = bytes.find("zstd", at + 1)) {
+      if (++chunks % 2 == 0) continue;
+      bytes[at - 41] = 0x53;  // no record begins there
+      bytes[at] = 'Z';
+      ++changed;
+    }
+    ASSERT_EQ(changed, damaged);
+    write_file(path, bytes);
+    const auto overview = read_mcap(path, [](const McapMessage&) -> Status { return Done{}; });
+    ASSERT_TRUE(overview) << overview.error().message;
+    EXPECT_EQ(overview->complete, damaged < 1000);
+    EXPECT_LE(overview->lost.size(), 1001u);
+  }
+}
+
 TEST(McapReader, RefusesAFileOfWhichNothingCanBeRead) {
   const auto path = test::temporary_file("all.mcap");
   std::string bytes = written(path);
