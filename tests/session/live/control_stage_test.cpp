@@ -411,6 +411,26 @@ TEST(AfterMissedCycles, WithoutAWayBackInsideTheLimitsTheArmComesToRest) {
   EXPECT_GT((loop.command.q - sample(plan, loop.now()).q).cwiseAbs().maxCoeff(), 0.01);
 }
 
+/// A return may be faster than the plan, but not than the plan's profile allows.
+TEST(AfterMissedCycles, TheWayBackKeepsToTheSpeedOfTheProfile) {
+  const auto fastest = [](double velocity_max) {
+    Loop loop(ur5e());
+    std::vector<double> turn(40, 0.0);  // 1 rad/s
+    std::fill_n(turn.begin(), 10, 5.0);
+    std::fill_n(turn.rbegin(), 10, -5.0);
+    Plan plan = loop.plan(turn, std::vector<double>(40, 0.0));
+    plan.velocity_max = JointVector::Constant(6, velocity_max);
+    loop.links.plan.write(plan);
+    while (loop.now() < plan.start + std::chrono::milliseconds(300)) loop.cycle();
+    loop.gap(10);
+    double most = 0.0;
+    for (int i = 0; i < 100; ++i) most = std::max(most, loop.cycle().dq.cwiseAbs().maxCoeff());
+    return most;
+  };
+  EXPECT_GT(fastest(3.0), 1.02) << "otherwise this shows nothing";
+  EXPECT_LT(fastest(1.0), 1.0 + 1e-5);
+}
+
 /// A fresh grip and a reset take a full glass: planner and monitor learn of both by one counter.
 TEST(FreshGlass, IsCountedAtAGripAndAReset) {
   Loop loop(ur5e());
