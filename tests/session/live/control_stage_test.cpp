@@ -32,6 +32,7 @@ struct Loop {
     }
     state.joints.q[0] = std::min(state.joints.q[0], wall);
     state.joints.dq = command.dq;
+    state.joints.dq[0] += still_moves;
     return command = control->step(state).command;
   }
   /// So many cycles in which the arm went on by itself; `astray` rad from there it is measured.
@@ -82,6 +83,7 @@ struct Loop {
   JointCommand command;
   std::vector<JointCommand> commands;
   double wall = std::numeric_limits<double>::infinity();  ///< rad: the first joint comes no further
+  double still_moves = 0.0;                               ///< rad/s: the first joint is measured to be so much faster
 };
 
 /// The first joint turns fast; the last one moves a little just then.
@@ -353,6 +355,29 @@ TEST(OffPath, FollowsAnArmThatSinksOnce) {
     EXPECT_NEAR(loop.command.q[0], loop.model.home[0] - 0.06, 1e-9);
     EXPECT_EQ(loop.control->state(), SupervisionState::kStopping);
   }
+}
+
+/// What moves still may be on its way back to the commands. A speed that is measured for good is noise.
+TEST(OffPath, IsFollowedOnceTheArmStands) {
+  for (const bool for_good : {false, true}) {
+    Loop loop(ur5e());
+    loop.wall = loop.model.home[0] - 0.06;
+    loop.still_moves = 0.1;
+    for (int i = 0; i < 200; ++i) loop.cycle();
+    ASSERT_EQ(loop.control->state(), SupervisionState::kStopping);
+    EXPECT_EQ(loop.command.q, loop.model.home);
+    if (!for_good) loop.still_moves = 0.0;
+    for (int i = 0; i < 200; ++i) loop.cycle();
+    EXPECT_NEAR(loop.command.q[0], loop.wall, 1e-9) << for_good;
+  }
+}
+
+TEST(OffPath, IsNotFollowedFarAway) {
+  Loop loop(ur5e());
+  loop.wall = loop.model.home[0] - 0.4;  // as a wrong encoder has it
+  for (int i = 0; i < 500; ++i) loop.cycle();
+  EXPECT_EQ(loop.control->state(), SupervisionState::kStopping);
+  EXPECT_EQ(loop.command.q, loop.model.home);
 }
 
 /// A hard stop in which cycles are lost takes no longer than one in which none are.

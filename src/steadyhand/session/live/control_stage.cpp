@@ -110,8 +110,11 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (!held_off_) {
     gives_way_to_.reset();
     gave_way_by_ = std::numeric_limits<double>::infinity();
-  } else if (now >= end_of(tracker_.plan()) + from_seconds(settings_.arm_delay)) {
+  }
+  if (held_off_ && now >= end_of(tracker_.plan()) + from_seconds(settings_.arm_delay)) {
     give_way(state.joints);
+  } else {
+    holds_still_since_ = now;
   }
   if (transition != nullptr && after == SupervisionState::kEngaged) last_hand_counted_ = now;
   const bool fresh_grip = before == SupervisionState::kReady && after == SupervisionState::kEngaged;
@@ -277,19 +280,21 @@ void ControlStage::brake() {
 }
 
 /// Something holds the arm off its commands, and its servos press against that for as long as the commands stay there.
-/// So, once at rest, these move to where the arm is measured. Relieved, a contact springs back a little, and they move
-/// again, by less than half of that: not by as much as before, as an arm that sinks under a load would have it. If
+/// So, once the arm stands, these move to where it is measured. Relieved, a contact springs back a little, and they
+/// move again, by less than half of that: not by as much as before, as an arm that sinks under a load would have it. If
 /// missed cycles or an object interrupt the move, it starts again. A contact on the way is no reason against it, since
-/// the arm is there already.
+/// the arm is there already. An arm that is measured far away is not there: an encoder is wrong.
 void ControlStage::give_way(const JointState& measured) {
-  constexpr double kSlight = 1e-3;  // rad (m)
+  constexpr double kSlight = 1e-3, kFar = 0.3;                // rad (m)
+  constexpr Time kPatience = std::chrono::milliseconds(500);  // with an arm that never is measured to stand
   const RobotModel& model = kinematics_.model();
   if (!last_.dq.isZero(0.0)) return;
   if (!gives_way_to_ || last_.q == *gives_way_to_) {
-    if (gives_way_to_ && measured.dq.cwiseAbs().maxCoeff() >= kAtRest) return;
+    const bool stands = measured.dq.cwiseAbs().maxCoeff() < kAtRest;
+    if (!stands && measured.stamp.made < holds_still_since_ + kPatience) return;
     const JointVector to = measured.q.cwiseMax(model.position_min).cwiseMin(model.position_max);
     const double way = (to - last_.q).cwiseAbs().maxCoeff();
-    if (!(way > kSlight && way < 0.5 * gave_way_by_)) return;
+    if (!(way > kSlight && way < 0.5 * gave_way_by_ && way < std::max(kFar, 2.0 * settings_.path_tolerance))) return;
     gives_way_to_ = to;
     gave_way_by_ = way;
   }

@@ -67,6 +67,7 @@ class ControlStage {
   bool soft_ = false;  ///< stopping, by the planner's plans
   Time stop_by_{0};
   bool held_off_ = false;                    ///< halted, and the arm was not where its commands led
+  Time holds_still_since_{0};                ///< held off its commands, which are at rest
   std::optional<JointVector> gives_way_to_;  ///< where it was measured when its commands were at rest after that
   double gave_way_by_ = 0.0;                 ///< rad (m), to there, the most of all joints; infinite: not yet
   HandReport hand_;
