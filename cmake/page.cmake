@@ -1,5 +1,4 @@
-# The operator's page (web/): meshes converted from airo-models, then bundled by Vite, into build/PRESET/page; and what the
-# report's plots are drawn with. Without it a page that says so.
+# The operator's page (web/), bundled by Vite into build/PRESET/page; and what the report's plots are drawn with. Without it a page that says so.
 if(NOT STEADYHAND_WITH_PAGE)
   set(page_folder "${PROJECT_SOURCE_DIR}/cmake/without_page")
   set(page_stamp "${page_folder}/index.html")
@@ -16,24 +15,16 @@ endif()
 # Node looks for packages in the folders above a file.
 file(CREATE_LINK "${STEADYHAND_DEPS}/node_modules" "${PROJECT_SOURCE_DIR}/web/node_modules" SYMBOLIC)
 
-set(page_public "${PROJECT_BINARY_DIR}/page_public")
 set(page_folder "${PROJECT_BINARY_DIR}/page")
 set(page_stamp "${PROJECT_BINARY_DIR}/page.stamp")
-set(arm_urdf "${site_packages}/airo_models/arms/ur5e/ur5e.urdf")
-set(arm_mesh "${page_public}/arms/ur5e.glb")
-add_custom_command(
-  OUTPUT "${arm_mesh}"
-  COMMAND "${STEADYHAND_DEPS}/venv/bin/python" "${PROJECT_SOURCE_DIR}/web/tools/make_arm_mesh.py" "${arm_urdf}" "${arm_mesh}"
-  DEPENDS "${PROJECT_SOURCE_DIR}/web/tools/make_arm_mesh.py" "${arm_urdf}"
-  COMMENT "Converting the UR5e's meshes" VERBATIM)
 
 file(GLOB_RECURSE page_sources CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/web/src/*")
 add_custom_command(
   OUTPUT "${page_stamp}"
-  COMMAND "${CMAKE_COMMAND}" -E env STEADYHAND_PUBLIC=${page_public} STEADYHAND_PAGE=${page_folder}
+  COMMAND "${CMAKE_COMMAND}" -E env STEADYHAND_PAGE=${page_folder}
           "${NODE_PROGRAM}" "${STEADYHAND_DEPS}/node_modules/vite/bin/vite.js" build --logLevel warn
   COMMAND "${CMAKE_COMMAND}" -E touch "${page_stamp}"
-  DEPENDS ${page_sources} "${arm_mesh}" "${PROJECT_SOURCE_DIR}/web/index.html" "${PROJECT_SOURCE_DIR}/web/vite.config.mts"
+  DEPENDS ${page_sources} "${PROJECT_SOURCE_DIR}/web/index.html" "${PROJECT_SOURCE_DIR}/web/vite.config.mts"
           "${PROJECT_SOURCE_DIR}/setup/package-lock.json"
   WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}/web"
   COMMENT "Bundling the operator's page" VERBATIM)

@@ -24,7 +24,7 @@ function compress(): Plugin {
 export default defineConfig({
   base: './',
   cacheDir: '../build/vite',
-  publicDir: process.env.STEADYHAND_PUBLIC ?? 'public',
+  publicDir: false,
   build: {
     target: 'es2022', // older ones have no private members: each would become a search in a WeakMap
     outDir: process.env.STEADYHAND_PAGE ?? '../build/page',

@@ -9,7 +9,7 @@ import { ROOT } from './harness.mjs';
 /** Bundles the page into `folder` with names and source maps; these by the scripts' file names. */
 export function buildReadable(folder) {
   const web = join(ROOT, 'web');
-  const env = { ...process.env, STEADYHAND_PAGE: folder, STEADYHAND_PUBLIC: join(ROOT, 'build/release/page_public') };
+  const env = { ...process.env, STEADYHAND_PAGE: folder };
   execFileSync(process.execPath, [join(web, 'node_modules/vite/bin/vite.js'), 'build', '--logLevel', 'error', '--minify', 'false', '--sourcemap'],
     { cwd: web, env, stdio: 'inherit' });
   const maps = readdirSync(folder, { recursive: true }).filter((name) => name.endsWith('.js.map.gz'));

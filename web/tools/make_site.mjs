@@ -4,7 +4,8 @@
 //   STEADYHAND_BUILD     holds release/page, wasm/steadyhand.wasm and wasm-plain/steadyhand.wasm
 import { execFileSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
-import { existsSync, mkdirSync, readdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { dirname, join, relative, resolve } from 'node:path';
 import { parseArgs } from 'node:util';
 import { gunzipSync, gzipSync } from 'node:zlib';
@@ -60,19 +61,22 @@ files.set('index.html', Buffer.from(index.replace('<meta charset="utf-8">',
 files.set('steadyhand.wasm', readFileSync(join(BUILD, 'wasm/steadyhand.wasm')));
 files.set('steadyhand-plain.wasm', readFileSync(join(BUILD, 'wasm-plain/steadyhand.wasm')));
 files.set('licenses.txt', Buffer.concat(['LICENSE', 'THIRD_PARTY.md'].map((name) => readFileSync(join(ROOT, name)))));
-const names = [];
+const names = [], scenes = mkdtempSync(join(tmpdir(), 'steadyhand-'));
 for (const robot of robots) {
+  const scene = join(scenes, `${names.length}.glb`);
   let setup;
   try {
-    setup = execFileSync(PROGRAM, ['site-data', robot], { maxBuffer: 1 << 28, stdio: ['ignore', 'pipe', 'pipe'] });
+    setup = execFileSync(PROGRAM, ['site-data', robot, '--scene', scene], { maxBuffer: 1 << 28, stdio: ['ignore', 'pipe', 'pipe'] });
   } catch (error) {
     refuse(`site: robot ${robot}: ${String(error.stderr ?? error.message).trim().replace(/^steadyhand: /, '')}`);
   }
-  const { name } = JSON.parse(setup).robot;
+  const { name, meshes = name } = JSON.parse(setup).robot;
   if (!/^[\w.-]+$/.test(name)) refuse(`site: robot ${robot} has the name “${name}”; letters, digits, dots and hyphens make a file's name`);
   files.set(`robots/${name}.json`, setup);
+  if (existsSync(scene)) files.set(`arms/${meshes}.glb`, readFileSync(scene));
   names.push(name);
 }
+rmSync(scenes, { recursive: true });
 const bytes = Object.fromEntries([...files].map(([name, data]) => [name, data.length]));
 files.set(LIST, Buffer.from(JSON.stringify({ robots: names, bytes })));
 const version = createHash('sha256');

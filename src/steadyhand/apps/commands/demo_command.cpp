@@ -19,7 +19,6 @@
 #include "steadyhand/operator/console/live_console.hpp"
 #include "steadyhand/operator/console/output_queue.hpp"
 #include "steadyhand/operator/console/stop_signals.hpp"
-#include "steadyhand/operator/server/site.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 #include "steadyhand/session/live/realtime.hpp"
 #ifdef STEADYHAND_MESHES
@@ -136,16 +135,14 @@ Result<std::string> arm_scene(const std::string&, const std::string&, const Plac
 }
 #endif
 
-/// The arm's meshes for the page, unless the page has them.
+/// The arm's meshes for the page.
 void add_arm_scene(const std::string& name, const std::string& tip, const RobotModel& model, const Places& places,
                    ServerSettings& server) {
-  const std::string path = "/arms/" + model.meshes + ".glb";
-  if (server.page_folder.empty() && Site::embedded().find(path) != nullptr) return;
   Result<std::string> scene = arm_scene(name, tip, places);
   if (!scene) {
     std::cerr << "note: the page draws only the arm's bodies: " << scene.error().message << "\n";
   } else if (!scene->empty()) {
-    server.files[path] = *std::move(scene);
+    server.files["/arms/" + model.meshes + ".glb"] = *std::move(scene);
   }
 }
 
