@@ -88,7 +88,7 @@ TEST_P(FloodTest, IsCutOff) {
   std::string flood = begun;
   for (int i = 0; i < 4000; ++i) flood += GetParam().second;
   flooder.say_bytes(flood);
-  EXPECT_TRUE(flooder.ends_within(5s));
+  EXPECT_TRUE(flooder.ends_within(10s));
   come();
 }
 
@@ -175,8 +175,7 @@ TEST_F(CrowdTest, AStopCountsUntilTheSocketIsClosed) {
   EXPECT_EQ(future.hear("error")["code"], "version");
   std::size_t stops = 0;
   while (future.say_text(R"({"type":"request","kind":"stop"})")) {
-    ++stops;
-    std::this_thread::sleep_for(10ms);
+    if (++stops > 3) std::this_thread::sleep_for(10ms);
   }
   const std::lock_guard lock(mutex_);
   EXPECT_GE(requests_.size() + 2, stops) << "the last may have met a closed socket";
@@ -188,7 +187,7 @@ class PatienceTest : public CrowdTest {
  protected:
   PatienceTest() {
     ServerSettings settings;
-    settings.timeout = 600ms;
+    settings.timeout = 1500ms;
     start(settings);
   }
 };
@@ -197,7 +196,7 @@ TEST_F(PatienceTest, WhoSaysNothingIsPingedAndThenLetGo) {
   SocketClient& silent = come();
   SocketClient& reads = come();
   std::thread reader([&] { reads.hear("never said"); });  // answers pings
-  EXPECT_TRUE(silent.ends_within(5s));
+  EXPECT_TRUE(silent.ends_within(20s));
   std::this_thread::sleep_for(1s);
   EXPECT_EQ(server_->counters().clients, 1u);
   server_.reset();
@@ -220,7 +219,7 @@ TEST_F(PatienceTest, WhoTakesNothingIsLetGo) {
 }
 
 TEST_F(PatienceTest, AnAnswerMayTakeAsLongAsItsBytesAreTaken) {
-  large_ = 4u << 20;
+  large_ = 8u << 20;
   SocketClient client(server_->port()), reader(server_->port(), 1 << 16), idle(server_->port(), 1 << 16);
   join(client, false);
   for (SocketClient* each : {&reader, &idle}) {
@@ -242,7 +241,7 @@ TEST_F(PatienceTest, ARequestThatNeverEndsIsLetGo) {
   SocketClient slow(server_->port());
   ASSERT_TRUE(slow.reach());
   slow.say_bytes("GET / HTT");
-  EXPECT_TRUE(slow.ends_within(5s));
+  EXPECT_TRUE(slow.ends_within(20s));
 }
 
 TEST_F(CrowdTest, AnEndlessRequestIsRefusedAtOnce) {
@@ -250,7 +249,7 @@ TEST_F(CrowdTest, AnEndlessRequestIsRefusedAtOnce) {
   SocketClient endless(server_->port());
   ASSERT_TRUE(endless.reach());
   endless.say_bytes("GET / HTTP/1.1\r\nEndless: " + std::string(9000, 'x'));
-  EXPECT_TRUE(endless.ends_within(5s));
+  EXPECT_TRUE(endless.ends_within(10s));
 }
 
 TEST_F(CrowdTest, PingsAndFarewellsAreAnswered) {

@@ -79,7 +79,7 @@ class ServerTest : public testing::Test {
   /// The same for what nobody tells.
   template <typename Condition>
   static bool wait_until(Condition&& condition) {
-    for (int i = 0; i < 5000; ++i) {
+    for (int i = 0; i < 20'000; ++i) {
       if (condition()) return true;
       std::this_thread::sleep_for(1ms);
     }
