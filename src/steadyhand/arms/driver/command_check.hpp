@@ -20,7 +20,6 @@ class CommandCheck {
   std::string_view refusal(const JointCommand& command, const JointVector& q);
   /// The arm's own set-point, where none came: what comes next is to continue that.
   void take(const JointCommand& command);
-  bool has_command() const { return received_ > 0; }
 
  private:
   std::string_view judge(const JointCommand& command, const JointVector& q) const;

@@ -311,16 +311,8 @@ void SessionRecorder::film(VideoPacket packet) {
   const auto camera = static_cast<std::size_t>(packet.camera);
   if (pictures_.size() >= kMostPictures) needs_key_[camera] = true;
   if (packet.is_key && pictures_.size() < kMostPictures) needs_key_[camera] = false;
-  if (needs_key_[camera]) {
-    ++dropped_pictures_;
-    return;
-  }
+  if (needs_key_[camera]) return;
   pictures_.push_back(std::move(packet));
-}
-
-std::uint64_t SessionRecorder::dropped_pictures() const {
-  const Lock lock(mutex_);
-  return dropped_pictures_;
 }
 
 /// What other threads have left for the file.

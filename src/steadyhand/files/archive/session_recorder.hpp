@@ -83,8 +83,6 @@ class SessionRecorder {
   /// A picture of a camera, soon in the file; from a key picture on, each time that a file begins. Pictures that nobody
   /// has written yet may be dropped, and all until the next key picture then, which cannot be decoded.
   void film(VideoPacket packet);
-  /// Pictures that film() had to drop so.
-  std::uint64_t dropped_pictures() const;
 
   /// Completes the file; after the session has ended.
   void finish(const LiveSummary& summary);
@@ -172,7 +170,6 @@ class SessionRecorder {
   std::vector<CameraInfo> cameras_;
   std::vector<bool> needs_key_;  ///< of each camera: what was waiting before was dropped
   std::vector<bool> has_begun_;  ///< of each, in this file; the writer's
-  std::uint64_t dropped_pictures_ = 0;
 };
 
 }  // namespace steadyhand

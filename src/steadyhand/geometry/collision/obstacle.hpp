@@ -50,10 +50,6 @@ struct Obstacles {
   int count = 0;
   std::array<Obstacle, kMost> list;  ///< the first `count` of them
 
-  /// Whether the tool carries one.
-  bool some_carried() const {
-    return std::any_of(list.begin(), list.begin() + count, [](const Obstacle& obstacle) { return obstacle.carried; });
-  }
   std::span<const Obstacle> all() const { return std::span(list).first(count); }
 };
 inline const Obstacles kNoObstacles;
