@@ -101,13 +101,17 @@ def test_a_stop_beside_a_reset_wins_and_stays(demo):
     operator, other = demo.client(), demo.client(pair=False)
     operator.grip()
     operator.send(type="request", kind="stop")
+    operator.wait_for("state", state="stopping")
+    states = set()
     for i in range(20):
         operator.wait_for("state", state="stopping")
         still(operator, 0.05)
         operator.send(type="request", kind="reset")
         (operator if i % 2 else other).send(type="request", kind="stop")
-        operator.move(hand, 0.2)
-        assert operator.state["state"] == "stopping", i
+        operator.move(hand, 0.2, each=lambda s: states.add(s["state"]))
+        assert i % 2 == 0 or operator.state["state"] == "stopping", i
+        wait_until(operator, lambda s: s["state"] == "stopping")  # two sockets have no order among them
+    assert "engaged" not in states
     deadline = time.monotonic() + 30.0
     while operator.state["state"] != "ready":  # a reset that comes after the stop was seen counts
         assert time.monotonic() < deadline, operator.state
@@ -242,20 +246,20 @@ def test_nobody_who_reads_what_is_printed_is_waited_for(tmp_path, number):
         pipe.fill()
         operator = Client(int(port))
         operator.send(type="pair", code=code)  # prints the next one
-        operator.wait_for("paired", 5.0)
+        operator.wait_for("paired")
         operator.send(type="take")
         for _ in range(50):  # each prints why it is refused
             operator.send(type="request", kind="rate", value=5.0)
         begin_playback(operator)
         newcomer = Client(int(port))
-        newcomer.wait_for("welcome", 5.0)
+        newcomer.wait_for("welcome")
         newcomer.send(type="request", kind="stop")
         asked = time.monotonic()
-        newcomer.wait_for("state", 5.0, state="stopping")
-        assert time.monotonic() - asked < 1.0
+        newcomer.wait_for("state", state="stopping")
+        assert time.monotonic() - asked < 5.0
         expect_rest_without_playback(newcomer, "stopping")
         process.send_signal(number)
-        process.wait(15.0)
+        process.wait(60.0)
     finally:
         process.kill()
         process.wait()
