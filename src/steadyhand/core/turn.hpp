@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "steadyhand/core/math.hpp"
@@ -17,9 +16,9 @@ inline Quaternion turn_between(const Vector3& from, const Vector3& to) {
   Quaternion turn;
   if (cosine < -1.0 + kNearlyOpposite) {  // half a turn: any axis at right angles to both will do
     const Vector3 other = std::abs(a.y()) < 0.9 ? Vector3::UnitY() : Vector3::UnitX();
-    const double sine = axis.norm(), ww = 0.5 * (1.0 + std::max(cosine, -1.0));
-    turn.w() = std::sqrt(ww);
-    turn.vec() = std::sqrt(1.0 - ww) * (sine > kNearlyOpposite ? Vector3(axis / sine) : a.cross(other).normalized());
+    const double sine = axis.norm();
+    turn.w() = 0.5 * (a + b).norm();
+    turn.vec() = 0.5 * (a - b).norm() * (sine > kNearlyOpposite ? Vector3(axis / sine) : a.cross(other).normalized());
     return turn;
   }
   const double s = std::sqrt((1.0 + cosine) * 2.0);
