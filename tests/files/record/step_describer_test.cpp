@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <numeric>
 #include <sstream>
 
 #include "files/record/test_data.hpp"
@@ -21,8 +22,7 @@ namespace {
 TEST(StepDescriber, TellsHowFarObjectsAre) {
   std::mt19937 random(1);
   const RobotModel model = random_arm(3, random);
-  const Ocp ocp(model, {});
-  StepDescriber describer(ocp);
+  StepDescriber describer(model);
   CellObject object;
   object.name = "ball";
   object.shape = Shape::sphere(0.1);
@@ -34,10 +34,8 @@ TEST(StepDescriber, TellsHowFarObjectsAre) {
   plan.intervals = 1;
   plan.x[0] = plan.x[1] = StateVector::Zero(6);
   plan.u[0] = JointVector::Zero(3);
-  OcpInstance instance;
-  instance.weights = *ocp.weights({});
   const auto distance = [&](double t) {
-    const PlanStep step = describer.describe(plan, from_seconds(t), instance, Trajectory(3, ocp.horizon()));
+    const PlanStep step = describer.describe(plan, from_seconds(t), 1, {});
     EXPECT_EQ(step.object_distances.at(0).first, "ball");
     return step.object_distances.at(0).second;
   };
@@ -49,33 +47,38 @@ TEST(StepDescriber, TellsHowFarObjectsAre) {
 
 class ObjectivesOf : public testing::TestWithParam<int> {};
 
-/// Every objective's share gets into step, plan.csv and recording, and out of this again, under its name.
+/// The share of every objective gets into step, plan.csv and recording, and out of this again, under its name.
 TEST_P(ObjectivesOf, AllSharesAreTold) {
   constexpr int kDof = 3;
   const int count = GetParam();
   std::mt19937 random(count);
   const RobotModel model = random_arm(kDof, random);
-  const OcpSettings settings = test::with_objectives(count);
+  OcpSettings settings = test::with_objectives(count);
+  settings.weights["position"] = {500.0};
   const Ocp ocp(model, settings);
   ASSERT_TRUE(make_solver(kDefaultSolver, ocp, 1e-6));
 
-  OcpInstance instance;
-  instance.reference.nodes = 2;
-  instance.weights = *ocp.weights(settings.weights);
-  Trajectory trajectory(kDof, 2);
-  for (auto& x : trajectory.x) x.tail(kDof).setConstant(1.0);
-  Plan plan;
-  plan.joints = kDof;
-  plan.intervals = 2;
-  plan.dt = ocp.dt();
-  for (int k = 0; k <= 2; ++k) {
-    plan.x[k] = trajectory.x[k];
-    plan.u[k] = JointVector::Zero(kDof);
+  auto planner = Planner::make(model, settings, {});
+  ASSERT_TRUE(planner) << planner.error().message;
+  Reference reference;
+  reference.nodes = ocp.horizon();
+  reference.dt = ocp.dt();
+  Kinematics arm(model);
+  arm.set_position(model.home);
+  for (int k = 0; k < reference.nodes; ++k) {
+    reference.p[k] = arm.p() + Vector3(0.05, 0.0, 0.0);
+    reference.R[k] = arm.R();
   }
-  PlanStep step = StepDescriber(ocp).describe(plan, Time(0), instance, trajectory);
-  step.X_base_target = {};
+  const Plan& plan = (*planner)->update(reference);
+  const PlanStep step = StepDescriber(model).describe(plan, Time(0), ocp.horizon(), (*planner)->figures());
+  EXPECT_GT(step.iterations, 0);
+  EXPECT_NEAR(std::accumulate(step.shares.begin(), step.shares.end(), 0.0), step.objective, 1e-9 * step.objective);
+  double speed = 0.0;  // sum of squares over the nodes that the objectives act at
+  const auto& x = (*planner)->solution().trajectory.x;
+  for (std::size_t k = 1; k < x.size(); ++k) speed += x[k].tail(kDof).squaredNorm();
+  ASSERT_GT(speed, 0.0);
   std::vector<double> expected(count, 0.0);
-  for (int i = 6; i < count; ++i) expected[i] = ocp.dt() * (i + 1) * 2 * kDof;
+  for (int i = 6; i < count; ++i) expected[i] = ocp.dt() * (i + 1) * speed;
   const auto expect_shares = [&](const PlanStep& told) {
     for (int i = 6; i < count; ++i) EXPECT_NEAR(told.shares[i], expected[i], 1e-12) << i;
     for (int i = count; i < std::ssize(told.shares); ++i) EXPECT_EQ(told.shares[i], 0.0);

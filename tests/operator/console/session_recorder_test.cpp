@@ -361,8 +361,7 @@ TEST_F(Recorded, WhatTheOperatorSetComesBackAndIsReplayed) {
   EXPECT_NE(refused.error().message.find("nothing"), std::string::npos) << refused.error().message;
 }
 
-/// What a term adds to J is what the planner has weighed; so all of them together are J, where the plan is the
-/// solution.
+/// What a term adds to J is what the planner has weighed; so all of them together are J.
 TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
   VirtualSession::Options options;
   options.profile = "carry";
@@ -379,7 +378,7 @@ TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
   const auto take = [&] {
     while (session.planner_side().taps.steps.pop(step)) {
       taps.step(step);
-      objectives.push_back(step.objective);
+      objectives.push_back(step.solved.objective);
     }
   };
   take();
@@ -393,17 +392,15 @@ TEST_F(Recorded, SharesOfTheObjectiveAddUpToIt) {
   const auto recorded = load_session(files().at(0), parts);
   ASSERT_TRUE(recorded) << recorded.error().message;
   ASSERT_EQ(recorded->steps.size(), objectives.size());
-  std::size_t whole = 0, moved = 0;
+  std::size_t moved = 0;
   for (std::size_t i = 0; i < objectives.size(); ++i) {
     const PlanStep& each = recorded->steps[i];
     if (each.status != PlanOrigin::kSolved || !each.engaged) continue;
     ++moved;
     const double sum = std::accumulate(each.shares.begin(), each.shares.end(), 0.0);
-    EXPECT_NEAR(sum, objectives[i], 1e-2 * objectives[i]) << i;  // a stop may begin within the horizon
-    whole += std::abs(sum - objectives[i]) < 1e-4 * objectives[i];
+    EXPECT_NEAR(sum, objectives[i], 1e-9 * objectives[i]) << i;
   }
   EXPECT_GT(moved, 30u);
-  EXPECT_GT(2 * whole, moved);
 }
 
 TEST_F(Recorded, TheHandComesBackAsTheGateLetItThrough) {

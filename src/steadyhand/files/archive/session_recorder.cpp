@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <ctime>
 
-#include "steadyhand/planning/plan/sample.hpp"
-
 namespace steadyhand {
 
 namespace {
@@ -43,14 +41,12 @@ SessionRecorder::SessionRecorder(const Ocp& ocp, const RecordingSettings& settin
       names_(run_names(ocp.model(), ocp.objectives())),
       begin_(begin),
       stem_(date_and_time()),
-      describer_(ocp),
-      trajectory_(ocp.dof(), ocp.horizon()),
+      describer_(ocp.model()),
       wanted_(settings.enabled),
       cameras_(std::move(cameras)),
       needs_key_(cameras_.size()),
       has_begun_(cameras_.size()) {
   metadata_["run"]["started"] = stem_ + " UTC";
-  instance_.weights.resize(ocp.objectives().size());
   if (settings.flight_seconds > 0.0) flight_.emplace(settings.flight_seconds);
   if (settings.enabled) begin_file();
 }
@@ -225,28 +221,10 @@ void SessionRecorder::take_cell(Time at, const Cell& cell) {
 
 void SessionRecorder::write_step(const PlanningRecord& record) {
   if (!file_ && !flight_) return;
-  if (record.ocp != nullptr && record.ocp != &describer_.ocp()) {  // of another horizon, perhaps
-    describer_ = StepDescriber(*record.ocp);
-    if (cell_) (void)describer_.set_cell(*cell_, cell_at_ + begin_);
-    trajectory_ = Trajectory(record.ocp->dof(), record.ocp->horizon());
-  }
-  for (std::size_t i = 0; i < instance_.weights.size(); ++i) instance_.weights[i] = record.weights[i];
-  instance_.reference = record.reference;
-  instance_.u_followed = record.u_followed;
-  const int nodes = static_cast<int>(trajectory_.u.size());
-  for (int k = 0; k <= nodes; ++k) {
-    const JointCommand node = sample(record.plan, record.at + from_seconds(k * record.reference.dt));
-    trajectory_.x[k] << node.q, node.dq;
-    if (k < nodes) trajectory_.u[k] = node.ddq;
-  }
-  instance_.x0 = trajectory_.x[0];
-  PlanStep step = describer_.describe(record.plan, record.at, instance_, trajectory_);
+  PlanStep step = describer_.describe(record.plan, record.at, record.ocp->horizon(), record.solved);
   step.t_s = to_seconds(record.at - begin_);
   step.X_base_target = record.X_base_target;
   step.engaged = record.engaged;
-  step.iterations = record.iterations;
-  step.solve_time_us = record.solve_us;
-  step.objective = record.objective;
   write(step);
   if (flight_) flight_->steps.push(step);
   if (!file_ || record.at < next_plan_) return;

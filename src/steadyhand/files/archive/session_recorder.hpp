@@ -121,8 +121,6 @@ class SessionRecorder {
   Time begin_;
   std::string stem_;  ///< of the files' names
   StepDescriber describer_;
-  OcpInstance instance_;
-  Trajectory trajectory_;
 
   std::optional<Recorder> file_;
   RecordingPlace::Opened opened_;  ///< the same; its sink is the file's

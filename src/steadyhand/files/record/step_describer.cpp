@@ -17,7 +17,7 @@ Status StepDescriber::set_cell(const Cell& cell, Time at) {
   return Done{};
 }
 
-PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& instance, const Trajectory& trajectory) {
+PlanStep StepDescriber::describe(const Plan& plan, Time at, int horizon, const SolveFigures& solved) {
   const JointCommand command = sample(plan, at);
   PlanStep step;
   step.t_s = to_seconds(at);
@@ -25,15 +25,14 @@ PlanStep StepDescriber::describe(const Plan& plan, Time at, const OcpInstance& i
   step.dq = command.dq;
   step.ddq = command.ddq;
   step.status = plan.origin;
-  evaluation_.set_instance(instance);
-  evaluation_.set_trajectory(trajectory);
-  for (std::size_t i = 0; i < std::min(evaluation_.ocp().objectives().size(), step.shares.size()); ++i) {
-    step.shares[i] = evaluation_.objective_share(static_cast<int>(i));
-  }
+  step.objective = solved.objective;
+  step.shares = solved.shares;
+  step.iterations = solved.iterations;
+  step.solve_time_us = solved.time_us;
   step.smallest_sphere_distance_m = std::numeric_limits<double>::infinity();
   // Behind the horizon there is only a stop, which the next plan replaces.
   const int now = static_cast<int>(std::clamp(to_seconds(at - plan.start) / plan.dt, 0.0, 1.0 * plan.intervals));
-  for (int k = now; k <= std::min(now + evaluation_.ocp().horizon(), plan.intervals); ++k) {
+  for (int k = now; k <= std::min(now + horizon, plan.intervals); ++k) {
     arm_.set_position(plan.x[k].head(plan.joints));
     step.smallest_sphere_distance_m = std::min(step.smallest_sphere_distance_m, nearest_pair(arm_, obstacles_).gap);
   }

@@ -138,7 +138,12 @@ void draw_near(const JointVector& q, Kinematics& arm, const Ocp& ocp, OcpInstanc
 }  // namespace
 
 Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings)
-    : settings_(settings), ocp_(std::move(ocp)), kinematics_(model), warm_start_(ocp_), obstacle_rows_(ocp_) {
+    : settings_(settings),
+      ocp_(std::move(ocp)),
+      kinematics_(model),
+      warm_start_(ocp_),
+      obstacle_rows_(ocp_),
+      evaluation_(ocp_) {
   solution_.prepare(ocp_);
   damping_ = find_damping(ocp_.objectives());
   instance_.near.resize(ocp_.obstacle_rows());
@@ -263,6 +268,15 @@ const Plan& Planner::update(const Reference& reference) {
     plan_.origin = PlanOrigin::kPrevious;
   }
   return plan_;
+}
+
+SolveFigures Planner::figures() {
+  SolveFigures figures{solution_.objective, {}, solution_.iterations, solution_.time_us};
+  evaluation_.set_instance(instance_);
+  evaluation_.set_trajectory(solution_.trajectory);
+  const int count = static_cast<int>(std::min(ocp_.objectives().size(), figures.shares.size()));
+  for (int i = 0; i < count; ++i) figures.shares[i] = evaluation_.objective_share(i);
+  return figures;
 }
 
 /// A solution may cut a corner between its nodes, or come so fast that no stop behind it is free, and so would the next

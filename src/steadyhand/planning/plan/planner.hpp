@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include "steadyhand/planning/plan/plan_check.hpp"
 #include "steadyhand/planning/plan/warm_start.hpp"
 #include "steadyhand/planning/solve/solver.hpp"
+#include "steadyhand/planning/ocp/evaluation.hpp"
 
 namespace steadyhand {
 
@@ -24,6 +26,14 @@ struct PlannerSettings {
   double clearance = 2e-3;
   /// What plans keep clear of at first. A problem that knows none gets kUsualObstacleRows for them.
   Obstacles obstacles;
+};
+
+/// What a solve came to, as it is recorded.
+struct SolveFigures {
+  double objective = 0.0;                       ///< J
+  std::array<double, kMaxObjectives> shares{};  ///< what each of Ocp::objectives() adds to J
+  int iterations = 0;
+  double time_us = 0.0;  ///< wall time
 };
 
 /// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
@@ -82,7 +92,9 @@ class Planner {
   const OcpInstance& instance() const { return instance_; }        ///< x_0, reference and weights
   const Trajectory& guess() const { return warm_start_.guess(); }  ///< where the solver began
   const Solution& solution() const { return solution_; }           ///< also of a plan that was refused
-  PlanFault fault() const { return fault_; }                       ///< of the last candidate; kNone: it is plan()
+  /// Of solution(). Evaluates the objectives; allocates nothing.
+  SolveFigures figures();
+  PlanFault fault() const { return fault_; }  ///< of the last candidate; kNone: it is plan()
 
  private:
   Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settings);
@@ -105,6 +117,7 @@ class Planner {
   WarmStart warm_start_;  ///< from what plan_ was made of
   ObstacleRows obstacle_rows_;
   Solution solution_;
+  Evaluation evaluation_;        ///< of figures()
   double more_clearance_ = 0.0;  ///< m, since plans were refused for contact
   Plan plan_, candidate_;
   // Of a problem with a liquid:

@@ -15,7 +15,7 @@ namespace {
 class Run {
  public:
   Run(const ReplaySettings& settings, Pipeline& pipeline, const ReplayTaps& taps)
-      : settings_(settings), taps_(taps), pipeline_(pipeline), describer_(pipeline.planner().ocp()) {
+      : settings_(settings), taps_(taps), pipeline_(pipeline), describer_(pipeline.planner().ocp().model()) {
     (void)describer_.set_cell(settings.cell, Time(0));  // it has been looked at
   }
 
@@ -115,15 +115,11 @@ class Run {
   }
 
   PlanStep describe_step(Time now) {
-    const Planner& planner = pipeline_.planner();
+    Planner& planner = pipeline_.planner();
     const Predictor& predictor = pipeline_.predictor();
-    const Solution& solution = planner.solution();
-    PlanStep step = describer_.describe(planner.plan(), now, planner.instance(), solution.trajectory);
+    PlanStep step = describer_.describe(planner.plan(), now, planner.ocp().horizon(), planner.figures());
     step.X_base_target = predictor.at(now);
     step.engaged = predictor.newest().engaged;
-    step.iterations = solution.iterations;
-    step.solve_time_us = solution.time_us;
-    step.objective = solution.objective;
     return step;
   }
 

@@ -11,6 +11,7 @@
 #include "steadyhand/planning/plan/active_constraint.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
 #include "steadyhand/session/supervise/supervisor.hpp"
+#include "steadyhand/planning/plan/planner.hpp"
 
 namespace steadyhand {
 
@@ -82,11 +83,8 @@ struct PlanningRecord {
   Plan plan;   ///< what is followed from there on, if the step failed the plan before
   Pose X_base_target;
   Reference reference;
-  JointVector u_followed;                           ///< rad/s^2, as OcpInstance has it
-  std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
-  const Ocp* ocp = nullptr;                         ///< what was solved; lives as long as the session
-  double objective = 0.0, solve_us = 0.0;
-  int iterations = 0;
+  const Ocp* ocp = nullptr;  ///< what was solved; lives as long as the session
+  SolveFigures solved;
   bool engaged = false;  ///< following the hand, not coming to rest
 };
 

@@ -146,6 +146,7 @@ bool PlanningStage::step(Time now) {
   } else if (state == SupervisionState::kHolding) {
     plan_standing(at_start);
   }
+  if (view_.solves > solves) tap();
 
   view_.target = predictor_.newest();
   view_.plan = followed_;
@@ -360,34 +361,29 @@ void PlanningStage::plan_standing(const JointCommand& at_start) {
 
 /// True if the planner's plan is new and passed its check.
 bool PlanningStage::solve(Time start, std::span<const JointVector> weights) {
-  const Reference reference = predictor_.predict(start);
-  if (reference.nodes == 0) return false;
+  reference_ = predictor_.predict(start);
+  if (reference_.nodes == 0) return false;
   scaled_.planner->set_weights(weights);
   const Time before = clock_->now();
-  (void)scaled_.planner->update(reference);
+  (void)scaled_.planner->update(reference_);
   ++view_.solves;
   links_->solve_us.add(1e6 * to_seconds(clock_->now() - before));
   const bool solved = scaled_.planner->fault() == PlanFault::kNone;
   view_.failed += !solved;
-  tap(reference, scaled_.planner->instance().weights);
   return solved;
 }
 
-/// Tells of the step that was just taken, if it is time for that or the step failed.
-void PlanningStage::tap(const Reference& reference, std::span<const JointVector> weights) {
+/// Tells of the solve of this step, if it is time for that or it failed. The plan is on its way by then.
+void PlanningStage::tap() {
   const bool failed = scaled_.planner->fault() != PlanFault::kNone;
-  if (!failed && reference.start < next_tap_) return;
-  next_tap_ = reference.start + from_seconds(settings_.tap_period);
-  record_.at = reference.start;
+  if (!failed && reference_.start < next_tap_) return;
+  next_tap_ = reference_.start + from_seconds(settings_.tap_period);
+  record_.at = reference_.start;
   record_.plan = scaled_.planner->plan();
-  record_.X_base_target = predictor_.at(reference.start);
-  record_.reference = reference;
-  record_.u_followed = scaled_.planner->instance().u_followed;
-  std::copy_n(weights.begin(), std::min(weights.size(), record_.weights.size()), record_.weights.begin());
+  record_.X_base_target = predictor_.at(reference_.start);
+  record_.reference = reference_;
   record_.ocp = &scaled_.planner->ocp();
-  record_.objective = scaled_.planner->solution().objective;
-  record_.solve_us = scaled_.planner->solution().time_us;
-  record_.iterations = scaled_.planner->solution().iterations;
+  record_.solved = scaled_.planner->figures();
   record_.engaged = following_;
   links_->taps.steps.push(record_);
 }

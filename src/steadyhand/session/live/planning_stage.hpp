@@ -109,7 +109,7 @@ class PlanningStage {
   void plan_rest(const JointCommand& at_start);
   void plan_standing(const JointCommand& at_start);
   bool solve(Time start, std::span<const JointVector> weights);
-  void tap(const Reference& reference, std::span<const JointVector> weights);
+  void tap();
   void send(const Plan& plan);
 
   PlanningSettings settings_;
@@ -143,6 +143,7 @@ class PlanningStage {
   bool following_ = false;
   Time resting_since_{0};
   std::vector<JointVector> weights_, rest_weights_;
+  Reference reference_;  ///< of the newest solve
   Plan stop_;
   PlanningRecord record_;
   Time next_tap_{0};
