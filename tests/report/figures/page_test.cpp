@@ -64,11 +64,10 @@ TEST(PageData, NamesJointsAndTermsInWordsAndKeepsTheirNames) {
 TEST(Page, SaysWeightsInWordsWithTheirNamesToBeLookedUp) {
   ReportInput input = test::sample_input();
   input.profiles.resize(1);
-  input.profiles[0].weights = "acceleration_step 0.001, lateral 0.4, posture 1 1 2e-3, not the same <throughout>";
-  EXPECT_NE(write_and_read(input).find(
-                R"(<span title="acceleration_step">acceleration step</span> 0.001, )"
-                R"(<span title="lateral">lateral</span> 0.4, )"
-                R"(<span title="posture">posture</span> 1 1 2e-3, not the same &lt;throughout&gt;</p>)"),
+  input.profiles[0].weights = {{"acceleration_step", {0.001, 0.001}}, {"lateral", {0.4}}, {"posture", {1, 1, 2e-3}}};
+  EXPECT_NE(write_and_read(input).find(R"(<span title="acceleration_step">acceleration step</span> 0.001, )"
+                                       R"(<span title="lateral">lateral</span> 0.4, )"
+                                       R"(<span title="posture">posture</span> 1 1 0.002</p>)"),
             std::string::npos);
 }
 
@@ -287,7 +286,8 @@ TEST(PageData, TargetsOfTheirOwnAreShown) {
 TEST(Page, NamesCannotBreakOut) {
   ReportInput input = test::sample_input();
   const std::string hostile = "</script><script>alert(\"1\")</script>{{data}}";
-  input.recording = input.command = input.profiles[1].label = input.profiles[1].weights = hostile;
+  input.recording = input.command = input.profiles[1].label = hostile;
+  input.profiles[1].weights = {{hostile, {1.0}}};
   input.profiles[1].names.terms[0] = hostile;
   const std::string page = write_and_read(input);
   EXPECT_EQ(page.find("<script>alert"), std::string::npos);

@@ -29,7 +29,7 @@ inline ProfileResult sample_profile(const std::string& name, const std::string& 
   ProfileResult result;
   result.name = name;
   result.label = label;
-  result.weights = "position 500, orientation 5, velocity 0.1, acceleration 0.02";
+  result.weights = {{"position", {500}}, {"orientation", {5}}, {"velocity", {0.1}}, {"acceleration", {0.02}}};
   result.names.terms = {"position", "orientation", "velocity", "acceleration", "lateral", "vertical"};
   result.names.joints = {"shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"};
   result.names.joint_units.assign(6, "rad");

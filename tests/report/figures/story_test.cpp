@@ -185,9 +185,12 @@ TEST_F(Told, WeightsAreNumbersForPeople) {
   change(1.0, "engaged");
   SettingsChange settings;
   settings.profile = "carry";
-  settings.weights = {{"lateral", {0.04}}, {"position", {1500.0}}};
+  settings.weights = {{"lateral", {0.04}}, {"position", {1500.0, 1500.0, 1500.0}}};
   session.settings.push_back(settings);
-  EXPECT_EQ(split_by_settings(session).at(0).weights, "lateral 0.04, position 1500");
+  EXPECT_EQ(split_by_settings(session).at(0).weights, settings.weights);
+  EXPECT_EQ(weight_text({0.03981071705534972}), "0.0398");
+  EXPECT_EQ(weight_text({1500.0, 1500.0, 1500.0}), "1500");
+  EXPECT_EQ(weight_text({1.0, 1.0, 2e-3}), "1 1 0.002");
 }
 
 TEST_F(Told, WhatAnArmsOwnStopSpilledIsNoFaultOfTheProfile) {

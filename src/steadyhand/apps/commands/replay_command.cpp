@@ -113,7 +113,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
                            {"robot", model.name},
                            {"cell", cell.name},
                            {"profile", profile.name},
-                           {"weights", describe_weights(profile.ocp)},
+                           {"weights", weights_text(profile.ocp.weights)},
                            {"solver", settings.pipeline.planner.solver},
                            {"rate_hz", fmt::format("{}", options.rate_hz)},
                            {"scale", fmt::format("{}", options.retarget.scale)}};
@@ -141,7 +141,7 @@ Result<ProfileResult> run_profile(const ReplayOptions& options, const RobotModel
   }
   return ProfileResult{profile.name,
                        profile.label,
-                       describe_weights(profile.ocp),
+                       profile.ocp.weights,
                        recorder_settings.names,
                        {model.velocity_max, model.acceleration_max},
                        std::move(result->steps),

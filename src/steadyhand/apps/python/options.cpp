@@ -70,7 +70,7 @@ PipelineSettings pipeline_settings(const RobotModel& model, const std::string& p
   take_positive(options, "dt", 10.0, settings.ocp.dt);
   take_positive(options, "velocity_scale", 1.0, settings.ocp.velocity_scale);
   take_positive(options, "acceleration_scale", 1.0, settings.ocp.acceleration_scale);
-  std::map<std::string, std::vector<double>> weights;
+  Weights weights;
   take(options, "weights", weights);
   for (const auto& [name, values] : weights) settings.ocp.weights[name] = values;
   for (auto& objective : objectives_of(options)) settings.ocp.objectives.push_back(objective);

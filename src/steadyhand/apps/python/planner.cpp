@@ -14,8 +14,6 @@ namespace steadyhand::python {
 
 namespace {
 
-using Weights = std::map<std::string, std::vector<double>>;
-
 /// A plan and what came with it.
 struct PlanResult {
   Plan plan;

@@ -27,7 +27,7 @@ struct ProblemRecord {
   double dt = 0.05;  ///< s
   int horizon = 8;
   StateVector x0;
-  std::map<std::string, std::vector<double>> weights;  ///< by objective name
+  Weights weights;
   Reference reference;
   JointVector position_margin;  ///< rad (m), as OcpSettings has it
   NearObstacles near;           ///< those that a row is for

@@ -9,6 +9,7 @@
 #include "steadyhand/core/configuration.hpp"
 #include "steadyhand/files/record/cell_json.hpp"
 #include "steadyhand/files/record/robot_json.hpp"
+#include "steadyhand/files/record/settings_change.hpp"
 
 namespace steadyhand {
 
@@ -102,7 +103,7 @@ std::map<std::string, std::map<std::string, std::string>> describe_run(const Rob
                 {"cell", settings.cell.name},
                 {"profile", first.name},
                 {"label", first.label},
-                {"weights", describe_weights(first.ocp)},
+                {"weights", weights_text(first.ocp.weights)},
                 {"solver", planning.planner.solver},
                 {"rate_hz", fmt::format("{}", rate_hz)},
                 {"scale", fmt::format("{}", hand.scale)},

@@ -155,7 +155,7 @@ StateVector Ocp::next(const StateVector& x, const JointVector& u) const {
   return result;
 }
 
-Result<std::vector<JointVector>> Ocp::weights(const std::map<std::string, std::vector<double>>& by_name) const {
+Result<std::vector<JointVector>> Ocp::weights(const Weights& by_name) const {
   std::vector<JointVector> result;
   std::vector<std::string_view> known;
   for (const auto& objective : objectives_) {

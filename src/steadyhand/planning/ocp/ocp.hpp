@@ -67,7 +67,7 @@ class Ocp {
 
   /// The settings' weights in the order of objectives(). Fails on an unknown name, a wrong count, or a weight that is
   /// negative or not finite.
-  Result<std::vector<JointVector>> weights(const std::map<std::string, std::vector<double>>& by_name) const;
+  Result<std::vector<JointVector>> weights(const Weights& by_name) const;
   /// Why an instance cannot be solved (sizes, non-finite numbers), or Done. Allocates only when it fails.
   Status check(const OcpInstance& instance) const;
 

@@ -30,6 +30,9 @@ Objectives default_objectives();
 Objectives optional_objectives();
 std::vector<ConstraintMaker> default_constraints();
 
+/// By name of an objective; one number stands for all of its entries.
+using Weights = std::map<std::string, std::vector<double>>;
+
 /// The liquid in the problem, which shall not be spilled.
 struct LiquidSettings {
   GlassSettings glass;
@@ -47,10 +50,9 @@ struct LiquidSettings {
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
 struct OcpSettings {
-  int horizon = 8;   ///< N, intervals, 1..kMaxHorizon
-  double dt = 0.05;  ///< s
-  /// By name of an objective; one number stands for all entries. An objective that is absent has weight 0.
-  std::map<std::string, std::vector<double>> weights;
+  int horizon = 8;                  ///< N, intervals, 1..kMaxHorizon
+  double dt = 0.05;                 ///< s
+  Weights weights;                  ///< an objective that is absent has weight 0
   double velocity_scale = 1.0;      ///< (0, 1], of the robot's velocity limits
   double acceleration_scale = 1.0;  ///< (0, 1], of the robot's acceleration limits
   /// rad (m), by which the joints stay inside their position limits at the nodes; empty: not at all.

@@ -1,10 +1,5 @@
 #include "steadyhand/planning/pipeline/profile.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include "steadyhand/planning/ocp/term.hpp"
-
 namespace steadyhand {
 
 void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings& predictor, OcpSettings& ocp,
@@ -36,16 +31,6 @@ std::string planner_differences(const Profile& a, const Profile& b) {
     if (!same) keys += (keys.empty() ? "" : ", ") + std::string(key);
   }
   return keys;
-}
-
-std::string describe_weights(const OcpSettings& ocp) {
-  std::string text;
-  for (const auto& objective : ocp.objectives) {
-    const auto found = ocp.weights.find(objective->name());
-    if (found == ocp.weights.end()) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", found->first, fmt::join(found->second, " "));
-  }
-  return text;
 }
 
 }  // namespace steadyhand

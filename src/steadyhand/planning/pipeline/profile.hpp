@@ -29,7 +29,4 @@ void apply(const Profile& profile, RetargetSettings& retarget, PredictorSettings
 /// serves both; their weights, prediction and tilt, and whether the liquid counts, may change while the arm moves.
 std::string planner_differences(const Profile& a, const Profile& b);
 
-/// Its weights on one line, for people.
-std::string describe_weights(const OcpSettings& ocp);
-
 }  // namespace steadyhand

@@ -96,19 +96,12 @@ std::string clock_text(double seconds) {
 bool has_glass(const ReportInput& input) { return !input.story || input.story->has_glass; }
 
 /// "lateral 0.4, posture 1 1 2" with the terms in words, each with its name in a profile's file as what is told of it.
-/// What is none of that stays.
-std::string weights_html(std::string_view weights) {
+std::string weights_html(const Weights& weights) {
   std::string html;
-  while (!weights.empty()) {
-    const std::string_view entry = weights.substr(0, weights.find(", "));
-    weights.remove_prefix(std::min(weights.size(), entry.size() + 2));
-    const std::size_t end = entry.find(' ');
-    const std::string name(entry.substr(0, end));
-    const std::string_view values = end == std::string_view::npos ? std::string_view() : entry.substr(end);
-    const bool is_term = !values.empty() && values.find_first_not_of(" 0123456789.e+-") == std::string_view::npos;
-    html += html.empty() ? "" : ", ";
-    html += is_term ? fmt::format("<span title=\"{}\">{}</span>{}", escape(name), escape(term_text(name)), values)
-                    : escape(entry);
+  for (const auto& [name, values] : weights) {
+    if (values.empty()) continue;
+    html += fmt::format("{}<span title=\"{}\">{}</span> {}", html.empty() ? "" : ", ", escape(name),
+                        escape(term_text(name)), weight_text(values));
   }
   return html;
 }

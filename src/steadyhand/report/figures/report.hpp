@@ -13,9 +13,9 @@ namespace steadyhand {
 
 /// One profile's run over the recording.
 struct ProfileResult {
-  std::string name;     ///< as on the command line, e.g. "anti-slosh"
-  std::string label;    ///< what to call it in tables and plots, e.g. "P2 anti-slosh"
-  std::string weights;  ///< its weights in a line of text
+  std::string name;   ///< as on the command line, e.g. "anti-slosh"
+  std::string label;  ///< what to call it in tables and plots, e.g. "P2 anti-slosh"
+  Weights weights;    ///< none: not known, or not the same throughout
   RunNames names;
   JointLimits limits;
   std::vector<PlanStep> steps;

@@ -52,7 +52,7 @@ std::string other_weights(const SettingsChange& change, const SettingsChange& us
   for (const auto& [name, values] : change.weights) {
     const auto before = usual.weights.find(name);
     if (values.empty() || (before != usual.weights.end() && before->second == values)) continue;
-    text += fmt::format(", {} {}", term_text(name), number(values.front()));
+    text += fmt::format(", {} {}", term_text(name), weight_text(values));
   }
   return text;
 }
@@ -79,14 +79,6 @@ std::string describe(const SessionFile& session, const SettingsChange& change, c
   std::string text = fmt::format("scale {}{}", number(change.scale), other_weights(change, usual));
   if (change.tilt && change.tilt != usual.tilt) text += ", " + tilt_text(*change.tilt);
   return label_of(session, profile_of(session, change)) + ", " + text;
-}
-
-std::string all_weights(const SettingsChange& change) {
-  std::string text;
-  for (const auto& [name, values] : change.weights) {
-    if (!values.empty()) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, number(values.front()));
-  }
-  return text;
 }
 
 void tell_settings(const SessionFile& session, SessionStory& story) {
@@ -383,7 +375,6 @@ void merge_the_briefest(std::vector<ProfileResult>& results) {
                    by_time([](const JointCommand& command) { return command.stamp.made; }));
   brief.name = "other";
   brief.label = fmt::format("{} other settings, in passing", count);
-  brief.weights = "not the same throughout";
   kept.push_back(std::move(brief));
   results = std::move(kept);
 }
@@ -427,6 +418,13 @@ std::string term_text(const std::string& name) {
   std::string text = name;
   std::replace(text.begin(), text.end(), '_', ' ');
   return text;
+}
+
+std::string weight_text(const std::vector<double>& values) {
+  const bool is_one = std::equal(values.begin() + 1, values.end(), values.begin());
+  std::string text;
+  for (const double value : is_one ? std::vector(1, values.front()) : values) text += " " + number(value);
+  return text.substr(1);
 }
 
 SessionStory tell_story(const SessionFile& session) {
@@ -481,7 +479,7 @@ std::vector<ProfileResult> split_by_settings(SessionFile session) {
     added.name = now ? profile_of(session, *now) : session.run("profile");
     added.label = now ? describe(session, *now, *usual.try_emplace(now->profile, now).first->second)
                       : label_of(session, added.name) + ", as driven";
-    added.weights = now && !now->weights.empty() ? all_weights(*now) : session.run("weights");
+    added.weights = now && !now->weights.empty() ? now->weights : read_weights(session.run("weights"));
     added.names = session.names;
     added.limits = {session.velocity_max, session.acceleration_max};
     added.commands_merged = session.commands_merged;

@@ -22,6 +22,8 @@ std::vector<std::string> part_texts(const std::vector<std::string>& names);
 
 /// A term of the objective, as the documentation calls it, in words: "acceleration step" of acceleration_step.
 std::string term_text(const std::string& name);
+/// "0.4", or "1 1 2" where they differ. @pre there are some
+std::string weight_text(const std::vector<double>& values);
 
 /// States, stops, spills, limits, settings, missed deadlines and gaps of a session, and its latency over time.
 SessionStory tell_story(const SessionFile& session);

@@ -68,7 +68,7 @@ class Run {
   }
 
   /// Without the terms that the session had for the sake of another profile than the one that is replayed.
-  std::map<std::string, std::vector<double>> known(std::map<std::string, std::vector<double>> weights) const {
+  Weights known(Weights weights) const {
     const auto has = [](const Objectives& objectives, const std::string& name) {
       return std::any_of(objectives.begin(), objectives.end(), [&](const auto& each) { return each->name() == name; });
     };
