@@ -58,6 +58,12 @@ void JsonWriter::number_value(double number) {
   }
 }
 
+void JsonWriter::value(double number, const char* format) {
+  if (!std::isfinite(number)) return raw("null");
+  separate();
+  fmt::format_to(std::back_inserter(*out_), fmt::runtime(format), number);
+}
+
 void JsonWriter::quoted(std::string_view text) {
   out_->push_back('"');
   while (!text.empty()) {

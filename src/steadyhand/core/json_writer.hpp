@@ -30,6 +30,8 @@ class JsonWriter {
   void key(std::string_view name);
 
   void value(std::floating_point auto number) { number_value(number); }
+  /// @param format as fmt's, e.g. "{:.6f}"
+  void value(double number, const char* format);
   void value(std::integral auto number) {
     separate();
     char digits[24];

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <type_traits>
+
+namespace steadyhand {
+
+/// What files and messages call an enumerator.
+template <typename Enum>
+struct Name {
+  Enum value;
+  std::string_view name;
+  std::string_view what = {};  ///< for people who read the reference
+};
+template <typename Enum>
+Name(Enum, const char*) -> Name<Enum>;
+template <typename Enum>
+Name(Enum, const char*, const char*) -> Name<Enum>;
+
+/// The table of an enumeration's names.
+template <typename Enum, std::size_t N>
+struct Names {
+  std::string_view type;  ///< of the enumeration, in schemas and TypeScript
+  std::array<Name<Enum>, N> entries;
+};
+
+/// Makes the table that `constexpr auto names_of(Enum)` returns, next to the enumeration: all its enumerators in their
+/// order, from 0 on, which is checked as it compiles.
+template <typename Enum, std::size_t N>
+consteval Names<Enum, N> named(std::string_view type, const Name<Enum> (&entries)[N]) {
+  Names<Enum, N> names{type, std::to_array(entries)};
+  for (std::size_t i = 0; i < N; ++i) {
+    if (static_cast<std::size_t>(entries[i].value) != i) throw "names must stand in the order of the enumerators";
+  }
+  return names;
+}
+
+/// An enumeration that has such a table.
+template <typename Enum>
+concept Named = std::is_enum_v<Enum> && requires(Enum value) { names_of(value).entries; };
+
+template <Named Enum>
+inline constexpr auto kNamesOf = names_of(Enum{});
+
+/// @returns static text; "unknown" for what is none of the enumerators
+template <Named Enum>
+constexpr std::string_view to_string(Enum value) {
+  const auto i = static_cast<std::size_t>(value);
+  return i < kNamesOf<Enum>.entries.size() ? kNamesOf<Enum>.entries[i].name : std::string_view("unknown");
+}
+
+template <Named Enum>
+constexpr std::optional<Enum> find_name(std::string_view name) {
+  for (const Name<Enum>& entry : kNamesOf<Enum>.entries) {
+    if (entry.name == name) return entry.value;
+  }
+  return std::nullopt;
+}
+
+}  // namespace steadyhand
