@@ -172,6 +172,27 @@ TEST(Describe, WritesViewsAndTellsTheirTypes) {
   EXPECT_EQ(type.items.front().kind, DataType::Kind::kWhole);
 }
 
+/// Times as whole hundredths of a second.
+struct WholeStyle : PlainStyle {
+  static int form_of(const Time& t) { return static_cast<int>(t / std::chrono::milliseconds(10)); }
+  static Time from_form(int form, std::type_identity<Time>) { return form * std::chrono::milliseconds(10); }
+};
+
+TEST(Describe, StylesReplaceWhatStandsInTheFile) {
+  std::string out;
+  JsonOut<WholeStyle> writer(out);
+  writer.put(full_tray());
+  const Json json = Json::parse(out);
+  EXPECT_EQ(json["at_s"], 150);
+  Tray read;
+  JsonIn<Json, WholeStyle> in(json, true);
+  in.members(read);
+  EXPECT_FALSE(in.error()) << in.error()->message;
+  EXPECT_EQ(written(read), kFull);
+  const DataType type = data_type_of<Tray, WholeStyle>();
+  EXPECT_EQ(type.members.front().type.front().kind, DataType::Kind::kWhole);
+}
+
 TEST(Describe, TellsMembersTypesAndChoices) {
   const DataType type = data_type_of<Tray>();
   EXPECT_EQ(type.name, "Tray");

@@ -106,6 +106,7 @@ void write_type(JsonWriter& json, const DataType& type, bool closed, const std::
     case Kind::kText:
       write_kind(json, "string", type.limits.null);
       write_sizes(json, type.limits, "minLength", "maxLength");
+      if (!type.encoding.empty()) json.member("contentEncoding", type.encoding);
       break;
     case Kind::kEnumerator:
       write_enumerator(json, type);

@@ -28,6 +28,7 @@ struct DataType {
 
   Kind kind = Kind::kObject;
   std::string name, what;  ///< of objects and enumerations; may be empty
+  std::string encoding;    ///< of the bytes in a kText, e.g. "base64"; empty: none
   Limits limits;
   bool is_signed = true;                ///< of kWhole
   std::vector<DataType> items;          ///< one: of lists and maps
@@ -74,6 +75,8 @@ class DataTypeMaker {
     if constexpr (requires { Style::data_type(std::type_identity<T>{}); }) {
       type = Style::data_type(std::type_identity<T>{});
       type.limits = limits;
+    } else if constexpr (requires(const T& value) { Style::form_of(value); }) {
+      return make<std::remove_cvref_t<decltype(Style::form_of(std::declval<const T&>()))>>(limits);
     } else if constexpr (description::kIsOptional<T>) {
       type = make<typename T::value_type>(limits.with(&Limits::null, false));
       type.limits.null = limits.null;

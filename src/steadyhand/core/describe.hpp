@@ -112,7 +112,8 @@ concept Map = List<T> && Entry<std::ranges::range_value_t<T>>;
 
 /// How messages look that people's programs read. Another style replaces any of these: a struct with
 /// `static void write(JsonWriter&, const T&, const Limits&)` for the types that it writes in its own way, and what
-/// DataType and JsonIn ask of it.
+/// DataType and JsonIn ask of it. Or one with `static Form form_of(const T&)`, of another type that stands in T's
+/// place, and, where somebody reads it, `static T from_form(const Form&, std::type_identity<T>)`.
 struct PlainStyle {
   static constexpr auto kDigits = JsonWriter::Digits::kShortest;
 };
@@ -150,6 +151,8 @@ class JsonOut {
   void put(const T& value, const Limits& limits = {}) {
     if constexpr (requires { Style::write(json_, value, limits); }) {
       Style::write(json_, value, limits);
+    } else if constexpr (requires { Style::form_of(value); }) {
+      put(Style::form_of(value), limits);
     } else if constexpr (description::kIsOptional<T>) {
       value ? put(*value, limits) : json_.raw("null");
     } else if constexpr (std::is_same_v<T, Time>) {

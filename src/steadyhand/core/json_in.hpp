@@ -42,6 +42,10 @@ class JsonIn {
   void fail(std::string message) {
     if (!error_) error_ = Error{std::move(message)};
   }
+  /// The member is no such thing.
+  void must(std::string_view name, std::string_view be, const Json& json) {
+    fail(fmt::format("{} must be {}, not {}", place(name), be, excerpt(json)));
+  }
   /// This member was read elsewhere.
   void skip(std::string_view name) {
     ++known_;
@@ -83,9 +87,6 @@ class JsonIn {
     }
     return path.empty() ? "it" : "'" + path + "'";
   }
-  void must(std::string_view name, std::string_view be, const Json& json) {
-    fail(fmt::format("{} must be {}, not {}", place(name), be, excerpt(json)));
-  }
   void check_size(std::size_t size, const Limits& limits, std::string_view name, std::string_view unit) {
     if (size >= limits.least && size <= limits.most) return;
     if (size == 0) return fail(fmt::format("{} must not be empty", place(name)));
@@ -99,6 +100,10 @@ class JsonIn {
   void get(const Json& json, T& value, const Limits& limits, std::string_view name) {
     if constexpr (requires { Style::read(*this, json, value, limits, name); }) {
       Style::read(*this, json, value, limits, name);
+    } else if constexpr (requires { Style::form_of(value); }) {
+      auto form = Style::form_of(value);
+      get(json, form, limits, name);
+      value = Style::from_form(form, std::type_identity<T>{});
     } else if constexpr (description::kIsOptional<T>) {
       if (limits.null && json.is_null()) return value.reset();
       get(json, value.emplace(), limits.with(&Limits::null, false), name);
@@ -212,7 +217,7 @@ class JsonIn {
     if (error_) return;
     value.resize(static_cast<Eigen::Index>(json.size()));
     for (std::size_t i = 0; i < json.size(); ++i) {
-      get_number(json[i], value[static_cast<Eigen::Index>(i)], limits, name);
+      get(json[i], value[static_cast<Eigen::Index>(i)], limits.sized(0, std::string::npos), name);
     }
   }
   void get_quaternion(const Json& json, Quaternion& value, std::string_view name) {
