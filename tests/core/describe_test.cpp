@@ -50,6 +50,7 @@ struct Tray {
   std::array<int, 2> place{};
   std::map<std::string, double> weights;
   std::optional<double> slope;
+  double width = 0.5;
 };
 template <typename V>
 void describe(V& v, Tray& t) {
@@ -65,6 +66,7 @@ void describe(V& v, Tray& t) {
   v.add("place", "", "", t.place);
   v.add("weights", "", "", t.weights);
   v.add("slope", "rad", "", t.slope);
+  v.group("size", "", "", [&](auto& inner) { inner.add("width", "m", "", t.width); });
   v.choose("drink", "", t.drink, [&](Drink drink) {
     if (drink == Drink::kTea) v.add("heat", "C", "of it", t.heat, above(0.0));
   });
@@ -90,7 +92,7 @@ Tray full_tray() {
 constexpr std::string_view kFull =
     R"({"at_s":1.500000,"name":"left","count":3,"floor":-1,"pose":{"p":[0.5,0,0.25],"q":[0,0,0,1]},)"
     R"("joints":[0.125,0.125],"cups":[{"fill":0.0625,"clean":true},{"fill":null,"clean":null}],"place":[4,5],)"
-    R"("weights":{"near":2},"drink":"tea","heat":80.25})";
+    R"("weights":{"near":2},"size":{"width":0.5},"drink":"tea","heat":80.25})";
 
 std::string written(const Tray& tray) {
   std::string out;
@@ -152,6 +154,8 @@ TEST(Describe, NamesMemberValueAndWhatWouldBeRight) {
       {R"({"cups": [{"clean": null}]})", "'cups.fill' is missing"},
       {R"({"place": [1]})", "'place' must be a list of 2 entries, not [1]"},
       {R"({"weights": {"near": "much"}})", R"('weights.near' must be a number, not "much")"},
+      {R"({"size": {"width": "wide"}})", R"('size.width' must be a number, not "wide")"},
+      {R"({"size": {"depth": 1}})", "'size.depth' is a member that there is not"},
       {R"({"drink": "milk"})", R"('drink' must be water or tea, not "milk")"},
       {R"({"drink": "water"})", "'heat' is a member that there is not"},
       {R"({"heat": 0})", "'heat' must be above 0, not 0"},
@@ -196,7 +200,7 @@ TEST(Describe, StylesReplaceWhatStandsInTheFile) {
 TEST(Describe, TellsMembersTypesAndChoices) {
   const DataType type = data_type_of<Tray>();
   EXPECT_EQ(type.name, "Tray");
-  ASSERT_EQ(type.members.size(), 12u);
+  ASSERT_EQ(type.members.size(), 13u);
   EXPECT_EQ(type.choice, "drink");
   ASSERT_EQ(type.cases.size(), 2u);
   EXPECT_EQ(type.cases[1].value.what, "which is hot");
@@ -216,7 +220,7 @@ TEST(Describe, TellsMembersTypesAndChoices) {
   EXPECT_EQ(tea["properties"]["cups"]["items"]["properties"]["clean"]["type"], Json::parse(R"(["boolean", "null"])"));
   EXPECT_EQ(tea["properties"]["weights"]["additionalProperties"], Json::parse(R"({"type": "number"})"));
   EXPECT_EQ(tea["additionalProperties"], false);
-  EXPECT_EQ(tea["required"].size(), 11u);  // neither note nor slope
+  EXPECT_EQ(tea["required"].size(), 12u);  // neither note nor slope
 }
 
 }  // namespace

@@ -54,6 +54,14 @@ class DataTypeMaker {
     const bool required = !limits.optional && (!description::kIsOptional<T> || limits.null);
     members_->push_back({std::string(name), std::string(unit), std::string(what), required, {make<T>(limits)}});
   }
+  template <typename Members>
+  void group(std::string_view name, std::string_view type, std::string_view what, const Members& members) {
+    DataType object;
+    object.name = type;
+    DataTypeMaker maker(object);
+    members(maker);
+    members_->push_back({std::string(name), "", std::string(what), true, {std::move(object)}});
+  }
   template <Named Enum, typename Cases>
   void choose(std::string_view name, std::string_view what, Enum& value, const Cases& cases) {
     add(name, "", what, value);
@@ -95,7 +103,7 @@ class DataTypeMaker {
       }
     } else if constexpr (description::Text<T>) {
       type.kind = Kind::kText;
-    } else if constexpr (std::is_same_v<T, RawJson>) {
+    } else if constexpr (description::kIsRaw<T>) {
       type.kind = Kind::kJson;
     } else if constexpr (std::is_same_v<T, Quaternion>) {
       return list(make<double>(), 4, 4, limits);

@@ -28,6 +28,7 @@
 /// A visitor V has, each called in the order in which the members are written:
 ///     type(name, what)                     name of this type in TypeScript and schemas; may be left out
 ///     add(name, unit, what, value, limits) a member; `value` may be a local variable or a view where nobody reads it
+///     group(name, type, what, members)     an object that no struct is: members(v) adds what it has
 ///     choose(name, what, value, cases)     an enumerator on which depends what other members there are: cases(value)
 ///     check(good, message)                 of what was read; evaluated by JsonIn alone
 /// and describe(v, other) puts another struct's members in place. Values are numbers, flags, texts, enumerators that
@@ -70,9 +71,12 @@ inline constexpr Limits kOrNull{.null = true};
 inline constexpr Limits kOrAbsent{.optional = true};
 
 /// JSON that is handed on as it is. Empty: null.
+template <typename Text = std::string>
 struct RawJson {
-  std::string text;
+  Text text;
 };
+template <typename Text>
+RawJson(Text) -> RawJson<Text>;
 
 namespace description {
 
@@ -80,6 +84,7 @@ namespace description {
 struct Probe {
   void type(std::string_view, std::string_view) {}
   void add(std::string_view, std::string_view, std::string_view, const auto&, const Limits& = {}) {}
+  void group(std::string_view, std::string_view, std::string_view, const auto&) {}
   void choose(std::string_view, std::string_view, const auto&, const auto&) {}
   void check(bool, const auto&) {}
 };
@@ -92,6 +97,10 @@ template <typename T>
 inline constexpr bool kIsOptional = false;
 template <typename T>
 inline constexpr bool kIsOptional<std::optional<T>> = true;
+template <typename T>
+inline constexpr bool kIsRaw = false;
+template <typename T>
+inline constexpr bool kIsRaw<RawJson<T>> = true;
 template <typename T>
 inline constexpr std::size_t kFixedSize = 0;  ///< of lists that grow
 template <typename T, std::size_t N>
@@ -139,6 +148,13 @@ class JsonOut {
     json_.key(name);
     put(value, limits);
   }
+  template <typename Members>
+  void group(std::string_view name, std::string_view, std::string_view, const Members& members) {
+    json_.key(name);
+    json_.begin_object();
+    members(*this);
+    json_.end_object();
+  }
   template <Named Enum, typename Cases>
   void choose(std::string_view name, std::string_view, const Enum& value, const Cases& cases) {
     json_.member(name, to_string(value));
@@ -161,7 +177,7 @@ class JsonOut {
       limits.format ? json_.value(value, limits.format) : json_.value(value);
     } else if constexpr (Named<T>) {
       json_.value(to_string(value));
-    } else if constexpr (std::is_same_v<T, RawJson>) {
+    } else if constexpr (description::kIsRaw<T>) {
       json_.raw(value.text.empty() ? std::string_view("null") : std::string_view(value.text));
     } else if constexpr (std::is_same_v<T, Quaternion>) {
       json_.value(value.coeffs());  // x, y, z, w

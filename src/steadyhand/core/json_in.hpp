@@ -33,9 +33,7 @@ class JsonIn {
   /// Reads all members.
   template <typename T>
   void members(T& value) {
-    if (!object_->is_object()) return fail(fmt::format("{} must be an object, not {}", place(), excerpt(*object_)));
-    describe(*this, value);
-    if (strict_ && !error_ && known_ != object_->size()) refuse_unknown(value);
+    visit([&](auto& v) { describe(v, value); });
   }
   const std::optional<Error>& error() const { return error_; }
   /// The first mistake.
@@ -65,6 +63,15 @@ class JsonIn {
     ++known_;
     get(*found, value, limits, name);
   }
+  template <typename Members>
+  void group(std::string_view name, std::string_view, std::string_view, const Members& members) {
+    const auto found = object_->find(name);
+    if (found == object_->end()) return fail(fmt::format("{} is missing", place(name)));
+    ++known_;
+    JsonIn inner(*found, *this, name);
+    inner.visit(members);
+    take_error(inner);
+  }
   template <Named Enum, typename Cases>
   void choose(std::string_view name, std::string_view what, Enum& value, const Cases& cases) {
     add(name, "", what, value);
@@ -75,6 +82,12 @@ class JsonIn {
   }
 
  private:
+  template <typename Members>
+  void visit(const Members& members) {
+    if (!object_->is_object()) return fail(fmt::format("{} must be an object, not {}", place(), excerpt(*object_)));
+    members(*this);
+    if (strict_ && !error_ && known_ != object_->size()) refuse_unknown(members);
+  }
   /// A part of another, whose member or entry is called `name`.
   JsonIn(const Json& object, const JsonIn& outer, std::string_view name)
       : object_(&object), strict_(outer.strict_), outer_(&outer), name_(name) {}
@@ -122,7 +135,7 @@ class JsonIn {
       get_name(json, value, name);
     } else if constexpr (std::is_same_v<T, std::string>) {
       get_text(json, value, limits, name);
-    } else if constexpr (std::is_same_v<T, RawJson>) {
+    } else if constexpr (description::kIsRaw<T>) {
       if (!json.is_object() && !(limits.null && json.is_null())) {
         return must(name, limits.null ? "an object, or null" : "an object", json);
       }
@@ -242,11 +255,11 @@ class JsonIn {
     }
   }
   /// Names the first member that nobody asked for.
-  template <typename T>
-  void refuse_unknown(T& value) {
+  template <typename Members>
+  void refuse_unknown(const Members& members) {
     for (const auto& [key, entry] : object_->items()) {
       KeySearch search{key};
-      describe(search, value);
+      members(search);
       if (search.found || key == skipped_) continue;
       fail(fmt::format("{} is a member that there is not", place(key)));
     }
@@ -258,6 +271,7 @@ class JsonIn {
     void add(std::string_view name, std::string_view, std::string_view, auto&, const Limits& = {}) {
       found |= name == key;
     }
+    void group(std::string_view name, std::string_view, std::string_view, const auto&) { found |= name == key; }
     void choose(std::string_view name, std::string_view, auto& value, const auto& cases) {
       found |= name == key;
       cases(value);
