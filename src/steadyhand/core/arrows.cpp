@@ -3,19 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/core/leader_names.hpp"
+
 namespace steadyhand {
 
-std::string_view to_string(Leader leader) {
-  switch (leader) {
-    case Leader::kPerson:
-      return "person";
-    case Leader::kRecording:
-      return "recording";
-    case Leader::kPolicy:
-      return "policy";
-  }
-  return "unknown";
-}
+std::string_view to_string(Leader leader) { return name_of(leader); }
 
 Plan& Plan::operator=(const Plan& other) {
   if (this == &other) return *this;

@@ -48,9 +48,13 @@ inline constexpr auto kNamesOf = names_of(Enum{});
 
 /// @returns static text; "unknown" for what is none of the enumerators
 template <Named Enum>
-constexpr std::string_view to_string(Enum value) {
+constexpr std::string_view name_of(Enum value) {
   const auto i = static_cast<std::size_t>(value);
   return i < kNamesOf<Enum>.entries.size() ? kNamesOf<Enum>.entries[i].name : std::string_view("unknown");
+}
+template <Named Enum>
+constexpr std::string_view to_string(Enum value) {
+  return name_of(value);
 }
 
 template <Named Enum>

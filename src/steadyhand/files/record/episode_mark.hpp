@@ -2,9 +2,9 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "steadyhand/core/names.hpp"
 #include "steadyhand/core/time.hpp"
 #include "steadyhand/session/task/task.hpp"
 
@@ -34,9 +34,12 @@ struct EpisodeOutcome {
   bool recorded = false;
 };
 
-/// "begin", "keep", "discard", "mark".
-std::string_view to_string(EpisodeMark::Kind kind);
-std::optional<EpisodeMark::Kind> find_episode_kind(std::string_view name);
+constexpr auto names_of(EpisodeMark::Kind) {
+  using enum EpisodeMark::Kind;
+  return named("EpisodeKind", {Name{kBegin, "begin"}, Name{kKeep, "keep", "it ends, if it runs, and is wanted"},
+                               Name{kDiscard, "discard", "it ends, if it runs, and is not wanted"},
+                               Name{kMark, "mark", "what else is said of it, and no more"}});
+}
 
 /// A look at a simulated scene and how its task goes: a message on /scene.
 struct SceneLook {

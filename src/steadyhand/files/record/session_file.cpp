@@ -127,7 +127,7 @@ EpisodeMark episode_mark(const Json& json, const McapMessage& message) {
   mark.at = message.log;
   mark.episode = json.at("episode").get<int>();
   const std::string kind = json.at("kind").get<std::string>();
-  const auto known = find_episode_kind(kind);
+  const auto known = find_name<EpisodeMark::Kind>(kind);
   if (!known) throw std::runtime_error("kind is '" + kind + "'; it must be begin, keep, discard or mark");
   mark.kind = *known;
   if (json.contains("success")) mark.success = json.at("success").get<bool>();

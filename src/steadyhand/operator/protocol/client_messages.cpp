@@ -243,7 +243,7 @@ constexpr RequestName kRequests[] = {
 /// What is said of an episode, beside its kind.
 EpisodeMark read_episode(Reader& reader, const std::string& kind) {
   EpisodeMark mark;
-  if (const auto known = find_episode_kind(kind)) {
+  if (const auto known = find_name<EpisodeMark::Kind>(kind)) {
     mark.kind = *known;
   } else {
     reader.fail("'text' must be begin, keep, discard or mark");

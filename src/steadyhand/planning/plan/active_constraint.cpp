@@ -88,24 +88,4 @@ ActiveConstraint active_constraint(const Plan& plan, int nodes, const OcpInstanc
   return acceleration;
 }
 
-std::string_view to_string(ConstraintKind kind) {
-  switch (kind) {
-    case ConstraintKind::kNone:
-      return "none";
-    case ConstraintKind::kPosition:
-      return "position";
-    case ConstraintKind::kVelocity:
-      return "velocity";
-    case ConstraintKind::kAcceleration:
-      return "acceleration";
-    case ConstraintKind::kSelfCollision:
-      return "self_collision";
-    case ConstraintKind::kReach:
-      return "reach";
-    case ConstraintKind::kObstacle:
-      return "obstacle";
-  }
-  return "unknown";
-}
-
 }  // namespace steadyhand

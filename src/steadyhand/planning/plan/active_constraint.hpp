@@ -8,6 +8,7 @@
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/robot/reach.hpp"
 #include "steadyhand/planning/ocp/ocp.hpp"
+#include "steadyhand/core/names.hpp"
 
 namespace steadyhand {
 
@@ -21,8 +22,15 @@ enum class ConstraintKind : std::uint8_t {
   kReach,
   kObstacle
 };
-/// As recordings and the protocol call it, e.g. "self_collision".
-std::string_view to_string(ConstraintKind kind);
+constexpr auto names_of(ConstraintKind) {
+  using enum ConstraintKind;
+  return named(
+      "ConstraintKind",
+      {Name{kNone, "none"}, Name{kPosition, "position", "of joint `first`"},
+       Name{kVelocity, "velocity", "of joint `first`"}, Name{kAcceleration, "acceleration", "of joint `first`"},
+       Name{kSelfCollision, "self_collision", "of bodies `first` and `second`"}, Name{kReach, "reach", "of the arm"},
+       Name{kObstacle, "obstacle", "of body `first` and object `second` of `cell`"}});
+}
 
 /// The constraint, and whose it is.
 struct ActiveConstraint {
@@ -30,6 +38,14 @@ struct ActiveConstraint {
   int first = -1;                               ///< joint, or (first) body
   int second = -1;                              ///< second body of the pair, or index of the obstacle
 };
+
+template <typename V>
+void describe(V& v, ActiveConstraint& c) {
+  v.type("ActiveConstraint", "A limit that holds the arm back.");
+  v.add("kind", "", "which limit", c.kind);
+  v.add("first", "", "joint, or (first) body; -1: none", c.first);
+  v.add("second", "", "second body of the pair, or object; -1: none", c.second);
+}
 
 /// What holds the arm back over a plan's first `nodes` nodes: the gravest of what is touched, with the clearance of the
 /// instance that it solves, in the order reach (the instance's reference was clipped to it), self-collision, obstacle,

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/leader_names.hpp"
 
 namespace steadyhand {
 
@@ -17,8 +17,15 @@ enum class SupervisionState : std::uint8_t {
   kFault,     ///< the arm or a part of the program failed: nothing moves until a reset
 };
 
-/// As recordings and the protocol call it, e.g. "engaged".
-std::string_view to_string(SupervisionState state);
+constexpr auto names_of(SupervisionState) {
+  using enum SupervisionState;
+  return named("SessionState", {Name{kIdle, "idle", "the arm does not follow commands yet"},
+                                Name{kReady, "ready", "the arm stands; closing the clutch moves it"},
+                                Name{kEngaged, "engaged", "the arm follows the hand"},
+                                Name{kHolding, "holding", "engaged, but the hand cannot be trusted now: the arm rests"},
+                                Name{kStopping, "stopping", "the arm comes to rest and waits for a reset"},
+                                Name{kFault, "fault", "the arm or the program failed: nothing moves until a reset"}});
+}
 
 /// Why the state is what it is, for programs. The words for people may change.
 enum class ReasonCode : std::uint8_t {
@@ -40,8 +47,19 @@ enum class ReasonCode : std::uint8_t {
   kPlannerLate,   ///< no plan came for a while
 };
 
-/// As the protocol calls it, e.g. "stop_asked".
-std::string_view to_string(ReasonCode code);
+constexpr auto names_of(ReasonCode) {
+  using enum ReasonCode;
+  return named("ReasonCode",
+               {Name{kStarting, "starting"}, Name{kArmStopped, "arm_stopped", "by itself"},
+                Name{kFailed, "failed", "a part of the program"}, Name{kReady, "ready", "the arm takes commands"},
+                Name{kStopAsked, "stop_asked"}, Name{kStalled, "stalled", "the control loop missed cycles"},
+                Name{kOffPath, "off_path", "the arm is not where its commands lead"}, Name{kReset, "reset"},
+                Name{kSilent, "silent", "the device stopped sending"}, Name{kReleased, "released"},
+                Name{kProfileWaits, "profile_waits", "released, since a profile takes effect at rest"},
+                Name{kGripped, "gripped"}, Name{kHandLost, "hand_lost", "poses cannot be trusted"},
+                Name{kNoPose, "no_pose", "none came for a while"}, Name{kHandBack, "hand_back"},
+                Name{kPlannerLate, "planner_late"}});
+}
 
 /// A reason, and whose hand was on the clutch then.
 struct Cause {

@@ -123,14 +123,6 @@ ReasonCode code_of(Event event, const HandReport& hand) {
 
 }  // namespace
 
-std::string_view to_string(ReasonCode code) {
-  constexpr std::string_view kNames[] = {
-      "starting", "arm_stopped", "failed",        "ready",   "stop_asked", "stalled", "off_path",  "reset",
-      "silent",   "released",    "profile_waits", "gripped", "hand_lost",  "no_pose", "hand_back", "planner_late"};
-  const auto index = static_cast<std::size_t>(code);
-  return index < std::size(kNames) ? kNames[index] : "unknown";
-}
-
 std::span<const Transition> transitions() { return kTransitions; }
 
 bool Supervisor::happened(Event event, const SupervisionInput& input) const {
