@@ -31,16 +31,15 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/planning/plan/planner.cpp", {"position"}},
     {"src/steadyhand/planning/plan/obstacle_rows.cpp", {"obstacles"}},
     {"src/steadyhand/files/record/problem_json.cpp", {"obstacles", "velocity"}},
-    {"src/steadyhand/files/record/cell_json.cpp", {"velocity"}},
-    {"src/steadyhand/files/record/cell_json.hpp", {"velocity"}},
+    {"src/steadyhand/files/record/model_json.cpp", {"velocity"}},
+    {"src/steadyhand/files/record/model_json.hpp", {"velocity"}},
     {"src/steadyhand/operator/protocol/client_messages.cpp", {"velocity"}},
     {"src/steadyhand/operator/protocol/messages.cpp", {"lateral"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/apps/python/stages.cpp", {"velocity"}},
     // members of a pose, Foxglove's and A-Frame's, the speed of a scene's things, and the force on the liquid
-    {"src/steadyhand/files/record/json_messages.cpp", {"position", "orientation", "velocity", "lateral"}},
-    {"src/steadyhand/files/record/schemas.cpp", {"position", "orientation", "velocity", "lateral"}},
-    {"src/steadyhand/files/record/session_file.cpp", {"position", "orientation", "velocity", "lateral"}},
+    {"src/steadyhand/files/record/message_style.hpp", {"position", "orientation"}},
+    {"src/steadyhand/files/record/messages.hpp", {"velocity", "lateral"}},
     {"src/steadyhand/files/input/recording.hpp", {"position"}},
     {"src/steadyhand/files/input/aframe.cpp", {"position"}},
     // a key of cuRobo's spheres

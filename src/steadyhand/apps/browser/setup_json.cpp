@@ -1,8 +1,6 @@
 #include "steadyhand/apps/browser/setup_json.hpp"
 
-#include "steadyhand/files/record/cell_json.hpp"
-#include "steadyhand/files/record/robot_json.hpp"
-#include "steadyhand/files/record/shape_json.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 

@@ -4,7 +4,7 @@
 
 #include "steadyhand/apps/commands/commands.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
-#include "steadyhand/files/record/robot_json.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "steadyhand/files/record/json_reader.hpp"
-#include "steadyhand/files/record/shape_json.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 namespace {

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "steadyhand/files/record/schemas.hpp"
-
 namespace steadyhand {
 
 Result<Recorder> Recorder::create(std::unique_ptr<McapSink> sink, const RecorderSettings& settings) {
@@ -26,118 +24,75 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
                        const std::map<std::string, std::string>& metadata = {}) {
     return writer_.add_channel({topic, std::move(schema.name), std::move(schema.text), metadata});
   };
-  operator_sample_ = add("/operator_sample", operator_sample_schema());
-  target_ = add("/target", target_schema());
-  reference_ = add("/reference", reference_schema());
-  plan_ = add("/plan", plan_schema(), joints);
-  joint_command_ = add("/joint_command", joint_command_schema(), joints);
-  joint_state_ = add("/joint_state", joint_state_schema(), joints);
-  plan_step_ = add("/plan_step", plan_step_schema(), joints);
-  if (settings.live || settings.cells) cell_ = add("/cell", cell_schema());
+  const Schema pose = schema_of<Message<OperatorSample>, Message<Target>>(),
+               poses = schema_of<Message<Reference>, PlanMessage>();
+  operator_sample_ = add("/operator_sample", pose);
+  target_ = add("/target", pose);
+  reference_ = add("/reference", poses);
+  plan_ = add("/plan", poses, joints);
+  joint_command_ = add("/joint_command", schema_of<Message<JointCommand>>(), joints);
+  joint_state_ = add("/joint_state", schema_of<Message<JointState>>(), joints);
+  plan_step_ = add("/plan_step", schema_of<StepMessage>(), joints);
+  if (settings.live || settings.cells) cell_ = add("/cell", schema_of<CellMessage>());
   for (const CameraInfo& camera : settings.cameras) {
-    const std::uint16_t channel = add("/camera/" + camera.name, video_schema(),
+    const std::uint16_t channel = add("/camera/" + camera.name, schema_of<PictureMessage>(),
                                       {{"width", fmt::format("{}", camera.width)},
                                        {"height", fmt::format("{}", camera.height)},
                                        {"rate_hz", fmt::format("{:g}", camera.rate_hz)}});
     cameras_.emplace_back(channel, camera.name);
   }
   if (!settings.live) return;
-  supervision_ = add("/supervision", supervision_schema());
-  operator_settings_ = add("/operator_settings", operator_settings_schema());
-  liquid_ = add("/liquid", liquid_schema());
-  active_constraint_ = add("/active_constraint", active_constraint_schema());
-  statistics_ = add("/statistics", statistics_schema());
-  episode_ = add("/episode", episode_schema());
-  scene_ = add("/scene", scene_schema());
+  supervision_ = add("/supervision", schema_of<StateChange>());
+  operator_settings_ = add("/operator_settings", schema_of<Message<SettingsChange>>());
+  liquid_ = add("/liquid", schema_of<LiquidMessage>());
+  active_constraint_ = add("/active_constraint", schema_of<LimitChange>());
+  statistics_ = add("/statistics", schema_of<Message<SessionStatistics>>());
+  episode_ = add("/episode", schema_of<Message<EpisodeMark>>());
+  scene_ = add("/scene", schema_of<Message<SceneLook>>());
 }
 
-Status Recorder::send(std::uint16_t channel, const Stamp& stamp) {
-  Status status = writer_.write(channel, std::max(Time(0), stamp.made), std::max(Time(0), stamp.hand),
-                                {message_.data(), message_.size()});
+template <typename M>
+Status Recorder::send(std::uint16_t channel, const Stamp& stamp, const M& message) {
   message_.clear();
-  return status;
+  JsonOut<MessageStyle>(message_).put(message);
+  return writer_.write(channel, std::max(Time(0), stamp.made), std::max(Time(0), stamp.hand), message_);
 }
 
-Status Recorder::write(const OperatorSample& sample) {
-  append_json(message_, sample);
-  return send(operator_sample_, sample.stamp);
+template <typename M>
+Status Recorder::send(std::uint16_t channel, Time at, const M& message) {
+  return send(channel, Stamp{at, at}, message);
 }
 
-Status Recorder::write(const Target& target) {
-  append_json(message_, target);
-  return send(target_, target.stamp);
-}
-
-Status Recorder::write(const Reference& reference) {
-  append_json(message_, reference);
-  return send(reference_, reference.stamp);
-}
-
+Status Recorder::write(const OperatorSample& s) { return send(operator_sample_, s.stamp, message_of(s)); }
+Status Recorder::write(const Target& t) { return send(target_, t.stamp, message_of(t)); }
+Status Recorder::write(const Reference& r) { return send(reference_, r.stamp, message_of(r)); }
 Status Recorder::write(const Plan& plan, std::span<const Pose> path) {
-  append_json(message_, plan, path);
-  return send(plan_, plan.stamp);
+  return send(plan_, plan.stamp, PlanMessage{{&plan}, path});
 }
-
-Status Recorder::write(const JointCommand& command) {
-  append_json(message_, command);
-  return send(joint_command_, command.stamp);
-}
-
-Status Recorder::write(const JointState& state) {
-  append_json(message_, state);
-  return send(joint_state_, state.stamp);
-}
-
+Status Recorder::write(const JointCommand& c) { return send(joint_command_, c.stamp, message_of(c)); }
+Status Recorder::write(const JointState& s) { return send(joint_state_, s.stamp, message_of(s)); }
 Status Recorder::write(const PlanStep& step) {
-  append_json(message_, step, names_);
-  const Time t = from_seconds(step.t_s);
-  return send(plan_step_, {t, t});
+  StepMessage message{step, {}};
+  for (std::size_t i = 0; i < names_.terms.size(); ++i) message.shares.emplace_back(names_.terms[i], step.shares[i]);
+  return send(plan_step_, from_seconds(step.t_s), message);
 }
-
-Status Recorder::write(const SupervisionChange& change) {
-  append_json(message_, change);
-  return send(supervision_, {change.at, change.at});
+Status Recorder::write(const SupervisionChange& c) {
+  const auto text = [](std::string_view view) { return std::string(view); };
+  return send(supervision_, c.at,
+              StateChange{c.at, text(to_string(c.from)), text(to_string(c.to)), text(c.reason), c.is_failure});
 }
-
-Status Recorder::write(const SettingsChange& change) {
-  append_json(message_, change);
-  return send(operator_settings_, {change.at, change.at});
+Status Recorder::write(const SettingsChange& c) { return send(operator_settings_, c.at, message_of(c)); }
+Status Recorder::write(Time at, const LiquidState& liquid) { return send(liquid_, at, LiquidMessage{at, liquid}); }
+Status Recorder::write(Time at, const ActiveConstraint& c) {
+  return send(active_constraint_, at, LimitChange{at, std::string(to_string(c.kind)), c.first, c.second});
 }
-
-Status Recorder::write(Time at, const LiquidState& liquid) {
-  append_json(message_, at, liquid);
-  return send(liquid_, {at, at});
-}
-
-Status Recorder::write(Time at, const ActiveConstraint& constraint) {
-  append_json(message_, at, constraint);
-  return send(active_constraint_, {at, at});
-}
-
-Status Recorder::write(Time at, const Cell& cell) {
-  append_json(message_, at, cell);
-  return send(cell_, {at, at});
-}
-
-Status Recorder::write(const SessionStatistics& statistics) {
-  append_json(message_, statistics);
-  return send(statistics_, {statistics.now, statistics.now});
-}
-
-Status Recorder::write(const EpisodeMark& mark) {
-  append_json(message_, mark);
-  return send(episode_, {mark.at, mark.at});
-}
-
-Status Recorder::write(const SceneLook& look) {
-  append_json(message_, look);
-  return send(scene_, {look.scene.at, look.scene.at});
-}
-
+Status Recorder::write(Time at, const Cell& cell) { return send(cell_, at, CellMessage{at, {cell_json(cell)}}); }
+Status Recorder::write(const SessionStatistics& s) { return send(statistics_, s.now, message_of(s)); }
+Status Recorder::write(const EpisodeMark& mark) { return send(episode_, mark.at, message_of(mark)); }
+Status Recorder::write(const SceneLook& look) { return send(scene_, look.scene.at, message_of(look)); }
 Status Recorder::write(const VideoPacket& picture) {
-  const auto& [channel, name] = cameras_.at(picture.camera);
-  append_json(message_, picture, name);
-  return send(channel, picture.stamp);
+  const auto& [channel, name] = cameras_.at(static_cast<std::size_t>(picture.camera));
+  return send(channel, picture.stamp, PictureMessage{{&picture}, name});
 }
 
 }  // namespace steadyhand

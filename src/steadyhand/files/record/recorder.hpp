@@ -10,9 +10,10 @@
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/core/video.hpp"
-#include "steadyhand/files/record/json_messages.hpp"
 #include "steadyhand/files/record/mcap_writer.hpp"
-#include "steadyhand/files/record/step.hpp"
+#include "steadyhand/planning/plan/active_constraint.hpp"
+#include "steadyhand/files/record/messages.hpp"
+#include "steadyhand/session/supervise/state.hpp"
 
 namespace steadyhand {
 
@@ -63,7 +64,10 @@ class Recorder {
 
  private:
   Recorder(McapWriter writer, const RecorderSettings& settings);
-  Status send(std::uint16_t channel, const Stamp& stamp);
+  template <typename M>
+  Status send(std::uint16_t channel, const Stamp& stamp, const M& message);
+  template <typename M>
+  Status send(std::uint16_t channel, Time at, const M& message);
 
   McapWriter writer_;
   RunNames names_;

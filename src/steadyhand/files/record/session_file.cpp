@@ -7,12 +7,12 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <regex>
+#include <stdexcept>
 
 #include "steadyhand/core/folder.hpp"
-#include "steadyhand/files/record/cell_json.hpp"
+#include "steadyhand/core/json_in.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 
@@ -20,175 +20,28 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using Json = nlohmann::json;
-
-/// null stands for what is not finite.
-double read_number(const Json& json) {
-  return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+/// What it says. Throws what is wrong.
+template <typename M>
+void read(std::string_view text, M&& into) {
+  const OrderedJson json = OrderedJson::parse(text);
+  JsonIn<OrderedJson, MessageStyle> in(json, false);
+  in.members(into);
+  if (in.error()) throw std::runtime_error(in.error()->message);
 }
 
-Time read_time(const Json& json) {
-  const Json &sec = json.at("sec"), &nsec = json.at("nsec");
-  const bool whole = sec.is_number_integer() && nsec.is_number_integer();
-  constexpr std::int64_t kMost = 9'000'000'000, kSecond = 1'000'000'000;
-  if (!whole || std::abs(sec.get<double>()) > kMost || std::abs(nsec.get<double>()) >= kSecond) {
-    throw std::runtime_error("a timestamp is expected");
+/// The names of the terms are those of the first step.
+PlanStep read_step(const McapMessage& message, bool is_first, RunNames& names) {
+  StepMessage told;
+  read(message.data, told);
+  if (told.shares.size() > kMaxObjectives && is_first) {
+    throw std::runtime_error(fmt::format("{} terms; there are at most {}", told.shares.size(), kMaxObjectives));
   }
-  return std::chrono::seconds(sec.get<std::int64_t>()) + Time(nsec.get<std::int64_t>());
-}
-
-Vector3 read_vector3(const Json& json) {
-  return {read_number(json.at("x")), read_number(json.at("y")), read_number(json.at("z"))};
-}
-
-Pose read_pose(const Json& json) {
-  const Json& q = json.at("orientation");
-  return {read_vector3(json.at("position")),
-          Quaternion(read_number(q.at("w")), read_number(q.at("x")), read_number(q.at("y")), read_number(q.at("z")))};
-}
-
-JointVector read_joints(const Json& json) {
-  if (!json.is_array() || json.size() > kMaxJoints) throw std::runtime_error("a list of joints is expected");
-  JointVector values(static_cast<Eigen::Index>(json.size()));
-  for (std::size_t i = 0; i < json.size(); ++i) values[static_cast<Eigen::Index>(i)] = read_number(json[i]);
-  return values;
-}
-
-/// None, where nothing is said of one.
-std::optional<double> read_gripper(const Json& json) {
-  const auto gripper = json.find("gripper");
-  return gripper == json.end() ? std::nullopt : std::optional(read_number(*gripper));
-}
-
-OperatorSample operator_sample(const Json& json, const McapMessage& message) {
-  OperatorSample sample;
-  sample.stamp = {read_time(json.at("timestamp")), message.log};
-  sample.X_operator_hand = read_pose(json.at("pose"));
-  sample.clutch = json.at("clutch").get<bool>();
-  sample.tracked = json.at("tracked").get<bool>();
-  sample.emulated = json.at("emulated").get<bool>();
-  if (const auto lead = json.find("lead_s"); lead != json.end()) sample.look_ahead = from_seconds(read_number(*lead));
-  sample.gripper = read_gripper(json);
-  if (const auto leader = json.find("leader"); leader != json.end()) {
-    for (const Leader each : {Leader::kPerson, Leader::kRecording, Leader::kPolicy}) {
-      if (leader->get_ref<const std::string&>() == to_string(each)) sample.leader = each;
-    }
+  for (const auto& [name, share] : told.shares) {
+    if (is_first) names.terms.push_back(name);
+    const auto term = std::find(names.terms.begin(), names.terms.end(), name);
+    if (term != names.terms.end()) told.step.shares[static_cast<std::size_t>(term - names.terms.begin())] = share;
   }
-  if (const auto flag = json.find("intervention"); flag != json.end()) sample.intervention = flag->get<bool>();
-  return sample;
-}
-
-PlanOrigin origin(const std::string& name) {
-  for (const PlanOrigin each : {PlanOrigin::kSolved, PlanOrigin::kFeasible, PlanOrigin::kPrevious}) {
-    if (to_string(each) == name) return each;
-  }
-  throw std::runtime_error("unknown status '" + name + "'");
-}
-
-/// The terms that a step tells of, in their order.
-std::vector<std::string> terms_of(std::string_view step) {
-  std::vector<std::string> terms;
-  const auto json = nlohmann::ordered_json::parse(step);
-  for (const auto& [name, share] : json.at("shares").items()) terms.push_back(name);
-  if (terms.size() > kMaxObjectives) {
-    throw std::runtime_error(fmt::format("{} terms; there are at most {}", terms.size(), kMaxObjectives));
-  }
-  return terms;
-}
-
-PlanStep plan_step(const Json& json, const std::vector<std::string>& terms) {
-  PlanStep step;
-  step.t_s = to_seconds(read_time(json.at("timestamp")));
-  step.X_base_target = read_pose(json.at("target"));
-  step.X_base_planned = read_pose(json.at("planned"));
-  step.q = read_joints(json.at("q"));
-  step.dq = read_joints(json.at("dq"));
-  step.ddq = read_joints(json.at("ddq"));
-  step.local_acceleration = read_vector3(json.at("local_acceleration"));
-  step.objective = read_number(json.at("objective"));
-  const Json& shares = json.at("shares");
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    if (shares.contains(terms[i])) step.shares[i] = read_number(shares[terms[i]]);
-  }
-  step.iterations = json.at("iterations").get<int>();
-  step.status = origin(json.at("status").get<std::string>());
-  step.solve_time_us = read_number(json.at("solve_time_us"));
-  step.smallest_sphere_distance_m = read_number(json.at("smallest_sphere_distance_m"));
-  step.engaged = json.at("engaged").get<bool>();
-  if (const auto distances = json.find("object_distances_m"); distances != json.end()) {
-    for (const auto& [name, distance] : distances->items())
-      step.object_distances.emplace_back(name, read_number(distance));
-  }
-  return step;
-}
-
-EpisodeMark episode_mark(const Json& json, const McapMessage& message) {
-  EpisodeMark mark;
-  mark.at = message.log;
-  mark.episode = json.at("episode").get<int>();
-  const std::string kind = json.at("kind").get<std::string>();
-  const auto known = find_name<EpisodeMark::Kind>(kind);
-  if (!known) throw std::runtime_error("kind is '" + kind + "'; it must be begin, keep, discard or mark");
-  mark.kind = *known;
-  if (json.contains("success")) mark.success = json.at("success").get<bool>();
-  mark.task = json.value("task", "");
-  mark.notes = json.value("notes", "");
-  return mark;
-}
-
-SceneLook scene_look(const Json& json, const McapMessage& message) {
-  SceneLook look;
-  look.scene.at = message.log;
-  look.scene.reset = json.at("reset").get<std::uint64_t>();
-  const Json& things = json.at("things");
-  if (things.size() > kMaxThings) {
-    throw std::runtime_error(fmt::format("{} things; {} are the most", things.size(), kMaxThings));
-  }
-  const auto vector = [](const Json& read) {
-    return Vector3(read_number(read.at(0)), read_number(read.at(1)), read_number(read.at(2)));
-  };
-  for (const Json& thing : things) {
-    ThingState& state = look.scene.thing[look.scene.things++];
-    state.X_base_thing = read_pose(thing.at("pose"));
-    state.velocity = vector(thing.at("velocity"));
-    state.turning = vector(thing.at("turning"));
-    state.touches = thing.at("touches").get<std::uint32_t>();
-  }
-  look.progress.time = read_number(json.at("time_s"));
-  look.progress.held = json.at("held").get<std::uint32_t>();
-  look.progress.spilled = read_number(json.at("spilled_share"));
-  if (json.contains("success")) look.progress.success = json.at("success").get<bool>();
-  return look;
-}
-
-SettingsChange settings_change(const Json& json, const McapMessage& message) {
-  SettingsChange change;
-  change.at = message.log;
-  for (const auto& [name, values] : json.at("weights").items()) {
-    for (const Json& value : values) change.weights[name].push_back(read_number(value));
-  }
-  change.scale = read_number(json.at("scale"));
-  change.yaw = read_number(json.at("yaw"));
-  if (json.contains("tilt")) change.tilt = read_number(json.at("tilt"));
-  if (json.contains("no_spill")) change.no_spill = json.at("no_spill").get<bool>();
-  if (json.contains("latency")) change.latency = json.at("latency").get<double>();
-  if (json.contains("fill")) change.fill = read_number(json.at("fill"));
-  if (json.contains("prediction")) change.prediction = json.at("prediction").get<std::string>();
-  if (json.contains("profile")) change.profile = json.at("profile").get<std::string>();
-  if (!(change.scale > 0.0) || !std::isfinite(change.scale) || !std::isfinite(change.yaw)) {
-    throw std::runtime_error(
-        fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", change.scale, change.yaw));
-  }
-  return change;
-}
-
-LiquidState liquid_state(const Json& json) {
-  LiquidState liquid{read_number(json.at("tilt_x")), read_number(json.at("tilt_y")), read_number(json.at("freeboard")),
-                     json.at("spilled").get<bool>()};
-  if (json.contains("spilled_share")) liquid.spilled_share = read_number(json.at("spilled_share"));
-  liquid.lateral =
-      json.contains("lateral") ? read_number(json.at("lateral")) : std::numeric_limits<double>::quiet_NaN();
-  return liquid;
+  return told.step;
 }
 
 /// What was felt between two looks stays, as a sum and the largest.
@@ -208,26 +61,6 @@ void add_wave(Time at, const LiquidState& liquid, double period, std::vector<Ses
   SessionFile::Wave& now = waves.back();
   now.freeboard = std::min(now.freeboard, liquid.freeboard);
   if (liquid.spilled) now.spilled_share = std::max(now.spilled_share, liquid.spilled_share);
-}
-
-TimingSummary timing(const Json& json) {
-  return {read_number(json.at("p50")), read_number(json.at("p99")), read_number(json.at("p999")),
-          read_number(json.at("max"))};
-}
-
-SessionStatistics statistics(const Json& json, const McapMessage& message) {
-  SessionStatistics counted;
-  counted.now = message.log;
-  counted.latency_us = timing(json.at("latency"));
-  counted.solve_us = timing(json.at("solve"));
-  counted.wake_us = timing(json.at("wake"));
-  counted.samples = json.at("samples").get<std::uint64_t>();
-  counted.plans = json.at("plans").get<std::uint64_t>();
-  counted.rejected_plans = json.at("rejected_plans").get<std::uint64_t>();
-  counted.cycles = json.at("cycles").get<std::uint64_t>();
-  counted.missed_deadlines = json.at("missed_deadlines").get<std::uint64_t>();
-  counted.planner_rate_hz = read_number(json.at("planner_rate_hz"));
-  return counted;
 }
 
 Cell read_cell(const McapMessage& message) {
@@ -282,63 +115,93 @@ class CommandList {
 /// Everything that exceptions of the JSON library may leave.
 void read_message(const McapMessage& message, const SessionParts& parts, SessionFile& session, CommandList& commands) {
   const auto is = [&](bool wanted, std::string_view topic) { return wanted && message.topic == topic; };
-  const auto parsed = [&] { return Json::parse(message.data); };
+  const auto soon = [&](Time last) { return to_seconds(message.log - last) < parts.state_period - 1e-9; };
+  const Stamp stamp{message.publish, message.log};
   if (is(parts.samples, "/operator_sample")) {
-    session.samples.push_back(operator_sample(parsed(), message));
+    OperatorSample& sample = session.samples.emplace_back();
+    read(message.data, Message{&sample});
+    sample.stamp.made = message.log;
   } else if (is(parts.steps, "/plan_step")) {
-    if (session.steps.empty()) session.names.terms = terms_of(message.data);
-    session.steps.push_back(plan_step(parsed(), session.names.terms));
+    session.steps.push_back(read_step(message, session.steps.empty(), session.names));
   } else if (is(parts.commands, "/joint_command")) {
-    const Json json = parsed();
-    commands.add({{message.publish, message.log},
-                  read_joints(json.at("q")),
-                  read_joints(json.at("dq")),
-                  read_joints(json.at("ddq")),
-                  read_gripper(json)});
+    JointCommand command;
+    read(message.data, Message{&command});
+    command.stamp = stamp;
+    commands.add(command);
   } else if (is(parts.states, "/joint_state")) {
-    if (!session.states.empty() &&
-        to_seconds(message.log - session.states.back().stamp.made) < parts.state_period - 1e-9) {
-      return;
-    }
-    const Json json = parsed();
-    session.states.push_back(
-        {{message.publish, message.log}, read_joints(json.at("q")), read_joints(json.at("dq")), read_gripper(json)});
+    if (!session.states.empty() && soon(session.states.back().stamp.made)) return;
+    JointState& state = session.states.emplace_back();
+    read(message.data, Message{&state});
+    state.stamp = stamp;
   } else if (is(parts.changes, "/supervision")) {
-    const Json json = parsed();
-    session.changes.push_back({message.log, json.at("from"), json.at("to"), json.at("reason")});
+    StateChange& change = session.changes.emplace_back();
+    read(message.data, change);
+    change.at = message.log;
   } else if (is(parts.settings, "/operator_settings")) {
-    session.settings.push_back(settings_change(parsed(), message));
+    SettingsChange& change = session.settings.emplace_back();
+    read(message.data, Message{&change});
+    change.at = message.log;
   } else if (is(parts.liquid, "/liquid")) {
-    LiquidState liquid = liquid_state(parsed());
+    LiquidMessage told;
+    LiquidState& liquid = told.liquid;
+    liquid.lateral = std::numeric_limits<double>::quiet_NaN();  // not recorded by old versions
+    read(message.data, told);
     add_felt(message.log, liquid.lateral, parts.felt_period, session.felt);
     add_wave(message.log, liquid, parts.felt_period, session.waves);
     session.spills.see(message.log, liquid, session.settings.empty() ? "" : session.settings.back().profile);
-    const bool soon =
-        !session.liquid.empty() && to_seconds(message.log - session.liquid.back().first) < parts.state_period - 1e-9;
-    if (!soon || liquid.spilled != session.liquid.back().second.spilled)
+    const bool is_seen = !session.liquid.empty() && soon(session.liquid.back().first);
+    if (!is_seen || liquid.spilled != session.liquid.back().second.spilled)
       session.liquid.emplace_back(message.log, liquid);
   } else if (is(parts.limits, "/active_constraint")) {
-    const Json json = parsed();
-    session.limits.push_back({message.log, json.at("kind"), json.at("first"), json.at("second")});
+    LimitChange& change = session.limits.emplace_back();
+    read(message.data, change);
+    change.at = message.log;
   } else if (is(parts.statistics, "/statistics")) {
-    session.statistics.push_back(statistics(parsed(), message));
+    SessionStatistics& counted = session.statistics.emplace_back();
+    read(message.data, Message{&counted});
+    counted.now = message.log;
   } else if (is(parts.episodes, "/episode")) {
-    session.episodes.push_back(episode_mark(parsed(), message));
+    EpisodeMark& mark = session.episodes.emplace_back();
+    read(message.data, Message{&mark});
+    mark.at = message.log;
   } else if (is(parts.episodes, "/scene")) {
-    session.scenes.push_back(scene_look(parsed(), message));
+    SceneLook& look = session.scenes.emplace_back();
+    read(message.data, Message{&look});
+    look.scene.at = message.log;
   } else if (is(parts.cells, "/cell")) {
     session.cells.push_back({message.log, read_cell(message)});
   }
 }
 
-/// What the metadata `robot` says.
-void read_robot(const Json& robot, SessionFile& session) {
-  for (const Json& joint : robot.at("joints")) {
-    session.names.joints.push_back(joint.at("name"));
-    session.names.joint_units.push_back(joint.at("type") == "prismatic" ? "m" : "rad");
+/// What is taken from the metadata `robot`.
+struct RobotNote {
+  struct Joint {
+    std::string name, type;
+  };
+  std::vector<Joint> joints;
+  JointVector velocity_max, acceleration_max;
+};
+template <typename V>
+void describe(V& v, RobotNote::Joint& joint) {
+  v.add("name", "", "", joint.name);
+  v.add("type", "", "", joint.type);
+}
+template <typename V>
+void describe(V& v, RobotNote& robot) {
+  v.add("joints", "", "", robot.joints);
+  v.add("velocity_max", "", "", robot.velocity_max);
+  v.add("acceleration_max", "", "", robot.acceleration_max);
+}
+
+void read_robot(const std::string& json, SessionFile& session) {
+  RobotNote robot;
+  read(json, robot);
+  for (const RobotNote::Joint& joint : robot.joints) {
+    session.names.joints.push_back(joint.name);
+    session.names.joint_units.push_back(joint.type == "prismatic" ? "m" : "rad");
   }
-  session.velocity_max = read_joints(robot.at("velocity_max"));
-  session.acceleration_max = read_joints(robot.at("acceleration_max"));
+  session.velocity_max = robot.velocity_max;
+  session.acceleration_max = robot.acceleration_max;
 }
 
 }  // namespace
@@ -370,7 +233,7 @@ Result<SessionFile> load_session(const fs::path& path, const SessionParts& parts
     return Error{fmt::format("{}: does not tell its robot; it is no session of steadyhand's", path.string())};
   }
   try {
-    read_robot(Json::parse(robot->second.at("json")), session);
+    read_robot(robot->second.at("json"), session);
   } catch (const std::exception& error) {
     return Error{fmt::format("{}: its robot cannot be read: {}", path.string(), error.what())};
   }

@@ -6,16 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/files/record/cell_change.hpp"
-#include "steadyhand/files/record/episode_mark.hpp"
 #include "steadyhand/files/record/mcap_reader.hpp"
-#include "steadyhand/files/record/settings_change.hpp"
 #include "steadyhand/files/record/spill_watch.hpp"
-#include "steadyhand/files/record/statistics.hpp"
-#include "steadyhand/files/record/step.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
+#include "steadyhand/files/record/messages.hpp"
 
 namespace steadyhand {
 
@@ -38,16 +34,8 @@ struct SessionParts {
 
 /// What Recorder has written, read back. Times count from the session's begin.
 struct SessionFile {
-  struct Change {
-    Time at{0};
-    std::string from, to, reason;
-  };
-  /// What holds the arm back from then on, as ActiveConstraint; `kind` by its name, "none" where nothing does.
-  struct Limit {
-    Time at{0};
-    std::string kind;
-    int first = -1, second = -1;
-  };
+  using Change = StateChange;
+  using Limit = LimitChange;
 
   /// The sideways force on the liquid, m/s^2, from `at` on until the next: as it was measured, not as it was planned.
   struct Felt {

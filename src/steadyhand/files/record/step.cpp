@@ -14,16 +14,4 @@ RunNames run_names(const RobotModel& model, const Objectives& objectives) {
   return names;
 }
 
-std::string_view to_string(PlanOrigin origin) {
-  switch (origin) {
-    case PlanOrigin::kSolved:
-      return "solved";
-    case PlanOrigin::kFeasible:
-      return "feasible";
-    case PlanOrigin::kPrevious:
-      return "previous";
-  }
-  return "unknown";
-}
-
 }  // namespace steadyhand

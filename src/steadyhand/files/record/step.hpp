@@ -9,8 +9,14 @@
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/core/names.hpp"
 
 namespace steadyhand {
+
+constexpr auto names_of(PlanOrigin) {
+  using enum PlanOrigin;
+  return named("PlanOrigin", {Name{kSolved, "solved"}, Name{kFeasible, "feasible"}, Name{kPrevious, "previous"}});
+}
 
 /// What one planning step did: a row of plan.csv, a message on /plan_step, a point of every curve of the report.
 struct PlanStep {
@@ -41,8 +47,5 @@ struct RunNames {
 
 /// Those of runs with these joints and objectives.
 RunNames run_names(const RobotModel& model, const Objectives& objectives);
-
-/// "solved", "feasible" or "previous".
-std::string_view to_string(PlanOrigin origin);
 
 }  // namespace steadyhand

@@ -1,9 +1,9 @@
-#include "steadyhand/geometry/collision/shape.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <limits>
+
+#include "steadyhand/geometry/collision/shape_names.hpp"
 
 namespace steadyhand {
 
@@ -38,21 +38,7 @@ Vector3 Shape::corner(int index) const {
   return {index & 1 ? core.x() : -core.x(), index & 2 ? core.y() : -core.y(), index & 4 ? core.z() : -core.z()};
 }
 
-std::string_view to_string(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::kSphere:
-      return "sphere";
-    case ShapeKind::kCapsule:
-      return "capsule";
-    case ShapeKind::kBox:
-      return "box";
-    case ShapeKind::kCylinder:
-      return "cylinder";
-    case ShapeKind::kHalfSpace:
-      return "half_space";
-  }
-  return "unknown";
-}
+std::string_view to_string(ShapeKind kind) { return name_of(kind); }
 
 namespace {
 

@@ -7,9 +7,8 @@
 #include <optional>
 
 #include "steadyhand/core/configuration.hpp"
-#include "steadyhand/files/record/cell_json.hpp"
-#include "steadyhand/files/record/robot_json.hpp"
 #include "steadyhand/files/record/settings_change.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 

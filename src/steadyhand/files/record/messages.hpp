@@ -1,0 +1,364 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "steadyhand/planning/liquid/liquid.hpp"
+#include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/leader_names.hpp"
+#include "steadyhand/core/video.hpp"
+#include "steadyhand/files/record/episode_mark.hpp"
+#include "steadyhand/files/record/message_style.hpp"
+#include "steadyhand/files/record/model_json.hpp"
+#include "steadyhand/files/record/settings_change.hpp"
+#include "steadyhand/files/record/statistics.hpp"
+#include "steadyhand/files/record/step.hpp"
+
+/// The messages of a recording, each described once: its schema, how it is written and how it is read. Where one of
+/// Foxglove's well-known schemas fits, it carries that name, so that viewers draw it; what our arrows hold beyond it
+/// are further members. What is of one of the topics that share a schema says so.
+namespace steadyhand {
+
+/// A struct as recordings have it.
+template <typename T>
+struct Message {
+  T* value = &example();
+
+ private:
+  static T& example() {  // which schemas are made of
+    static T one{};
+    return one;
+  }
+};
+
+/// Of what is written only.
+template <typename T>
+Message<T> message_of(const T& value) {
+  return {const_cast<T*>(&value)};
+}
+
+// ---- /operator_sample and /target
+
+template <typename V>
+void describe(V& v, Message<OperatorSample>& m) {
+  v.type("foxglove.PoseInFrame", "A timestamped pose for an object or reference frame in 3D space");
+  OperatorSample& s = *m.value;
+  double lead = to_seconds(s.look_ahead);
+  v.add("timestamp", "", "Timestamp of pose", s.stamp.hand);
+  if constexpr (!kReads<V>) {
+    const std::string_view frame = s.leader == Leader::kPolicy ? "base" : "operator";
+    v.add("frame_id", "", "Frame of reference for pose position and orientation", frame);
+  }
+  v.add("pose", "", "Pose in 3D space", s.X_operator_hand);
+  v.add("clutch", "", "/operator_sample: the operator holds the arm engaged", s.clutch);
+  v.add("tracked", "", "/operator_sample: the device has a valid pose", s.tracked);
+  v.add("emulated", "", "/operator_sample: the device guesses its position", s.emulated);
+  v.add("lead_s", "s", "/operator_sample: by which the device predicted the pose", lead, kOrAbsent);
+  v.add("gripper", "", "/operator_sample: 0 open to 1 closed, where the operator says it", s.gripper);
+  v.add("leader", "", "whose hand it is: person, recording (that plays) or policy, whose poses are in the base",
+        s.leader, kOrAbsent);
+  v.add("intervention", "", "/operator_sample: a person leads in the turn of a policy, which waits", s.intervention,
+        kOrAbsent);
+  if constexpr (kReads<V>) s.look_ahead = from_seconds(lead);
+}
+
+template <typename V>
+void describe(V& v, Message<Target>& m) {
+  v.type("foxglove.PoseInFrame", "A timestamped pose for an object or reference frame in 3D space");
+  Target& t = *m.value;
+  v.add("timestamp", "", "Timestamp of pose", t.stamp.hand);
+  v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
+  v.add("pose", "", "Pose in 3D space", t.X_base_tool);
+  v.add("engaged", "", "/target: the arm is to follow", t.engaged);
+  v.add("leader", "", "whose hand it is: person, recording (that plays) or policy, whose poses are in the base",
+        t.leader);
+}
+
+// ---- /reference and /plan
+
+template <typename V>
+void describe(V& v, Message<Reference>& m) {
+  v.type("foxglove.PosesInFrame", "An array of timestamped poses for an object or reference frame in 3D space");
+  const Reference& r = *m.value;
+  const auto nodes = [&r](auto value) { return std::views::iota(0, r.nodes) | std::views::transform(value); };
+  v.add("timestamp", "", "Timestamp of pose", r.start);
+  v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
+  v.add("poses", "", "Poses in 3D space", nodes([&r](int k) { return Pose{r.p[k], Quaternion(r.R[k])}; }));
+  v.add("dt_s", "s",
+        "time from one pose to the next; the first pose of /plan is at timestamp, that of /reference dt_s later", r.dt);
+  v.add("along_m", "m",
+        "/reference: standard deviations of the poses' positions along the way that the hand goes; 0: not known",
+        nodes([&r](int k) { return r.spread[k].along; }));
+  v.add("across_m", "m", "/reference: likewise, in each direction across it",
+        nodes([&r](int k) { return r.spread[k].across; }));
+}
+
+/// The joints at a node.
+struct PlanNode {
+  JointVector q, dq;
+  std::optional<JointVector> ddq;
+};
+template <typename V>
+void describe(V& v, PlanNode& node) {
+  v.add("q", "rad (m)", "", node.q);
+  v.add("dq", "rad/s (m/s)", "", node.dq);
+  v.add("ddq", "rad/s^2 (m/s^2)", "until the next node; the last node has none", node.ddq);
+}
+
+struct PlanMessage {
+  Message<const Plan> plan;
+  std::span<const Pose> path;  ///< X_base_tool at its nodes, so that a viewer can draw it; may be empty
+};
+template <typename V>
+void describe(V& v, PlanMessage& m) {
+  v.type("foxglove.PosesInFrame", "An array of timestamped poses for an object or reference frame in 3D space");
+  const Plan& plan = *m.plan.value;
+  const auto node = [&plan](int k) {
+    const int n = plan.joints;
+    return PlanNode{plan.x[k].head(n), plan.x[k].tail(n), k < plan.intervals ? std::optional(plan.u[k]) : std::nullopt};
+  };
+  v.add("timestamp", "", "Timestamp of pose", plan.start);
+  v.add("frame_id", "", "Frame of reference for pose position and orientation", std::string_view("base"));
+  v.add("poses", "", "Poses in 3D space", m.path);
+  v.add("dt_s", "s",
+        "time from one pose to the next; the first pose of /plan is at timestamp, that of /reference dt_s later",
+        plan.dt);
+  v.add("origin", "", "/plan: solved, feasible or previous", to_string(plan.origin));
+  v.add("nodes", "", "/plan: the joints at the poses",
+        std::views::iota(0, plan.intervals + 1) | std::views::transform(node));
+}
+
+// ---- /joint_command, /joint_state
+
+template <typename V>
+void describe(V& v, Message<JointCommand>& m) {
+  v.type("steadyhand.JointCommand", "What the arm is told to do");
+  JointCommand& c = *m.value;
+  v.add("timestamp", "", "when the arm is to be there", c.stamp.made);
+  v.add("q", "rad (m)", "", c.q);
+  v.add("dq", "rad/s (m/s)", "", c.dq);
+  v.add("ddq", "rad/s^2 (m/s^2)", "", c.ddq);
+  v.add("gripper", "", "0 open to 1 closed; arms that have none have none", c.gripper);
+}
+
+template <typename V>
+void describe(V& v, Message<JointState>& m) {
+  v.type("steadyhand.JointState", "What the arm says it does");
+  JointState& s = *m.value;
+  v.add("timestamp", "", "when it was measured", s.stamp.made);
+  v.add("q", "rad (m)", "", s.q);
+  v.add("dq", "rad/s (m/s)", "", s.dq);
+  v.add("gripper", "", "0 open to 1 closed; arms that have none have none", s.gripper);
+}
+
+// ---- /plan_step
+
+struct StepMessage {
+  PlanStep step;
+  std::vector<std::pair<std::string, double>> shares;  ///< by name of the term
+};
+template <typename V>
+void describe(V& v, StepMessage& m) {
+  v.type("steadyhand.PlanStep", "What one planning step did");
+  PlanStep& s = m.step;
+  Time at = from_seconds(s.t_s);
+  Coordinates acceleration{s.local_acceleration};
+  v.add("timestamp", "", "start of the plan", at);
+  v.add("target", "", "newest target, controlled frame in base", s.X_base_target);
+  v.add("planned", "", "controlled frame in base at the start of the plan", s.X_base_planned);
+  v.add("q", "rad (m)", "", s.q);
+  v.add("dq", "rad/s (m/s)", "", s.dq);
+  v.add("ddq", "rad/s^2 (m/s^2)", "", s.ddq);
+  v.add("local_acceleration", "m/s^2", "specific force, tool frame; [0, 0, 9.81] at rest and upright", acceleration);
+  v.add("objective", "", "value of the objective", s.objective);
+  v.add("shares", "", "what each term adds to the objective", m.shares);
+  v.add("iterations", "", "", s.iterations);
+  v.add("status", "", "solved, feasible or previous", s.status);
+  v.add("solve_time_us", "us", "wall clock", s.solve_time_us);
+  v.add("smallest_sphere_distance_m", "m", "surface to surface, over all pairs and nodes",
+        s.smallest_sphere_distance_m);
+  v.add("engaged", "", "the arm followed the hand", s.engaged);
+  v.add("object_distances_m", "m",
+        "of each object around the arm, without its margin, to the bodies that must not touch it; null: all may",
+        s.object_distances, kOrAbsent);
+  if constexpr (kReads<V>) {
+    s.t_s = to_seconds(at);
+    s.local_acceleration = acceleration.v;
+  }
+}
+
+// ---- of live sessions
+
+/// /supervision
+struct StateChange {
+  Time at{0};
+  std::string from, to, reason;
+  bool is_failure = false;
+};
+template <typename V>
+void describe(V& v, StateChange& c) {
+  v.type("steadyhand.Supervision", "What the arm is allowed to do changed");
+  v.add("timestamp", "", "when", c.at);
+  v.add("from", "", "idle, ready, engaged, holding, stopping or fault", c.from);
+  v.add("to", "", "idle, ready, engaged, holding, stopping or fault", c.to);
+  v.add("reason", "", "why, for people", c.reason);
+  v.add("is_failure", "", "the arm stops, and nobody asked for it", c.is_failure, kOrAbsent);
+}
+
+/// /operator_settings
+template <typename V>
+void describe(V& v, Message<SettingsChange>& m) {
+  v.type("steadyhand.OperatorSettings", "What the operator has set, in force from here on");
+  SettingsChange& c = *m.value;
+  v.add("timestamp", "", "since when", c.at);
+  v.add("weights", "", "of each term of the objective", c.weights);
+  v.add("scale", "", "metres of the tool for each metre of the hand", c.scale);
+  v.add("yaw", "rad", "turn of the operator's axes about the base's z", c.yaw);
+  v.add("tilt", "rad", "how far the glass may lean with the hand", c.tilt);
+  v.add("no_spill", "", "plans spill nothing", c.no_spill);
+  v.add("fill", "m", "of liquid in the glass", c.fill);
+  v.add("latency", "s", "added on purpose between the hand's gate and the planner", c.latency);
+  v.add("prediction", "", "how the hand goes on, for the planner", c.prediction, kOrAbsent);
+  v.add("profile", "", "that these began with", c.profile, kOrAbsent);
+  if constexpr (kReads<V>) {
+    v.check(c.scale > 0.0 && std::isfinite(c.scale) && std::isfinite(c.yaw),
+            fmt::format("scale is {} and yaw {}; both must be finite, the scale above 0", c.scale, c.yaw));
+  }
+}
+
+/// /liquid
+struct LiquidMessage {
+  Time at{0};
+  LiquidState liquid;
+};
+template <typename V>
+void describe(V& v, LiquidMessage& m) {
+  v.type("steadyhand.Liquid", "The liquid's surface in the glass, simulated from the measured motion");
+  LiquidState& l = m.liquid;
+  v.add("timestamp", "", "when", m.at);
+  v.add("tilt_x", "rad", "of the surface's normal about the glass's x axis", l.tilt_x);
+  v.add("tilt_y", "rad", "about its y axis", l.tilt_y);
+  v.add("freeboard", "m", "from the surface's highest point to the rim; negative: over the rim", l.freeboard);
+  v.add("spilled", "", "has gone over the rim", l.spilled);
+  v.add("spilled_share", "", "of the liquid, so far", l.spilled_share, kOrAbsent);
+  v.add("lateral", "m/s^2", "sideways force on it, the largest of the last 20 ms", l.lateral, kOrAbsent);
+}
+
+/// /active_constraint. `kind` by its name, "none" where nothing holds the arm back.
+struct LimitChange {
+  Time at{0};
+  std::string kind;
+  int first = -1, second = -1;
+};
+template <typename V>
+void describe(V& v, LimitChange& c) {
+  v.type("steadyhand.ActiveConstraint", "Which constraint holds the arm back, from here on");
+  v.add("timestamp", "", "since when", c.at);
+  v.add("kind", "", "none, position, velocity, acceleration, self_collision, reach or obstacle", c.kind);
+  v.add("first", "", "joint, or (first) body", c.first);
+  v.add("second", "", "second body of the pair, or object of the cell", c.second);
+}
+
+/// /cell
+struct CellMessage {
+  Time at{0};
+  CellText cell;
+};
+template <typename V>
+void describe(V& v, CellMessage& m) {
+  v.type("steadyhand.Cell", "What stands around the arm, from here on");
+  v.add("timestamp", "", "since when; what moves is there then", m.at);
+  v.add("cell", "", "see docs/cells.md", m.cell);
+}
+
+/// /statistics
+template <typename V>
+void describe(V& v, Message<TimingSummary>& m) {
+  v.add("p50", "us", "median", m.value->p50);
+  v.add("p99", "us", "", m.value->p99);
+  v.add("p999", "us", "", m.value->p999);
+  v.add("max", "us", "", m.value->max);
+}
+template <typename V>
+void describe(V& v, Message<SessionStatistics>& m) {
+  v.type("steadyhand.Statistics", "Counted since the session began");
+  SessionStatistics& s = *m.value;
+  Message<TimingSummary> latency{&s.latency_us}, solve{&s.solve_us}, wake{&s.wake_us};
+  v.add("timestamp", "", "when", s.now);
+  v.add("latency", "", "hand to the first command made from it", latency);
+  v.add("solve", "", "a solve with its check", solve);
+  v.add("wake", "", "how late control cycles began", wake);
+  v.add("samples", "", "of the hand", s.samples);
+  v.add("plans", "", "followed", s.plans);
+  v.add("rejected_plans", "", "late, or failed their check", s.rejected_plans);
+  v.add("cycles", "", "of control", s.cycles);
+  v.add("missed_deadlines", "", "of control", s.missed_deadlines);
+  v.add("planner_rate_hz", "Hz", "planning steps a second", s.planner_rate_hz);
+}
+
+/// /episode
+template <typename V>
+void describe(V& v, Message<EpisodeMark>& m) {
+  v.type("steadyhand.Episode", "Something was said of an episode; the last that says it counts");
+  EpisodeMark& e = *m.value;
+  v.add("timestamp", "", "when", e.at);
+  v.add("episode", "", "its number in the session, from 1", e.episode);
+  v.add("kind", "", "begin, keep, discard or mark", e.kind);
+  v.add("success", "", "whether it did what it was to do; absent: as before, or not known", e.success);
+  v.add("task", "", "what is to be done, in words; absent: as before", e.task, kOrAbsent);
+  v.add("notes", "", "for people; absent: as before", e.notes, kOrAbsent);
+}
+
+/// /scene
+template <typename V>
+void describe(V& v, ThingState& t) {
+  v.add("pose", "", "in the base's frame", t.X_base_thing);
+  v.add("velocity", "m/s", "base frame", t.velocity);
+  v.add("turning", "rad/s", "base frame", t.turning);
+  v.add("touches", "", "a bit for each thing that it is in contact with", t.touches);
+}
+template <typename V>
+void describe(V& v, Message<SceneLook>& m) {
+  v.type("steadyhand.Scene", "A simulated scene, and how its task goes");
+  SceneState& scene = m.value->scene;
+  TaskProgress& progress = m.value->progress;
+  std::vector<ThingState> things(scene.thing.begin(), scene.thing.begin() + scene.things);
+  v.add("timestamp", "", "when", scene.at);
+  v.add("reset", "", "how often the scene was set up before", scene.reset);
+  v.add("things", "", "those that metadata 'task' names, in that order", things, sized(0, kMaxThings));
+  v.add("time_s", "s", "since the scene was set up, or until the task was decided", progress.time);
+  v.add("held", "", "a bit for each condition of the task that holds", progress.held);
+  v.add("spilled_share", "", "of the liquid, since the scene was set up", progress.spilled);
+  v.add("success", "", "once it is decided", progress.success);
+  if constexpr (kReads<V>) {
+    scene.things = static_cast<int>(std::min(things.size(), scene.thing.size()));
+    std::copy_n(things.begin(), scene.things, scene.thing.begin());
+  }
+}
+
+/// /camera/NAME
+struct PictureMessage {
+  Message<const VideoPacket> picture;
+  std::string_view camera;  ///< its name
+};
+template <typename V>
+void describe(V& v, PictureMessage& m) {
+  v.type("foxglove.CompressedVideo", "A picture of a camera");
+  const VideoPacket& picture = *m.picture.value;
+  v.add("timestamp", "", "when it was exposed", picture.stamp.hand);
+  v.add("frame_id", "", "the camera's name", m.camera);
+  v.add("data", "", "H.264 as an Annex B byte stream, one picture, none of which waits for later ones",
+        Base64{picture.data});
+  v.add("format", "", "h264", std::string_view("h264"));
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "steadyhand/core/time.hpp"
+#include "steadyhand/files/record/json_reader.hpp"
+#include "steadyhand/geometry/robot/cell.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
+
+/// Robots, cells and solids as recordings, pages and the command line have them: each is described once, in
+/// model_json.cpp. What reads them throws json::Wrong. @param key of the object, for messages
+namespace steadyhand {
+
+template <typename Vector>
+OrderedJson numbers_json(const Vector& vector) {
+  OrderedJson values = OrderedJson::array();
+  for (const double value : vector) values.push_back(value);
+  return values;
+}
+
+/// "shape", "origin" and the shape's sizes, as docs/formulation.md has them for bodies.
+OrderedJson shape_json(const Shape& shape, const Eigen::Isometry3d& origin);
+/// The origin, and the shape, of an object that may have more keys.
+Eigen::Isometry3d read_shape_json(const OrderedJson& object, const std::string& key, Shape& shape);
+
+/// {"name", "at_s", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/formulation.md, "velocity",
+/// "margin", "color", "holds_only_tool", "attached", "may_be_touched_by"}]}. One line.
+/// @param at when its objects are where they say; without it there is no "at_s"
+std::string cell_json(const Cell& cell, std::optional<Time> at = {});
+Cell read_cell_json(const OrderedJson& json, const std::string& key);
+
+/// What `steadyhand describe` prints of a robot: joints, tool, limits, bodies, pairs.
+/// @param indent spaces of each level; -1: on one line
+std::string robot_json(const RobotModel& model, int indent = -1);
+/// The robot again; without names of links but the base's, which are not told. Fails also for an arm that cannot be.
+RobotModel read_robot_json(const OrderedJson& json, const std::string& key);
+
+}  // namespace steadyhand
