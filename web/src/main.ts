@@ -87,9 +87,9 @@ function take(message: ServerMessage): void {
   // The same server after a lost connection: what is drawn goes on.
   if (told === shown) return;
   shown = told;
-  recordings.profiles = profiles;
-  recordings.joints = robot?.joints ?? [];
-  recordings.rim = robot?.gripper ? 0 : 1000 * glass.height;
+  recordings.replay.profiles = profiles;
+  recordings.replay.joints = robot?.joints ?? [];
+  recordings.replay.rim = robot?.gripper ? 0 : 1000 * glass.height;
   plots = new Plots(element('plots', HTMLDivElement), document.querySelector<HTMLElement>('#compare tbody')!, profiles, message.recordings);
   if (!robot) return;
   joints = new Joints(element('joints', HTMLDivElement), robot);
@@ -247,7 +247,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
   headset.update(frame, t, cameras.views);
   drag.show(!headset.session && session.mayLead(t));
   drag.follow();
-  recordings.advance(dt);
+  recordings.replay.advance(dt);
   if (recordings.player) stage.showPast(recordings.player.q(), recordings.player, recordings.other, t);
   else if (session.state) stage.show(session.state, session.isStale(t), t);
   objects.draw();
@@ -261,7 +261,7 @@ stage.renderer.setAnimationLoop((_time, frame) => {
     tellCameras();
     if (session.state) joints?.draw(session.state);
     plots?.tell();
-    recordings.draw();
+    recordings.replay.draw();
     if (!alone) recordings.grow(session.state?.recording === true && !session.isStale(t), !session.stands(t));
   }
   if (plotDue) {

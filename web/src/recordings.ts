@@ -3,14 +3,12 @@ import { editForm, editOf, surely, type Change, type Edit } from './edit_form';
 import { element, onResize, put } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
-import { waveOf, waveText } from './session';
-import { clock, latencyText, percentText, scaleText, spanText } from './figures';
-import { keptCurves, showChoice, type Joint } from './replay/curves';
-import { fine, Happened, seenAt, spillAt, worstSpill } from './replay/happened';
+import { clock, latencyText, percentText, spanText } from './figures';
+import { seenAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
+import { Replay } from './replay/replay';
 import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
-import { PRESSED, Track } from './replay/track';
 
 /** What GET sessions answers (docs/protocol.md). */
 export interface RecordedSession {
@@ -27,8 +25,6 @@ export interface RecordedSession {
   fault?: string;
 }
 
-/** Speeds that a press of the button goes through. */
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 /** Sessions that are listed at first, so many more with each press, and the most that need no press. */
 const SHOWN = 6, MORE = 20, FEW = 2;
 /** How often the list is asked for what came of a change. */
@@ -125,17 +121,7 @@ const button = (textContent: string, label: string, onclick: () => void): HTMLBu
 
 /** The list of recorded sessions, and the one that is shown: its time line, its events, and another one beside it. */
 export class Recordings {
-  player: Player | null = null;
-  /** Laid over the player's, from the first grip on. */
-  other: Player | null = null;
-  profiles: readonly Profile[] = [];
-  /** Of the arm of now, for their names. */
-  joints: readonly Joint[] = [];
-  /** mm, height of the glass inside; 0: there is none. */
-  rim = 0;
-  #track: Track | null = null;
-  /** Plots that are drawn. */
-  readonly #chosen = keptCurves();
+  readonly replay = new Replay((name) => `#replay=${encodeURIComponent(name)}&`);
   /** Of the session whose name and label are being changed. */
   #edit: Edit | null = null;
   #sessions: RecordedSession[] = [];
@@ -149,7 +135,6 @@ export class Recordings {
   /** s, that the one that is being written was last said to be long. */
   #told = { name: '', length: 0 };
   readonly #busy: Busy;
-  readonly #happened = new Happened(element('past-events', HTMLOListElement), element('past-kinds', HTMLParagraphElement));
   /** Whether the session of now is written to a file. */
   #writes = false;
   #line: HTMLElement | null = null;
@@ -162,43 +147,18 @@ export class Recordings {
               private readonly token: () => string = () => '') {
     this.#busy = new Busy(list);
     const press = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
-    press('past-play', () => this.player?.toggle());
-    press('past-back', () => this.player?.step(-1));
-    press('past-on', () => this.player?.step(1));
-    press('past-speed', () => { if (this.player) this.player.speed = SPEEDS[(SPEEDS.indexOf(this.player.speed) + 1) % SPEEDS.length]!; });
-    press('past-loop', () => { if (this.player) this.player.loops = !this.player.loops; });
-    press('past-longer', () => this.#track?.zoom(PRESSED));
-    press('past-closer', () => this.#track?.zoom(1 / PRESSED));
-    press('past-whole', () => this.#track?.zoom(Infinity));
     press('past-compared', () => this.#seeFigures());
-    press('past-alone', () => { this.other = null; this.#layOut(); });
+    press('past-alone', () => { this.replay.lay(null); this.#layOut(); });
     press('past-close', () => this.close());
     onResize(this.line, () => this.#measure());
-    const range = element('past-at', HTMLInputElement);
-    range.oninput = () => {
-      if (!this.player) return;
-      this.player.playing = false;
-      this.player.seek(Number(range.value));
-    };
-    // Of a recording that is shown: keys that drive are off then, and none of them is among these.
-    const keys: Readonly<Record<string, () => void>> = {
-      p: () => this.player?.toggle(), ',': () => this.player?.step(-1), '.': () => this.player?.step(1),
-      arrowleft: () => this.player?.step(-1), arrowright: () => this.player?.step(1),
-      '+': () => this.#track?.zoom(1 / PRESSED), '=': () => this.#track?.zoom(1 / PRESSED), '-': () => this.#track?.zoom(PRESSED), 0: () => this.#track?.zoom(Infinity),
-    };
-    addEventListener('keydown', (event) => {
-      if (!this.player || event.ctrlKey || event.altKey || event.metaKey || isTyped(event.target) || event.target instanceof HTMLSelectElement) return;
-      const key = event.key.toLowerCase(), { target } = event;
-      if (key.startsWith('arrow') && (target instanceof HTMLInputElement || (target instanceof HTMLElement && target.role === 'tab'))) return; // they have their own
-      if (!Object.hasOwn(keys, key) || (key === 'p' && event.repeat)) return;
-      event.preventDefault();
-      keys[key]!();
-    });
     element('recordings-find', HTMLInputElement).oninput = () => this.#showList();
     element('recordings-order', HTMLSelectElement).onchange = () => this.#showList();
-    showChoice(element('past-plots', HTMLElement), this.#chosen, () => this.#drawTrack());
     addEventListener('hashchange', () => void this.follow());
   }
+
+  get player(): Player | null { return this.replay.player; }
+  get other(): Player | null { return this.replay.other; }
+  get profiles(): readonly Profile[] { return this.replay.profiles; }
 
   /** What the address says: #replay=NAME, and &t=S from its begin. */
   async follow(): Promise<void> {
@@ -384,7 +344,7 @@ export class Recordings {
       if (to !== name && has(to)) this.#follow(name, to);
       if (changes.some(([kind]) => kind === 'delete') && !has(name)) {
         if (this.player?.motion.name === name) this.close();
-        if (this.other?.motion.name === name) { this.other = null; this.#layOut(); }
+        if (this.other?.motion.name === name) this.replay.lay(null);
       }
       if (this.#edit?.name === name) {
         if (changes.every(isDone)) this.#edit = null;
@@ -416,13 +376,10 @@ export class Recordings {
   async open(name: string): Promise<void> {
     const player = await this.#load(name);
     if (!player) return;
-    this.player = player;
-    this.other = null;
     this.line.hidden = false;
     document.body.dataset.past = 'true';
     this.onShown(true);
-    element('past-at', HTMLInputElement).max = String(player.duration);
-    this.#happened.show(player);
+    this.replay.open(player);
     this.#layOut();
     element('past-play', HTMLButtonElement).focus();
     if (matchMedia('(max-width: 60rem)').matches) scrollTo({ top: 0 }); // what happened and its plots come before the list
@@ -440,7 +397,7 @@ export class Recordings {
   async compare(name: string): Promise<void> {
     const other = await this.#load(name);
     if (!other || !this.player) return;
-    this.other = other;
+    this.replay.lay(other);
     this.#layOut();
     this.#seeFigures();
   }
@@ -461,16 +418,7 @@ export class Recordings {
     element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}` : '';
     element('past-alone', HTMLButtonElement).hidden = element('past-compared', HTMLButtonElement).hidden = !other;
     this.#showFigures(player, other);
-    this.#drawTrack();
     this.#showList();
-  }
-
-  #drawTrack(): void {
-    const { player, other } = this;
-    if (!player) return;
-    const span = this.#track?.player === player ? this.#track.span : null;
-    this.#track = new Track(element('track', HTMLDivElement), player, this.profiles, other, other ? other.firstGrip - player.firstGrip : 0, this.#chosen, this.joints);
-    if (span) this.#track.look(span); // as closely as before
   }
 
   /** Of the one that plays, and of the other beside it, a column each. */
@@ -514,43 +462,13 @@ export class Recordings {
   }
 
   close(): void {
-    this.player = this.other = this.#track = null;
+    this.replay.close();
     this.line.hidden = true;
     element('past-compare', HTMLElement).hidden = true;
     delete document.body.dataset.past;
     if (location.hash.startsWith('#replay=')) history.replaceState(null, '', location.pathname + location.search);
     this.onShown(false);
     this.#showList();
-  }
-
-  /** Every frame. @param dt s */
-  advance(dt: number): void {
-    this.player?.advance(dt);
-    if (this.player) this.other?.seek(this.player.at + this.other.firstGrip - this.player.firstGrip);
-  }
-
-  /** A few times a second. */
-  draw(): void {
-    const { player } = this;
-    if (!player) return;
-    const { at, duration, playing, speed, loops } = player, label = this.profiles.find(({ name }) => name === player.profile)?.label ?? player.profile;
-    element('past-at', HTMLInputElement).value = String(at);
-    const facts = [player.state, label, player.scale && `scale ${scaleText(player.scale)}`, this.#track?.values(), player.spilled ? 'spilled' : this.#wave(player)].filter(Boolean);
-    element('past-at', HTMLInputElement).setAttribute('aria-valuetext', [`${clock(at)} of ${clock(duration)}`, ...facts].join(', '));
-    element('past-time', HTMLElement).textContent = `${fine(at, playing ? 1 : 2)} / ${clock(duration)}`; // a step is less than a tenth
-    element('past-play', HTMLButtonElement).textContent = playing ? 'Pause' : 'Play';
-    element('past-speed', HTMLButtonElement).textContent = `${speed} ×`;
-    element('past-loop', HTMLButtonElement).setAttribute('aria-pressed', String(loops));
-    const line = element('past-facts', HTMLElement);
-    line.textContent = line.title = facts.join(' · '); // beside another recording it may be cut
-    element('past-spill', HTMLElement).textContent = spillAt(player.motion.events ?? [], player.now);
-    this.#happened.follow(at);
-    this.#track?.draw();
-  }
-
-  #wave(player: Player): string {
-    const left = this.rim > 0 && player.fill > 0 ? player.freeboard() : null, wave = left && waveOf(this.rim - 1000 * player.fill, left.now, left.least);
-    return wave ? waveText(wave) : '';
   }
 
   #say(words: string): void {

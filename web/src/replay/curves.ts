@@ -83,11 +83,11 @@ export function measured(motion: Motion, name: Curve, joints: readonly Joint[] =
 
 const KEPT = 'steadyhand.replay-plots';
 
-/** Those that somebody chose in this browser, or the usual ones, also where it keeps nothing. */
-export function keptCurves(): Set<Curve> {
+/** Those that somebody chose in this browser, or the usual ones and `more`, also where it keeps nothing. */
+export function keptCurves(more: readonly Curve[] = []): Set<Curve> {
   let words: string | null = null;
   try { words = localStorage.getItem(KEPT); } catch { /* the usual ones */ }
-  return new Set(words === null ? CURVES.filter((name) => KINDS[name].byDefault) : CURVES.filter((name) => words.split(' ').includes(name)));
+  return new Set(words === null ? CURVES.filter((name) => KINDS[name].byDefault || more.includes(name)) : CURVES.filter((name) => words.split(' ').includes(name)));
 }
 
 export function keepCurves(chosen: ReadonlySet<Curve>): void {

@@ -5,8 +5,8 @@ const LISTED = 1000;
 const GRAVE = ['spill', 'missed', 'limit', 'gap', 'refill', 'setting', 'state', 'rest'];
 /** Limits that are listed without being asked for; of more than that the other kinds would drown. */
 const FEW = 20;
-/** As the session's report calls them. */
-const NAMES: Readonly<Record<string, string>> = { missed: 'deadlines' };
+/** What a kind of event is called. */
+export const kindText = (kind: string): string => (kind === 'missed' ? 'deadlines' : kind);
 
 /** With tenths. */
 export const fine = (seconds: number, decimals = 1): string => {
@@ -81,15 +81,17 @@ export class Happened {
   #entries: { item: HTMLLIElement; at: number; kind: string }[] = [];
   #current = -1;
 
-  constructor(private readonly list: HTMLElement, private readonly kinds: HTMLElement) {}
+  /** @param address of a recording by its name: what links to times begin with */
+  constructor(private readonly list: HTMLElement, private readonly kinds: HTMLElement, private readonly address: (name: string) => string) {}
 
   show({ motion, begin }: Player): void {
     const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
     this.#entries = folded(listed).map(({ event: { t_s, kind, what }, words }) => {
       const item = document.createElement('li'), at = seenAt(t_s, begin);
       item.dataset.kind = kind === 'state' ? what : kind;
+      item.className = kind === 'state' || kind === 'spill' ? '' : 'minor'; // paper has room for few
       item.title = words; // a line shows its begin
-      item.append(Object.assign(document.createElement('a'), { href: `#replay=${encodeURIComponent(motion.name)}&t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${words}`);
+      item.append(Object.assign(document.createElement('a'), { href: `${this.address(motion.name)}t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${words}`);
       return { item, at, kind };
     });
     if (!this.#isChosen) {
@@ -104,7 +106,7 @@ export class Happened {
     this.kinds.replaceChildren(...[...counts].map(([kind, count]) => {
       const label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: !this.#hidden.has(kind) });
       label.className = 'check';
-      label.append(box, ` ${NAMES[kind] ?? kind} (${count})`);
+      label.append(box, ` ${kindText(kind)} (${count})`);
       box.onchange = () => {
         this.#isChosen = true;
         if (box.checked) this.#hidden.delete(kind); else this.#hidden.add(kind);

@@ -102,9 +102,9 @@ export class Player {
   /** s, of the recording's own clock. */
   get now(): number { return this.begin + this.at; }
 
-  /** rad, at `at`; the same array each time. */
-  q(): Float64Array {
-    const { t_s: t, q } = this.motion, wanted = this.now;
+  /** rad; the same array each time. @param at s from its begin */
+  q(at = this.at): Float64Array {
+    const { t_s: t, q } = this.motion, wanted = this.begin + at;
     const i = Math.max(0, indexAt(t, wanted)), j = Math.min(i + 1, t.length - 1), span = t[j]! - t[i]!;
     const share = span > 0 ? Math.min(1, Math.max(0, (wanted - t[i]!) / span)) : 0;
     for (let k = 0; k < this.#q.length; ++k) this.#q[k] = q[i]![k]! + share * (q[j]![k]! - q[i]![k]!);

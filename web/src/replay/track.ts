@@ -52,7 +52,7 @@ export function holding(span: Span, at: number, duration: number): Span {
 const KNOWN_FOR = 1;
 
 /** Beneath the bands. */
-const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
+export const MARKS: Readonly<Record<string, string>> = { spill: 'var(--liquid)', limit: 'var(--state-holding)', missed: 'var(--ink)', gap: 'var(--muted)' };
 
 /** Of what was left to the rim at first: that of a glass which spilled would hide the rest. */
 const TO_RIM = 1.6;
@@ -113,9 +113,9 @@ export class Track {
   #span: Span;
   #seen = -1;
 
-  /** @param other laid over it, so many s later @param chosen which plots are drawn @param joints of the arm, for their names */
+  /** @param other laid over it, so many s later @param chosen which plots are drawn @param joints of the arm, for their names @param onLook another stretch is looked at */
   constructor(private readonly root: HTMLElement, readonly player: Player, private readonly profiles: readonly Profile[], private readonly other: Player | null, private readonly late: number,
-              chosen: ReadonlySet<Curve>, private readonly joints: readonly Joint[]) {
+              chosen: ReadonlySet<Curve>, private readonly joints: readonly Joint[], private readonly onLook: (span: Span) => void) {
     root.replaceChildren();
     this.#span = this.#whole;
     const bands = this.#frame('State', 'and profile', statesTold(player));
@@ -236,6 +236,7 @@ export class Track {
     for (const plot of this.#plots) plot.setScale('x', { min: span[0], max: span[1] });
     this.resize();
     this.#putCursor();
+    this.onLook(span);
   }
 
   draw(): void {
