@@ -5,9 +5,6 @@ function(steadyhand_embed part)
     string(REGEX MATCH "^([a-z_]+)=(.+)$" matched "${pair}")
     set(name "${CMAKE_MATCH_1}")
     get_filename_component(file "${CMAKE_MATCH_2}" ABSOLUTE)
-    if(NOT EXISTS "${file}")
-      message(FATAL_ERROR "${file} not found: if it belongs to a package, run ./steadyhand once, it installs the pinned packages")
-    endif()
     set(output "${PROJECT_BINARY_DIR}/embedded/${part}_${name}.cpp")
     add_custom_command(
       OUTPUT "${output}"

@@ -63,4 +63,4 @@ export default defineConfig(({ mode }) => mergeConfig({
     modulePreload: { polyfill: false },
   },
   test: { include: ['test/**/*.test.ts'], css: true },
-} as UserConfig, mode === 'report' ? REPORT : { plugins: [parts, compress()], publicDir: process.env.STEADYHAND_PUBLIC ?? 'public' }));
+} as UserConfig, mode === 'report' ? REPORT : { plugins: [parts, compress()], publicDir: false }));

@@ -131,17 +131,18 @@ def test_a_report_books_each_profile_and_scale_at_its_time(tmp_path):
     reported = run(PROGRAM, "report", path)
     assert reported.returncode == 0, reported.stderr
     page = path.with_suffix(".html").read_text()
-    labels = re.findall(r'data-profile="\d+" checked> ([^<]*)<', page)
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, flags=re.S)[1])
+    labels = [profile["label"] for profile in data["profiles"]]
     for label in ("Tracking (P1), scale 0.5", "Tracking (P1), scale 0.25", "Carry, scale 0.25, lateral 7"):
         assert label in labels, labels
-    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, flags=re.S)[1])
     by_label = {profile["label"]: profile for profile in data["profiles"]}
-    settings = [event["t"] for event in data["story"]["events"] if event["kind"] == "setting" and "Carry" in event["what"] and "lateral 7" in event["what"]]
+    begin, events = data["session"]["zero_s"], data["session"]["motion"]["events"]
+    settings = [event["t_s"] - begin for event in events if event["kind"] == "setting" and "Carry" in event["what"] and "lateral 7" in event["what"]]
     assert min(by_label["Carry, scale 0.25, lateral 7"]["t"]) >= settings[0] - 0.05
     assert max(by_label["Tracking (P1), scale 0.25"]["t"]) <= settings[0] + 0.05
-    states = [event["what"] for event in data["story"]["events"] if event["kind"] == "state"]
+    states = [event["what"] for event in events if event["kind"] == "state"]
     assert "engaged" in states and "stopping" in states
-    assert len(data["story"]["latency"]["t"]) > 2
+    assert len(data["session"]["latency"]["t"]) > 2
 
 
 def test_a_killed_session_loses_at_most_a_second_and_opens(tmp_path):

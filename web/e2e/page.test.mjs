@@ -314,15 +314,14 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const complaints = complaintsOf(report);
   const answer = await report.goto(new URL(await link.getAttribute('href'), plainAddress()).href, { timeout: PATIENCE });
   assert.equal(answer.status(), 200);
-  await until(() => report.$('canvas, svg'), 'its plots');
-  assert.match(await report.textContent('#story'), /engaged/);
-  assert.match(await report.textContent('.cards'), /Carry, scale 0.5/);
-  await report.evaluate(() => document.querySelector('#story tbody a').click());
-  await until(() => report.evaluate(() => document.querySelectorAll('[aria-current=true]').length > 0), 'the row of that time');
-  await until(() => report.evaluate(() => { const { top, bottom } = document.querySelector('.uplot').getBoundingClientRect(); return top > 0 && bottom < innerHeight; }), 'plots in sight');
+  await until(() => report.$('.charts canvas'), 'its plots');
+  assert.match(await report.textContent('#legend'), /engaged/);
+  assert.match(await report.textContent('#cards'), /Carry, scale 0.5/);
+  assert.match(await report.textContent('[data-per-profile="speeds"]'), /shoulder pan/);
+  await report.evaluate(() => document.querySelector('#past-events li:last-child a').click());
+  await until(() => report.$('#past-events li:last-child[aria-current=true]'), 'the row of that time');
+  await until(() => report.evaluate(() => { const { top, bottom } = document.querySelector('#track').getBoundingClientRect(); return top > 0 && bottom < innerHeight; }), 'the time line in sight');
   const shown = () => report.textContent('#arm output'), chosen = await shown();
-  assert.match(await report.textContent('.legend'), /engaged/);
-  assert.match(await report.textContent('[data-chart^="speed"], figure:has-text("shoulder")'), /shoulder pan/);
   const over = await report.$('[data-chart=lateral] .u-over');
   await over.scrollIntoViewIfNeeded();
   const plot = await over.boundingBox();
@@ -330,14 +329,13 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(async () => (await shown()) !== chosen, 'the arm of the time that the pointer is at');
   await report.mouse.move(5, 5);
   await until(async () => (await shown()) === chosen, 'the arm of the chosen time');
+  await report.click('#past-whole');
+  const begun = await report.evaluate(() => { const link = document.querySelector('#past-events a'); link.click(); return `0:0${link.hash.slice(3)}`; });
+  await until(async () => (await shown()) === begun, 'its first event');
+  await report.click('#past-play');
+  await until(async () => (await shown()) !== begun && (await report.textContent('#past-play')) === 'Pause', 'the arm to move on');
+  await report.click('#past-play');
   await findsNothing(report, 'the report');
-  // Logarithmic axes from wherever: some made ticks without end.
-  await report.evaluate(() => {
-    for (let exponent = -2; exponent < 1; exponent += 0.01) {
-      const least = 10 ** exponent, scales = { x: { time: false, distr: 3, range: logRange() }, y: { distr: 3, range: logRange(100) } };
-      new uPlot({ width: 300, height: 100, scales, series: [{}, {}] }, [[least, 30 * least], [least, 50]], document.createElement('div'));
-    }
-  });
   assert.deepEqual(complaints, []);
   await report.close();
   // Slow machines: what was pressed says so, and a second press asks nobody.
@@ -856,26 +854,27 @@ test('a spill is told alike in the list, the replay and the report, whose link o
   const report = await page.context().newPage();
   report.setDefaultTimeout(PATIENCE);
   await report.goto(new URL(`sessions/${name}/report.html`, plainAddress()).href, { timeout: PATIENCE });
-  await until(() => report.$('#story tbody tr'), 'its story');
-  assert.ok((await report.textContent('#story [data-kind=spill]')).includes(spill.why), `the report says: ${spill.why}`);
-  await report.evaluate(() => document.querySelector('#story [data-kind=spill] a').click());
-  const link = await until(() => report.$eval('#arm a', (a) => /t=[1-9]|t=0\.[1-9]/.test(a.href) && a.getAttribute('href')), 'a link with the time');
+  await until(() => report.$('#past-events li'), 'its story');
+  assert.ok((await report.textContent('#past-events [data-kind=spill]')).includes(spill.why), `the report says: ${spill.why}`);
+  assert.match(await report.textContent('#verdict'), /^Spilled (once|\d+ times)\./);
+  await report.evaluate(() => document.querySelector('#past-events [data-kind=spill] a').click());
+  const link = await until(() => report.$eval('#in-scene', (a) => /t=[1-9]|t=0\.[1-9]/.test(a.href) && a.getAttribute('href')), 'a link with the time');
   const at = Number(/t=([\d.]+)/.exec(link)[1]);
   assert.ok(Math.abs(at - (spill.t_s - t_s[0])) < 0.02, `${at} is the time of the spill`);
   const row = await until(() => report.evaluate(() => {
-    const marked = document.querySelector('#story tr[aria-current=true]')?.getBoundingClientRect(), list = document.querySelector('#story .scroll').getBoundingClientRect();
-    return marked && { inside: marked.top >= list.top - 1 && marked.bottom <= list.bottom + 1, kind: document.querySelector('#story tr[aria-current=true]').dataset.kind };
+    const item = document.querySelector('#past-events [aria-current=true]'), marked = item?.getBoundingClientRect(), list = document.querySelector('#past-events').getBoundingClientRect();
+    return marked && { inside: marked.top >= list.top - 1 && marked.bottom <= list.bottom + 1, kind: item.dataset.kind };
   }), 'a marked row');
   assert.deepEqual(row, { inside: true, kind: 'spill' });
   await report.emulateMedia({ media: 'print' });
   const printed = await report.evaluate(() => {
     dispatchEvent(new Event('beforeprint'));
-    const rows = [...document.querySelectorAll('#story .scroll tbody tr')], seen = rows.filter((each) => each.offsetHeight > 0);
-    const told = { kinds: [...new Set(seen.map(({ dataset }) => dataset.kind))].sort(), left: rows.length - seen.length, words: document.querySelector('.left-out').textContent, last: document.querySelector('main').lastElementChild.id };
+    const rows = [...document.querySelectorAll('#past-events li')], seen = rows.filter((each) => each.offsetHeight > 0);
+    const told = { minor: seen.some(({ className }) => className === 'minor'), spill: seen.some(({ dataset }) => dataset.kind === 'spill'), left: rows.length - seen.length, words: document.querySelector('#left-out').textContent, last: document.querySelector('main').lastElementChild.id };
     dispatchEvent(new Event('afterprint'));
     return { ...told, back: document.querySelector('#story').nextElementSibling.getAttribute('aria-labelledby') };
   });
-  assert.deepEqual([printed.kinds, printed.last, printed.back], [['spill', 'state'], 'story', 'motion']);
+  assert.deepEqual([printed.minor, printed.spill, printed.last, printed.back], [false, true, 'story', 'motion']);
   assert.ok(printed.left > 0 && printed.words.startsWith(`${printed.left} more event`), JSON.stringify(printed));
   await report.close();
   await page.evaluate((hash) => { location.hash = hash; }, link.replace(/^.*#/, '#'));

@@ -1,6 +1,5 @@
 /**
- * How each quantity is written, wherever it stands: in the status, the tables, a replay, the list, the headset. The session's report
- * rounds alike (report/page.cpp).
+ * How each quantity is written, wherever it stands: in the status, the tables, a replay, the list, the headset, the report.
  */
 type Known = number | null | undefined;
 

@@ -45,10 +45,11 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     // a key of cuRobo's spheres
     {"src/steadyhand/files/config/curobo_world.cpp", {"position"}},
     // curves of the measured acceleration
-    {"src/steadyhand/report/figures/page.html", {"lateral", "vertical"}},
-    {"src/steadyhand/report/figures/page.js", {"lateral", "vertical"}},
     {"src/steadyhand/report/figures/page_data.cpp", {"lateral", "vertical"}},
-    {"src/steadyhand/operator/console/session_library.cpp", {"lateral"}},
+    {"src/steadyhand/report/figures/motion.cpp", {"lateral"}},
+    {"web/report.html", {"lateral", "vertical"}},
+    {"web/src/report/data.ts", {"lateral", "vertical"}},
+    {"web/src/report/plots.ts", {"lateral", "vertical"}},
     {"web/src/plots/plots.ts", {"lateral"}},
     {"web/src/style.css", {"lateral"}},
     // the one weight that the menu of a headset has
@@ -82,7 +83,7 @@ struct Mention {
 std::set<Mention> mentions(const fs::path& root, const std::set<std::string>& terms) {
   static const std::set<std::string> kinds = {".hpp", ".cpp", ".js", ".ts", ".html", ".css", ".json"};
   std::set<Mention> found;
-  for (const char* folder : {"src", "web/src", "web/protocol", "web/index.html"}) {
+  for (const char* folder : {"src", "web/src", "web/protocol", "web/index.html", "web/report.html"}) {
     std::vector<fs::path> files;
     if (fs::is_regular_file(root / folder)) files.push_back(root / folder);
     if (fs::is_directory(root / folder)) {

@@ -4,23 +4,18 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <iterator>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "steadyhand/core/attempt.hpp"
 #include "steadyhand/files/record/session_file.hpp"
 #include "steadyhand/operator/console/modest_process.hpp"
-#include "steadyhand/report/figures/metrics.hpp"
 #include "steadyhand/report/figures/past_session.hpp"
-#include "steadyhand/report/figures/session_story.hpp"
 #include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/report/figures/motion.hpp"
 
 namespace steadyhand {
 
@@ -49,145 +44,14 @@ FreshPage list(const fs::path& folder) {
   return {dump({{"sessions", std::move(sessions)}}), "application/json"};
 }
 
-/// Members of a JSON object, each a list with an entry for each row; the first has the rows' times. Written by hand: a
-/// session of hours would be a tree of millions of nodes.
-class Columns {
- public:
-  template <typename... Names>
-  explicit Columns(Names... names) : names_{names...}, lists_(sizeof...(names)) {}
-  void begin_row(double t) {
-    column_ = 0;
-    add(t, 4);
-  }
-  /// What is not finite is null.
-  void add(double value, int decimals) {
-    separate();
-    std::string& list = lists_[column_++];
-    std::isfinite(value) ? (void)fmt::format_to(std::back_inserter(list), "{:.{}f}", value, decimals)
-                         : (void)list.append("null");
-  }
-  template <typename List>
-  void add_list(const List& values, int decimals) {
-    separate();
-    std::string& list = lists_[column_++];
-    list += '[';
-    for (int i = 0; i < static_cast<int>(values.size()); ++i) {
-      fmt::format_to(std::back_inserter(list), "{}{:.{}f}", i > 0 ? "," : "", values[i], decimals);
-    }
-    list += ']';
-  }
-  bool empty() const { return lists_.front().empty(); }
-  std::string json() const {
-    std::string text;
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-      text += fmt::format("{}\"{}\":[{}]", i > 0 ? "," : "", names_[i], lists_[i]);
-    }
-    return text;
-  }
-
- private:
-  void separate() {
-    if (!lists_[column_].empty()) lists_[column_] += ',';
-  }
-
-  std::vector<std::string> names_, lists_;
-  std::size_t column_ = 0;
-};
-
-/// Which profile led, with which scale and fill, from when on.
-std::string settings_of(const SessionFile& session) {
-  Json settings = Json::array();
-  for (const SettingsChange& change : session.settings) {
-    const std::string profile = change.profile.empty() ? session.run("profile") : change.profile;
-    if (!settings.empty() && settings.back()["profile"] == profile && settings.back()["scale"] == change.scale &&
-        settings.back()["fill"] == change.fill.value_or(0.0)) {
-      continue;
-    }
-    settings.push_back({{"t_s", to_seconds(change.at)},
-                        {"profile", profile},
-                        {"scale", change.scale},
-                        {"fill", change.fill.value_or(0.0)}});
-  }
-  return dump(settings);
-}
-
-std::string events_of(const SessionFile& session) {
-  Json events = Json::array();
-  for (const SessionStory::Event& event : tell_story(session).events) {
-    events.push_back({{"t_s", event.t_s}, {"kind", event.kind}, {"what", event.what}, {"why", event.why}});
-    if (event.amount > 0.0) events.back()["amount"] = event.amount;
-  }
-  return dump(events);
-}
-
-/// What the liquid felt while the hand led, as the report counts it; null: nothing was measured then.
-std::string slosh_of(const SessionFile& session) {
-  std::vector<Felt> felt;
-  for (const auto& each : felt_while_led(session)) felt.push_back({each.sum, each.largest, each.count});
-  if (felt.empty()) return "null";
-  Metrics metrics;
-  count_felt(felt, metrics);
-  return dump({{"mean", metrics.lateral_mean}, {"largest", metrics.lateral_max}});
-}
-
-/// mm, over all that was led, as the report has it for each setting; null: no hand led.
-std::string off_target_of(const SessionFile& session) {
-  const double mean = mean_position_error(session.steps);
-  return std::isnan(mean) ? "null" : dump(1e3 * mean);
-}
-
 Result<FreshPage> motion(const fs::path& file) {
   const Result<McapOverview> overview = read_mcap(file);
   if (!overview) return overview.error();
-  SessionParts parts;
-  parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = parts.limits = parts.cells =
-      parts.statistics = true;
-  const double period = parts.state_period = parts.felt_period = look_period(*overview);
-  const Result<SessionFile> session = load_session(file, parts);
+  const Result<SessionFile> session = load_session(file, replayed_parts(*overview));
   if (!session) return session.error();
-  Columns arm("t_s", "q", "gripper");
-  for (const JointState& state : session->states) {
-    if (!state.q.allFinite()) continue;  // JSON has no word for it
-    arm.begin_row(to_seconds(state.stamp.made));
-    arm.add_list(state.q, 5);
-    arm.add(state.gripper.value_or(std::nan("")), 2);
-  }
-  if (arm.empty()) return Error{session->name + ": the arm never said where it was"};
-  Columns hand("t_s", "p", "q", "engaged", "lateral", "error_mm");
-  double last = -std::numeric_limits<double>::infinity();
-  for (const PlanStep& step : session->steps) {
-    const Pose& target = step.X_base_target;
-    if (step.t_s - last < period - 1e-9) continue;
-    if (!target.p.allFinite() || !target.q.coeffs().allFinite()) continue;
-    hand.begin_row(last = step.t_s);
-    hand.add_list(target.p, 4);
-    hand.add_list(target.q.coeffs(), 4);
-    hand.add(step.engaged ? 1.0 : 0.0, 0);
-    hand.add(lateral_acceleration(step), 3);
-    hand.add(step.engaged ? 1e3 * position_error(step) : std::nan(""), 1);
-  }
-  Columns felt("t_s", "mean", "largest", "count");
-  for (const SessionFile::Felt& each : session->felt) {
-    felt.begin_row(to_seconds(each.at));
-    felt.add(each.mean(), 3);
-    felt.add(each.largest, 3);
-    felt.add(each.count, 0);
-  }
-  Columns liquid("t_s", "tilt", "freeboard_mm", "spilled", "spilled_share");
-  for (const auto& [at, state] : session->liquid) {
-    if (!std::isfinite(state.tilt_x) || !std::isfinite(state.tilt_y)) continue;
-    liquid.begin_row(to_seconds(at));
-    liquid.add_list(std::array{state.tilt_x, state.tilt_y}, 4);
-    liquid.add(1e3 * state.freeboard, 1);
-    liquid.add(state.spilled ? 1.0 : 0.0, 0);
-    liquid.add(state.spilled_share, 3);
-  }
-  return FreshPage{fmt::format("{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"off_target_mm\":{},"
-                               "\"liquid\":{{{}}},\"settings\":{},"
-                               "\"events\":{}}}",
-                               dump(session->name), arm.json(), hand.json(), felt.json(), slosh_of(*session),
-                               off_target_of(*session), liquid.json(), settings_of(*session), events_of(*session)),
-                   "application/json"};
+  const bool moved = std::ranges::any_of(session->states, [](const JointState& state) { return state.q.allFinite(); });
+  if (!moved) return Error{session->name + ": the arm never said where it was"};
+  return FreshPage{motion_json(*session, look_period(*overview)), "application/json"};
 }
 
 Result<FreshPage> report(const fs::path& file) {

@@ -1,5 +1,7 @@
 #include "steadyhand/report/figures/page_data.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,12 +11,12 @@
 
 #include "steadyhand/core/json_writer.hpp"
 #include "steadyhand/report/figures/session_story.hpp"
+#include "steadyhand/report/figures/table.hpp"
 
 namespace steadyhand {
 namespace {
 
 constexpr int kMaxStepPoints = 4000, kMaxCommandPoints = 3000, kMaxTailPoints = 400;
-constexpr std::size_t kMaxWavePoints = 12000;  // of all that was recorded, not only of what was led
 
 /// What stands for the values that share a point: where the page must show the worst case it keeps the extreme.
 /// kBroken keeps the first, unless the curve breaks among them. What is not a number is nowhere the extreme.
@@ -195,32 +197,83 @@ void write_speeds(JsonWriter& json, const ProfileResult& profile, const Thinning
   json.end_object();
 }
 
-void write_story(JsonWriter& json, const SessionStory& story) {
-  json.begin_object();
-  json.member("begin", story.begin_s);
-  json.member("end", story.end_s);
-  const std::size_t waves = story.waves.size(), per_point = waves / kMaxWavePoints + 1;
-  json.key("wave");
-  json.begin_object();
-  json.key("t");
-  write_curve(json, waves, per_point, Keep::kFirst, [&](std::size_t i) { return story.waves[i].t_s; });
-  json.key("freeboard_mm");
-  write_curve(json, waves, per_point, Keep::kSmallest, [&](std::size_t i) { return story.waves[i].freeboard_mm; });
-  json.key("spilled");
-  write_curve(json, waves, per_point, Keep::kLargest,
-              [&](std::size_t i) { return 100 * story.waves[i].spilled_share; });
-  json.end_object();
-  json.key("events");
+void write_weights(JsonWriter& json, const Weights& weights) {
+  json.key("weights");
   json.begin_array();
-  for (const SessionStory::Event& event : story.events) {
+  for (const auto& [name, values] : weights) {
+    if (values.empty()) continue;
     json.begin_object();
-    json.member("t", event.t_s);
-    json.member("kind", event.kind);
-    json.member("what", event.what);
-    json.member("why", event.why);
+    json.member("name", name);
+    json.member("text", weight_text(values));
     json.end_object();
   }
   json.end_array();
+}
+
+/// What a card shows of a profile beside its curves, in the units of Metrics.
+void write_metrics(JsonWriter& json, const Metrics& m) {
+  json.key("metrics");
+  json.begin_object();
+  json.member("spills", m.spills);
+  json.member("spilled_share", m.spilled_share);
+  json.member("spills_per_minute", m.spills_per_minute);
+  json.member("lateral_mean", m.lateral_mean);
+  json.member("lateral_max", m.lateral_max);
+  json.member("position_mean", m.position_mean);
+  json.member("position_rms", m.position_rms);
+  json.member("solve_mean", m.solve_mean);
+  json.end_object();
+}
+
+/// Index of the profile that does best in this row, or -1: no merit, only one profile, or a tie as shown. What led for
+/// a moment only is not compared.
+int best_profile(const MetricRow& row, const std::vector<Metrics>& metrics) {
+  constexpr int kMoment = 5;  // one in so many steps of the longest
+  int longest = 0;
+  for (const Metrics& m : metrics) longest = std::max(longest, m.steps);
+  const auto counts = [longest](const Metrics& m) { return kMoment * m.steps >= longest; };
+  if (row.best == MetricRow::Best::kNone || std::count_if(metrics.begin(), metrics.end(), counts) < 2) return -1;
+  const double sign = row.best == MetricRow::Best::kLowest ? 1 : -1;
+  const auto better = [&](const Metrics& a, const Metrics& b) {
+    return counts(a) == counts(b) ? sign * row.value(a) < sign * row.value(b) : counts(a);
+  };
+  const auto best = std::min_element(metrics.begin(), metrics.end(), better);
+  const auto ties = std::count_if(metrics.begin(), metrics.end(),
+                                  [&](const Metrics& m) { return format_value(row, m) == format_value(row, *best); });
+  return ties > 1 ? -1 : static_cast<int>(best - metrics.begin());
+}
+
+/// The comparison, a row for each metric that somebody knows, with a text for each profile.
+void write_figures(JsonWriter& json, const std::vector<Metrics>& metrics) {
+  json.key("figures");
+  json.begin_array();
+  for (const MetricRow& row : metric_rows()) {
+    if (!is_known(row, metrics)) continue;
+    json.begin_object();
+    json.member("group", row.group);
+    json.member("label", row.label);
+    json.member("unit", row.unit);
+    json.member("meaning", row.meaning);
+    json.member("best", best_profile(row, metrics));
+    json.key("texts");
+    json.begin_array();
+    for (const Metrics& m : metrics) json.value(format_value(row, m));
+    json.end_array();
+    json.end_object();
+  }
+  json.end_array();
+}
+
+void write_session(JsonWriter& json, const ReportInput& input) {
+  const SessionStory& story = *input.story;
+  json.begin_object();
+  json.key("zero_s");  // of a clock that may have run for days: to more than six figures
+  json.raw(fmt::format("{:.4f}", input.begin_s));
+  json.member("begin", story.begin_s);
+  json.member("end", story.end_s);
+  json.member("led_s", story.led_s);
+  json.member("has_glass", story.has_glass);
+  json.member("knows_liquid", story.knows_liquid);
   const auto curve = [&](std::string_view name, double SessionStory::Latency::*value) {
     json.key(name);
     json.begin_array();
@@ -233,16 +286,9 @@ void write_story(JsonWriter& json, const SessionStory& story) {
   curve("p50", &SessionStory::Latency::p50_ms);
   curve("p99", &SessionStory::Latency::p99_ms);
   json.end_object();
-  json.key("postures");
-  json.begin_array();
-  for (const auto& [t, q] : story.postures) {
-    json.begin_array();
-    json.value(t);
-    for (const double angle : q) json.value(angle);
-    json.end_array();
-  }
-  json.end_array();
   json.member("robot", story.robot);
+  json.key("motion");
+  json.raw(input.motion.empty() ? "null" : input.motion);
   json.end_object();
 }
 
@@ -261,8 +307,18 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   JsonBuffer out;
   /// Six figures: a millisecond in a quarter of an hour, and more than a curve shows.
   JsonWriter json(out, JsonWriter::Digits::kSix);
+  std::vector<Metrics> metrics;
+  for (const ProfileResult& profile : input.profiles) metrics.push_back(metrics_of(profile));
   json.begin_object();
-  json.member("period_ms", 1e3 / input.rate_hz);
+  json.member("recording", input.recording);
+  json.member("title", input.title);
+  json.member("recorded", input.recorded);
+  json.member("command", input.command);
+  json.member("rate_hz", input.rate_hz);
+  json.member("scales", input.scales.empty() ? fmt::format("{:g}", input.scale) : input.scales);
+  json.member("steps_per_point", thinning.steps_per_point);
+  json.member("commands_per_point", thinning.commands_per_point * input.profiles.front().commands_merged);
+  write_figures(json, metrics);
   json.key("targets");
   json.begin_array();
   write_target(json, input.profiles.front(), "target", thinning.steps_per_point);
@@ -274,10 +330,14 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   json.end_array();
   json.key("profiles");
   json.begin_array();
-  for (const ProfileResult& profile : input.profiles) {
+  for (std::size_t i = 0; i < input.profiles.size(); ++i) {
+    const ProfileResult& profile = input.profiles[i];
     json.begin_object();
     json.member("name", profile.name);
     json.member("label", profile.label);
+    write_weights(json, profile.weights);
+    json.member("led_s", profile.led_s);
+    write_metrics(json, metrics[i]);
     write_steps(json, profile, thinning.steps_per_point);
     write_tail(json, profile.steps);
     write_speeds(json, profile, thinning);
@@ -285,8 +345,8 @@ std::string page_data(const ReportInput& input, const Thinning& thinning) {
   }
   json.end_array();
   if (input.story) {
-    json.key("story");
-    write_story(json, *input.story);
+    json.key("session");
+    write_session(json, input);
   }
   json.end_object();
   std::string embedded;  // in a <script>

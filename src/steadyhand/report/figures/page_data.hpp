@@ -15,7 +15,7 @@ struct Thinning {
 /// How much `input` must be thinned for a page that stays quick.
 Thinning choose_thinning(const ReportInput& input);
 
-/// The curves of all profiles as JSON, in the units that the page shows; page.js says how it is laid out by reading it.
+/// All that the page shows as JSON, curves in its units; web/src/report/data.ts says how it is laid out.
 /// Contains no '<', so it can stand inside a script element.
 std::string page_data(const ReportInput& input, const Thinning& thinning);
 

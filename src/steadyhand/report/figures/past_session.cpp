@@ -8,13 +8,14 @@
 #include <utility>
 
 #include "steadyhand/report/figures/session_story.hpp"
+#include "steadyhand/report/figures/motion.hpp"
 
 namespace steadyhand {
 
 namespace {
 
 constexpr std::size_t kMostCommands = 60000;  ///< of a report: two minutes, each by itself
-constexpr double kPosturePeriod = 0.1;        ///< s
+constexpr std::size_t kMostRows = 9000;       ///< of what a report replays: five minutes as often as the page
 
 double number_or(const std::string& text, double otherwise) {
   char* end = nullptr;
@@ -47,23 +48,26 @@ class PastGate {
   bool good_ = false;
 };
 
-/// Times go by the program's clock in the file; people count from the recording's begin, as a replay does.
+/// Times go by the program's clock in the file; people count from the arm's first posture, as a replay does.
+double begin_of(const SessionFile& session) {
+  const auto first = std::ranges::find_if(session.states, [](const JointState& state) { return state.q.allFinite(); });
+  return to_seconds(first == session.states.end() ? session.overview.first : first->stamp.made);
+}
+
 void count_from_begin(ReportInput& report) {
   SessionStory& story = *report.story;
-  const double begin = std::exchange(story.begin_s, 0.0);
-  const auto rebase = [begin](double& t) { t = std::max(0.0, t - begin); };
+  const auto rebase = [begin = report.begin_s](double& t) { t = std::max(0.0, t - begin); };
+  rebase(story.begin_s);
   rebase(story.end_s);
   for (SessionStory::Event& event : story.events) rebase(event.t_s);
   for (SessionStory::Spill& spill : story.spills) {
     rebase(spill.t_s);
     if (spill.full_again_s) rebase(*spill.full_again_s);
   }
-  for (SessionStory::Wave& wave : story.waves) rebase(wave.t_s);
   for (SessionStory::Latency& latency : story.latency) rebase(latency.t_s);
-  for (auto& [t, q] : story.postures) rebase(t);
   for (ProfileResult& profile : report.profiles) {
     for (PlanStep& step : profile.steps) rebase(step.t_s);
-    for (JointCommand& command : profile.commands) command.stamp.made -= from_seconds(begin);
+    for (JointCommand& command : profile.commands) command.stamp.made -= from_seconds(report.begin_s);
   }
 }
 
@@ -123,6 +127,14 @@ double look_period(const McapOverview& overview) {
   return std::max(kPeriod, to_seconds(overview.last - overview.first) / kMost);
 }
 
+SessionParts replayed_parts(const McapOverview& overview) {
+  SessionParts parts;
+  parts.states = parts.steps = parts.liquid = parts.changes = parts.settings = true;
+  parts.limits = parts.cells = parts.statistics = true;
+  parts.state_period = parts.felt_period = look_period(overview);
+  return parts;
+}
+
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command) {
   if (session.steps.empty()) {
     return Error{fmt::format("{}: nothing was planned in it, so there is nothing to report", session.name)};
@@ -143,6 +155,8 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
   report.command = command;
   report.story = tell_story(session);
   for (const McapLoss& loss : session.overview.lost) report.lost.push_back(to_text(loss));
+  report.motion = motion_json(session, look_period(session.overview), kMostRows);
+  report.begin_s = begin_of(session);
   report.profiles = split_by_settings(std::move(session));
   count_from_begin(report);
   return report;
@@ -151,11 +165,8 @@ Result<ReportInput> report_of_session(SessionFile session, const std::string& co
 Result<ReportInput> load_session_report(const std::filesystem::path& path) {
   const Result<McapOverview> overview = read_mcap(path);
   if (!overview) return overview.error();
-  SessionParts parts;
-  parts.felt_period = look_period(*overview);
-  parts.steps = parts.commands = parts.changes = parts.settings = true;
-  parts.states = parts.liquid = parts.limits = parts.cells = parts.statistics = true;
-  parts.state_period = kPosturePeriod;
+  SessionParts parts = replayed_parts(*overview);
+  parts.commands = true;
   parts.most_commands = kMostCommands;
   Result<SessionFile> session = load_session(path, parts);
   if (!session) return session.error();

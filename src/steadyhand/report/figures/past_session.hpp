@@ -28,6 +28,9 @@ Result<SessionHand> hand_of_session(const SessionFile& session, const RecordingO
 /// report, whose figures are made of them.
 double look_period(const McapOverview& overview);
 
+/// What replay and report are made of.
+SessionParts replayed_parts(const McapOverview& overview);
+
 /// The report of what was driven. Fails if no plan was.
 Result<ReportInput> report_of_session(SessionFile session, const std::string& command);
 

@@ -49,22 +49,13 @@ struct SessionStory {
     std::optional<double> full_again_s{};  ///< absent: not in this session
     double within_s = 0;                   ///< that it took
   };
-  /// The liquid, from `t_s` on until the next.
-  struct Wave {
-    double t_s = 0;
-    double freeboard_mm = 0;   ///< of its highest point, the least; below 0: over the rim; not a number: all is lost
-    double spilled_share = 0;  ///< of the liquid since the glass was full
-  };
   double begin_s = 0, end_s = 0;  ///< of the recording
   bool has_glass = true;          ///< a gripper has none
   bool knows_liquid = false;      ///< there was a glass whose liquid was recorded
   std::vector<Spill> spills;
-  std::vector<Wave> waves;
   double led_s = 0;           ///< in which the hand led
   std::vector<Event> events;  ///< in the order of their times
   std::vector<Latency> latency;
-  /// Where the tool was at times `t_s`, not closer than a look at it needs: for a picture of the motion.
-  std::vector<std::pair<double, JointVector>> postures;
   std::string robot;  ///< JSON as `steadyhand describe` prints it
 };
 
@@ -78,11 +69,13 @@ struct ReportInput {
   std::string command;    ///< what to type to get this report again
   std::vector<ProfileResult> profiles;
   std::optional<SessionStory> story;  ///< of a live session
+  std::string motion;                 ///< of a live session: motion_json
+  double begin_s = 0;                 ///< of what is in `motion`: all other times count from here
   std::vector<std::string> lost;      ///< damaged parts of its file
 };
 
-/// One HTML page that needs nothing else: metrics, the paper's plots, planner and limits, for all profiles side by
-/// side. Equal input gives equal bytes. Fails if there is no profile or a profile has no steps.
+/// One HTML page that needs nothing else: the page of web/report.html with report_data in it. Equal input gives equal
+/// bytes. Fails if there is no profile or a profile has no steps.
 Result<std::string> report_page(const ReportInput& input);
 /// Writes that page; fails also if the file cannot be written.
 Status write_report(const ReportInput& input, const std::filesystem::path& path);

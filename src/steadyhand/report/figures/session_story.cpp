@@ -18,14 +18,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kGap = 0.5;           ///< s between two plans from which on nothing was planned in between
-constexpr double kRestless = 0.01;     ///< rad (m), by which a joint of an arm at rest may differ
-constexpr double kLimitsApart = 1.0;   ///< s; a limit that comes and goes quickly is told once
-constexpr double kEmpty = 0.995;       ///< share from which on no wave is left to be seen
-constexpr double kInstant = 1e-3;      ///< s
-constexpr double kAllOf = 0.99;        ///< share of a time from which on it counts as all of it
-constexpr double kMissedApart = 10.0;  ///< s
-constexpr std::size_t kMostPostures = 3000;
+constexpr double kGap = 0.5;             ///< s between two plans from which on nothing was planned in between
+constexpr double kRestless = 0.01;       ///< rad (m), by which a joint of an arm at rest may differ
+constexpr double kLimitsApart = 1.0;     ///< s; a limit that comes and goes quickly is told once
+constexpr double kInstant = 1e-3;        ///< s
+constexpr double kAllOf = 0.99;          ///< share of a time from which on it counts as all of it
+constexpr double kMissedApart = 10.0;    ///< s
 constexpr std::size_t kMostResults = 8;  ///< as many colours and columns as a reader can tell apart
 
 /// What the report calls the profile of this name.
@@ -240,10 +238,6 @@ void tell_spills(const SessionFile& session, SessionStory& story) {
   story.has_glass = !has_gripper(story.robot);
   story.knows_liquid = story.has_glass && !session.liquid.empty();
   if (!story.knows_liquid) return;
-  for (const SessionFile::Wave& wave : session.waves) {
-    const double freeboard = wave.spilled_share < kEmpty ? wave.freeboard : std::nan("");
-    story.waves.push_back({to_seconds(wave.at), 1e3 * freeboard, wave.spilled_share});
-  }
   story.spills = spills_of(session);
   for (const SessionStory::Spill& spill : story.spills) {
     story.events.push_back({spill.t_s, "spill", spill_text(spill), spill.cause, spill.share});
@@ -444,11 +438,6 @@ SessionStory tell_story(const SessionFile& session) {
   story.led_s = led_between(session, story.begin_s, story.end_s);
   std::stable_sort(story.events.begin(), story.events.end(),
                    [](const auto& a, const auto& b) { return a.t_s < b.t_s; });
-  const std::size_t stride = session.states.size() / kMostPostures + 1;
-  for (std::size_t i = 0; i < session.states.size(); i += stride) {
-    if (!session.states[i].q.allFinite()) continue;
-    story.postures.emplace_back(to_seconds(session.states[i].stamp.made), session.states[i].q);
-  }
   return story;
 }
 

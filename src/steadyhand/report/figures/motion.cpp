@@ -1,0 +1,207 @@
+#include "steadyhand/report/figures/motion.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
+
+#include "steadyhand/report/figures/metrics.hpp"
+#include "steadyhand/report/figures/session_story.hpp"
+
+namespace steadyhand {
+
+namespace {
+
+using Json = nlohmann::json;
+
+std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// Members of a JSON object, each a list with an entry for each row; the first has the rows' times. Written by hand: a
+/// session of hours would be a tree of millions of nodes.
+class Columns {
+ public:
+  template <typename... Names>
+  explicit Columns(Names... names) : names_{names...}, lists_(sizeof...(names)) {}
+  void begin_row(double t) {
+    column_ = 0;
+    add(t, 4);
+  }
+  /// What is not finite is null.
+  void add(double value, int decimals) {
+    separate();
+    std::string& list = lists_[column_++];
+    std::isfinite(value) ? (void)fmt::format_to(std::back_inserter(list), "{:.{}f}", value, decimals)
+                         : (void)list.append("null");
+  }
+  template <typename List>
+  void add_list(const List& values, int decimals) {
+    separate();
+    std::string& list = lists_[column_++];
+    list += '[';
+    for (int i = 0; i < static_cast<int>(values.size()); ++i) {
+      fmt::format_to(std::back_inserter(list), "{}{:.{}f}", i > 0 ? "," : "", values[i], decimals);
+    }
+    list += ']';
+  }
+  std::string json() const {
+    std::string text;
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      text += fmt::format("{}\"{}\":[{}]", i > 0 ? "," : "", names_[i], lists_[i]);
+    }
+    return text;
+  }
+
+ private:
+  void separate() {
+    if (!lists_[column_].empty()) lists_[column_] += ',';
+  }
+
+  std::vector<std::string> names_, lists_;
+  std::size_t column_ = 0;
+};
+
+/// Which profile led, with which scale and fill, from when on.
+std::string settings_of(const SessionFile& session) {
+  Json settings = Json::array();
+  for (const SettingsChange& change : session.settings) {
+    const std::string profile = change.profile.empty() ? session.run("profile") : change.profile;
+    if (!settings.empty() && settings.back()["profile"] == profile && settings.back()["scale"] == change.scale &&
+        settings.back()["fill"] == change.fill.value_or(0.0)) {
+      continue;
+    }
+    settings.push_back({{"t_s", to_seconds(change.at)},
+                        {"profile", profile},
+                        {"scale", change.scale},
+                        {"fill", change.fill.value_or(0.0)}});
+  }
+  return dump(settings);
+}
+
+std::string events_of(const SessionFile& session) {
+  Json events = Json::array();
+  for (const SessionStory::Event& event : tell_story(session).events) {
+    events.push_back({{"t_s", event.t_s}, {"kind", event.kind}, {"what", event.what}, {"why", event.why}});
+    if (event.amount > 0.0) events.back()["amount"] = event.amount;
+  }
+  return dump(events);
+}
+
+/// What the liquid felt while the hand led, as the report counts it; null: nothing was measured then.
+std::string slosh_of(const SessionFile& session) {
+  std::vector<Felt> felt;
+  for (const auto& each : felt_while_led(session)) felt.push_back({each.sum, each.largest, each.count});
+  if (felt.empty()) return "null";
+  Metrics metrics;
+  count_felt(felt, metrics);
+  return dump({{"mean", metrics.lateral_mean}, {"largest", metrics.lateral_max}});
+}
+
+/// mm, over all that was led, as the report has it for each setting; null: no hand led.
+std::string off_target_of(const SessionFile& session) {
+  const double mean = mean_position_error(session.steps);
+  return std::isnan(mean) ? "null" : dump(1e3 * mean);
+}
+
+/// The entries, `most` groups of neighbours at most.
+template <typename Entry>
+std::vector<std::span<const Entry>> grouped(const std::vector<Entry>& entries, std::size_t most) {
+  std::vector<std::span<const Entry>> groups;
+  const std::size_t each = entries.empty() ? 1 : (entries.size() - 1) / most + 1;
+  for (std::size_t i = 0; i < entries.size(); i += each) {
+    groups.push_back(std::span(entries).subspan(i, std::min(each, entries.size() - i)));
+  }
+  return groups;
+}
+
+std::string arm_of(const SessionFile& session, std::size_t most_rows) {
+  Columns arm("t_s", "q", "gripper");
+  for (const auto states : grouped(session.states, most_rows)) {
+    const JointState& state = states.front();
+    if (!state.q.allFinite()) continue;  // JSON has no word for it
+    arm.begin_row(to_seconds(state.stamp.made));
+    arm.add_list(state.q, 5);
+    arm.add(state.gripper.value_or(std::nan("")), 2);
+  }
+  return arm.json();
+}
+
+std::string target_of(const SessionFile& session, double period, std::size_t most_rows) {
+  std::vector<const PlanStep*> steps;
+  for (const PlanStep& step : session.steps) {
+    const Pose& target = step.X_base_target;
+    if (!steps.empty() && step.t_s - steps.back()->t_s < period - 1e-9) continue;
+    if (target.p.allFinite() && target.q.coeffs().allFinite()) steps.push_back(&step);
+  }
+  Columns hand("t_s", "p", "q", "engaged", "lateral", "error_mm");
+  for (const auto group : grouped(steps, most_rows)) {
+    const PlanStep& step = *group.front();
+    double lateral = std::nan(""), error = std::nan("");
+    for (const PlanStep* each : group) {
+      lateral = std::fmax(lateral, lateral_acceleration(*each));
+      if (each->engaged) error = std::fmax(error, 1e3 * position_error(*each));
+    }
+    hand.begin_row(step.t_s);
+    hand.add_list(step.X_base_target.p, 4);
+    hand.add_list(step.X_base_target.q.coeffs(), 4);
+    hand.add(step.engaged ? 1.0 : 0.0, 0);
+    hand.add(lateral, 3);
+    hand.add(error, 1);
+  }
+  return hand.json();
+}
+
+std::string felt_of(const SessionFile& session, std::size_t most_rows) {
+  Columns felt("t_s", "mean", "largest", "count");
+  for (const auto group : grouped(session.felt, most_rows)) {
+    SessionFile::Felt all = group.front();
+    for (const SessionFile::Felt& each : group.subspan(1)) {
+      all.sum += each.sum;
+      all.count += each.count;
+      all.largest = std::max(all.largest, each.largest);
+    }
+    felt.begin_row(to_seconds(all.at));
+    felt.add(all.mean(), 3);
+    felt.add(all.largest, 3);
+    felt.add(all.count, 0);
+  }
+  return felt.json();
+}
+
+std::string liquid_of(const SessionFile& session, std::size_t most_rows) {
+  Columns liquid("t_s", "tilt", "freeboard_mm", "spilled", "spilled_share");
+  auto wave = session.waves.begin();
+  const auto groups = grouped(session.liquid, most_rows);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const auto& [at, state] = groups[i].front();
+    double freeboard = state.freeboard, share = state.spilled_share;
+    for (const auto& [t, each] : groups[i]) share = std::max(share, each.spilled_share);
+    for (; wave != session.waves.end() && (i + 1 == groups.size() || wave->at < groups[i + 1].front().first); ++wave) {
+      freeboard = std::fmin(freeboard, wave->freeboard);
+    }
+    if (!std::isfinite(state.tilt_x) || !std::isfinite(state.tilt_y)) continue;
+    liquid.begin_row(to_seconds(at));
+    liquid.add_list(std::array{state.tilt_x, state.tilt_y}, 4);
+    liquid.add(1e3 * freeboard, 1);
+    liquid.add(state.spilled ? 1.0 : 0.0, 0);
+    liquid.add(share, 3);
+  }
+  return liquid.json();
+}
+
+}  // namespace
+
+std::string motion_json(const SessionFile& session, double period, std::size_t most_rows) {
+  return fmt::format(
+      "{{\"name\":{},{},\"target\":{{{}}},\"felt\":{{{}}},\"slosh\":{},\"off_target_mm\":{},\"liquid\":{{{}}},"
+      "\"settings\":{},\"events\":{}}}",
+      dump(session.name), arm_of(session, most_rows), target_of(session, period, most_rows),
+      felt_of(session, most_rows), slosh_of(session), off_target_of(session), liquid_of(session, most_rows),
+      settings_of(session), events_of(session));
+}
+
+}  // namespace steadyhand

@@ -1,0 +1,65 @@
+import type { Motion } from '../replay/player';
+
+/** Curves by axis, in the base of the arm: m and degrees; null where an angle jumps. */
+export type ByAxis = Readonly<Record<'x' | 'y' | 'z' | 'roll' | 'pitch' | 'yaw', Values>>;
+export type Values = (number | null)[];
+export type Times = number[];
+
+/** Curves of all plans of one profile, over their times. */
+export type PlanCurve = keyof ByAxis | 'lateral' | 'vertical' | 'position_error' | 'orientation_error' | 'solve_time' | 'iterations' | 'distance';
+
+/** What one profile made of it. */
+export interface Result extends Readonly<Record<PlanCurve, Values>> {
+  name: string;
+  label: string;
+  /** By the name that a profile's file has; without one a remark. */
+  weights: readonly { name: string; text: string }[];
+  led_s: number;
+  /** SI units, us; null: nobody knows. */
+  metrics: Readonly<Record<'spills' | 'spilled_share' | 'spills_per_minute' | 'lateral_mean' | 'lateral_max' | 'position_mean' | 'position_rms' | 'solve_mean', number | null>>;
+  t: Times;
+  objects: readonly string[];
+  object_distances: readonly Values[];
+  /** s, of steps that failed. */
+  failures: Times;
+  terms: readonly string[];
+  term_names: readonly string[];
+  shares: readonly (readonly number[])[];
+  tail: { ms: Times; percent: Values };
+  joints: readonly string[];
+  joint_names: readonly string[];
+  speeds: { t: Times; percent: readonly Values[] };
+}
+
+/** A row of the comparison; `best`: of which profile, -1: of none. */
+export interface FigureRow { group: string; label: string; unit: string; meaning: string; best: number; texts: readonly string[] }
+
+/** Of a live session; times in s from its begin but those of `motion`, which has `zero_s` there. */
+export interface Session {
+  zero_s: number;
+  begin: number;
+  end: number;
+  led_s: number;
+  has_glass: boolean;
+  knows_liquid: boolean;
+  latency: { t: Times; p50: Values; p99: Values };
+  /** As `steadyhand describe` prints it; empty: not recorded. */
+  robot: string;
+  motion: Motion | null;
+}
+
+/** What the program writes into the report's page (src/steadyhand/report/figures/page_data.cpp). */
+export interface Report {
+  recording: string;
+  title: string;
+  recorded: string;
+  command: string;
+  rate_hz: number;
+  scales: string;
+  steps_per_point: number;
+  commands_per_point: number;
+  figures: readonly FigureRow[];
+  targets: readonly ({ label: string; t: Times } & ByAxis)[];
+  profiles: readonly Result[];
+  session?: Session;
+}

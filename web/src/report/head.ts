@@ -1,0 +1,138 @@
+import { fine, kindText, seenAt } from '../replay/happened';
+import { meanOffText, percentText, sloshText } from '../figures';
+import type { StoryEvent } from '../replay/player';
+import { MARKS } from '../replay/track';
+import type { FigureRow, Report, Result } from './data';
+import { made } from './made';
+import { profileColor, profileDash } from './plots';
+
+/** m:ss.ss */
+export const timeText = (seconds: number | null): string => (seconds === null ? '–' : fine(Math.max(0, seconds), 2));
+const hasGlass = ({ session }: Pick<Report, 'session'>): boolean => session?.has_glass ?? true;
+export const toolOf = (report: Report): string => (hasGlass(report) ? 'glass' : 'gripper');
+
+const MONTHS = ['January', 'February', 'March', 'April', 'May', 'June', 'July', 'August', 'September', 'October', 'November', 'December'];
+/** "25 November 2026, 15:20:10" of a name that was made then; empty of other names. */
+export function dateOf(name: string): string {
+  const [, year, month, day, time, rest = ''] = /^(\d{4})-(\d\d)-(\d\d)_(\d\d-\d\d-\d\d)(.*)$/.exec(name) ?? [], called = MONTHS[Number(month) - 1];
+  if (!year || !called) return '';
+  return `${Number(day)} ${called} ${year}, ${time!.replaceAll('-', ':')}${rest.startsWith('_') ? ` (${rest.slice(1)})` : rest}`; // "_2": of the same program
+}
+
+/** What people call it, and when it was made, as far as that is known. */
+export function titleOf({ recording, title, recorded }: Pick<Report, 'recording' | 'title' | 'recorded'>): string {
+  const named = dateOf(recording), began = dateOf(named ? recorded.replace(/ UTC$/, '') : recorded); // several files of a program have one name
+  return [title || (named ? '' : recording), began || named].filter(Boolean).join(', ');
+}
+
+/** Spills that are listed without being asked for; of less than TRACE of the liquid none but the worst. */
+const MOST_TOLD = 5, TRACE = 0.0005;
+
+/** The worst first; `rest` is folded away beneath `words`. */
+export function toldSpills(spills: readonly StoryEvent[]): { first: StoryEvent[]; rest: StoryEvent[]; words: string } {
+  const share = ({ amount = 0 }: StoryEvent): number => amount, sorted = [...spills].sort((a, b) => share(b) - share(a)), traces = sorted.findIndex((spill, i) => i > 0 && share(spill) < TRACE);
+  const count = Math.min(traces < 0 ? sorted.length : traces, MOST_TOLD), rest = sorted.slice(count), most = rest[0] ? share(rest[0]) : 0;
+  return { first: sorted.slice(0, count), rest, words: `${rest.length} more, of ${most < TRACE ? '' : 'at most '}${percentText(most)} %` };
+}
+
+/** Whether the glass kept its liquid, how much it lost, and why: what one wants to know of a session. */
+export function verdictOf(spills: readonly StoryEvent[], zero: number): HTMLElement {
+  if (spills.length === 0) return made('p', { className: 'verdict' }, 'Nothing spilled.');
+  const { first, rest, words } = toldSpills(spills);
+  const line = ({ amount = 0, t_s, why }: StoryEvent): HTMLElement => made('li', {}, made('b', {}, `${percentText(amount)} %`), ' ', made('a', { href: `#t=${seenAt(t_s, zero).toFixed(2)}` }, `at ${timeText(t_s - zero)}`), `: ${why}`);
+  const more = rest.length > 0 ? [made('li', {}, made('details', {}, made('summary', {}, words), made('ul', {}, ...rest.map(line))))] : [];
+  return made('div', { className: 'verdict spilled' }, made('p', {}, `Spilled ${spills.length === 1 ? 'once' : `${spills.length} times`}.`), made('ul', {}, ...first.map(line), ...more));
+}
+
+/** What the colours of the time line mean, of those that are in it. */
+export function legendOf(events: readonly StoryEvent[]): HTMLElement[] {
+  const states = new Set(events.flatMap(({ kind, what }) => (kind === 'state' ? [what] : []))), marks = new Set(events.flatMap(({ kind }) => (kind in MARKS ? [kind] : [])));
+  const sign = (tag: 'i' | 'b', color: string, name: string): HTMLElement => {
+    const swatch = made(tag);
+    swatch.style.background = color;
+    return made('span', {}, swatch, ` ${name}`);
+  };
+  return [...[...states].map((state) => sign('i', `var(--state-${state})`, state)), ...[...marks].map((kind) => sign('b', MARKS[kind]!, kindText(kind)))];
+}
+
+/** "13 % of P1 tracking" or "2.6 × P1 tracking"; empty: nothing to compare, or of a profile that hardly led. */
+export function compared(value: number | null, first: number | null, label: string): string {
+  const ratio = (value ?? NaN) / (first || NaN);
+  if (!(ratio < 100)) return '';
+  return `${ratio < 1 ? `${(100 * ratio).toFixed(0)} % of` : `${ratio.toFixed(1)} ×`} ${label}`;
+}
+
+/** "2 ×, at most 74.4 %", "once, 3.6 %", or "0". */
+export function spillsText(count: number, most: number): string {
+  if (count === 0) return '0';
+  const share = `${percentText(most)} %`;
+  return count === 1 ? `once, ${share}` : `${count} ×, ${share.startsWith('less') ? 'each' : 'at most'} ${share}`;
+}
+
+export type Row = [what: string, value: string, unit: string, number?: number | null, first?: number | null];
+export function rowsOf(report: Pick<Report, 'profiles' | 'session'>, { metrics: m, led_s }: Result): Row[] {
+  const first = report.profiles[0]!.metrics, solve: Row = ['solve time, mean', (m.solve_mean ?? 0).toFixed(0), 'µs', m.solve_mean, first.solve_mean];
+  const slosh: Row = ['slosh, mean', sloshText(m.lateral_mean), 'm/s²', m.lateral_mean, first.lateral_mean];
+  if (!report.session) return [slosh, ['position error, RMS', (1e3 * (m.position_rms ?? 0)).toFixed(1), 'mm', m.position_rms, first.position_rms], solve];
+  const known = (of: (each: Result['metrics']) => boolean): boolean => report.profiles.some(({ metrics }) => of(metrics));
+  return [ // in the words and figures of the operator's page
+    ['led', timeText(led_s), ''],
+    ...(known(({ spills }) => spills !== null) ? [['spilled', spillsText(m.spills ?? 0, m.spilled_share ?? 0), ''] as Row] : []),
+    ...(known(({ spills }) => (spills ?? 0) > 0) ? [['spills per minute led', sloshText(m.spills_per_minute), '', m.spills_per_minute, first.spills_per_minute] as Row] : []),
+    ...(hasGlass(report) ? [slosh, ['slosh, peak', sloshText(m.lateral_max), 'm/s²', m.lateral_max, first.lateral_max] as Row] : []),
+    ['off target, mean', meanOffText(1e3 * (m.position_mean ?? NaN)), 'mm', m.position_mean, first.position_mean],
+    solve,
+  ];
+}
+
+/** A card for each profile. @param onChoice it is taken out of the plots, or put back */
+export function cardsOf(report: Report, onChoice: (profile: number, shown: boolean) => void): HTMLElement[] {
+  return report.profiles.map((profile, i) => {
+    const rows = rowsOf(report, profile), box = made('input', { type: 'checkbox', checked: true });
+    box.dataset.profile = String(i);
+    box.onchange = () => onChoice(i, box.checked);
+    const card = made('article', { className: 'card' }, made('h3', {}, made('label', {}, box, ` ${profile.label}`)), made('p', { className: 'weights' }, ...profile.weights.flatMap(({ name, text }, k) => [k > 0 ? ', ' : '', ...(name ? [made('span', { title: name }, name.replaceAll('_', ' ')), ' '] : []), text])),
+      made('dl', {}, ...rows.map(([what, value, unit, number, first]) => {
+        const words = i > 0 && number !== undefined ? compared(number, first ?? null, report.profiles[0]!.label) : '';
+        return made('div', {}, made('dt', {}, what), made('dd', {}, made('b', {}, value), ` ${unit}`, ...(words ? [made('small', {}, words)] : [])));
+      })));
+    card.style.setProperty('--color', profileColor(report, i));
+    card.style.setProperty('--rows', String(2 + rows.length));
+    if (profileDash(report, i)) card.style.borderTopStyle = 'dashed';
+    return card;
+  });
+}
+
+/** What drives a glass's liquid has one name on the operator's page and here. */
+const labelOf = (report: Report, label: string): string => (hasGlass(report) ? label.replace(/^Lateral specific force/, 'Slosh') : label);
+
+/** One table per group of rows. */
+export function tablesOf(report: Report): HTMLElement[] {
+  const groups = new Map<string, FigureRow[]>();
+  for (const row of report.figures) groups.set(row.group, [...(groups.get(row.group) ?? []), row]);
+  return [...groups].map(([name, rows]) => {
+    const group = name === 'Glass' && !hasGlass(report) ? 'Gripper' : name;
+    const heads = report.profiles.map(({ label }, i) => {
+      const head = made('th', { scope: 'col' }, made('span', {}, label));
+      head.style.setProperty('--color', profileColor(report, i));
+      return head;
+    });
+    const table = made('table', {}, made('thead', {}, made('tr', {}, made('th', { scope: 'col' }, group), ...heads)), made('tbody', {}, ...rows.map((row) => made('tr', {},
+      made('th', { scope: 'row' }, labelOf(report, row.label), ...(row.unit ? [' ', made('span', { className: 'unit' }, row.unit)] : [])),
+      ...row.texts.map((text, i) => (i === row.best ? made('td', { className: 'best' }, text, made('span', { className: 'unseen' }, ' (best)')) : made('td', {}, text)))))));
+    table.dataset.group = group;
+    return table;
+  });
+}
+
+export const meaningsOf = (report: Report): HTMLElement[] => report.figures.flatMap(({ label, meaning }) => [made('dt', {}, labelOf(report, label)), made('dd', {}, meaning)]);
+
+/** How curves and figures come about. */
+export function noteOf({ session, steps_per_point: steps, commands_per_point: commands }: Pick<Report, 'session' | 'steps_per_point' | 'commands_per_point'>): string {
+  return [
+    session && 'Curves of the motion are those of the plans; the time line, what was led, and the slosh in figures are as measured.',
+    steps > 1 && `A point of a curve stands for ${steps} planning steps: the worst of them where worse has a meaning, the first otherwise.`,
+    commands > 1 && `A point of a joint's speed is the largest of ${commands} commands.`,
+    'The figures in the tables use every sample that was recorded.',
+  ].filter(Boolean).join(' ');
+}
