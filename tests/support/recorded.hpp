@@ -7,8 +7,8 @@
 
 #include "steadyhand/files/archive/recording_folder.hpp"
 #include "steadyhand/files/archive/session_recorder.hpp"
-#include "steadyhand/files/record/session_file.hpp"
 #include "steadyhand/files/record/model_json.hpp"
+#include "steadyhand/files/record/session_file.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/virtual_session.hpp"
 

@@ -8,11 +8,11 @@
 
 #include "files/record/test_data.hpp"
 #include "geometry/robot/random_arm.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/files/record/plan_csv.hpp"
 #include "steadyhand/files/record/recorder.hpp"
 #include "steadyhand/files/record/session_file.hpp"
 #include "steadyhand/planning/solve/solver.hpp"
-#include "steadyhand/files/record/model_json.hpp"
 #include "support/extra_objectives.hpp"
 
 namespace steadyhand {

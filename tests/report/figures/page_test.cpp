@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sample_run.hpp"
+#include "steadyhand/report/figures/motion.hpp"
 #include "steadyhand/report/figures/page_data.hpp"
 #include "steadyhand/report/figures/session_story.hpp"
-#include "steadyhand/report/figures/motion.hpp"
 #include "support/temporary_folder.hpp"
 
 /// What the page is made of; tests/python/test_report.py opens it in a browser.
@@ -66,8 +66,9 @@ TEST(PageData, HasWeightsByName) {
   ReportInput input = test::sample_input();
   input.profiles.resize(1);
   input.profiles[0].weights = {{"acceleration_step", {0.001, 0.001}}, {"posture", {1, 1, 2e-3}}};
-  EXPECT_EQ(Json::parse(page_data(input, {}))["profiles"][0]["weights"],
-            Json::parse(R"([{"name": "acceleration_step", "text": "0.001"}, {"name": "posture", "text": "1 1 0.002"}])"));
+  EXPECT_EQ(
+      Json::parse(page_data(input, {}))["profiles"][0]["weights"],
+      Json::parse(R"([{"name": "acceleration_step", "text": "0.001"}, {"name": "posture", "text": "1 1 0.002"}])"));
 }
 
 TEST(PageData, ThinningKeepsTheWorst) {

@@ -12,13 +12,13 @@
 #include "steadyhand/apps/commands/robot_choice.hpp"
 #include "steadyhand/files/config/cell_file.hpp"
 #include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/files/record/plan_csv.hpp"
 #include "steadyhand/geometry/robot/loading.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 #include "steadyhand/report/figures/past_session.hpp"
 #include "steadyhand/report/figures/report.hpp"
 #include "steadyhand/report/replay/replay.hpp"
-#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 

@@ -2,9 +2,9 @@
 
 #include "steadyhand/apps/python/module.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/robot/reach.hpp"
-#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand::python {
 

@@ -6,9 +6,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "steadyhand/geometry/collision/shape_names.hpp"
 #include "steadyhand/core/json_in.hpp"
 #include "steadyhand/files/record/message_style.hpp"
+#include "steadyhand/geometry/collision/shape_names.hpp"
 #include "steadyhand/geometry/robot/model_check.hpp"
 
 namespace steadyhand {

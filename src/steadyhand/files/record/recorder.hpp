@@ -11,8 +11,8 @@
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/core/video.hpp"
 #include "steadyhand/files/record/mcap_writer.hpp"
-#include "steadyhand/planning/plan/active_constraint.hpp"
 #include "steadyhand/files/record/messages.hpp"
+#include "steadyhand/planning/plan/active_constraint.hpp"
 #include "steadyhand/session/supervise/state.hpp"
 
 namespace steadyhand {

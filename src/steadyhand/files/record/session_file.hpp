@@ -9,9 +9,9 @@
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/files/record/cell_change.hpp"
 #include "steadyhand/files/record/mcap_reader.hpp"
+#include "steadyhand/files/record/messages.hpp"
 #include "steadyhand/files/record/spill_watch.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
-#include "steadyhand/files/record/messages.hpp"
 
 namespace steadyhand {
 

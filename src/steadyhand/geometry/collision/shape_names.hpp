@@ -1,7 +1,7 @@
 #pragma once
 
-#include "steadyhand/geometry/collision/shape.hpp"
 #include "steadyhand/core/names.hpp"
+#include "steadyhand/geometry/collision/shape.hpp"
 
 namespace steadyhand {
 

@@ -8,11 +8,11 @@
 #include <optional>
 
 #include "steadyhand/core/configuration.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/operator/console/modest_process.hpp"
 #include "steadyhand/operator/protocol/session_setup.hpp"
 #include "steadyhand/operator/server/terminal_qr.hpp"
 #include "steadyhand/session/live/realtime.hpp"
-#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 

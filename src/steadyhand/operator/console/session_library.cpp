@@ -13,9 +13,9 @@
 #include "steadyhand/core/attempt.hpp"
 #include "steadyhand/files/record/session_file.hpp"
 #include "steadyhand/operator/console/modest_process.hpp"
+#include "steadyhand/report/figures/motion.hpp"
 #include "steadyhand/report/figures/past_session.hpp"
 #include "steadyhand/session/live/realtime.hpp"
-#include "steadyhand/report/figures/motion.hpp"
 
 namespace steadyhand {
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "steadyhand/core/nearest.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/operator/protocol/session_setup.hpp"
 #include "steadyhand/session/live/hand_delay.hpp"
-#include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {
 

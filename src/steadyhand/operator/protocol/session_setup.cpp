@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "steadyhand/core/configuration.hpp"
-#include "steadyhand/files/record/settings_change.hpp"
 #include "steadyhand/files/record/model_json.hpp"
+#include "steadyhand/files/record/settings_change.hpp"
 
 namespace steadyhand {
 

@@ -4,11 +4,11 @@
 #include <string_view>
 
 #include "steadyhand/core/arrows.hpp"
+#include "steadyhand/core/names.hpp"
 #include "steadyhand/geometry/collision/obstacle.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/robot/reach.hpp"
 #include "steadyhand/planning/ocp/ocp.hpp"
-#include "steadyhand/core/names.hpp"
 
 namespace steadyhand {
 

@@ -6,12 +6,12 @@
 #include <span>
 #include <string>
 
+#include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/plan/liquid_estimate.hpp"
 #include "steadyhand/planning/plan/obstacle_rows.hpp"
 #include "steadyhand/planning/plan/plan_check.hpp"
 #include "steadyhand/planning/plan/warm_start.hpp"
 #include "steadyhand/planning/solve/solver.hpp"
-#include "steadyhand/planning/ocp/evaluation.hpp"
 
 namespace steadyhand {
 

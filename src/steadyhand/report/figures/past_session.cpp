@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <utility>
 
-#include "steadyhand/report/figures/session_story.hpp"
 #include "steadyhand/report/figures/motion.hpp"
+#include "steadyhand/report/figures/session_story.hpp"
 
 namespace steadyhand {
 

@@ -9,9 +9,9 @@
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/core/spsc_ring.hpp"
 #include "steadyhand/planning/plan/active_constraint.hpp"
+#include "steadyhand/planning/plan/planner.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
 #include "steadyhand/session/supervise/supervisor.hpp"
-#include "steadyhand/planning/plan/planner.hpp"
 
 namespace steadyhand {
 
