@@ -30,6 +30,19 @@ def cases(browser, name, why, *files, **tiers):
         pytest.param(browser, file, only, id=f"{name}-{file}-short", marks=absent) for file, only in tiers.items()]
 
 
+def run(command, environment):
+    """What it wrote. Fails if it fails, or hangs: then it ends with its browser and its program."""
+    with subprocess.Popen(command, cwd=ROOT / "web", env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          start_new_session=True) as process:
+        try:
+            output, _ = process.communicate(timeout=700)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
+    assert process.returncode == 0, output
+    return output
+
+
 # The headset is emulated by a package, in whichever browser: once is enough.
 @pytest.mark.parametrize("browser, file, only", [
     *cases(CHROMIUM, "chromium", "no Chromium on this machine", "page", "headset", "first_quest", "data", **SMOKE),
@@ -38,13 +51,6 @@ def cases(browser, name, why, *files, **tiers):
 def test_page_in_a_browser(browser, file, only):
     environment = os.environ | {"STEADYHAND_ROOT": str(ROOT), "STEADYHAND_BROWSER": browser, "STEADYHAND_PYTHON": sys.executable}
     command = [NODE, "--test", *(f"--test-name-pattern=^{re.escape(name)}" for name in only), f"e2e/{file}.test.mjs"]
-    with subprocess.Popen(command, cwd=ROOT / "web", env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          start_new_session=True) as process:
-        try:
-            output, _ = process.communicate(timeout=700)
-        except subprocess.TimeoutExpired:  # with its browser and its program
-            os.killpg(process.pid, signal.SIGKILL)
-            raise
-    assert process.returncode == 0, output
+    output = run(command, environment)
     ran = [name for name in re.findall(r"^ok \d+ - (.*)$", output, re.MULTILINE) if " # SKIP" not in name]
     assert len(ran) == len(only) if only else ran, output
