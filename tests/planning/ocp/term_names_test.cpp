@@ -20,8 +20,7 @@ namespace fs = std::filesystem;
 /// Other things of the same name, by file.
 const std::map<std::string, std::set<std::string>> kOthers = {
     // what holds the arm back: kinds of limits, of the constraint's and the arm's, in recordings and the protocol
-    {"src/steadyhand/planning/plan/active_constraint.cpp", {"position", "velocity", "acceleration", "self_collision"}},
-    {"src/steadyhand/planning/plan/active_constraint.hpp", {"self_collision"}},
+    {"src/steadyhand/planning/plan/active_constraint.hpp", {"position", "velocity", "acceleration", "self_collision"}},
     {"src/steadyhand/report/figures/session_story.cpp", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/protocol.ts", {"position", "velocity", "acceleration", "self_collision", "lateral"}},
     {"web/src/session.ts", {"position", "velocity", "acceleration", "self_collision"}},
@@ -37,6 +36,7 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/operator/protocol/messages.cpp", {"lateral"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/apps/python/stages.cpp", {"velocity"}},
+    {"src/steadyhand/core/describe.hpp", {"position"}},
     // members of a pose, Foxglove's and A-Frame's, the speed of a scene's things, and the force on the liquid
     {"src/steadyhand/files/record/message_style.hpp", {"position", "orientation"}},
     {"src/steadyhand/files/record/messages.hpp", {"velocity", "lateral"}},
