@@ -13,7 +13,7 @@ from sample import PROGRAM
 
 import steadyhand
 
-RECORDINGS = Path(__file__).resolve().parents[1] / "record/recordings"
+RECORDINGS = Path(__file__).resolve().parents[1] / "files/record/recordings"
 NAMES = ("replay", "live", "cell")
 
 

@@ -17,7 +17,7 @@ CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrom
 FIREFOX = shutil.which("firefox-esr") if shutil.which("Xvfb") else None
 # Of page and headset the short tier has these: the page opens, moves the arm, replays, comes back, and stops in every way.
 SMOKE = {
-    "page": ["opens to an arm", "dragging the target", "keys lead the arm; Space stops it", "a recording appears in the list", "says that it is not connected",
+    "page": ["opens to an arm", "keys lead the arm; Space stops it", "a recording appears in the list", "says that it is not connected",
              "a finger leads the arm", "on a phone what is pressed", "nothing lies over Stop"],
     "headset": ["B and Y stop", "B stops also"],
     "stops": [],

@@ -40,6 +40,9 @@ struct Message {
   }
 };
 
+template <typename T>
+Message(T*) -> Message<T>;
+
 /// Of what is written only.
 template <typename T>
 Message<T> message_of(const T& value) {

@@ -22,6 +22,7 @@ enum class ConstraintKind : std::uint8_t {
   kReach,
   kObstacle
 };
+/// Their names in recordings and the protocol.
 constexpr auto names_of(ConstraintKind) {
   using enum ConstraintKind;
   return named(
@@ -39,6 +40,7 @@ struct ActiveConstraint {
   int second = -1;                              ///< second body of the pair, or index of the obstacle
 };
 
+/// As recordings and the protocol have it (core/describe.hpp).
 template <typename V>
 void describe(V& v, ActiveConstraint& c) {
   v.type("ActiveConstraint", "A limit that holds the arm back.");

@@ -32,8 +32,8 @@ struct PlannerSettings {
 struct SolveFigures {
   double objective = 0.0;                       ///< J
   std::array<double, kMaxObjectives> shares{};  ///< what each of Ocp::objectives() adds to J
-  int iterations = 0;
-  double time_us = 0.0;  ///< wall time
+  int iterations = 0;                           ///< of the solver
+  double time_us = 0.0;                         ///< wall time
 };
 
 /// The receding horizon: takes the newest prediction, solves from where the arm will be by the plan that it follows,
