@@ -5,6 +5,9 @@
 #include <functional>
 #include <limits>
 
+#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
+
 namespace steadyhand {
 namespace {
 
