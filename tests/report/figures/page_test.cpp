@@ -159,7 +159,8 @@ TEST(PageData, NobodyIsOffFromATargetThatNobodyLeads) {
 
 /// The row of the comparison with this label; null: there is none.
 Json row(const ReportInput& input, const std::string& label) {
-  for (const Json& each : Json::parse(page_data(input, {}))["figures"]) {
+  const Json figures = Json::parse(page_data(input, {}))["figures"];
+  for (const Json& each : figures) {
     if (each["label"] == label) return each;
   }
   return {};
