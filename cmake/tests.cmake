@@ -14,7 +14,7 @@ target_link_libraries(bench_problems PRIVATE steadyhand_config steadyhand_comman
 target_include_directories(bench_problems PRIVATE tests)
 add_executable(bench_stalls EXCLUDE_FROM_ALL bench/stalls.cpp)
 steadyhand_cold(bench_stalls)
-target_link_libraries(bench_stalls PRIVATE steadyhand_config steadyhand_input steadyhand_live GTest::gtest)
+target_link_libraries(bench_stalls PRIVATE steadyhand_config steadyhand_driver steadyhand_input steadyhand_live GTest::gtest)
 target_include_directories(bench_stalls PRIVATE tests)
 if(TARGET hpipm)
   add_executable(bench_sqp_hpipm EXCLUDE_FROM_ALL bench/sqp_hpipm.cpp bench/sqp_hpipm_main.cpp)
