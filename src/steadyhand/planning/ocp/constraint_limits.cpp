@@ -9,11 +9,11 @@ constexpr double kLeastRoom = 1e-6;
 constexpr double kNarrowest = 1e-4;  ///< share of a limit that a narrowed range keeps
 
 /// lower <= z_i <= upper for one of the three parts of z: q, dq or u. Row i is joint i.
-class Limits : public ConstraintFor<Limits> {
+class StateLimits : public ConstraintFor<StateLimits> {
  public:
   enum Part { kPosition = 0, kVelocity = 1, kAcceleration = 2 };
 
-  Limits(ConstraintInfo info, Part part, JointVector lower, JointVector upper)
+  StateLimits(ConstraintInfo info, Part part, JointVector lower, JointVector upper)
       : ConstraintFor(std::move(info)), part_(part), lower_(std::move(lower)), upper_(std::move(upper)) {}
 
   Nodes nodes() const override { return part_ == kAcceleration ? Nodes::kIntervals : Nodes::kStates; }
@@ -53,11 +53,11 @@ class Limits : public ConstraintFor<Limits> {
 
 /// The limits of accelerations, narrowed at node 0 so that no joint passes its position limit within the first
 /// interval. At the nodes margins see to that; x_0 may be nearer.
-class AccelerationLimits final : public Limits {
+class AccelerationLimits final : public StateLimits {
  public:
   AccelerationLimits(ConstraintInfo info, const RobotModel& model, const OcpSettings& settings)
-      : Limits(std::move(info), kAcceleration, -settings.acceleration_scale * model.acceleration_max,
-               settings.acceleration_scale * model.acceleration_max),
+      : StateLimits(std::move(info), kAcceleration, -settings.acceleration_scale * model.acceleration_max,
+                    settings.acceleration_scale * model.acceleration_max),
         model_(model),
         dt_(settings.dt),
         looks_between_nodes_(settings.position_margin.size() > 0) {}
@@ -86,14 +86,14 @@ class AccelerationLimits final : public Limits {
 std::shared_ptr<const Constraint> make_position_limits(const RobotModel& model, const OcpSettings& settings) {
   const JointVector margin =
       settings.position_margin.size() > 0 ? settings.position_margin : JointVector(JointVector::Zero(model.dof()));
-  return std::make_shared<Limits>(ConstraintInfo{"position_limits", "Joint limits", "rad"}, Limits::kPosition,
-                                  model.position_min + margin, model.position_max - margin);
+  return std::make_shared<StateLimits>(ConstraintInfo{"position_limits", "Joint limits", "rad"}, StateLimits::kPosition,
+                                       model.position_min + margin, model.position_max - margin);
 }
 
 std::shared_ptr<const Constraint> make_velocity_limits(const RobotModel& model, const OcpSettings& settings) {
   const JointVector limit = settings.velocity_scale * model.velocity_max;
-  return std::make_shared<Limits>(ConstraintInfo{"velocity_limits", "Speed limits", "rad/s"}, Limits::kVelocity, -limit,
-                                  limit);
+  return std::make_shared<StateLimits>(ConstraintInfo{"velocity_limits", "Speed limits", "rad/s"},
+                                       StateLimits::kVelocity, -limit, limit);
 }
 
 std::shared_ptr<const Constraint> make_acceleration_limits(const RobotModel& model, const OcpSettings& settings) {
