@@ -168,6 +168,7 @@ def test_one_at_a_time_and_who_is_none_says_nothing(tmp_path):
     demo.end()
 
 
+@pytest.mark.long  # the turn ends where the machine holds the policy up
 def test_the_command_takes_the_arm_where_it_is_told_to(tmp_path, file):
     demo = Demo(tmp_path, "--profile", "tracking")
     watcher = demo.client(pair=False)
