@@ -1,5 +1,5 @@
 """Sloshing frequencies of containers of revolution: `python bench/containers.py`. For settings: the radius of the surface, and the
-frequency of the first mode over that of a cylinder of this radius and fill (docs/profiles.md).
+frequency of the first mode over that of a cylinder of this radius and fill (docs/reference/profiles.md).
 
 Ideal liquid, small waves. With phi(r, z) cos(theta) the velocity potential, w^2 / g is the least value of
 

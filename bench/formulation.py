@@ -1,4 +1,4 @@
-"""The optimal control problem of docs/formulation.md written a second time: in CasADi, from `steadyhand describe`.
+"""The optimal control problem of docs/explanation/formulation.md written a second time: in CasADi, from `steadyhand describe`.
 
 It serves as the peers' model (peers.py) and as the independent oracle of the tests. Nothing here calls the C++ code.
 Every expression is written as the formulation states it.

@@ -3,7 +3,7 @@
 
     bench/latency.py [--rates 50,100,250,500] [--seconds 30] [demo's other options]
 
-The program counts the time from when the hand was where a sample says (of its own clock, docs/protocol.md) to the first joint command
+The program counts the time from when the hand was where a sample says (of its own clock, docs/reference/protocol.md) to the first joint command
 that was made from it. Promised: a median of at most one planner period + 2 ms, a p99 of at most two periods. Exit code 1 if one is
 broken. Beside it stands what the way consists of: from the hand to the server, the wait for the planner and for the cycle where the
 plan begins (the rest), and how late the computer woke the control thread, which no program can make up for."""

@@ -1,4 +1,4 @@
-"""The liquid as the benches judge it: by an integration of its own, driven by the commands (docs/formulation.md, "The liquid")."""
+"""The liquid as the benches judge it: by an integration of its own, driven by the commands (docs/explanation/formulation.md, "The liquid")."""
 
 import numpy as np
 import steadyhand

@@ -6,7 +6,7 @@ gain of its task and of placo the time constant of a first-order low-pass behind
 of the RMS position error is ours, within 3 %. Pink is set up as in one_instant.py (limits of position, velocity and acceleration, 15 rad/s^2, a
 barrier between links); placo solves each instant with limits of position and velocity, as its examples do.
 
-Definitions. An action is the joints' position commanded for the end of a frame of 1/30 s (docs/datasets.md, --action joints).
+Definitions. An action is the joints' position commanded for the end of a frame of 1/30 s (docs/how-to/record-data.md, --action joints).
 step: its largest change from one frame to the next, of any joint, rad. bend: the largest change of that change, as an acceleration (times fps^2),
 rad/s^2. jumps: the share of frames in which a joint bends by more than 15 rad/s^2, the acceleration that all are told to keep. jerk: RMS and
 largest third difference of the commands at 500 Hz (times 500^3), over joints, rad/s^3, after a moving mean over 10 ms, which takes rounding away.

@@ -1,5 +1,5 @@
 # AArch64 (64-bit ARM) by Debian's cross compiler and against Debian's arm64 packages, which lie in build/aarch64-sysroot; qemu runs
-# what is built. setup/apt-aarch64.txt lists what that takes, docs/compatibility.md ("AArch64") says how.
+# what is built. setup/apt-aarch64.txt lists what that takes, docs/reference/compatibility.md ("AArch64") says how.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

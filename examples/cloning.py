@@ -6,7 +6,7 @@
     ./steadyhand python examples/cloning.py evaluate better.npz
     ./steadyhand policy examples/cloning.py:Cloned better.npz                            # beside `./steadyhand demo`
 
-docs/policies.md says what came of it.
+docs/how-to/policies.md says what came of it.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ then, on this or any other computer of the network:
 
     ./steadyhand demo --arm ros2 --set ros2.controller=/steadyhand_controller
 
-The driver's own controllers are loaded and stay inactive: two of them cannot lead the same joints. docs/ros2.md leads from
+The driver's own controllers are loaded and stay inactive: two of them cannot lead the same joints. docs/how-to/ros2.md leads from
 the box to the first motion.
 """
 

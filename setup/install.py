@@ -346,7 +346,7 @@ def call(function, *arguments):
     except KeyboardInterrupt:
         sys.exit(130)
     except FileNotFoundError as error:
-        end(1, f"{error.filename} is missing; docs/troubleshooting.md says what to install where there is no apt-get")
+        end(1, f"{error.filename} is missing; docs/how-to/troubleshooting.md says what to install where there is no apt-get")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 Poses are 4x4 matrices of float64: T_a_b maps coordinates in frame b to those in frame a. Quaternions are called quat_xyzw and
 have the order x, y, z, w. Units: m, rad, s. Frames: base, the URDF's base link, z up; tool, the glass, z out of its opening.
-docs/python.md has examples.
+docs/how-to/use-the-library.md has examples.
 """
 
 from . import _places  # noqa: F401  before anything looks for a robot

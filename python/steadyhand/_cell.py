@@ -98,7 +98,7 @@ class Object:
 class Cell:
     """What stands around an arm: at most 64 objects.
 
-    what: a cell that steadyhand has ("table", "pedestal", "none"), the path of a cell file (docs/cells.md), or Objects.
+    what: a cell that steadyhand has ("table", "pedestal", "none"), the path of a cell file (docs/how-to/add-a-table.md), or Objects.
     Raises SteadyhandError (a ValueError) for an unknown name, listing those that there are, and for a file that is refused, with
     the reason; FileNotFoundError for a path where nothing is.
 
@@ -124,7 +124,7 @@ class Cell:
 
     @property
     def description(self) -> dict[str, Any]:
-        """Name and objects as recordings and the page have them (docs/protocol.md)."""
+        """Name and objects as recordings and the page have them (docs/reference/protocol.md)."""
         return json.loads(self._native.json)
 
     def attach(self, name: str, robot: Robot, q: ArrayLike) -> Cell:

@@ -10,7 +10,7 @@ from ._arrays import number
 
 class Glass(NamedTuple):
     """An upright glass, partly filled: a cylinder, or another container by the radius of its surface and a frequency of its own
-    (docs/profiles.md).
+    (docs/reference/profiles.md).
     """
 
     radius: float = 0.035

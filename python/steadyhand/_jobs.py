@@ -50,7 +50,7 @@ def workers_of(arguments: Namespace) -> Workers:
 
 
 def _repeats(path: Path) -> bool:
-    """It is what led to a fault (docs/recordings.md) of a session that is beside it, and would be there twice."""
+    """It is what led to a fault (docs/reference/recordings.md) of a session that is beside it, and would be there twice."""
     session, fault, number = path.stem.rpartition("-fault-")
     return bool(fault) and number.isdigit() and path.with_stem(session).exists()
 

@@ -69,7 +69,7 @@ class Objective:
 
     Without your gradient() and hessian(), differences replace them, which is slower still and less exact. check_derivatives()
     compares yours with differences: with wrong ones plans fail, or are not the best. Python is called
-    for each node in each iteration: such a planner is for trying terms, not for a real-time loop (docs/python.md has figures).
+    for each node in each iteration: such a planner is for trying terms, not for a real-time loop (docs/how-to/use-the-library.md has figures).
 
     What it raises ends the planner's call; the planner goes on from its last good plan.
 

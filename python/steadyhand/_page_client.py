@@ -1,4 +1,4 @@
-"""A client of the program's page protocol (docs/protocol.md): a WebSocket over loopback, with the standard library alone."""
+"""A client of the program's page protocol (docs/reference/protocol.md): a WebSocket over loopback, with the standard library alone."""
 
 from __future__ import annotations
 

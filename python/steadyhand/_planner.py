@@ -156,9 +156,9 @@ class Planner(_Stages):
     as its profile says of the liquid. The arm is taken to follow its plans, and to stand at home before the first.
 
     robot: a Robot, or what Robot() takes. profile: "tracking", "anti-slosh", "waiter", or the path of a profile file
-    (docs/profiles.md). What else is given stands in place of the profile's:
+    (docs/reference/profiles.md). What else is given stands in place of the profile's:
 
-    weights: by name of the term (docs/formulation.md) a number, or as many as the term has.
+    weights: by name of the term (docs/explanation/formulation.md) a number, or as many as the term has.
     horizon: N, intervals, 1 to 128. dt: s, length of each.
     solver: its name (steadyhand.solvers). tolerance: of the KKT conditions. time_budget_us: us for a solve; 0: as long as it takes.
     velocity_scale, acceleration_scale: above 0, to 1: share of the robot's limits.
@@ -203,7 +203,7 @@ class Planner(_Stages):
         """The plan from time t on.
 
         T_base_tool: (4, 4), where the tool shall be at time t, in the base; rotation, position in m. The planner follows what
-        this target does: it goes on at the speed that the last targets had (docs/formulation.md), inside the arm's reach.
+        this target does: it goes on at the speed that the last targets had (docs/explanation/formulation.md), inside the arm's reach.
         t: s, on a clock of the caller's; must not go back.
         engaged: False forgets how the target moved: it rests.
 

@@ -355,7 +355,7 @@ def _session_cell(path: Any) -> str | None:
 
 
 def read_recording(path: str | os.PathLike[str], *, track: str = "", start: float = 0.0, until: float | None = None) -> Hand:
-    """A recorded hand (docs/recordings.md), in robot axes, as the pipeline follows it: where it jumps, the clutch is open.
+    """A recorded hand (docs/reference/recordings.md), in robot axes, as the pipeline follows it: where it jumps, the clutch is open.
 
     Raises SteadyhandError for a file that is refused, with file, line or key, value, and what would be right;
     FileNotFoundError for a path where nothing is.
@@ -368,7 +368,7 @@ def read_recording(path: str | os.PathLike[str], *, track: str = "", start: floa
 
 
 def read_session(path: str | os.PathLike[str]) -> Session:
-    """What a live session or a replay recorded (MCAP, docs/recordings.md), also one that was cut short or is damaged in part.
+    """What a live session or a replay recorded (MCAP, docs/reference/recordings.md), also one that was cut short or is damaged in part.
 
     Raises SteadyhandError for a file that is no session of steadyhand's or of which nothing can be read, with the byte where;
     FileNotFoundError for a path where nothing is.

@@ -32,7 +32,7 @@ def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
 class Robot:
     """A serial arm of 1 to 8 joints with its tool, limits and collision bodies. Never changes.
 
-    `name`: a robot that steadyhand has ("ur5e"), the path of a robot file (docs/robots.md), or of a URDF, whose tool is
+    `name`: a robot that steadyhand has ("ur5e"), the path of a robot file (docs/how-to/add-a-robot.md), or of a URDF, whose tool is
     the end of its longest chain, whose home the middle of its limits, and which has no bodies.
 
     Units: rad where a joint turns, m where it slides, s. Frames: **base**, the URDF's base link, z up; **tool**, the glass,

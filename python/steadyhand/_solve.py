@@ -20,7 +20,7 @@ from ._documented import document
 @dataclass(frozen=True)
 class Solution:
     status: str
-    """"solved", "feasible", "infeasible" or "invalid" (docs/formulation.md)."""
+    """"solved", "feasible", "infeasible" or "invalid" (docs/explanation/formulation.md)."""
     objective: float
     """J."""
     iterations: int
@@ -60,7 +60,7 @@ def _solution(answer: dict[str, Any]) -> Solution:
 def solve(problem: Any, solver: str | None = None) -> Any:
     """Solves one problem, or a list of them in order, as the command `steadyhand solve` does.
 
-    problem: a dict with the keys of docs/formulation.md (robot, dt, horizon, x0, weights, reference, and, if need be, guess and
+    problem: a dict with the keys of docs/explanation/formulation.md (robot, dt, horizon, x0, weights, reference, and, if need be, guess and
     tolerance), arrays as numpy has them; a list of such; or the path of a JSON file with either.
     solver: one of steadyhand.solvers.
 

@@ -1,4 +1,4 @@
-"""A client of `steadyhand demo` over a real WebSocket (docs/protocol.md), with nothing but the standard library."""
+"""A client of `steadyhand demo` over a real WebSocket (docs/reference/protocol.md), with nothing but the standard library."""
 
 import base64
 import json

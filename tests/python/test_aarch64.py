@@ -1,6 +1,6 @@
 """What is built for AArch64, run by qemu: the same plans as those of x86-64.
 
-`./steadyhand test` does not build it: docs/compatibility.md, "AArch64". Natively any build with vectors of 2 numbers
+`./steadyhand test` does not build it: docs/reference/compatibility.md, "AArch64". Natively any build with vectors of 2 numbers
 will do; STEADYHAND_CLOSED_LOOP names another.
 """
 

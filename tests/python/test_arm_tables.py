@@ -12,8 +12,8 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 @pytest.mark.parametrize(
     ("page", "sources", "fixtures"),
     [
-        ("docs/ros2.md", ["tests/arms/ros2/faults_test.cpp", "tests/arms/ros2/ros2_gripper_test.cpp"], "Ros2Faults|Ros2ArmWithGripper"),
-        ("docs/universal-robots.md", ["tests/arms/ur/faults_test.cpp", "tests/arms/ur/connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
+        ("docs/how-to/ros2.md", ["tests/arms/ros2/faults_test.cpp", "tests/arms/ros2/ros2_gripper_test.cpp"], "Ros2Faults|Ros2ArmWithGripper"),
+        ("docs/reference/ur.md", ["tests/arms/ur/faults_test.cpp", "tests/arms/ur/connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
     ],
 )
 def test_rows_and_tests_are_the_same(page, sources, fixtures):

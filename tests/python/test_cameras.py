@@ -1,4 +1,4 @@
-"""Cameras of a session, from a simulated scene and from files, as FFmpeg and the mcap package read its recording (docs/cameras.md)."""
+"""Cameras of a session, from a simulated scene and from files, as FFmpeg and the mcap package read its recording (docs/how-to/add-a-camera.md)."""
 
 import re
 import resource

@@ -1,4 +1,4 @@
-"""Data sets of recorded sessions (docs/datasets.md), held against what an independent reader finds in the recordings."""
+"""Data sets of recorded sessions (docs/how-to/record-data.md), held against what an independent reader finds in the recordings."""
 
 import json
 import os

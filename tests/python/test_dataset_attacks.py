@@ -1,4 +1,4 @@
-"""What goes wrong while data sets are made: nothing of it may cost what was there, nor end in a traceback (docs/datasets.md)."""
+"""What goes wrong while data sets are made: nothing of it may cost what was there, nor end in a traceback (docs/how-to/record-data.md)."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""`./steadyhand demo --dataset DIR`: a session whose kept episodes are a data set as soon as it ends (docs/datasets.md)."""
+"""`./steadyhand demo --dataset DIR`: a session whose kept episodes are a data set as soon as it ends (docs/how-to/record-data.md)."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Finished data sets merged into one (docs/datasets.md), held against the set that is made of all episodes at once."""
+"""Finished data sets merged into one (docs/how-to/record-data.md), held against the set that is made of all episodes at once."""
 
 import json
 import re

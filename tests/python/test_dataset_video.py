@@ -1,4 +1,4 @@
-"""Pictures of cameras in data sets (docs/datasets.md), as FFmpeg decodes them."""
+"""Pictures of cameras in data sets (docs/how-to/record-data.md), as FFmpeg decodes them."""
 
 import json
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""docs/first-hour-ur.md against the fake controller: its commands as they stand there (but shorter), what is seen, and each row
+"""docs/tutorials/ur.md against the fake controller: its commands as they stand there (but shorter), what is seen, and each row
 of its table, made so at the fake's pendant and put right again."""
 
 import re
@@ -10,7 +10,7 @@ import time
 import pytest
 from test_fake_ur_controller import PROGRAM, ROOT, controller
 
-PAGE = (ROOT / "docs/first-hour-ur.md").read_text()
+PAGE = (ROOT / "docs/tutorials/ur.md").read_text()
 STEPS = re.findall(r"^## (\d)\. [^\n]*\n```\n(\./steadyhand [^\n]*)\n```\nSeen: ([^\n]*)\n", PAGE, re.MULTILINE)
 ROWS = re.findall(r"^\| `([^`]+)` \| [^|]* \| `([^`]+)`, `([^`]+)` \|$", PAGE, re.MULTILINE)
 ATTEMPTS = 4  # on a machine that has other things to do, set-points come too late at times

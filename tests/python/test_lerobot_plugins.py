@@ -1,4 +1,4 @@
-"""The plug-ins of LeRobot (docs/policies.md) before its own base classes and loader, in a Python that has lerobot 0.4.4 and the plug-ins:
+"""The plug-ins of LeRobot (docs/how-to/policies.md) before its own base classes and loader, in a Python that has lerobot 0.4.4 and the plug-ins:
 STEADYHAND_LEROBOT names it. Without it, what can be said without LeRobot."""
 
 import os

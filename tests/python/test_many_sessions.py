@@ -1,4 +1,4 @@
-"""Many sessions: a job for each, in processes and on a Ray cluster (docs/datasets.md, "Many sessions")."""
+"""Many sessions: a job for each, in processes and on a Ray cluster (docs/how-to/record-data.md, "Many sessions")."""
 
 import csv
 import json

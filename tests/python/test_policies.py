@@ -1,4 +1,4 @@
-"""A policy's turn (docs/policies.md): beside the program over its protocol, with a person at the desk, and in this process in virtual time."""
+"""A policy's turn (docs/how-to/policies.md): beside the program over its protocol, with a person at the desk, and in this process in virtual time."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Every block of Python in docs/python.md runs as it stands and makes its plot; README's lines run, too."""
+"""Every block of Python in docs/how-to/use-the-library.md runs as it stands and makes its plot; README's lines run, too."""
 
 import os
 import re
@@ -19,10 +19,10 @@ def blocks(document):
 
 
 def test_the_page_has_its_examples():
-    assert len(blocks("docs/python.md")) >= 3 and len(blocks("README.md")) == 1
+    assert len(blocks("docs/how-to/use-the-library.md")) >= 3 and len(blocks("README.md")) == 1
 
 
-@pytest.mark.parametrize("code", blocks("docs/python.md"), ids=lambda code: re.search(r'savefig\("(\w+)', code).group(1))
+@pytest.mark.parametrize("code", blocks("docs/how-to/use-the-library.md"), ids=lambda code: re.search(r'savefig\("(\w+)', code).group(1))
 def test_an_example_makes_its_plot(code, tmp_path):
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr) == (0, "")

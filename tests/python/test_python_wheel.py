@@ -72,7 +72,7 @@ def test_pip_installs_it_in_a_clean_environment(tmp_path):
 
 def test_the_wheel_names_its_glibc_and_carries_what_a_machine_need_not_have(wheel):
     assert re.fullmatch(r"steadyhand-[\d.]+-cp3\d+-cp3\d+-manylinux_2_\d+_x86_64\.whl", wheel.name)
-    assert wheel.name.split("-")[-1].removesuffix(".whl") in (ROOT / "docs/python.md").read_text()
+    assert wheel.name.split("-")[-1].removesuffix(".whl") in (ROOT / "docs/how-to/use-the-library.md").read_text()
     assert wheel.stat().st_size < 10e6
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
@@ -117,6 +117,6 @@ def test_the_wheel_works_elsewhere_on_every_level(wheel, tmp_path):
 def test_the_examples_run_with_the_installed_package(wheel, tmp_path):
     python = environment(tmp_path / "venv")
     run(python, "-m", "pip", "install", "--quiet", wheel, "matplotlib")
-    code = re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.DOTALL)[0]
+    code = re.findall(r"```python\n(.*?)```", (ROOT / "docs/how-to/use-the-library.md").read_text(), re.DOTALL)[0]
     run(python, "-c", code, cwd=tmp_path, env={**CLEAN, "MPLBACKEND": "agg"})
     assert (tmp_path / "circle.png").stat().st_size > 10_000

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-spec = importlib.util.spec_from_file_location("make_reference", ROOT / "docs/reference/make.py")
+spec = importlib.util.spec_from_file_location("make_reference", ROOT / "docs/doxygen/make.py")
 reference = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(reference)
 

@@ -1,4 +1,4 @@
-"""The site (docs/browser.md): WebAssembly plans what native code plans, its folder holds what it must, and the page's tests pass on
+"""The site (docs/how-to/browser.md): WebAssembly plans what native code plans, its folder holds what it must, and the page's tests pass on
 it. Long, since compiling for WebAssembly takes minutes: ./steadyhand test --long does, into build/wasm and build/wasm-plain."""
 
 import gzip

@@ -1,6 +1,6 @@
 """`steadyhand solve` against an independent model (CasADi, bench/formulation.py) and an independent solver (IPOPT).
 
-CasADi derives everything from docs/formulation.md and `steadyhand describe`; it shares no code with the program.
+CasADi derives everything from docs/explanation/formulation.md and `steadyhand describe`; it shares no code with the program.
 """
 
 import copy

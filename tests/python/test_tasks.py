@@ -1,4 +1,4 @@
-"""A task in a scene with contact, from the hand to a data set (docs/tasks.md, docs/datasets.md)."""
+"""A task in a scene with contact, from the hand to a data set (docs/reference/tasks.md, docs/how-to/record-data.md)."""
 
 import json
 import signal

@@ -1,4 +1,4 @@
-"""What docs/troubleshooting.md quotes is what the program, its page and ./steadyhand say."""
+"""What docs/how-to/troubleshooting.md quotes is what the program, its page and ./steadyhand say."""
 
 import os
 import re
@@ -25,7 +25,7 @@ def unsaid(page, said):
 
 
 def test_every_message_is_one_of_the_program():
-    page = (ROOT / "docs/troubleshooting.md").read_text()
+    page = (ROOT / "docs/how-to/troubleshooting.md").read_text()
     assert len(quotes(page)) > 50
     assert unsaid(page, sources()) == []
 

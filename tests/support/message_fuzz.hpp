@@ -8,7 +8,8 @@
 
 namespace steadyhand {
 
-/// Messages of docs/protocol.md with a few random edits, and some without any. The same seed gives the same ones.
+/// Messages of docs/reference/protocol.md with a few random edits, and some without any. The same seed gives the same
+/// ones.
 class MessageFuzz {
  public:
   explicit MessageFuzz(std::uint32_t seed) : random_(seed) {}

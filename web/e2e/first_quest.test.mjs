@@ -1,11 +1,11 @@
-// docs/first-quest.md, step by step: each bold beginning of its table is an act below, each word in quotation marks must be seen.
+// docs/tutorials/quest.md, step by step: each bold beginning of its table is an act below, each word in quotation marks must be seen.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { distance, facts, finish, frames, inState, newestAddress, open, rest, ROOT, start, startProgram, state, terminal, until, watch, withoutPixels } from './harness.mjs';
 
-const rows = readFileSync(join(ROOT, 'docs/first-quest.md'), 'utf8').split('\n').map((line) => line.split('|').map((cell) => cell.trim()))
+const rows = readFileSync(join(ROOT, 'docs/tutorials/quest.md'), 'utf8').split('\n').map((line) => line.split('|').map((cell) => cell.trim()))
   .filter((cells) => /^\d+$/.test(cells[1])).map(([, number, act, seen]) => ({ number: Number(number), act, seen }));
 const words = (text) => [...text.matchAll(/“([^”]*)”/g)].map(([, word]) => word);
 

@@ -1,4 +1,4 @@
-/** The words of docs/protocol.md. Units: SI, radians; quaternions x, y, z, w; poses in robot axes (z up). */
+/** The words of docs/reference/protocol.md. Units: SI, radians; quaternions x, y, z, w; poses in robot axes (z up). */
 
 export const PROTOCOL_VERSION = 2;
 

@@ -10,7 +10,7 @@ import { ledIn, Player, type Motion } from './replay/player';
 import { Replay } from './replay/replay';
 import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
 
-/** What GET sessions answers (docs/protocol.md). */
+/** What GET sessions answers (docs/reference/protocol.md). */
 export interface RecordedSession {
   name: string;
   duration_s: number;

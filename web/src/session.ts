@@ -10,7 +10,7 @@ export const GONE_AFTER = 3;
 /** s of a picture from which on the page itself was held up: what came meanwhile is read before the news are called old. */
 const HELD_UP = 0.25;
 
-/** From here on a body's number is that of an object that the tool carries (docs/protocol.md). */
+/** From here on a body's number is that of an object that the tool carries (docs/reference/protocol.md). */
 const CARRIED = 128;
 /** s for which a refusal stands. */
 const SAID_FOR = 10;

@@ -36,7 +36,7 @@ function options() {
 const { out, robot: robots = ['ur5e'], help } = options();
 if (help) {
   console.log('steadyhand site --out DIR [--robot NAME]...\n\n'
-    + 'Writes the page with its planner and a simulated arm into DIR, as files for any web server (docs/browser.md).\n'
+    + 'Writes the page with its planner and a simulated arm into DIR, as files for any web server (docs/how-to/browser.md).\n'
     + '  --out DIR     an empty or new folder, or one that this command wrote before\n'
     + '  --robot NAME  of robots/, or a robot file; again for more. The first is shown, others with ?robot=NAME. Default: ur5e');
   process.exit(0);

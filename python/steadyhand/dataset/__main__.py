@@ -1,4 +1,4 @@
-"""The command `steadyhand dataset` (docs/datasets.md)."""
+"""The command `steadyhand dataset` (docs/how-to/record-data.md)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _frames_a_second(text: str) -> int:
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand dataset",
-        description="Makes a data set in LeRobot's format v3.0, robomimic's or Rerun's, of recorded sessions, or appends them to one; merges data sets (docs/datasets.md).",
+        description="Makes a data set in LeRobot's format v3.0, robomimic's or Rerun's, of recorded sessions, or appends them to one; merges data sets (docs/how-to/record-data.md).",
         epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )

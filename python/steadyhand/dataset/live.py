@@ -1,4 +1,4 @@
-"""`./steadyhand demo --dataset DIR`: what was kept in a session goes into a data set as soon as the session ends (docs/datasets.md)."""
+"""`./steadyhand demo --dataset DIR`: what was kept in a session goes into a data set as soon as the session ends (docs/how-to/record-data.md)."""
 
 from __future__ import annotations
 

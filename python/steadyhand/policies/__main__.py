@@ -1,4 +1,4 @@
-"""The command `steadyhand policy` (docs/policies.md)."""
+"""The command `steadyhand policy` (docs/how-to/policies.md)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ._live import lead
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand policy",
-        description="A policy of a Python file leads the arm of the program that runs on this machine, in turns with a person (docs/policies.md).",
+        description="A policy of a Python file leads the arm of the program that runs on this machine, in turns with a person (docs/how-to/policies.md).",
         epilog="Exit codes: 0 it ended, or was interrupted; 1 the program has gone; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )

@@ -59,7 +59,7 @@ class Link:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The newest, as docs/protocol.md has it. Raises ConnectionError where there is none any more."""
+        """The newest, as docs/reference/protocol.md has it. Raises ConnectionError where there is none any more."""
         if not self.alive or self._state is None:
             raise ConnectionError(self._error or "steadyhand says nothing any more")
         return self._state

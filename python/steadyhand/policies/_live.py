@@ -1,4 +1,4 @@
-"""A policy beside the running program, over its page's protocol (docs/protocol.md)."""
+"""A policy beside the running program, over its page's protocol (docs/reference/protocol.md)."""
 
 from __future__ import annotations
 

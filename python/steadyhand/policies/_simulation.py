@@ -34,7 +34,7 @@ class Outcome:
 
 
 class Simulation:
-    """A task of steadyhand (docs/tasks.md) in virtual time, as fast as the machine can. One thread.
+    """A task of steadyhand (docs/reference/tasks.md) in virtual time, as fast as the machine can. One thread.
 
     task, robot, profile: by name or file; without a robot that of the task. rate: Hz, plans.
     Raises SteadyhandError for what is refused, with the reason, and where this build has no MuJoCo.
@@ -42,7 +42,7 @@ class Simulation:
 
     def __init__(self, task: str, *, profile: str = "tracking", robot: str = "", rate: float = 50.0) -> None:
         if _native.Simulation is None:
-            raise _native.SteadyhandError("this build of steadyhand simulates no tasks: it was built without MuJoCo, as wheels are; a checkout's has it (docs/policies.md)")
+            raise _native.SteadyhandError("this build of steadyhand simulates no tasks: it was built without MuJoCo, as wheels are; a checkout's has it (docs/how-to/policies.md)")
         self._native = _native.Simulation(text("task", task), text("robot", robot), text("profile", profile), number("rate", rate, "Hz"))
         self._began = False
 

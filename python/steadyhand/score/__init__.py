@@ -1,7 +1,7 @@
 """Recorded sessions as rows of figures, as they were or as other profiles would plan the same hands.
 
 `score` makes the row of a session; the command `steadyhand score` does that for many sessions, side by side or on a cluster
-(docs/datasets.md).
+(docs/how-to/record-data.md).
 """
 
 from ._scores import RECORDED, Score, score, table

@@ -1,4 +1,4 @@
-"""The command `steadyhand score` (docs/datasets.md)."""
+"""The command `steadyhand score` (docs/how-to/record-data.md)."""
 
 from __future__ import annotations
 

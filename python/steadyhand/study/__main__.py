@@ -35,7 +35,7 @@ def _positive(text: str) -> int:
 
 def _run(arguments: list[str]) -> int:
     parser = _parser("")
-    parser.description = "A user study: conditions compared by participants, or by simulated operators (docs/study.md)."
+    parser.description = "A user study: conditions compared by participants, or by simulated operators (docs/how-to/user-study.md)."
     parser.epilog = EXAMPLES
     parser.add_argument("study", metavar="STUDY.yaml", help="the study; or analyse, delete, operator, truth, see below")
     parser.add_argument("--simulated", type=_positive, metavar="N", help="so many simulated operators, in virtual time")

@@ -96,7 +96,7 @@ class Leader:
         self.start = home[:3, 3]
 
     def show(self, **content: Any) -> None:
-        """What pages show; docs/protocol.md has its members."""
+        """What pages show; docs/reference/protocol.md has its members."""
         self.client.send(type="study", content={"participant": self.who, "title": self.study.title, **content})
 
     def look(self, seconds: float = 0.05) -> list[dict[str, Any]]:

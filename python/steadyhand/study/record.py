@@ -239,7 +239,7 @@ def _pose(ns: int, frame: str, p: Any, more: str = "") -> bytes:
 
 
 def to_mcap(track: Track, planned: Planned, condition: Condition, study: Study) -> bytes:
-    """The trial as MCAP with JSON messages, in the topics of docs/recordings.md as far as there are some, 100 times a second."""
+    """The trial as MCAP with JSON messages, in the topics of docs/reference/recordings.md as far as there are some, 100 times a second."""
     from mcap.writer import CompressionType, Writer
 
     out = io.BytesIO()

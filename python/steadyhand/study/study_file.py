@@ -1,4 +1,4 @@
-"""STUDY.yaml: what is compared, with what tasks, by how many, in what order, and what is asked. docs/study.md has the keys."""
+"""STUDY.yaml: what is compared, with what tasks, by how many, in what order, and what is asked. docs/how-to/user-study.md has the keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-// What becomes of a UR arm that moves when something goes wrong; docs/universal-robots.md has a row for each test.
+// What becomes of a UR arm that moves when something goes wrong; docs/reference/ur.md has a row for each test.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -234,7 +234,7 @@ void FakeUrController::play_foreign_program() {
       std::make_unique<urscript::Program>("def palletizing():\n  while True:\n    sync()\n  end\nend\n", builtins_);
 }
 
-/// By the registers of our program, see docs/universal-robots.md.
+/// By the registers of our program, see docs/reference/ur.md.
 void FakeUrController::count_unanswered() {
   constexpr int kAnswer = 24, kFollow = 25, kState = 24, kFollowing = 2;
   const bool follows = program_ != nullptr && int_out_[kState] == kFollowing && int_in_[kFollow] == 1;

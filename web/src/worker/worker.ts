@@ -2,7 +2,7 @@ import { file, whole } from './files';
 import { Module } from './module';
 import { TAKEN } from './taken';
 
-/** Page to Worker: who it is and what session it wants, once; then messages of docs/protocol.md as text. */
+/** Page to Worker: who it is and what session it wants, once; then messages of docs/reference/protocol.md as text. */
 export interface Begin { site: string; robot: string; simd: boolean }
 /** Worker to page, beside such messages: it cannot go on. */
 export interface Failure { failure: string }

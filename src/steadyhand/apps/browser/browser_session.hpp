@@ -35,7 +35,7 @@ class BrowserSession {
   /// A client's number, or 0: no place. The outbox must live until leave().
   std::uint64_t join(Outbox& outbox, Time now);
   void leave(std::uint64_t client, Time now);
-  /// A message of docs/protocol.md, or any bytes at all.
+  /// A message of docs/reference/protocol.md, or any bytes at all.
   void receive(std::uint64_t client, std::string_view text, Time now);
   /// All that is due by then. Call it some hundred times a second. @param now of the caller's monotonic clock
   void advance(Time now);

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   fs::path session, out, folder;
-  std::string answer;  ///< to SessionLibrary: a path of docs/protocol.md, "Recorded sessions"
+  std::string answer;  ///< to SessionLibrary: a path of docs/reference/protocol.md, "Recorded sessions"
 };
 
 /// The sessions of a folder, a line each.

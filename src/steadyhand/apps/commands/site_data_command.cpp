@@ -67,7 +67,8 @@ void add_site_data_command(CommandLine& app, Command& chosen) {
       "site-data", "Print what a session in a browser begins with, as JSON: robot, cell, profiles, recorded hands");
   command->add_option("robot", *robot, "Name (ur5e), robot file (*.yaml) or URDF")->required();
   command->add_option("--scene", *scene, "Write what the page draws of the robot, as glTF (.glb)");
-  command->footer("`./steadyhand site` puts it among the files of a site that needs no program (docs/browser.md).");
+  command->footer(
+      "`./steadyhand site` puts it among the files of a site that needs no program (docs/how-to/browser.md).");
   command->callback([=, &chosen] { chosen = [=] { return print_setup(*robot, *scene); }; });
 }
 

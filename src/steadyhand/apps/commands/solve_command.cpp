@@ -29,7 +29,8 @@ Status run_solve(const SolveOptions& options) {
 
 void add_solve_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<SolveOptions>();
-  CommandLine* command = app.add_subcommand("solve", "Solve planning problems given as JSON (docs/formulation.md)");
+  CommandLine* command =
+      app.add_subcommand("solve", "Solve planning problems given as JSON (docs/explanation/formulation.md)");
   command->add_option("problem", options->problem, "File with one problem, or an array of them solved in order")
       ->required();
   command->add_option("--solver", options->solver, "Solver: " + list_solvers())->capture_default_str();

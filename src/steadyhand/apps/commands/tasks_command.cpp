@@ -202,7 +202,7 @@ Status run_tasks(const TasksOptions& options) {
 void add_tasks_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<TasksOptions>();
   CommandLine* command =
-      app.add_subcommand("tasks", "A scripted operator does tasks in scenes with contact (docs/tasks.md)");
+      app.add_subcommand("tasks", "A scripted operator does tasks in scenes with contact (docs/reference/tasks.md)");
   command->add_option("tasks", options->tasks, "Names of tasks/, or task files; default: all of tasks/");
   command->add_option("--episodes", options->episodes, "Of each task under each profile, seed after seed")
       ->capture_default_str();

@@ -15,9 +15,9 @@ struct ArmKind {
 };
 
 inline constexpr ArmKind kSimulated{"sim", ""};
-inline constexpr ArmKind kMujoco{"mujoco", "tasks.md"};
-inline constexpr ArmKind kRos2Controller{"ros2", "ros2.md", true};
-inline constexpr ArmKind kUniversalRobots{"ur", "universal-robots.md", true, true};
+inline constexpr ArmKind kMujoco{"mujoco", "reference/tasks.md"};
+inline constexpr ArmKind kRos2Controller{"ros2", "how-to/ros2.md", true};
+inline constexpr ArmKind kUniversalRobots{"ur", "reference/ur.md", true, true};
 
 /// All of them: a new one is added here.
 inline constexpr const ArmKind* kArmKinds[] = {&kSimulated, &kMujoco, &kRos2Controller, &kUniversalRobots};

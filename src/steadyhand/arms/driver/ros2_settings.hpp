@@ -13,7 +13,7 @@ struct Ros2GripperSettings {
   double timeout = 2.0;             ///< s for an answer, beyond which the controller counts as silent
 };
 
-/// How to reach an arm through ROS 2. docs/ros2.md has the whole story.
+/// How to reach an arm through ROS 2. docs/how-to/ros2.md has the whole story.
 struct Ros2Settings {
   int domain = -1;                                          ///< -1: ROS_DOMAIN_ID, else 0
   std::string controller = "/joint_trajectory_controller";  ///< its node; listens at CONTROLLER/joint_trajectory
@@ -21,7 +21,7 @@ struct Ros2Settings {
   /// Tells in % how fast the hardware executes what it is sent; below 100 nothing moves. Empty: nobody tells.
   std::string speed_scaling = "/speed_scaling_state_broadcaster/speed_scaling";
   std::string hand;              ///< topic of poses that lead the arm as the operator's hand does; empty: none
-  bool scene = false;            ///< take objects from MoveIt's topics (docs/ros2.md), also with other arms
+  bool scene = false;            ///< take objects from MoveIt's topics (docs/how-to/ros2.md), also with other arms
   bool show = false;             ///< publish for RViz, and listen to `hand`, also with other arms
   std::string prefix;            ///< of the joints' and frames' names on the ROS side
   Ros2GripperSettings gripper;   ///< where the robot has one

@@ -31,7 +31,7 @@ struct RobotiqSettings {
   double timeout = 0.5;  ///< s for each answer
 };
 
-/// How to reach a Universal Robots arm, and what to ask of it. docs/universal-robots.md has the whole story.
+/// How to reach a Universal Robots arm, and what to ask of it. docs/reference/ur.md has the whole story.
 struct UrSettings {
   std::string host;
   std::uint16_t rtde_port = 30004, script_port = 30001;

@@ -23,7 +23,7 @@ namespace steadyhand {
 /// that is sent begins with the commands of the last `lead` seconds, which the controller is executing just then, goes
 /// on along the plan that the newest command is a sample of, and ends at rest. So the controller may replace one by the
 /// next wherever it stands, and whatever is cut, the arm comes to rest as checked. A thread of the arm's talks DDS;
-/// another, of DDS, listens. docs/ros2.md has the whole story.
+/// another, of DDS, listens. docs/how-to/ros2.md has the whole story.
 class Ros2Arm final : public Arm {
  public:
   /// Joins the domain; does not wait for anybody. Fails with what to do. Model and clock must outlive it.

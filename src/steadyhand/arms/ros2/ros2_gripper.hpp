@@ -31,8 +31,8 @@ struct GripperGoal {
 /// A gripper behind an action server of ROS 2, GripperCommand or ParallelGripperCommand of control_msgs: each place
 /// that is wanted is a goal, which takes the place of the one before; at most ten a second, the newest. An action's
 /// answers are its status, which names goals, so that other clients' answers are not taken for ours. A goal that nobody
-/// answers is cancelled, so that a server that wakes up does not do late what was wanted long ago. docs/ros2.md has the
-/// whole story.
+/// answers is cancelled, so that a server that wakes up does not do late what was wanted long ago. docs/how-to/ros2.md
+/// has the whole story.
 class Ros2Gripper {
  public:
   /// @param node must outlive it, but for callbacks, which end with the node @param clock must outlive both

@@ -26,7 +26,7 @@ namespace steadyhand {
 /// A Universal Robots arm without ROS: state over RTDE, set-points into its registers, and a program of ours on the
 /// controller that follows them with servoj and stops by itself when they stop coming (ur_program.hpp). A second thread
 /// makes connections: one for states after a loss, and a fresh one for each program, since whether a connection may
-/// send programs is settled when it is opened. The control thread never waits for it. docs/universal-robots.md has the
+/// send programs is settled when it is opened. The control thread never waits for it. docs/reference/ur.md has the
 /// whole story.
 class UniversalRobotsArm final : public Arm {
  public:

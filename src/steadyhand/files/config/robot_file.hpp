@@ -9,7 +9,8 @@
 
 namespace steadyhand {
 
-/// Reads robots/NAME.yaml (its keys: docs/robots.md). Fails as YamlMap says; a URDF in a package must be installed.
+/// Reads robots/NAME.yaml (its keys: docs/how-to/add-a-robot.md). Fails as YamlMap says; a URDF in a package must be
+/// installed.
 Result<RobotSettings> load_robot_settings(const std::filesystem::path& file, const Places& places);
 
 /// Otherwise it is a URDF.

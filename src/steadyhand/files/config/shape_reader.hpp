@@ -19,8 +19,8 @@ Quaternion read_rpy(YamlMap& map, const std::string& key);
 /// Whose shapes are read: half-spaces are only in the world.
 enum class ShapesFor { kArm, kWorld };
 
-/// The one key of `solid` that names a shape, with what it holds: docs/robots.md, "Bodies". What is wrong is told by
-/// the mapping's finish(); the shape is then a harmless one.
+/// The one key of `solid` that names a shape, with what it holds: docs/how-to/add-a-robot.md, "Bodies". What is wrong
+/// is told by the mapping's finish(); the shape is then a harmless one.
 PlacedShape read_shape(YamlMap& solid, ShapesFor whose);
 
 }  // namespace steadyhand

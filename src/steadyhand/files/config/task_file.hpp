@@ -7,7 +7,7 @@
 
 namespace steadyhand {
 
-/// Reads tasks/NAME.yaml (its keys: docs/tasks.md). Fails as YamlMap says.
+/// Reads tasks/NAME.yaml (its keys: docs/reference/tasks.md). Fails as YamlMap says.
 Result<Task> load_task(const std::filesystem::path& file);
 
 /// A task by name ("carry") or by the path of its file; "none" has no name and nothing else.

@@ -10,7 +10,7 @@
 
 namespace steadyhand {
 
-using OrderedJson = nlohmann::ordered_json;  ///< keys in the order of docs/formulation.md
+using OrderedJson = nlohmann::ordered_json;  ///< keys in the order of docs/explanation/formulation.md
 
 /// Reading JSON strictly: what is missing or of another kind throws Wrong.
 namespace json {

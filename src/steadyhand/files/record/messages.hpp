@@ -280,7 +280,7 @@ template <typename V>
 void describe(V& v, CellMessage& m) {
   v.type("steadyhand.Cell", "What stands around the arm, from here on");
   v.add("timestamp", "", "since when; what moves is there then", m.at);
-  v.add("cell", "", "see docs/cells.md", m.cell);
+  v.add("cell", "", "see docs/how-to/add-a-table.md", m.cell);
 }
 
 /// /statistics

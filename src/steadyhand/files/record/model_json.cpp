@@ -169,7 +169,7 @@ static std::vector<SphereNote> spheres_of(const RobotModel& model) {
   return spheres;
 }
 
-/// The object of "Two commands that make this checkable" in docs/formulation.md.
+/// The object of "Two commands that make this checkable" in docs/explanation/formulation.md.
 template <typename V>
 void describe(V& v, RobotModel& model) {
   std::vector<std::array<int, 2>> pairs;

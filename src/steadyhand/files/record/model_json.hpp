@@ -19,13 +19,13 @@ OrderedJson numbers_json(const Vector& vector) {
   return values;
 }
 
-/// "shape", "origin" and the shape's sizes, as docs/formulation.md has them for bodies.
+/// "shape", "origin" and the shape's sizes, as docs/explanation/formulation.md has them for bodies.
 OrderedJson shape_json(const Shape& shape, const Eigen::Isometry3d& origin);
 /// The origin, and the shape, of an object that may have more keys.
 Eigen::Isometry3d read_shape_json(const OrderedJson& object, const std::string& key, Shape& shape);
 
-/// {"name", "at_s", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/formulation.md, "velocity",
-/// "margin", "color", "holds_only_tool", "attached", "may_be_touched_by"}]}. One line.
+/// {"name", "at_s", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/explanation/formulation.md,
+/// "velocity", "margin", "color", "holds_only_tool", "attached", "may_be_touched_by"}]}. One line.
 /// @param at when its objects are where they say; without it there is no "at_s"
 std::string cell_json(const Cell& cell, std::optional<Time> at = {});
 Cell read_cell_json(const OrderedJson& json, const std::string& key);

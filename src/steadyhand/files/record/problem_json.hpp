@@ -21,7 +21,7 @@ struct LiquidRecord {
   SloshState state = SloshState::Zero();
 };
 
-/// One problem as `steadyhand solve` reads it: docs/formulation.md gives the JSON.
+/// One problem as `steadyhand solve` reads it: docs/explanation/formulation.md gives the JSON.
 struct ProblemRecord {
   std::string robot;
   double dt = 0.05;  ///< s

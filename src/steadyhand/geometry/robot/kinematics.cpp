@@ -87,8 +87,8 @@ void KinematicsOf<Scalar>::set_position(const Joints& q) {
   }
 }
 
-// docs/formulation.md derives what follows. The tool's twist and acceleration in its own frame are sums over the
-// joints:
+// docs/explanation/formulation.md derives what follows. The tool's twist and acceleration in its own frame are sums
+// over the joints:
 //   V_[k]   = sum_{j<k} S_j dq_j,   A_k = (0, R'g) + sum_{j<k} ( S_j ddq_j + B_j dq_j ),   B_k = [V_[k], S_k],
 //   a_local = A_n.linear + V.angular x V.linear   with V = V_[n].
 // Turning joint m moves only what stands before it, so dV_[k]/dq_m = B_m for every k > m; with C_m = [A_m, S_m] -

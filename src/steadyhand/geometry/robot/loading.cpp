@@ -32,7 +32,7 @@ class ModelBuilder {
       for (const auto& [joint, value] : chain_.assumed) standing.push_back(fmt::format("{} at {:.3g}", joint, value));
       model.assumptions.push_back(
           fmt::format("joints beside the chain to '{}' are taken to stand: {}; 'locked' in a robot file says where "
-                      "(docs/robots.md)",
+                      "(docs/how-to/add-a-robot.md)",
                       chain_.tool_link, fmt::join(standing, ", ")));
     }
     for (const auto step :
@@ -257,8 +257,8 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
   constexpr double kUpright = 10.0;  // degrees
   std::vector<std::string> doubts = model.assumptions;
   if (model.pairs.empty()) {
-    doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/robots.md)", model.name,
-                                 model.bodies.empty() ? "bodies" : "pairs of bodies"));
+    doubts.push_back(fmt::format("{} has no {}: nothing keeps it from touching itself (docs/how-to/add-a-robot.md)",
+                                 model.name, model.bodies.empty() ? "bodies" : "pairs of bodies"));
   }
   add_doubts_about_units(model, doubts);
   Kinematics kinematics(model);
@@ -267,7 +267,7 @@ std::vector<std::string> doubts_about(const RobotModel& model) {
   if (tilt > kUpright) {
     doubts.push_back(
         fmt::format("at home the glass of {} leans by {:.0f} degrees: it is empty from the beginning; tool and "
-                    "home say how it is held (docs/robots.md)",
+                    "home say how it is held (docs/how-to/add-a-robot.md)",
                     model.name, tilt));
   }
   return doubts;

@@ -161,7 +161,7 @@ void note_gripper(const std::vector<const urdf::Joint*>& joints, UrdfChain& chai
   if (!names_a_gripper(joint.name)) return;
   chain.notes.push_back(fmt::format(
       "joint '{}' counts as joint {} of the arm, and by its name it moves a gripper: if so, let the arm end before it, "
-      "by --tip {} or tool.link in a robot file (docs/robots.md)",
+      "by --tip {} or tool.link in a robot file (docs/how-to/add-a-robot.md)",
       joint.name, chain.joints.size(), joint.parent_link_name));
 }
 

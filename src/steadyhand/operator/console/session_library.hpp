@@ -16,7 +16,8 @@
 namespace steadyhand {
 
 /// Recorded sessions for the operator's page, read one after another in a process of their own with little priority and
-/// limited memory, so that nobody who asks disturbs a session that runs. docs/protocol.md says what the answers hold.
+/// limited memory, so that nobody who asks disturbs a session that runs. docs/reference/protocol.md says what the
+/// answers hold.
 class SessionLibrary {
  public:
   using Answer = std::function<void(Result<FreshPage>)>;

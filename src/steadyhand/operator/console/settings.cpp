@@ -172,8 +172,8 @@ SettingsTable describe(SessionSettings& s) {
   t.add("glass.fill", "m", "of liquid, less than the height", glass.fill, up_to(2.0));
   t.add("glass.viscosity", "m^2/s", "of the liquid; water's is 1e-6", glass.viscosity, at_most(1.0));
   t.add("glass.frequency_factor", "",
-        "of the liquid, over that in a cylinder of this radius and fill (docs/profiles.md)", glass.frequency_factor,
-        {0.2, 5.0});
+        "of the liquid, over that in a cylinder of this radius and fill (docs/reference/profiles.md)",
+        glass.frequency_factor, {0.2, 5.0});
 
   t.add("recording.enabled", "write the session to a file", s.recording.enabled);
   t.add("recording.folder", "of the files", s.recording_folder);

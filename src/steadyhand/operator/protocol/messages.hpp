@@ -12,10 +12,11 @@
 #include "steadyhand/operator/protocol/facts.hpp"
 #include "steadyhand/operator/protocol/policy_hand.hpp"
 
-/// The words of docs/protocol.md: JSON text to structs and back. web/protocol/schema.json says the same to machines.
+/// The words of docs/reference/protocol.md: JSON text to structs and back. web/protocol/schema.json says the same to
+/// machines.
 namespace steadyhand {
 
-/// Of docs/protocol.md. A client of another version is refused.
+/// Of docs/reference/protocol.md. A client of another version is refused.
 constexpr int kProtocolVersion = 2;
 /// Bytes of the longest message that a client may send.
 constexpr std::size_t kMaxClientMessage = 2048;
@@ -88,7 +89,7 @@ std::string welcome_message(const ServerFacts& facts, std::string_view cell, std
 std::string cell_message(std::string_view cell);
 /// @param ended as OperatorView::cameras_ended
 std::string cameras_message(const std::vector<std::string>& ended);
-/// A picture for who watches its camera: not JSON, see docs/protocol.md.
+/// A picture for who watches its camera: not JSON, see docs/reference/protocol.md.
 std::string picture_message(const VideoPacket& packet);
 std::string paired_message(std::string_view token);
 std::string study_message(std::string_view content);

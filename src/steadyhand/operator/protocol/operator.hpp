@@ -11,7 +11,7 @@
 #include "steadyhand/operator/protocol/episodes.hpp"
 #include "steadyhand/session/live/snapshot.hpp"
 
-/// What an operator's page and the program tell each other, see docs/protocol.md.
+/// What an operator's page and the program tell each other, see docs/reference/protocol.md.
 namespace steadyhand {
 
 /// What an operator asks for beside moving the hand. Any client may stop; the rest needs the lease.

@@ -297,7 +297,7 @@ Status OperatorInterface::give_turn(bool turn, Time now) {
     if (controls_.policy_turn) end_turn();
     return Done{};
   }
-  if (!policy_) return Error{"no policy is connected; start one first (docs/policies.md)"};
+  if (!policy_) return Error{"no policy is connected; start one first (docs/how-to/policies.md)"};
   halts_ = session_->halts();
   if (session_->is_halted()) return Error{"no policy leads an arm that was stopped; reset it first"};
   if (gripped_ && to_seconds(now - *gripped_) < kSampleTimeout) return Error{"let go of the arm first"};

@@ -11,7 +11,7 @@
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/operator/protocol/facts.hpp"
 
-/// The operator's way in: a page over HTTP, and one WebSocket per client that carries docs/protocol.md.
+/// The operator's way in: a page over HTTP, and one WebSocket per client that carries docs/reference/protocol.md.
 namespace steadyhand {
 
 struct ServerSettings {

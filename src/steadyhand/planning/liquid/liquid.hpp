@@ -19,10 +19,10 @@ struct LiquidState {
   double lateral = 0.0;
 };
 
-/// The first sloshing mode, free to swing along the glass's x and y axes, with the equations of docs/formulation.md
-/// that the planner's `no_spill` has, in small steps of the motion that came about. What of the surface's plane stands
-/// over the rim is lost, and the surface sinks by as much. Waves that break, higher modes and splashes are not in it:
-/// in a fluid simulation crests stand 3 to 4 mm above the plane. Allocates nothing.
+/// The first sloshing mode, free to swing along the glass's x and y axes, with the equations of
+/// docs/explanation/formulation.md that the planner's `no_spill` has, in small steps of the motion that came about.
+/// What of the surface's plane stands over the rim is lost, and the surface sinks by as much. Waves that break, higher
+/// modes and splashes are not in it: in a fluid simulation crests stand 3 to 4 mm above the plane. Allocates nothing.
 class Liquid {
  public:
   explicit Liquid(const GlassSettings& glass);

@@ -32,8 +32,9 @@ struct OcpInstance {
   double clearance = 0.0;            ///< m, 0 to kMostClearance, by which bodies stay further apart than asked
 };
 
-/// The optimal control problem of docs/formulation.md as data: minimise dt * sum of objectives subject to the exact
-/// double integrator and lower <= constraint rows <= upper. Const after construction; the model must outlive it.
+/// The optimal control problem of docs/explanation/formulation.md as data: minimise dt * sum of objectives subject to
+/// the exact double integrator and lower <= constraint rows <= upper. Const after construction; the model must outlive
+/// it.
 class Ocp {
  public:
   /// With the settings' objectives and constraints. @pre check(settings)

@@ -24,7 +24,7 @@ using Objectives = std::vector<std::shared_ptr<const Objective>>;
 /// Makes a constraint for a robot, which must outlive it; null where the robot needs none.
 using ConstraintMaker = std::function<std::shared_ptr<const Constraint>(const RobotModel&, const OcpSettings&)>;
 
-/// Those of docs/formulation.md: a new one is added there (ocp.cpp), in one line.
+/// Those of docs/explanation/formulation.md: a new one is added there (ocp.cpp), in one line.
 Objectives default_objectives();
 /// More of them, which a problem has where its weights name them.
 Objectives optional_objectives();

@@ -57,7 +57,7 @@ struct SloshStep {
 /// The liquid's first sloshing mode, driven by the glass's motion. For each axis, with f the lateral specific force,
 ///   x'' = w^2 (f - (f_z / g) x) - 2 zeta w x',
 /// and the wave at the wall e = (R / g) (c x + (1 - c) f), c = 0.837: the first mode has this share of the surface
-/// under constant acceleration, the higher ones follow at once. Docs/formulation.md.
+/// under constant acceleration, the higher ones follow at once. docs/explanation/formulation.md.
 class SloshModel {
  public:
   /// Of no liquid: all zero.

@@ -37,9 +37,9 @@ struct Moment {
 /// kSelfCollision or kObstacle where a gap is below `smallest`, else kNone.
 PlanFault contact(const LinkPairs& gaps, const LinkPairs& smallest);
 
-/// Whether gaps stay above `smallest` (m) from one moment to another: docs/formulation.md, "Between nodes". Most do by
-/// what they were and what the speeds allow; only the others are looked at. Where that is too much to tell, the span is
-/// halved, up to 7 times, from 25 ms to 0.2 ms; what cannot be told then does not stay.
+/// Whether gaps stay above `smallest` (m) from one moment to another: docs/explanation/formulation.md, "Between nodes".
+/// Most do by what they were and what the speeds allow; only the others are looked at. Where that is too much to tell,
+/// the span is halved, up to 7 times, from 25 ms to 0.2 ms; what cannot be told then does not stay.
 class GapsBetween {
  public:
   /// @param smallest m; all references must outlive it

@@ -24,8 +24,8 @@ struct JointLimits {
 };
 
 /// What one profile made of a recording. Accelerations are specific forces in the tool frame (a_local of
-/// docs/formulation.md) at the start of each plan; errors compare planned pose and target at the same time, over the
-/// steps that were engaged.
+/// docs/explanation/formulation.md) at the start of each plan; errors compare planned pose and target at the same time,
+/// over the steps that were engaged.
 struct Metrics {
   int steps = 0;
   double lateral_mean = 0;     ///< m/s^2, mean of sqrt(a_x^2 + a_y^2)

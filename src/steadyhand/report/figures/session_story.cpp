@@ -115,7 +115,7 @@ class Parts {
   }
   /// Behind the arm's bodies come the objects that the tool carries.
   std::string solid(int i, Time at) const {
-    constexpr int kCarried = 128;  // docs/protocol.md
+    constexpr int kCarried = 128;  // docs/reference/protocol.md
     if (i >= kCarried) return object(i - kCarried, at);
     const std::string name = has(bodies_, i) ? part_text(bodies_[static_cast<std::size_t>(i)]) : "";
     return name.empty() ? "the arm" : name;

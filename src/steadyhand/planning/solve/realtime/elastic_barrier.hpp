@@ -23,9 +23,10 @@ struct Residuals {
   double kkt() const { return std::max({dual, violation, complementarity}); }
 };
 
-/// The problem that the solver's Newton steps see (docs/solver.md, "Elastic barrier"). Every bound of every row at
-/// every node, written as g(z) >= 0, gets two positive variables with g + elastic = slack: the slack is the distance to
-/// the bound from inside, the elastic variable the violation. Over the accelerations and these the solver minimises
+/// The problem that the solver's Newton steps see (docs/explanation/solver.md, "Elastic barrier"). Every bound of every
+/// row at every node, written as g(z) >= 0, gets two positive variables with g + elastic = slack: the slack is the
+/// distance to the bound from inside, the elastic variable the violation. Over the accelerations and these the solver
+/// minimises
 ///   phi = J + sum ( price * elastic - mu log slack - mu log elastic ),
 /// whose minimisers go to the solution as mu -> 0. They make g + elastic = slack true at any point, so there is no
 /// infeasible iterate; the price is above every multiplier, so that elastic variables vanish wherever they can, except

@@ -7,7 +7,8 @@
 
 namespace steadyhand::realtime {
 
-/// The Newton step of a sum of quadratic models under the double integrator (docs/solver.md, "Riccati"): minimises
+/// The Newton step of a sum of quadratic models under the double integrator (docs/explanation/solver.md, "Riccati"):
+/// minimises
 ///   sum_k 1/2 dw_k' H_k dw_k + g_k' dw_k   over du,   with   dq+ = dq + dt dv + dt^2/2 du,  dv+ = dv + dt du,  dx_0 =
 ///   0.
 /// Node k's model is by w = [u; q; dq], row-major, rows of width(): the Hessian in the first columns, then the

@@ -7,9 +7,9 @@
 namespace steadyhand {
 
 /// Our own solver, made for this problem: an elastic interior point over the accelerations, each Newton step
-/// by a Riccati recursion that knows the double integrator (docs/solver.md). Every iterate obeys the dynamics. A warm
-/// start needs nothing but the last solution and its multipliers, both shifted; which rows are active follows from
-/// them.
+/// by a Riccati recursion that knows the double integrator (docs/explanation/solver.md). Every iterate obeys the
+/// dynamics. A warm start needs nothing but the last solution and its multipliers, both shifted; which rows are active
+/// follows from them.
 std::unique_ptr<Solver> make_realtime_solver(const Ocp& ocp, double tolerance);
 
 }  // namespace steadyhand

@@ -35,8 +35,8 @@ def make(folder):
     folder.mkdir(parents=True, exist_ok=True)
     headers = " ".join(f"src/{header}" for header in installed())
     version = re.search(r"project\(steadyhand VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
-    settings = (ROOT / "docs/reference/Doxyfile").read_text()
-    settings += f"INPUT = docs/reference/main.md {headers}\nPROJECT_NUMBER = {version}\nOUTPUT_DIRECTORY = {folder}\n"
+    settings = (ROOT / "docs/doxygen/Doxyfile").read_text()
+    settings += f"INPUT = docs/doxygen/main.md {headers}\nPROJECT_NUMBER = {version}\nOUTPUT_DIRECTORY = {folder}\n"
     done = subprocess.run(["doxygen", "-"], input=settings, cwd=ROOT, capture_output=True, text=True)
     return complaints(done.stderr) or ([] if done.returncode == 0 else [done.stderr])
 
