@@ -17,7 +17,7 @@ constexpr const char* kExamples =
     "  ./steadyhand demo --headless --seconds 60  a simulated arm follows a recorded hand, live\n"
     "  ./steadyhand config                        the settings of a live session, with unit and origin\n"
     "  ./steadyhand check --host 192.168.0.10     is this machine fit to lead that arm? Nothing moves\n"
-    "  ./steadyhand replay                        a bundled hand, under every profile, with a report\n"
+    "  ./steadyhand replay                        a bundled hand, under three profiles, with a report\n"
     "  ./steadyhand replay hand.csv --profile waiter --scale 0.5 --out results\n"
     "  ./steadyhand replay mocap.json --track rhand --rate 40\n"
     "  ./steadyhand report SESSION.mcap           what was driven; without a session, those that there are\n"
