@@ -1,4 +1,4 @@
-"""Data sets as LeRobot's own class reads them. In an environment of its own (.deps/lerobot), which ./steadyhand test --long makes."""
+"""Data sets as LeRobot's class reads them, in a repackaging (lerobot-dataset). In an environment of its own (.deps/lerobot), which ./steadyhand test --long makes."""
 
 import json
 import os
