@@ -1,4 +1,4 @@
-"""How often a stop at a random moment spills, by kind: `python bench/stops.py [--profile carry] [--stops 10000]`.
+"""How often a stop at a random moment spills, by kind: `python bench/stops.py [--profile carry] [--stops 10000] [--speed 0.25]`.
 
 Needs the Python package (build/release/python on PYTHONPATH), and fork(). From one motion of each hand (hands.py) many stops branch, each
 in a process of its own:
@@ -6,8 +6,9 @@ in a process of its own:
   and turned as the hand was last, where a live session leaves it facing as it does.
 - lost: no further plan comes, and the arm follows the last one to its end.
 - straight: all joints brake evenly, as hard as the limits allow, as a protective stop does.
-The wave is judged as in carrying.py, from the commands before the stop to 2 s after the arm stands; the way is how far the glass
-ends from where it was as the stop began.
+The wave is judged as in carrying.py, from the commands before the stop to 2 s after the arm stands; the way is the distance of the
+glass from its place at the stop to its last place. --speed is the share of the arm's limits, as the program's option of that name.
+The last line has the speeds of the glass at the moment of the stop.
 """
 
 import argparse
@@ -58,14 +59,15 @@ def branch(act):
 
 
 def stop_all(job):
-    hand, profile, rate, stops = job
+    hand, profile, rate, stops, share = job
     robot = steadyhand.Robot("ur5e")
-    arm = steadyhand.Pipeline(robot, profile, rate=rate, scale=hand.scale)
+    limits = {} if share == 1 else {"velocity_scale": share, "acceleration_scale": share}
+    arm = steadyhand.Pipeline(robot, profile, rate=rate, scale=hand.scale, **limits)
     recorded = hand.read()
     t = np.asarray(recorded.t) - recorded.t[0]
     times = np.sort(np.random.default_rng(1).uniform(1.0, t[-1] - 0.1, stops))
     state = None
-    fed, stops_of = 0, {kind: [] for kind in KINDS}  # m: highest wave, and how far the glass went on
+    fed, stops_of = 0, {kind: [] for kind in (*KINDS, "speed")}  # m: highest wave, and the way of the glass; m/s: its speed
     last = 0
     for now in np.arange(0.0, times[-1] + STEP, STEP):
         while fed < len(t) and t[fed] <= now:
@@ -77,6 +79,7 @@ def stop_all(job):
             plan = arm.plan
             highest = lambda motion: swing(robot.local_acceleration(*motion), state)[0].max()
             place = lambda joints: robot.fk(joints)[:3, 3]
+            stops_of["speed"].append(np.linalg.norm(place(q + STEP * dq) - place(q)) / STEP)
             judged = lambda motion: (highest(motion), np.linalg.norm(place(motion[0][-1]) - place(q)))
             for kind, motion in (
                 ("lost", plan.at(np.arange(now + STEP, plan.end + AFTER, STEP))),
@@ -94,9 +97,10 @@ def main():
     parser.add_argument("--profile", nargs="+", default=["tracking", "waiter", "carry"])
     parser.add_argument("--rate", type=float, default=20.0)
     parser.add_argument("--stops", type=int, default=3400, help="of each kind")
+    parser.add_argument("--speed", type=float, default=1.0, help="share of the arm's limits")
     arguments = parser.parse_args()
     found = hands_of(arguments)
-    jobs = [(hand, profile, arguments.rate, -(-arguments.stops // len(found))) for profile in arguments.profile for hand in found]
+    jobs = [(hand, profile, arguments.rate, -(-arguments.stops // len(found)), arguments.speed) for profile in arguments.profile for hand in found]
     with multiprocessing.Pool() as pool:
         results = list(zip(jobs, pool.map(stop_all, jobs, chunksize=1)))
     print("| profile | stop | stops | spilled | wave, median, mm | 99 % | largest | way, median, mm | 99 % | largest |\n|---|---|---|---|---|---|---|---|---|---|")
@@ -108,6 +112,8 @@ def main():
                 f"| `{Path(profile).stem}` | {kind} | {len(waves)} | {100 * spilled:.2f} % | {np.median(waves):.1f} | {np.percentile(waves, 99):.1f} | {waves.max():.1f} "
                 f"| {np.median(ways):.0f} | {np.percentile(ways, 99):.0f} | {ways.max():.0f} |"
             )
+    speeds = np.concatenate([seen["speed"] for _, seen in results])
+    print(f"speed of the glass at the stop: {np.median(speeds):.2f} m/s median, {np.percentile(speeds, 99):.2f} at 99 %, {speeds.max():.2f} largest")
 
 
 if __name__ == "__main__":
