@@ -1,4 +1,4 @@
-"""What operators and networks do to a live session, over real WebSockets. Each test is a row of docs/how-to/before-a-real-arm.md."""
+"""What operators and networks do to a live session, over real WebSockets. Each test is a row of docs/reference/safety.md."""
 
 import fcntl
 import json

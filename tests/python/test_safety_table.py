@@ -1,4 +1,4 @@
-"""docs/how-to/before-a-real-arm.md and the fault tests say the same: each row of its table is a test, and each test has a row."""
+"""docs/reference/safety.md and the fault tests say the same: each row of its table is a test, and each test has a row."""
 
 import os
 import re
@@ -8,7 +8,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 
 
 def test_rows_and_tests_are_the_same():
-    cells = re.findall(r"^\|.*\| ((?:`\w+`(?:, )?)+) \|$", (ROOT / "docs/how-to/before-a-real-arm.md").read_text(), re.MULTILINE)
+    cells = re.findall(r"^\|.*\| ((?:`\w+`(?:, )?)+) \|$", (ROOT / "docs/reference/safety.md").read_text(), re.MULTILINE)
     rows = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
     tests = re.findall(r"TEST_F\(Faults, (\w+)\)", (ROOT / "tests/session/live/faults_test.cpp").read_text())
     tests += re.findall(r"def (test_\w+)", (ROOT / "tests/python/test_live_faults.py").read_text())
@@ -22,7 +22,7 @@ def test_rows_and_tests_are_the_same():
 
 
 def test_the_table_of_states_names_all_of_them():
-    text = (ROOT / "docs/how-to/before-a-real-arm.md").read_text()
+    text = (ROOT / "docs/reference/safety.md").read_text()
     states = re.findall(r'Name\{\w+, "(\w+)"', re.search(r"names_of\(SupervisionState.*?\n}", (ROOT / "src/steadyhand/session/supervise/state.hpp").read_text(), re.DOTALL).group(0))
     for state in states[:-1]:
         assert re.search(rf"^\| {state} \|", text, re.MULTILINE), state

@@ -1,4 +1,4 @@
-// Each test is a row of docs/how-to/before-a-real-arm.md: what goes wrong, and what the arm does then.
+// Each test is a row of docs/reference/safety.md: what goes wrong, and what the arm does then.
 #include <random>
 
 #include "support/virtual_session.hpp"
