@@ -54,8 +54,9 @@ std::string follows(const ArmChoice& choice, double speed) {
 Status confirm(const ArmChoice& choice, const std::string& what) {
   std::cout << fmt::format(
                    "The arm {} will MOVE: {}.\n"
-                   "It knows the limits of its joints and its own body, not the table, the walls, or you.\n"
-                   "Nobody within its reach; a hand on the emergency stop. See docs/{}.\n",
+                   "It does not see you, nor anything that is not in its robot and cell files.\n"
+                   "Nobody within its reach; a hand on the emergency stop. "
+                   "See docs/how-to/before-a-real-arm.md and docs/{}.\n",
                    choice.kind()->has_host ? "at " + choice.host : "behind the ROS 2 controller", what,
                    choice.kind()->guide)
             << std::flush;

@@ -270,9 +270,11 @@ std::string describe_margins(const RobotModel& model, const Cell& cell, const st
 std::string describe_stage(Stage stage, double seconds) {
   const StageMotion m = motion_of(stage);
   if (stage == Stage::kHold) return fmt::format("a program of ours holds it where it stands, for {:g} s", seconds);
-  return fmt::format("each joint goes {:.1f} rad to and fro at up to {:.0f} % of its speed, for about {:g} s, {}",
-                     m.way, 100.0 * m.speed_scaling, seconds,
-                     stage == Stage::kGlass ? "with a glass of liquid" : "with an empty gripper or an empty glass");
+  return fmt::format(
+      "each joint goes {:.1f} rad back and forth at up to {:.0f} % of its speed, for about {:g} s, {}; "
+      "objects of the cell are not avoided",
+      m.way, 100.0 * m.speed_scaling, seconds,
+      stage == Stage::kGlass ? "with a glass of liquid" : "with an empty gripper or an empty glass");
 }
 
 /// A stage in which our program runs and the arm may move.
