@@ -155,8 +155,8 @@ class Planner(_Stages):
     """Plans where the arm goes, again and again, so that its tool follows a target: inside its limits, clear of itself, and
     as its profile says of the liquid. The arm is taken to follow its plans, and to stand at home before the first.
 
-    robot: a Robot, or what Robot() takes. profile: the name of a profile, such as "carry" or "tracking", or the path of
-    a profile file (docs/reference/profiles.md). What else is given stands in place of the profile's:
+    robot: a Robot, or what Robot() takes. profile: "tracking", "anti-slosh", "waiter", "carry", "follow", or the
+    path of a profile file (docs/reference/profiles.md). What else is given stands in place of the profile's:
 
     weights: by name of the term (docs/explanation/formulation.md) a number, or as many as the term has.
     horizon: N, intervals, 1 to 128. dt: s, length of each.
