@@ -12,7 +12,7 @@ ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2
 @pytest.mark.parametrize(
     ("page", "sources", "fixtures"),
     [
-        ("docs/how-to/ros2.md", ["tests/arms/ros2/faults_test.cpp", "tests/arms/ros2/ros2_gripper_test.cpp"], "Ros2Faults|Ros2ArmWithGripper"),
+        ("docs/reference/ros2.md", ["tests/arms/ros2/faults_test.cpp", "tests/arms/ros2/ros2_gripper_test.cpp"], "Ros2Faults|Ros2ArmWithGripper"),
         ("docs/reference/ur.md", ["tests/arms/ur/faults_test.cpp", "tests/arms/ur/connection_test.cpp"], "UrFaults|UrOverTcp|UrConnection"),
     ],
 )

@@ -1,4 +1,4 @@
-// What becomes of an arm behind a ROS 2 controller that moves when something goes wrong; docs/how-to/ros2.md has a row
+// What becomes of an arm behind a ROS 2 controller that moves when something goes wrong; docs/reference/ros2.md has a row
 // for each test.
 #include <gtest/gtest.h>
 
