@@ -1,5 +1,5 @@
-// What becomes of an arm behind a ROS 2 controller that moves when something goes wrong; docs/reference/ros2.md has a row
-// for each test.
+// What becomes of an arm behind a ROS 2 controller that moves when something goes wrong; docs/reference/ros2.md has a
+// row for each test.
 #include <gtest/gtest.h>
 
 #include <cmath>
