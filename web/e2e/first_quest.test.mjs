@@ -71,7 +71,7 @@ const ACTS = {
     await page.waitForTimeout(300);
     return (await state(watcher)).tool.p[2] > risen + 0.03;
   }, 'the glass to rise'),
-  'Let go': async () => {
+  Release: async () => {
     await press('squeeze', 0);
     await leftAlone();
   },
