@@ -155,9 +155,22 @@ async function report() {
   rmSync(folder, { recursive: true });
 }
 
-async function still(name, heard, time, context, prepare) {
-  const { until: goOn, shot, close } = await replica(heard, { viewport: PAGE, ...context }, prepare);
+/** What has a number on page_light, in the order of the table in docs/reference/page.md. */
+const NUMBERED = ['#state', '#status dl', '#wave', '#views', '#stop', '#tabs', '#profiles', '#compared', '#plots', '#joint-panel'];
+const number = (page) => page.evaluate((places) => places.forEach((place, i) => {
+  const { left, top } = document.querySelector(place).getBoundingClientRect(), mark = document.createElement('b');
+  mark.textContent = i + 1;
+  Object.assign(mark.style, {
+    position: 'fixed', left: `${Math.max(2, left - 12)}px`, top: `${Math.max(2, top - 10)}px`, zIndex: 99, width: '22px', borderRadius: '11px',
+    font: '700 14px/22px sans-serif', textAlign: 'center', color: '#ffffff', background: '#b3261e',
+  });
+  document.body.append(mark);
+}), NUMBERED);
+
+async function still(name, heard, time, context, finish = () => {}) {
+  const { page, until: goOn, shot, close } = await replica(heard, { viewport: PAGE, ...context });
   await goOn(heard.begin + time);
+  await finish(page);
   const data = (await shot()).toString('base64');
   writeFileSync(join(FOLDER, `${name}.webp`), await (await workshop())([{ data }], PAGE, 'image/webp', 0.85));
   await close();
@@ -194,7 +207,7 @@ try {
   if (wanted('report')) await report();
   const tracking = ['page_dark', 'arm'].some(wanted) && await listen('tracking', LENGTH);
   const carry = ['page_light', 'arm'].some(wanted) && await listen('carry', LENGTH);
-  if (wanted('page_light')) await still('page_light', carry, 6);
+  if (wanted('page_light')) await still('page_light', carry, 6, {}, number);
   if (wanted('page_dark')) await still('page_dark', tracking, 9, { colorScheme: 'dark' });
   if (wanted('arm')) await arm(tracking, carry);
 } finally {
