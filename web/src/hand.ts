@@ -18,7 +18,7 @@ function copy(from: Pose, to: MutablePose): void {
 
 /** The operator's hand as the server hears of it, whichever way in leads it. One at a time. */
 export class Hand {
-  /** s, from the newest input event to its sample's way out; for the budget in docs/reference/page.md. */
+  /** s, from the newest input event to its sample's way out; for the budget in docs/explanation/results.md. */
   readonly delays: number[] = [];
   #source: string | null = null;
   #clutch = false;

@@ -49,7 +49,7 @@ export class Headset {
   readonly board = new Board();
   /** The session's cameras. */
   readonly screens = new Screens(this.board.geometry.parameters.height / 2 + 0.02);
-  /** s, by which the headset predicted its newest poses; for the figures in docs/reference/page.md. */
+  /** s, by which the headset predicted its newest poses; for the figures in docs/explanation/results.md. */
   readonly leads: number[] = [];
   readonly guide = new Guide();
   readonly #pointer = new Pointer(this.board);
