@@ -1,8 +1,8 @@
-"""A robot arm follows a hand: inside its limits, clear of itself, without spilling the glass that it holds.
+"""Teleoperation of a robot arm by model predictive control: within joint limits, without collisions or spilled liquid.
 
 Poses are 4x4 matrices of float64: T_a_b maps coordinates in frame b to those in frame a. Quaternions are called quat_xyzw and
-have the order x, y, z, w. Units: m, rad, s. Frames: base, the URDF's base link, z up; tool, the glass, z out of its opening.
-docs/how-to/use-the-library.md has examples.
+have the order x, y, z, w. Units: m, rad, s. Frames: base is the URDF's base link, z up; tool is the tool frame (TCP), with z
+out of the opening of a glass. docs/how-to/use-the-library.md has examples.
 """
 
 from . import _places  # noqa: F401  before anything looks for a robot
@@ -19,7 +19,7 @@ from ._solve import Solution, solve
 from ._stages import Liquid, LiquidState, Predictor, Retargeter
 
 SteadyhandError.__module__ = __name__
-SteadyhandError.__doc__ = "What was refused, and what would be right, in the words that the program prints."
+SteadyhandError.__doc__ = "Invalid input: what was refused and which values are valid, as the program prints it."
 
 __all__ = [
     "Cell", "Change", "Commands", "Glass", "Hand", "Liquid", "LiquidState", "Loss", "Node", "Object", "Objective", "Pipeline", "Plan", "Planner", "Predictor", "Replay", "Retargeter",

@@ -1,4 +1,4 @@
-"""What stands around an arm."""
+"""Obstacles around an arm."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from ._robot import Robot, opened
 
 
 class Object:
-    """Something solid that the arm keeps clear of. Made by sphere(), capsule(), cylinder(), box() or half_space(), which take
+    """An obstacle. Make it with sphere(), capsule(), cylinder(), box() or half_space(). They share these arguments:
 
-    name: for messages; each object of a cell has its own.
-    T_base_object: (4, 4), where it is in the arm's base (steadyhand.pose makes one of a position); m. It is its centre.
-    velocity: (3,), m/s in the base: it goes on so, and plans know where it will be. It does not turn.
-    margin: m, 0 to 1: how far the arm stays away.
-    may_be_touched_by: names of bodies or links of the arm that may be in it.
+    name: unique in its cell; messages use it.
+    T_base_object: (4, 4), pose of its centre in the base frame, m (steadyhand.pose makes one from a position).
+    velocity: (3,), m/s, in the base frame. Plans assume that it stays constant and that the object does not turn.
+    margin: m, 0 to 1: the smallest distance that plans keep.
+    may_be_touched_by: names of bodies or links of the arm for which it is no obstacle.
 
-    Raises ValueError and TypeError for what has another shape or is not finite; what cannot be (a radius of 0, a second object
-    of its name, more than 64, a link that the arm does not have) is a SteadyhandError where the object is used.
+    Raises ValueError or TypeError for a wrong shape or numbers that are not finite. Other invalid values (a radius of 0, a name
+    used twice, more than 64 objects, an unknown link) raise SteadyhandError where the object is used.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Object:
         self.shape: str = shape
         """"sphere", "capsule", "cylinder", "box" or "half_space"."""
         self.sizes: dict[str, float] = {key: number(f"{name}: {key}", size) for key, size in sizes.items()}
-        """m, by name."""
+        """Sizes in m, by name."""
         self.T_base_object: Array = array(f"{name}: T_base_object", T_base_object, (4, 4))
         self.velocity: Array = array(f"{name}: velocity", velocity, (3,))
         self.margin: float = number(f"{name}: margin", margin)
@@ -55,7 +55,7 @@ class Object:
         cls, name: str, T_base_object: ArrayLike, radius: float, *,
         velocity: ArrayLike = (0.0, 0.0, 0.0), margin: float = 0.01, may_be_touched_by: Sequence[str] = (),
     ) -> Object:  # fmt: skip
-        """radius: m."""
+        """A sphere. radius: m."""
         return cls(name, "sphere", {"radius": radius}, T_base_object, velocity, margin, may_be_touched_by)
 
     @classmethod
@@ -63,7 +63,7 @@ class Object:
         cls, name: str, T_base_object: ArrayLike, radius: float, length: float, *,
         velocity: ArrayLike = (0.0, 0.0, 0.0), margin: float = 0.01, may_be_touched_by: Sequence[str] = (),
     ) -> Object:  # fmt: skip
-        """Along its z. radius: m; length: m, without the two ends, which are half spheres."""
+        """A capsule along its z axis. radius: m; length: m, of the axis, without the two hemispheres."""
         return cls(name, "capsule", {"radius": radius, "length": length}, T_base_object, velocity, margin, may_be_touched_by)
 
     @classmethod
@@ -71,7 +71,7 @@ class Object:
         cls, name: str, T_base_object: ArrayLike, radius: float, length: float, *,
         velocity: ArrayLike = (0.0, 0.0, 0.0), margin: float = 0.01, may_be_touched_by: Sequence[str] = (),
     ) -> Object:  # fmt: skip
-        """Along its z. radius: m; length: m."""
+        """A cylinder along its z axis. radius, length: m."""
         return cls(name, "cylinder", {"radius": radius, "length": length}, T_base_object, velocity, margin, may_be_touched_by)
 
     @classmethod
@@ -79,7 +79,7 @@ class Object:
         cls, name: str, T_base_object: ArrayLike, size: ArrayLike, rounding: float = 0.0, *,
         velocity: ArrayLike = (0.0, 0.0, 0.0), margin: float = 0.01, may_be_touched_by: Sequence[str] = (),
     ) -> Object:  # fmt: skip
-        """size: (3,), m, along its x, y, z. rounding: m, radius of its edges, inside of that size."""
+        """A box. size: (3,), m, along its x, y, z. rounding: m, radius of its edges, included in the size."""
         x, y, z = array(f"{name}: size", size, (3,)).tolist()
         return cls(name, "box", {"x": x, "y": y, "z": z, "rounding": rounding}, T_base_object, velocity, margin, may_be_touched_by)
 
@@ -88,7 +88,7 @@ class Object:
         cls, name: str, T_base_object: ArrayLike, *,
         velocity: ArrayLike = (0.0, 0.0, 0.0), margin: float = 0.01, may_be_touched_by: Sequence[str] = (),
     ) -> Object:  # fmt: skip
-        """All that has z <= 0 in its frame: a table top, with eye(4) one at the arm's base."""
+        """All points with z <= 0 in its frame; eye(4) gives a table top at the height of the base."""
         return cls(name, "half_space", {}, T_base_object, velocity, margin, may_be_touched_by)
 
     def __repr__(self) -> str:
@@ -96,11 +96,11 @@ class Object:
 
 
 class Cell:
-    """What stands around an arm: at most 64 objects.
+    """The obstacles around an arm, at most 64.
 
-    what: a cell that steadyhand has ("table", "pedestal", "none"), the path of a cell file (docs/how-to/add-a-table.md), or Objects.
-    Raises SteadyhandError (a ValueError) for an unknown name, listing those that there are, and for a file that is refused, with
-    the reason; FileNotFoundError for a path where nothing is.
+    what: a built-in cell ("table", "pedestal", "none"), the path of a cell file (docs/how-to/add-a-table.md), or a list of Object.
+    Raises SteadyhandError (a ValueError) for an unknown name (the message lists the valid ones) and for an invalid file;
+    FileNotFoundError for a path that does not exist.
 
     >>> ball = Object.sphere("ball", steadyhand.pose([0.5, 0.2, 0.3]), radius=0.1)
     >>> planner = Planner("ur5e", cell=[ball])
@@ -119,27 +119,27 @@ class Cell:
                     list(each.may_be_touched_by),
                 )  # fmt: skip
         self.name: str = self._native.name
-        """Of its file; empty if it has none."""
+        """Name in its file; empty if it has none."""
         self.object_names: tuple[str, ...] = tuple(self._native.names)
 
     @property
     def description(self) -> dict[str, Any]:
-        """Name and objects as recordings and the page have them (docs/reference/protocol.md)."""
+        """Name and objects, in the form of recordings and messages (docs/reference/protocol.md)."""
         return json.loads(self._native.json)
 
     def attach(self, name: str, robot: Robot, q: ArrayLike) -> Cell:
-        """This cell with the object in the tool, where it is in it at q: from then on a part of the arm, which moves with the
-        tool and is kept off the other objects and off the arm's bodies that are not on the tool's link.
+        """Returns this cell with the object attached to the tool, at its pose relative to the tool at q. It then moves with the tool,
+        and keeps its distance from other objects and from the arm's bodies that are not on the tool's link.
 
-        q: (n,) rad (m). Raises SteadyhandError for a name that the cell does not have, what is carried already, a half-space,
-        and what overlaps a body of the arm that must not touch it.
+        q: (n,), rad (m). Raises SteadyhandError for an unknown name, an object that is already attached, a half-space, or an
+        object that overlaps a body of the arm that must not touch it.
 
         >>> planner.set_cell(cell.attach("bottle", planner.robot, plan.q[0]), t)
         """
         return self._changed(self._native.attach, name, robot, q)
 
     def detach(self, name: str, robot: Robot, q: ArrayLike) -> Cell:
-        """This cell with the object out of the tool again, where it is at q. Raises SteadyhandError for what is not carried."""
+        """Returns this cell with the object released at its pose at q, (n,), rad (m). Raises SteadyhandError if it is not attached."""
         return self._changed(self._native.detach, name, robot, q)
 
     def _changed(self, change: Any, name: str, robot: Robot, q: ArrayLike) -> Cell:
@@ -150,10 +150,10 @@ class Cell:
         return changed
 
     def distances(self, robot: Robot, q: ArrayLike) -> dict[str, float]:
-        """By name of the object: m from it, without its margin, to the nearest body of the arm that must not touch it; negative
-        by the depth where they overlap, infinite where all may. Of what is carried: to the arm's own bodies.
+        """Distances in m at q, by name of the object, without its margin, to the nearest body of the arm that must not touch it. They
+        are negative on overlap, and infinite if every body may touch the object. For an attached object: to the arm's bodies.
 
-        q: (n,) rad (m). Raises SteadyhandError where the cell does not fit the robot.
+        q: (n,), rad (m). Raises SteadyhandError if the cell does not fit the robot.
         """
         return self._native.distances(robot._native, array("q", q, (robot.dof,), what=f"one number for each joint of {robot.name}"))
 
@@ -162,7 +162,7 @@ class Cell:
 
 
 CellLike = Cell | str | os.PathLike[str] | Iterable[Object]
-"""A cell, or what Cell() takes."""
+"""A Cell, or an argument of Cell()."""
 
 
 def as_cell(cell: CellLike) -> Cell:

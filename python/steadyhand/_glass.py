@@ -9,27 +9,27 @@ from ._arrays import number
 
 
 class Glass(NamedTuple):
-    """An upright glass, partly filled: a cylinder, or another container by the radius of its surface and a frequency of its own
+    """An upright, partly filled cylinder. Describe another container by the radius of its liquid's surface and its frequency factor
     (docs/reference/profiles.md).
     """
 
     radius: float = 0.035
-    """m, inside, of the liquid's surface."""
+    """m, inner radius at the liquid's surface."""
     height: float = 0.1
-    """m, inside."""
+    """m, inner height."""
     fill: float = 0.09
-    """m of liquid."""
+    """m, fill level."""
     viscosity: float = 1e-6
-    """m^2/s, kinematic; water's."""
+    """m^2/s, kinematic viscosity; the default is that of water."""
     frequency_factor: float = 1.0
-    """Of the first sloshing mode, over that of a cylinder of this radius and fill."""
+    """Frequency of the first sloshing mode, divided by that of a cylinder with this radius and fill level."""
 
 
 GlassLike = Glass | Sequence[float]
 
 
 def glass_of(glass: GlassLike | None) -> tuple[float, ...] | None:
-    """Its numbers."""
+    """The numbers of a glass."""
     if glass is None:
         return None
     names = Glass._fields

@@ -1,4 +1,4 @@
-"""Objectives of the optimal control problem that are written in Python."""
+"""Objectives of the optimal control problem, written in Python."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ._robot import Robot, as_robot
 
 
 class Node:
-    """One node of the horizon, as a term sees it."""
+    """State of one node of the horizon, for terms."""
 
     __slots__ = ("robot", "q", "dq", "ddq", "T_reference", "_T")
 
@@ -27,14 +27,14 @@ class Node:
         self.dq = dq
         """(n,), rad/s (m/s)."""
         self.ddq = ddq
-        """(n,), rad/s^2 (m/s^2); None for a term that acts on states."""
+        """(n,), rad/s^2 (m/s^2); None for terms that act on states."""
         self.T_reference = T_reference
-        """(4, 4), where the tool shall be, in the base, m."""
+        """(4, 4), reference pose of the tool in the base frame, m."""
         self._T: Array | None = None
 
     @property
     def T_base_tool(self) -> Array:
-        """(4, 4), where the tool is, in the base, m."""
+        """(4, 4), pose of the tool in the base frame, m."""
         if self._T is None:
             self._T = self.robot._native.fk(self.q)
         return self._T
@@ -46,32 +46,32 @@ class Node:
 
     @property
     def local_acceleration(self) -> Array:
-        """(3,), m/s^2, as Robot.local_acceleration(); of terms that act on intervals."""
+        """(3,), m/s^2, specific force as Robot.local_acceleration(); only for terms that act on intervals."""
         return self.robot._native.local_acceleration(self.q, self.dq, self.ddq)
 
     @property
     def z(self) -> Array:
-        """(3n,): [q; dq; ddq], by which derivatives are taken; ddq is 0 for a term that acts on states."""
+        """(3n,): [q; dq; ddq], the variables of derivatives; ddq is 0 for terms that act on states."""
         return np.concatenate([self.q, self.dq, np.zeros_like(self.q) if self.ddq is None else self.ddq])
 
     def moved_to(self, z: Array) -> Node:
-        """The node with other q, dq, ddq."""
+        """Returns the node with other q, dq, ddq, from z (3n,)."""
         q, dq, ddq = np.split(z, 3)
         return Node(self.robot, q, dq, None if self.ddq is None else ddq, self.T_reference)
 
 
 class Objective:
-    """A term of the objective, of your own: inherit, and write value(). What the planner minimises is the sum over the horizon of
-    dt times all terms; a term is linear in its weights, which Planner(weights={name: ...}) gives, or 0.
+    """Base class of your own objective: inherit, and implement value(). The planner minimises the sum over the horizon of dt times all
+    terms. A term is linear in its weights. Planner(weights={name: ...}) sets them; the default is 0.
 
-    name: lower-case letters, digits and underscores. weight_count: how many weights it has; 0: one for each joint.
-    acts_on: "intervals", nodes k = 0..N-1 with ddq, or "states", nodes k = 1..N without. unit: of a weight, for people.
+    name: lower-case letters, digits and underscores. weight_count: number of weights; 0: one for each joint.
+    acts_on: "intervals" (nodes k = 0..N-1, with ddq) or "states" (nodes k = 1..N, without). unit: of a weight, for people.
 
-    Without your gradient() and hessian(), differences replace them, which is slower still and less exact. check_derivatives()
-    compares yours with differences: with wrong ones plans fail, or are not the best. Python is called
-    for each node in each iteration: such a planner is for trying terms, not for a real-time loop (docs/how-to/use-the-library.md has figures).
+    Without gradient() and hessian(), finite differences replace them; that is slower and less exact. check_derivatives() compares
+    yours with differences. With wrong derivatives plans fail, or are not optimal. Python is called for each node in each iteration.
+    Use such a planner to try terms, not in a real-time loop (docs/explanation/results.md has times).
 
-    What it raises ends the planner's call; the planner goes on from its last good plan.
+    An exception in your objective ends the planner's call. The planner then continues from its last good plan.
 
     >>> class Upright(Objective):
     ...     name, acts_on = "upright", "states"
@@ -86,15 +86,15 @@ class Objective:
     unit: ClassVar[str] = "1"
 
     def value(self, node: Node, weight: Array) -> float:
-        """The term at a node, for weights (weight_count,)."""
+        """Value of the term at a node. weight: (weight_count,)."""
         raise NotImplementedError(f"{type(self).__name__} has no value(node, weight)")
 
     def gradient(self, node: Node, weight: Array) -> Array:
-        """(3n,): its derivative by z = [q; dq; ddq]."""
+        """Derivative of value() by z = [q; dq; ddq], (3n,)."""
         return _differences(lambda z: _value(self, node.moved_to(z), weight), node.z, 1e-6, self._free(node))
 
     def hessian(self, node: Node, weight: Array) -> Array:
-        """(3n, 3n): its second derivative by z; symmetric."""
+        """Second derivative of value() by z, (3n, 3n), symmetric."""
         free = self._free(node)
         if type(self).gradient is not Objective.gradient:
             H = _differences(lambda z: _gradient(self, node.moved_to(z), weight), node.z, 1e-6, free)
@@ -102,11 +102,10 @@ class Objective:
         return _second_differences(lambda z: _value(self, node.moved_to(z), weight), node.z, 1e-4, free)
 
     def check_derivatives(self, robot: Robot | str | os.PathLike[str], weight: ArrayLike | None = None, *, hessian: bool = True, nodes: int = 10, seed: int = 1) -> None:
-        """Compares your gradient() and hessian() with the differences that replace them otherwise, at random nodes within the
-        robot's limits.
+        """Compares gradient() and hessian() with finite differences at random nodes within the robot's limits.
 
-        weight: (weight_count,); 1 each if it is not given. hessian: False for one that is an approximation on purpose.
-        Raises ValueError with the entry, the joint, both numbers and the node's q.
+        weight: (weight_count,); default: ones. hessian: False skips an intentionally approximate Hessian. nodes: number of nodes.
+        seed: of the nodes. Raises ValueError with the entry, the joint, both numbers and the node's q.
         """
         model = as_robot(robot)
         bound([self], model)  # refuses bad names, units and the like
@@ -127,7 +126,7 @@ class Objective:
 
     @staticmethod
     def _free(node: Node) -> int:
-        """How many entries of z the term may depend on."""
+        """Number of entries of z that the term may depend on."""
         return len(node.q) * (2 if node.ddq is None else 3)
 
 
@@ -145,7 +144,7 @@ def _hessian(objective: Objective, node: Node, weight: Array) -> Array:
 
 
 def _compare(name: str, given: Array, expected: Array, share: float, noise: float, node: Node) -> None:
-    """share: of the largest entry by which differences may be wrong; noise: by how much besides, as it grows with what they are made of."""
+    """share: accepted error relative to the largest entry. noise: accepted absolute error, which grows with the values."""
     off = np.abs(given - expected)
     if off.max() <= share * np.abs(expected).max() + noise + 1e-7:
         return
@@ -179,7 +178,7 @@ def _second_differences(function: Callable[[Array], float], z: Array, h: float, 
 
 
 class _Bound:
-    """A term of one robot, as the library calls it; looks at what the term answers."""
+    """A term of one robot, as the library calls it. It checks the term's results."""
 
     def __init__(self, objective: Objective, robot: Robot) -> None:
         self.objective, self.robot = objective, robot
@@ -195,7 +194,7 @@ class _Bound:
 
 
 def bound(objectives: Iterable[Objective], robot: Robot) -> list[Any]:
-    """For the library."""
+    """The objectives in the form of the library. Raises TypeError or ValueError for an invalid objective."""
     result = []
     if not isinstance(objectives, Iterable) or isinstance(objectives, (str, bytes)):
         raise TypeError(f"objectives must be a list of instances of steadyhand.Objective, not {type(objectives).__name__}")

@@ -1,4 +1,4 @@
-"""Planners and the plans that they make."""
+"""Planners and their plans."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from ._robot import Robot, as_robot, opened
 
 
 class Plan:
-    """A joint trajectory that has been checked and ends at rest: accelerations are constant over intervals of dt, first those
-    of the optimal control problem, then a stop. K intervals, n joints; rad where a joint turns, m where it slides.
+    """A checked joint trajectory that ends at rest: K intervals of dt with constant acceleration, for n joints. The first N
+    intervals solve the optimal control problem, the others stop the arm. Units: rad for revolute, m for prismatic joints.
     """
 
     def __init__(self, native: Any, robot: Robot, object_names: list[str]) -> None:
@@ -30,34 +30,34 @@ class Plan:
         self.q: Array = native.q
         """(K + 1, n), rad (m): positions at start + k dt."""
         self.dq: Array = native.dq
-        """(K + 1, n), rad/s (m/s): velocities there; the last row is 0, but for rounding."""
+        """(K + 1, n), rad/s (m/s): velocities at the same times; the last row is 0 except for rounding."""
         self.ddq: Array = native.ddq
         """(K, n), rad/s^2 (m/s^2): accelerations from start + k dt to start + (k + 1) dt."""
         self.dt: float = native.dt
         """s, length of an interval."""
         self.start: float = native.start
-        """s, time of the first row, on the caller's clock."""
+        """s, time of the first row, on your clock."""
         self.status: str = native.status
-        """"solved": the optimum; "feasible": inside every constraint, but the solver ended before the optimum; "previous": what
-        was solved failed its check (see fault), and this is the last good plan, to be followed to its end."""
+        """"solved": the optimum. "feasible": all constraints hold, but the solver stopped before the optimum. "previous": the
+        solution failed its check (see fault); this is the last good plan, which the arm follows to its end."""
         self.fault: str = native.fault
         """Which check the solution failed, or "none"."""
         self.active: str = native.active
-        """What holds the arm back over the horizon: "reach", "self_collision", "obstacle", "position", "velocity",
-        "acceleration", or "none"."""
+        """The active limit over the horizon: "reach", "self_collision", "obstacle", "position", "velocity", "acceleration" or
+        "none"."""
         self.solve_us: float = native.solve_us
-        """us of wall time that the solver took."""
+        """us, wall time of the solver."""
         self.iterations: int = native.iterations
-        """Of the solver."""
+        """Iterations of the solver."""
         self.objective: float = native.objective
-        """J of the solution."""
+        """Cost J of the solution."""
         self.nodes: int = native.nodes
-        """N: the first N intervals are the optimal control problem's, those behind them the stop's."""
+        """N, the number of intervals of the optimal control problem; the intervals after them stop the arm."""
         self._robot = robot
 
     @property
     def active_names(self) -> tuple[str, ...]:
-        """The joint that is at its limit, the two bodies that are nearest, or the body and the object: who `active` is about."""
+        """The names that `active` refers to: the joint at its limit, the two nearest bodies, or the body and the object."""
         kind, indices = self.active, [i for i in self._native.active_between if i >= 0]
         if kind == "self_collision":
             return tuple(self._solid(i) for i in indices)
@@ -66,19 +66,19 @@ class Plan:
         return tuple(self._robot.joint_names[i] for i in indices)
 
     def _solid(self, index: int) -> str:
-        """A body of the arm, or behind those an object that the tool carries."""
+        """Name of a body of the arm, or, with a larger index, of a carried object."""
         carried = index - _native.FIRST_CARRIED
         return self._object_names[carried] if carried >= 0 else self._robot.description["bodies"][index]["name"]
 
     @property
     def end(self) -> float:
-        """s: from here on the arm stands."""
+        """s, time from which the arm is stationary."""
         return self.start + len(self.ddq) * self.dt
 
     def at(self, t: ArrayLike) -> tuple[Array, Array, Array]:
-        """q, dq, ddq at time t: exact between nodes, the first row before the start, at rest after the end.
+        """State at time t, exact between nodes. Before the start it is the first row; after the end it is at rest.
 
-        t: s on the caller's clock, a number or (m,). Returns three arrays (n,), or (m, n): rad, rad/s, rad/s^2 (m, ...).
+        t: s on your clock, a number or (m,). Returns q, dq, ddq, each (n,) or (m, n): rad, rad/s, rad/s^2 (m, ...).
         """
         if np.ndim(t) == 0:
             return self._native.at(number("t", t, "seconds"))
@@ -93,14 +93,14 @@ class Plan:
 
 
 class _Stages:
-    """What Planner and Pipeline share."""
+    """Members that Planner and Pipeline share."""
 
     robot: Robot
     _stages: Any
 
     @property
     def horizon(self) -> int:
-        """N, intervals of the optimal control problem."""
+        """N, number of intervals of the optimal control problem."""
         return self._stages.horizon
 
     @property
@@ -110,32 +110,32 @@ class _Stages:
 
     @property
     def weights(self) -> dict[str, Array]:
-        """What is in force: by name of the term, a vector as long as the term has weights. `velocity` is at least 0.02."""
+        """Current weights: for each term, by name, one entry per weight. `velocity` is at least 0.02."""
         return self._stages.weights
 
     def _plan(self, native: Any) -> Plan:
         return Plan(native, self.robot, self._stages.object_names)
 
     def set_weights(self, weights: Weights) -> None:
-        """For the next plans: by name of the term a number, or as many as the term has. Terms that are not named stay.
+        """Sets weights for the next plans: by name of the term, one number or one for each of its weights. Other terms keep theirs.
 
-        Raises SteadyhandError for a term that there is not, listing those that there are, another count, or a negative weight.
+        Raises SteadyhandError for an unknown term (the message lists the valid ones), a wrong count, or a negative weight.
         """
         self._stages.set_weights(weights_of(weights))
 
     def set_cell(self, cell: CellLike, t: float) -> None:
-        """What stands around the arm from the next plan on, in place of what did.
+        """Replaces the obstacles, from the next plan on.
 
-        cell: a Cell, or what Cell() takes; [] for nothing. t: s, on the clock of the plans: when what moves is where it says.
-        Raises SteadyhandError for a cell that does not fit the robot, and where none was given at first: [] says that there will
-        be one.
+        cell: a Cell, or an argument of Cell(); [] for no obstacles. t: s, on the clock of the plans: the time at which moving
+        obstacles are at their given poses. Raises SteadyhandError if the cell does not fit the robot, and if the planner was made
+        without a cell; give cell=[] there to add obstacles later.
         """
         self._stages.set_cell(as_cell(cell)._native, number("t", t, "seconds"))
 
     def reset(self, q: ArrayLike | None = None, t: float = 0.0) -> None:
-        """The arm stands at q from time t on, and what was planned is forgotten.
+        """Discards the plans: from time t on the arm is stationary at q.
 
-        q: (n,) rad (m), inside the arm's limits; home, if it is not given. t: s; may be before the last plan's.
+        q: (n,), rad (m), within the arm's limits; default: home. t: s; may be before the last plan.
         """
         n = self.robot.dof
         q = self.robot.home if q is None else array("q", q, (n,), what=f"one number for each joint of {self.robot.name}")
@@ -152,22 +152,23 @@ def _make(
 
 
 class Planner(_Stages):
-    """Plans where the arm goes, again and again, so that its tool follows a target: inside its limits, clear of itself, and
-    as its profile says of the liquid. The arm is taken to follow its plans, and to stand at home before the first.
+    """Receding-horizon planner: each call makes a joint trajectory whose tool follows a target, within joint limits and without
+    collisions. It assumes that the arm follows its plans exactly, and is at home before the first.
 
-    robot: a Robot, or what Robot() takes. profile: "tracking", "anti-slosh", "waiter", "carry", "follow", or the
-    path of a profile file (docs/reference/profiles.md). What else is given stands in place of the profile's:
+    robot: a Robot, or an argument of Robot(). profile: "tracking", "anti-slosh", "waiter", "carry", "follow", or the path of a
+    profile file (docs/reference/profiles.md). The following arguments replace values of the profile:
 
-    weights: by name of the term (docs/explanation/formulation.md) a number, or as many as the term has.
-    horizon: N, intervals, 1 to 128. dt: s, length of each.
-    solver: its name (steadyhand.solvers). tolerance: of the KKT conditions. time_budget_us: us for a solve; 0: as long as it takes.
-    velocity_scale, acceleration_scale: above 0, to 1: share of the robot's limits.
-    window: s of targets from which their velocity is estimated.
-    objectives: terms of the caller's own, steadyhand.Objective; at most 16 with those that there are.
-    cell: what stands around the arm, a Cell or what Cell() takes: "table", or a list of Object. None: nothing, for good; []: nothing yet.
+    weights: by name of the term (docs/explanation/formulation.md), one number or one for each of its weights.
+    horizon: N, number of intervals, 1 to 128. dt: s, length of an interval.
+    solver: one of steadyhand.solvers. tolerance: of the KKT conditions. time_budget_us: us for each solve; 0: no limit.
+    velocity_scale, acceleration_scale: factors on the robot's limits, above 0, at most 1.
+    window: s, time span of the targets from which their velocity is estimated.
+    objectives: your own terms (steadyhand.Objective); at most 16 together with the built-in ones.
+    cell: the obstacles: a Cell, or an argument of Cell() such as "table" or a list of Object. None: no obstacles, now and later;
+    []: none yet.
 
-    Raises SteadyhandError (a ValueError) for unknown robots, profiles, terms and solvers, listing those that there are, for
-    numbers out of range, and for files that are refused, with the reason; FileNotFoundError for a path where nothing is.
+    Raises SteadyhandError (a ValueError) for unknown robots, profiles, terms and solvers (the message lists the valid ones), for
+    numbers out of range, and for invalid files; FileNotFoundError for a path that does not exist.
 
     >>> planner = Planner("ur5e", profile="waiter")
     >>> plan = planner.update(planner.robot.fk(planner.robot.home), t=0.0)
@@ -200,44 +201,43 @@ class Planner(_Stages):
         self._stages = _make(self.robot, profile, given, objectives, cell)
 
     def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> Plan:
-        """The plan from time t on.
+        """Makes the plan from time t on.
 
-        T_base_tool: (4, 4), where the tool shall be at time t, in the base; rotation, position in m. The planner follows what
-        this target does: it goes on at the speed that the last targets had (docs/explanation/formulation.md), inside the arm's reach.
-        t: s, on a clock of the caller's; must not go back.
-        engaged: False forgets how the target moved: it rests.
+        T_base_tool: (4, 4), the target of the tool at time t, in the base frame; position in m. The planner predicts that the target
+        continues at the velocity of the last targets (docs/explanation/formulation.md), within the arm's reach.
+        t: s, on your clock; must not go back.
+        engaged: False: the target is at rest, and its earlier motion is discarded.
 
-        Raises ValueError for another shape, numbers that are not finite, a matrix that is no pose, or a time that goes back.
-        Python's lock is released while it plans; two threads must not use one planner (SteadyhandError).
+        Raises ValueError for a wrong shape, numbers that are not finite, a matrix that is not a pose, or a time that goes back.
+        Python's lock is released during planning. Two threads must not use one planner at a time (SteadyhandError).
         """
         self.aim(T_base_tool, t, engaged)
         return self.plan(t)
 
     def aim(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
-        """A target, as in update(), without a plan: for targets that come more often than plans are made."""
+        """Adds a target without making a plan, for targets that come more often than plans. Arguments as update()."""
         self._stages.aim(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), flag("engaged", engaged))
 
     def plan(self, t: float) -> Plan:
-        """The plan from time t on, after targets by aim(). t: s; must not go back. Before any target the arm stays."""
+        """Makes the plan from time t on, after targets from aim(). t: s; must not go back. Without targets the arm stays at rest."""
         return self._plan(self._stages.plan(number("t", t, "seconds")))
 
     def follow(self, T_base_tool: ArrayLike, t: float) -> Plan:
-        """The plan from time t on, towards poses of the caller's own prediction instead of a target.
+        """Makes the plan from time t on, with your own prediction instead of a target.
 
-        T_base_tool: (N, 4, 4), where the tool shall be at t + dt, ..., t + N dt, in the base; N = horizon. t: s; must not go back.
-        Raises as update().
+        T_base_tool: (N, 4, 4), target poses at t + dt, ..., t + N dt in the base frame, position in m; N = horizon. t: s; must not
+        go back. Raises as update().
         """
         reference = array("T_base_tool", T_base_tool, (self.horizon, 4, 4), what="a pose for each node of the horizon")
         return self._plan(self._stages.follow(reference, number("t", t, "seconds")))
 
 
 class Pipeline(_Stages):
-    """From the operator's hand to joint commands, as the program does it: retargeting, prediction, planning and tracking. The
-    arm is taken to follow its commands, and to stand at home at first.
+    """All stages, from the operator's hand to joint commands: retargeting, prediction, planning and tracking. It assumes that the
+    arm follows its commands exactly, and is at home at first.
 
-    rate: Hz, plans that update() makes, 0.001 to 1e4. scale, yaw, translation_frame, rotation_frame, ramp: as Retargeter's; tilt, too,
-    which is the profile's if it is not given. glass: a Glass, or its numbers, for a profile that knows a liquid. The rest: as Planner's.
-    Raises as Planner.
+    rate: Hz, plans per second, 0.001 to 1e4. scale, yaw, translation_frame, rotation_frame, ramp, tilt: as Retargeter; the default
+    tilt is the profile's. glass: a Glass, or its numbers, for a profile with a liquid. Other arguments and errors: as Planner.
 
     >>> arm = Pipeline("ur5e", profile="waiter")
     >>> arm.feed(np.eye(4), t=0.0, clutch=True)     # each pose of the hand
@@ -278,27 +278,27 @@ class Pipeline(_Stages):
         self._stages = _make(self.robot, profile, given, objectives, cell)
 
     def feed(self, T_operator_hand: ArrayLike, t: float, clutch: bool = True) -> None:
-        """The hand at time t. The arm engages with the clutch, and lets go with it.
+        """Adds the hand's pose at time t. The arm is engaged while the clutch is closed.
 
-        T_operator_hand: (4, 4), robot axes (x forward, y left, z up), m. t: s, on the clock of update().
-        Raises ValueError for another shape, numbers that are not finite, or a matrix that is no pose; then nothing changes.
+        T_operator_hand: (4, 4), in the operator frame with robot axes (x forward, y left, z up), m. t: s, on the clock of update().
+        Raises ValueError for a wrong shape, numbers that are not finite, or a matrix that is not a pose; then nothing changes.
         """
         self._stages.feed(array("T_operator_hand", T_operator_hand, (4, 4)), number("t", t, "seconds"), flag("clutch", clutch))
 
     def update(self, t: float) -> tuple[Array, Array, Array]:
-        """q, dq, ddq of the arm at time t: (n,) each, rad, rad/s, rad/s^2 (m, ...). Makes a new plan first where the last is older
-        than a period of the rate. Times that go back repeat the last command.
+        """Joint command at time t: q, dq, ddq, (n,) each, rad, rad/s, rad/s^2 (m, ...). If the last plan is older than a period of
+        the rate, a new plan is made first. A time that goes back repeats the last command.
         """
         return self._stages.update(number("t", t, "seconds"))
 
     @property
     def plan(self) -> Plan:
-        """The one that is followed."""
+        """The plan that the arm follows."""
         return self._plan(self._stages.last_plan())
 
     @property
     def target(self) -> Array:
-        """T_base_tool (4, 4): where the newest hand wants the tool."""
+        """Target T_base_tool (4, 4) of the newest pose of the hand; m."""
         return self._stages.target[0]
 
     @property
@@ -307,15 +307,15 @@ class Pipeline(_Stages):
         return self._stages.target[1]
 
     def set_tilt(self, tilt: float) -> None:
-        """rad, how far the glass may lean with the hand: 0 is upright, pi as the hand leans. It does not jump there."""
+        """Sets how far the glass may lean with the hand, rad: 0 is upright, pi is as the hand leans. The target turns there at 1 rad/s."""
         self._stages.set_tilt(number("tilt", tilt))
 
     def set_no_spill(self, on: bool) -> None:
-        """Whether the next plans shall spill nothing. Raises SteadyhandError where the profile knows no liquid."""
+        """Turns the liquid's constraints on or off for the next plans. Raises SteadyhandError if the profile has no liquid."""
         self._stages.set_no_spill(flag("on", on))
 
     def release(self) -> None:
-        """Lets go of the hand: the next pose with a closed clutch takes hold anew."""
+        """Releases the clutch: the next pose with a closed clutch engages again."""
         self._stages.release()
 
 

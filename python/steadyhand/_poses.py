@@ -1,4 +1,4 @@
-"""Poses as 4x4 matrices, and to and from quaternions in the order x, y, z, w."""
+"""Conversion between 4x4 poses and quaternions in the order x, y, z, w."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -7,9 +7,9 @@ from ._arrays import Array, array
 
 
 def pose(p: ArrayLike = (0.0, 0.0, 0.0), quat_xyzw: ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> Array:
-    """A (4, 4) matrix of a position (3,), m, and a quaternion (4,) in the order x, y, z, w, of length 1 to a thousandth.
+    """Makes a (4, 4) matrix from a position (3,), m, and a quaternion (4,) in the order x, y, z, w.
 
-    Both may be rows of m of them: (m, 3) and (m, 4) give (m, 4, 4). Raises ValueError for other shapes and lengths.
+    (m, 3) and (m, 4) give (m, 4, 4). Raises ValueError for other shapes, and if a norm differs from 1 by more than 0.001.
     """
     p = array("p", p, (3,), ("m", 3))
     quat = array("quat_xyzw", quat_xyzw, (4,), ("m", 4), what="in the order x, y, z, w")
@@ -33,13 +33,14 @@ def pose(p: ArrayLike = (0.0, 0.0, 0.0), quat_xyzw: ArrayLike = (0.0, 0.0, 0.0, 
 
 
 def quat_xyzw(T: ArrayLike) -> Array:
-    """The quaternion (4,) in the order x, y, z, w, with w >= 0, of a (4, 4) matrix; (m, 4) of (m, 4, 4).
+    """Returns the quaternion (4,) of a (4, 4) matrix, in the order x, y, z, w, with w >= 0. (m, 4, 4) gives (m, 4).
+
     Raises ValueError for other shapes.
     """
     T = array("T", T, (4, 4), ("m", 4, 4))
     if T.ndim == 3:
         return np.array([quat_xyzw(each) for each in T]).reshape(-1, 4)
-    # Of the matrix whose eigenvector to the largest eigenvalue it is (Bar-Itzhack 2000): well-conditioned everywhere.
+    # It is the eigenvector of K to the largest eigenvalue (Bar-Itzhack 2000): well-conditioned everywhere.
     R = T[:3, :3]
     K = np.empty((4, 4))
     K[:3, :3] = R + R.T - np.trace(R) * np.eye(3)

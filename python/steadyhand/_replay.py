@@ -1,4 +1,4 @@
-"""Recorded hands through the pipeline, and sessions read back, as arrays."""
+"""Replays of recorded hands, and recorded sessions, as arrays."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ from ._robot import Robot, as_robot, opened
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand's motion, m samples."""
+    """Motion of a hand: m samples."""
 
     t: Array
     """(m,), s, from the first sample."""
     T_operator_hand: Array
-    """(m, 4, 4): robot axes (z up), m."""
+    """(m, 4, 4): in the operator frame with robot axes (z up), m."""
     clutch: np.ndarray
-    """(m,), bool: whether it holds the arm engaged."""
+    """(m,), bool: closed, the arm is engaged."""
     tracked: np.ndarray
     """(m,), bool: whether the device had a pose."""
     gripper: Array | None = None
-    """(m,), 0 open to 1 closed, NaN where the operator said nothing; None: a hand without one."""
+    """(m,), 0 open to 1 closed; NaN: not set by the operator. None: the hand has no gripper input."""
     leader: np.ndarray | None = None
-    """(m,), text: whose hand it is, "person", "recording" (that played) or "policy", whose poses are those of the tool in the base."""
+    """(m,), text: source of the pose: "person", "recording" (playback) or "policy" (its poses are those of the tool in the base)."""
     intervention: np.ndarray | None = None
-    """(m,), bool: a person leads in the turn of a policy, which waits."""
+    """(m,), bool: a person controls the arm during a policy's turn."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """m planning steps."""
+    """Figures of m planning steps."""
 
     t: Array
     """(m,), s."""
     T_base_target: Array
-    """(m, 4, 4), m: where the hand wanted the tool."""
+    """(m, 4, 4), m: target of the tool, in the base."""
     T_base_tool: Array
-    """(m, 4, 4), m: where the plan has it."""
+    """(m, 4, 4), m: planned pose of the tool, in the base."""
     q: Array
     """(m, n), rad (m)."""
     dq: Array
@@ -58,23 +58,23 @@ class Steps:
     ddq: Array
     """(m, n), rad/s^2 (m/s^2)."""
     local_acceleration: Array
-    """(m, 3), m/s^2, what the liquid feels, tool axes; (0, 0, 9.81) at rest."""
+    """(m, 3), m/s^2: specific force in the tool frame; (0, 0, 9.81) at rest and upright."""
     objective: Array
-    """(m,), J of the plan."""
+    """(m,), cost J of the plan."""
     shares: dict[str, Array]
-    """By name of the term, (m,): what it adds to J."""
+    """By name of the term, (m,): its share of J."""
     iterations: Array
-    """(m,), of the solver."""
+    """(m,), iterations of the solver."""
     solve_us: Array
-    """(m,), us of wall time."""
+    """(m,), us, wall time of the solver."""
     status: np.ndarray
     """(m,), text: "solved", "feasible" or "previous", as Plan.status."""
     clearance: Array
-    """(m,), m: smallest distance between bodies over the plan."""
+    """(m,), m: smallest distance between the arm's bodies over the plan."""
     engaged: np.ndarray
-    """(m,), bool: whether the arm followed the hand."""
+    """(m,), bool: the arm followed the hand."""
     object_distances: dict[str, Array]
-    """By name of an object around the arm, (m,), m: from it, without its margin, to the arm; NaN while it was not there."""
+    """By name of the object, (m,), m: distance from the arm to it, without its margin; NaN while it did not exist."""
 
 
 @dataclass(frozen=True)
@@ -109,104 +109,104 @@ class States:
 
 @dataclass(frozen=True)
 class Change:
-    """The supervision's state changed."""
+    """A change of the supervision's state."""
 
     t: float
     """s."""
     state: str
-    """From here on."""
+    """State after the change."""
     before: str
-    """Until here."""
+    """State before the change."""
     reason: str
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What the operator had set, from time t (s) on."""
+    """Settings of the operator from time t (s) on."""
 
     t: float
     weights: dict[str, list[float]]
-    """By name of the term; empty: as they were."""
+    """By name of the term; empty: unchanged."""
     scale: float
-    """Metres of the tool per metre of the hand."""
+    """Tool motion divided by hand motion."""
     yaw: float
-    """rad, turn of the operator's axes about the base's z."""
+    """rad, turn of the operator frame about the base's z axis."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """What the arm did in a replay."""
+    """Result of a replay."""
 
     robot: Robot
     profile: str
     rate: float
-    """Hz."""
+    """Hz, plans per second."""
     hand: Hand
     steps: Steps
-    """One for each plan, at the replay's rate."""
+    """One for each plan."""
     commands: Commands
     """At 500 Hz."""
     not_followed: int
-    """Samples of the hand that were not followed: no hand jumps so, or they are over 0.1 s apart."""
+    """Number of samples that were rejected: implausible jumps, or gaps over 0.1 s."""
 
 
 @dataclass(frozen=True)
 class Episode:
-    """A stretch of a session that somebody began and ended on purpose."""
+    """A part of a session that a person or program marked."""
 
     number: int
-    """In its session, from 1."""
+    """Number in its session, from 1."""
     begin: float
     """s."""
     end: float | None
-    """s; None: it was neither kept nor discarded, because its session ended before."""
+    """s; None: the session ended before the episode was kept or discarded."""
     kept: bool
     success: bool | None
-    """Whether it did what it was to do; None: nobody knows."""
+    """Whether the task succeeded; None: unknown."""
     task: str
-    """What was to be done, in words; "": nobody said."""
+    """The task in words; "": not given."""
     notes: str
 
 
 @dataclass(frozen=True)
 class Scenes:
-    """Looks at the simulated scene of a session; none where it had none."""
+    """k states of a session's simulated scene; k = 0: the session had none."""
 
     t: Array
     """(k,), s."""
     things: dict[str, Array]
-    """By name of what the task looks at, its poses in the base, (k, 4, 4)."""
+    """By name of the thing, its poses in the base, (k, 4, 4), m."""
     reset: Array
-    """(k,): how often the scene had been set up."""
+    """(k,): number of set-ups of the scene so far."""
     spilled: Array
-    """(k,): share of the liquid that was lost since then."""
+    """(k,): spilled share of the liquid since the last set-up."""
     success: Array
-    """(k,): 1 or 0 once its task was decided, NaN before."""
+    """(k,): 1 or 0 once the task is decided, NaN before."""
 
 
 @dataclass(frozen=True)
 class Loss:
-    """A damaged part of a session's file: what was recorded meanwhile is missing."""
+    """A damaged part of a session's file, whose messages are missing."""
 
     begin: float
-    """s, the last message before."""
+    """s, time of the last message before it."""
     end: float
-    """s, the first message after; begin: there is none."""
+    """s, time of the first message after it; equal to begin: there is none."""
     reason: str
-    """With the byte where it is."""
+    """Includes the position in bytes."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """A recorded session; times count from its begin."""
+    """A recorded session. Times count from its start."""
 
     name: str
     complete: bool
-    """False: its writer was killed; all is there up to then."""
+    """False: its writer was killed; the data ends there."""
     duration: float
-    """s."""
+    """s, length."""
     metadata: dict[str, dict[str, str]]
-    """"run": with which settings; "robot": it, as JSON."""
+    """"run": the settings; "robot": the robot as JSON."""
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
     velocity_max: Array
@@ -218,10 +218,10 @@ class Session:
     changes: list[Change]
     settings: list[Setting]
     episodes: list[Episode]
-    """Those that somebody marked, in their order."""
+    """Marked episodes, in order."""
     scenes: Scenes
     lost: list[Loss]
-    """Damaged parts of the file, which could not be read."""
+    """Damaged parts of the file that could not be read."""
 
 
 def _hand(columns: dict[str, Any]) -> Hand:
@@ -236,7 +236,7 @@ def _steps(columns: dict[str, Any]) -> Steps:
 
 
 def _episodes(marks: list[tuple[float, int, str, bool | None, str, str]]) -> list[Episode]:
-    """Of what was said of them the last counts."""
+    """The episodes of a session: for each of their properties the last mark counts."""
     said: dict[int, dict[str, Any]] = {}
     for t, number, kind, success, task, notes in marks:
         episode = said.setdefault(number, {"number": number, "begin": t, "end": None, "kept": False, "success": None, "task": "", "notes": ""})
@@ -286,17 +286,17 @@ def replay(
     objectives: Iterable[Objective] = (),
     cell: CellLike | None = None,
 ) -> Replay:
-    """Sends a recorded hand through the pipeline, in the recording's time, as the command `steadyhand replay` does.
+    """Runs a recorded hand through all stages without an arm, like the command `steadyhand replay`.
 
-    recording: the path of a file (CSV, A-Frame motion capture, or the MCAP of a session, whose profile, rate, scale and yaw then
-    are the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and, if need be, clutch (m,).
-    profile: as Planner's; "tracking" if it is not given. rate: Hz, plans, 1 to 500; 20 if it is not given.
-    track: which of an A-Frame file. start, until: s after the file's first sample. scale to glass: as Pipeline's.
-    weights, objectives: as Planner's. cell: a Cell or what Cell() takes; if it is not given, as in the command: that of the session
-    as it changed, else "pedestal", the floor and the column that an arm stands on.
+    recording: the path of a file (CSV, A-Frame motion capture, or the MCAP of a session; the session's profile, rate, scale and yaw
+    are then the defaults), a Hand, or arrays t (m,) in s, T_operator_hand (m, 4, 4) in robot axes and m, and optionally clutch (m,).
+    profile: as Planner; default "tracking". rate: Hz, plans per second, 1 to 500; default 20.
+    track: key of the hand in an A-Frame file. start, until: s after the file's first sample. scale to glass: as Pipeline.
+    weights, objectives: as Planner. cell: a Cell, or an argument of Cell(). Default: the session's cell with its changes, or
+    "pedestal" (floor and column) for other recordings.
 
-    Python's lock is released meanwhile. Raises SteadyhandError (a ValueError) for what the command refuses, in its words;
-    FileNotFoundError for a path where nothing is.
+    Python's lock is released during the replay. Raises SteadyhandError (a ValueError) for invalid files and numbers;
+    FileNotFoundError for a path that does not exist.
     """
     model = as_robot(robot)
     given = options(rate=rate, scale=scale, yaw=yaw, translation_frame=translation_frame, rotation_frame=rotation_frame, tilt=tilt, glass=glass_of(glass), solver=solver, weights=weights)
@@ -330,7 +330,7 @@ def replay(
 
 
 def _session_hand(path: Any, begin: float, end: float, profile: Any, given: dict[str, Any]) -> tuple[Any, Any]:
-    """The hand of a session, and as in the command the settings that it had, where none are given."""
+    """The hand of a session; its settings become the defaults, as in the command."""
     run = _native.session_run(os.fspath(path))
     for key, mine in (("scale", "scale_fixed"), ("yaw", "yaw_fixed")):
         if key in given:
@@ -355,10 +355,10 @@ def _session_cell(path: Any) -> str | None:
 
 
 def read_recording(path: str | os.PathLike[str], *, track: str = "", start: float = 0.0, until: float | None = None) -> Hand:
-    """A recorded hand (docs/reference/recordings.md), in robot axes, as the pipeline follows it: where it jumps, the clutch is open.
+    """Reads a recorded hand (docs/reference/recordings.md) in robot axes. At implausible jumps the clutch is open.
 
-    Raises SteadyhandError for a file that is refused, with file, line or key, value, and what would be right;
-    FileNotFoundError for a path where nothing is.
+    track: key of the hand in an A-Frame file. start, until: s after the file's first sample. Raises SteadyhandError for an invalid
+    file, with line or key, value and valid values; FileNotFoundError for a path that does not exist.
     """
     end = -1.0 if until is None else number("until", until, "seconds")
     if until is not None and end <= 0.0:
@@ -368,10 +368,10 @@ def read_recording(path: str | os.PathLike[str], *, track: str = "", start: floa
 
 
 def read_session(path: str | os.PathLike[str]) -> Session:
-    """What a live session or a replay recorded (MCAP, docs/reference/recordings.md), also one that was cut short or is damaged in part.
+    """Reads the recording of a live session or a replay (MCAP, docs/reference/recordings.md), even if it is incomplete or damaged.
 
-    Raises SteadyhandError for a file that is no session of steadyhand's or of which nothing can be read, with the byte where;
-    FileNotFoundError for a path where nothing is.
+    Raises SteadyhandError for a file that is not a session or cannot be read at all, with the position in bytes;
+    FileNotFoundError for a path that does not exist.
     """
     answer = opened("session", path, _native.read_session)
     return Session(

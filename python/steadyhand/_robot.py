@@ -16,7 +16,7 @@ from ._documented import document
 
 
 def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
-    """open(name); a file that is not there is a FileNotFoundError with the same words."""
+    """open(name), with FileNotFoundError and the same message for a missing file."""
     if not isinstance(name, (str, os.PathLike)):
         raise TypeError(f"{kind} must be a name or the path of a file, not {type(name).__name__}")
     path = Path(text(f"the name of the {kind}", os.fspath(name)))
@@ -30,16 +30,16 @@ def opened(kind: str, name: str | os.PathLike[str], open: Any) -> Any:
 
 
 class Robot:
-    """A serial arm of 1 to 8 joints with its tool, limits and collision bodies. Never changes.
+    """Model of a serial arm with 1 to 8 joints: kinematics, tool, limits and collision bodies. It does not change.
 
-    `name`: a robot that steadyhand has ("ur5e"), the path of a robot file (docs/how-to/add-a-robot.md), or of a URDF, whose tool is
-    the end of its longest chain, whose home the middle of its limits, and which has no bodies.
+    `name`: a built-in robot ("ur5e"), or the path of a robot file (docs/how-to/add-a-robot.md) or URDF. A URDF's tool is the end of
+    its longest chain, its home the middle of its limits, and it has no bodies.
 
-    Units: rad where a joint turns, m where it slides, s. Frames: **base**, the URDF's base link, z up; **tool**, the glass,
-    its origin at the centre, z along its axis and out of the opening.
+    Units: rad for revolute joints, m for prismatic ones, s. Frames: **base** is the URDF's base link, z up; **tool** is the tool
+    frame (TCP). With a glass its origin is at the centre, and z points along its axis out of the opening.
 
-    Raises SteadyhandError (a ValueError) for an unknown name, listing those that there are, and for a file that is refused,
-    with the reason; FileNotFoundError for a path where nothing is.
+    Raises SteadyhandError (a ValueError) for an unknown name (the message lists the valid ones) and for an invalid file;
+    FileNotFoundError for a path that does not exist.
 
     >>> robot = Robot("ur5e")
     >>> robot.fk(robot.home).shape
@@ -49,9 +49,9 @@ class Robot:
     def __init__(self, name: str | os.PathLike[str]) -> None:
         self._native = opened("robot", name, _native.Robot.open)
         self.source = os.fspath(name)
-        """What it was opened by."""
+        """Name or path that it was opened with."""
         self.description: dict[str, Any] = json.loads(self._native.json)
-        """What the command `steadyhand describe` prints: joints, tool, limits, bodies, pairs."""
+        """Output of the command `steadyhand describe`: joints, tool, limits, bodies, pairs."""
         self.name: str = self.description["name"]
         self.joint_names: tuple[str, ...] = tuple(joint["name"] for joint in self.description["joints"])
         """n names, from the base."""
@@ -64,7 +64,7 @@ class Robot:
             return values
 
         self.home = limit("home")
-        """(n,), rad (m): where a planner begins."""
+        """(n,), rad (m): start position of planners."""
         self.position_min = limit("position_min")
         """(n,), rad (m)."""
         self.position_max = limit("position_max")
@@ -74,39 +74,40 @@ class Robot:
         self.acceleration_max = limit("acceleration_max")
         """(n,), rad/s^2 (m/s^2)."""
         self.doubts: tuple[str, ...] = tuple(self._native.doubts)
-        """What the model lacks for doing what one expects of it; a line each."""
+        """Warnings about missing or doubtful parts of the model."""
 
     @property
     def dof(self) -> int:
-        """n, how many joints it has."""
+        """n, the number of joints."""
         return len(self.joint_names)
 
     def __reduce__(self) -> tuple[type[Robot], tuple[str]]:
-        """Pickled by what it was opened by: so results that hold it go to files and other processes."""
+        """Pickles the name or path, so that results with a robot can go to files and other processes."""
         return Robot, (self.source,)
 
     def __repr__(self) -> str:
         return f"<steadyhand.Robot {self.name!r}, {self.dof} joints, {len(self.description['bodies'])} bodies>"
 
     def fk(self, q: ArrayLike) -> Array:
-        """T_base_tool at q: maps coordinates in the tool to those in the base.
+        """Forward kinematics: T_base_tool at q.
 
-        q: (n,) rad (m), or (m, n) for m of them. Returns (4, 4), or (m, 4, 4): rotation, position in m.
+        q: (n,), rad (m), or (m, n). Returns (4, 4), or (m, 4, 4); position in m.
         """
         return self._each(self._native.fk, q)
 
     def jacobian(self, q: ArrayLike) -> Array:
-        """d(twist of the tool) / d(dq) at q.
+        """Jacobian of the tool at q: its twist is jacobian(q) @ dq.
 
-        Rows 0 to 2: linear velocity of the tool's origin, m/s; rows 3 to 5: angular velocity, rad/s; both in base axes
+        Rows 0 to 2: linear velocity of the tool's origin, m/s. Rows 3 to 5: angular velocity, rad/s. Both are in base axes
         (Pinocchio's LOCAL_WORLD_ALIGNED). Columns: the joints.
-        q: (n,) rad (m), or (m, n). Returns (6, n), or (m, 6, n).
+        q: (n,), rad (m), or (m, n). Returns (6, n), or (m, 6, n).
         """
         return self._each(self._native.jacobian, q)
 
     def clearance(self, q: ArrayLike) -> Any:
-        """Smallest gap between the surfaces of bodies that must stay apart, m; negative where two overlap, infinite for a
-        robot without bodies. q: (n,) rad (m), or (m, n). Returns a float, or (m,).
+        """Smallest distance between the arm's bodies, over all pairs, m. It is negative on overlap, infinite without bodies.
+
+        q: (n,), rad (m), or (m, n). Returns a float, or (m,).
         """
         return self._each(self._native.clearance, q)
 
@@ -118,10 +119,10 @@ class Robot:
         return self._each(self._native.body_centers, q)
 
     def local_acceleration(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> Array:
-        """R'(p'' + g) of the tool, in the tool's axes, m/s^2: what an accelerometer there reads, and what the liquid feels.
-        (0, 0, 9.81) for a glass that is upright and at rest.
+        """Specific force R'(p'' + g) at the tool, in the tool frame, m/s^2: the reading of an accelerometer there. It is (0, 0, 9.81)
+        at rest and upright.
 
-        q, dq, ddq: (n,) rad, rad/s, rad/s^2 (m, ...), or (m, n). Returns (3,), or (m, 3).
+        q, dq, ddq: (n,), rad, rad/s, rad/s^2 (m, ...), or (m, n). Returns (3,), or (m, 3).
         """
         q = self._joints("q", q)
         dq, ddq = (array(name, value, q.shape, what="as q") for name, value in (("dq", dq), ("ddq", ddq)))
@@ -130,7 +131,7 @@ class Robot:
         return np.array([self._native.local_acceleration(*row) for row in zip(q, dq, ddq)]).reshape(-1, 3)
 
     def reach(self) -> tuple[Array, float]:
-        """The ball that holds every position the tool can take: centre (3,) in the base and radius, m. Takes 50 ms or so."""
+        """A ball that contains every reachable tool position: centre (3,) in the base frame, and radius, m. Takes about 50 ms."""
         return self._native.reach()
 
     def _joints(self, name: str, value: ArrayLike) -> Array:

@@ -19,15 +19,17 @@ from ._documented import document
 
 @dataclass(frozen=True)
 class Solution:
+    """Solution of one optimal control problem with N intervals and n joints."""
+
     status: str
     """"solved", "feasible", "infeasible" or "invalid" (docs/explanation/formulation.md)."""
     objective: float
-    """J."""
+    """Cost J."""
     iterations: int
     time_us: float
-    """us of wall time."""
+    """us, wall time."""
     kkt_error: float
-    """Unscaled."""
+    """Largest violation of the KKT conditions, unscaled."""
     x: Array
     """(N + 1, 2n): states [q; dq], rad (m), rad/s (m/s)."""
     u: Array
@@ -35,7 +37,7 @@ class Solution:
 
 
 def _plain(value: Any) -> Any:
-    """As JSON has it; what is not finite becomes text, which is refused where it stands."""
+    """The value in types of JSON. Numbers that are not finite become text, so the reader refuses them with their place."""
     if isinstance(value, Mapping):
         return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):
@@ -58,15 +60,15 @@ def _solution(answer: dict[str, Any]) -> Solution:
 
 
 def solve(problem: Any, solver: str | None = None) -> Any:
-    """Solves one problem, or a list of them in order, as the command `steadyhand solve` does.
+    """Solves one problem, or a list of problems in order, like the command `steadyhand solve`.
 
-    problem: a dict with the keys of docs/explanation/formulation.md (robot, dt, horizon, x0, weights, reference, and, if need be, guess and
-    tolerance), arrays as numpy has them; a list of such; or the path of a JSON file with either.
+    problem: a dict with the keys of docs/explanation/formulation.md (robot, dt, horizon, x0, weights, reference; optional: guess,
+    tolerance and others), with lists or numpy arrays; a list of such dicts; or the path of a JSON file with either.
     solver: one of steadyhand.solvers.
 
-    Returns a Solution, or a list of them. Python's lock is released meanwhile. Raises SteadyhandError (a ValueError) for what
-    the command refuses, in its words: keys that are missing or unknown, wrong sizes, numbers that are not finite, references that
-    are no rotations, unknown robots, terms and solvers; FileNotFoundError for a path where nothing is.
+    Returns a Solution, or a list of Solutions. Python's lock is released during the solve. Raises SteadyhandError (a ValueError)
+    for missing or unknown keys, wrong sizes, numbers that are not finite, references that are not rotations, and unknown robots,
+    terms and solvers; FileNotFoundError for a path that does not exist.
     """
     name = ""
     chosen = _native.default_solver if solver is None else text("solver", solver)

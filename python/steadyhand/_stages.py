@@ -1,4 +1,4 @@
-"""The stages before the planner, each by itself, and a liquid to try plans on."""
+"""The stages before the planner, and a simulated liquid."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ._robot import Robot, as_robot
 
 
 class Retargeter:
-    """Hand to tool, relative to where both were when the clutch closed, so that engaging never steps the target.
+    """Maps the hand's motion to the tool, relative to both poses when the clutch closed. Engaging therefore never steps the target.
 
-    scale: metres of the tool per metre of the hand, above 0. yaw: rad, turn of the operator's axes about the base's z.
-    translation_frame, rotation_frame: "base": the operator's axes, turned by yaw, are the base's; "tool": the hand's axes at
-    engagement are the tool's at engagement. ramp: s in which the share of the motion that is followed grows from 0 to all.
-    tilt: rad, how far the tool's z may lean from the vertical with the hand, 0 (upright) to pi (as the hand leans).
+    scale: tool motion divided by hand motion, above 0. yaw: rad, turn of the operator frame about the base's z axis.
+    translation_frame, rotation_frame: "base": the operator's axes, turned by yaw, are the base's. "tool": the hand's axes when
+    engaging are the tool's. ramp: s in which the share of the motion that is followed grows from 0 to 1.
+    tilt: rad, largest lean of the tool's z axis from the vertical with the hand, 0 (upright) to pi (as the hand leans).
 
-    Raises ValueError (SteadyhandError is one) for numbers out of range or not finite and for matrices that are no pose or of
-    another shape; TypeError for what are no numbers.
+    Raises ValueError (SteadyhandError is one) for numbers out of range or not finite, and for matrices of a wrong shape or that
+    are not poses; TypeError for other types.
     """
 
     def __init__(
@@ -39,10 +39,10 @@ class Retargeter:
         self._native = _native.Retargeter(given)
 
     def update(self, T_operator_hand: ArrayLike, t: float, T_base_tool: ArrayLike, clutch: bool = True) -> tuple[Array, bool]:
-        """Each pose of the hand, in order of time. Returns T_base_tool (4, 4) of the target, and whether it follows the hand.
+        """Adds a pose of the hand, in order of time. Returns the target T_base_tool (4, 4), and whether it follows the hand.
 
-        T_operator_hand: (4, 4), robot axes (z up), m. t: s. T_base_tool: (4, 4), where the tool is now: what the target
-        becomes when the clutch closes or opens.
+        T_operator_hand: (4, 4), in the operator frame with robot axes (z up), m. t: s. T_base_tool: (4, 4), current pose of the
+        tool, m; the target starts there when the clutch closes or opens.
         """
         return self._native.update(
             array("T_operator_hand", T_operator_hand, (4, 4)),
@@ -52,21 +52,21 @@ class Retargeter:
         )
 
     def set_tilt(self, tilt: float) -> None:
-        """rad. From one to the other the target goes at a radian a second: it does not jump."""
+        """Sets the largest lean, rad. The target turns there at 1 rad/s."""
         self._native.set_tilt(number("tilt", tilt))
 
     def release(self) -> None:
-        """Lets go: the next pose with a closed clutch engages anew."""
+        """Releases the clutch: the next pose with a closed clutch engages again."""
         self._native.release()
 
 
 class Predictor:
-    """What a target will do. prediction="constant_velocity": on from the newest, at constant velocity and angular velocity, which
-    are slopes of weighted least-squares lines through the targets of the last `window` seconds. "decaying": on from where a Kalman
-    filter has it, with its velocity and acceleration, which decay.
+    """Predicts the motion of a target. prediction="constant_velocity": from the newest target at constant velocity and angular
+    velocity, the slopes of weighted least-squares lines through the targets of the last `window` seconds. "decaying": from the
+    state of a Kalman filter, with velocity and acceleration that decay.
 
-    horizon: N, 1 to 128, poses of predict(). dt: s between them. window: s. max_gap: s without targets after which the hand
-    counts as lost and rests. robot: whose reach predictions are clipped to; None: no reach. Raises as Retargeter.
+    horizon: N, 1 to 128, number of poses of predict(). dt: s between them. window: s. max_gap: s without targets after which the
+    target counts as lost and at rest. robot: predictions are clipped to its reach; None: not clipped. Raises as Retargeter.
     """
 
     def __init__(
@@ -89,52 +89,54 @@ class Predictor:
         self._native: Any = _native.Predictor(None if robot is None else as_robot(robot)._native, prediction=prediction, **given)
 
     def update(self, T_base_tool: ArrayLike, t: float, engaged: bool = True) -> None:
-        """The next target: (4, 4) in the base, m, at t s. One that is not newer than the last is dropped; engaged=False forgets
-        the motion.
+        """Adds a target: (4, 4) in the base frame, m, at time t, s. It is dropped if it is not newer than the last one.
+        engaged=False discards the earlier motion.
         """
         self._native.update(array("T_base_tool", T_base_tool, (4, 4)), number("t", t, "seconds"), flag("engaged", engaged))
 
     def at(self, t: float) -> Array:
-        """Where the target is at time t, if it goes on as it does: (4, 4), not clipped."""
+        """Predicted target at time t, s: (4, 4), m, not clipped."""
         return self._native.at(number("t", t, "seconds"))
 
     def spread(self, t: float) -> tuple[float, float]:
-        """How far off at(t) may be: standard deviations of its position, m, along the way that the target goes and in each
-        direction across it. (0, 0): not known, as of constant velocity, or before any target.
+        """Standard deviations of the position of at(t), m: along the target's way, and in each direction across it. (0, 0): unknown,
+        for constant velocity and before the first target.
         """
         return self._native.spread(number("t", t, "seconds"))
 
     def predict(self, t: float) -> Array:
-        """(N, 4, 4): where the target is at t + dt, ..., t + N dt, inside the reach; (0, 4, 4) before any target."""
+        """Predicted targets at t + dt, ..., t + N dt, (N, 4, 4), m, within the reach; (0, 4, 4) before the first target."""
         return self._native.predict(number("t", t, "seconds"))
 
     @property
     def velocity(self) -> Array:
-        """(3,), m/s, base axes."""
+        """Linear velocity of the target, (3,), m/s, base axes."""
         return self._native.velocity
 
     @property
     def angular_velocity(self) -> Array:
-        """(3,), rad/s, base axes."""
+        """Angular velocity of the target, (3,), rad/s, base axes."""
         return self._native.angular_velocity
 
 
 class LiquidState(NamedTuple):
+    """State of the simulated liquid."""
+
     tilt_x: float
-    """rad, of the surface's normal about the glass's x axis."""
+    """rad, tilt of the surface's normal about the glass's x axis."""
     tilt_y: float
-    """rad, about its y axis."""
+    """rad, the same about its y axis."""
     freeboard: float
-    """m, from the surface's highest point to the rim; negative: over the rim."""
+    """m, height from the surface's highest point to the rim; negative: over the rim."""
     spilled: bool
-    """It has gone over the rim since the last reset."""
+    """Liquid went over the rim since the last reset."""
     spilled_share: float
-    """Of the liquid, since then."""
+    """Spilled share of the liquid since then, 0 to 1."""
 
 
 class Liquid:
-    """The liquid in a glass: its surface as a plane that swings with the first sloshing mode, driven by the glass's
-    acceleration also along its axis. radius to frequency_factor: as Glass's. Raises as Retargeter.
+    """Simulated liquid in a glass: a plane surface that moves with the first sloshing mode. The specific force drives it, also along
+    the glass's axis. radius to frequency_factor: as Glass. Raises as Retargeter.
     """
 
     def __init__(self, radius: float = 0.035, height: float = 0.1, fill: float = 0.09, viscosity: float = 1e-6, frequency_factor: float = 1.0) -> None:
@@ -150,14 +152,14 @@ class Liquid:
         glass = radius, height, fill, viscosity, frequency_factor
         self._native = _native.Liquid(glass)
         self.frequency: float
-        """rad/s, of the first sloshing mode."""
+        """rad/s, frequency of the first sloshing mode."""
         self.damping: float
-        """Of that mode, as a share of critical damping: 0.006 for water in a drinking glass."""
+        """Damping ratio of that mode: 0.006 for water in a drinking glass."""
         self.frequency, self.damping = _native.Liquid.mode(glass)
 
     def update(self, dt: float, local_acceleration: ArrayLike) -> LiquidState:
-        """Moves on by dt s, in which the glass has this acceleration (3,), m/s^2, in its own frame, as
-        Robot.local_acceleration() tells it: (0, 0, 9.81) at rest and upright.
+        """Advances by dt, s, with this specific force (3,), m/s^2, in the glass's frame (Robot.local_acceleration()): (0, 0, 9.81) at
+        rest and upright.
         """
         dt = number("dt", dt, "seconds")
         if not 0.0 < dt <= 10.0:
@@ -165,7 +167,7 @@ class Liquid:
         return LiquidState(*self._native.update(dt, array("local_acceleration", local_acceleration, (3,))))
 
     def reset(self) -> None:
-        """At rest, nothing spilled."""
+        """Sets the liquid to rest, with nothing spilled."""
         self._native.reset()
 
 

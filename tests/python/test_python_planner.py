@@ -119,7 +119,7 @@ def test_two_threads_do_not_share_a_planner_and_others_run_meanwhile(robot):
 
 
 def test_help_tells_shapes_units_frames_and_errors():
-    for words in ("(4, 4)", "in the base", "position in m", "s, on a clock", "Raises ValueError", "SteadyhandError"):
+    for words in ("(4, 4)", "in the base", "position in m", "s, on your clock", "Raises ValueError", "SteadyhandError"):
         assert words in steadyhand.Planner.__doc__ + steadyhand.Planner.update.__doc__, words
 
 
@@ -127,14 +127,14 @@ def test_help_tells_shapes_units_frames_and_errors():
     "name, words",
     [
         ("Plan", ["q: (K + 1, n), rad (m): positions at start + k dt.", 'status: "solved": the optimum']),
-        ("Steps", ["T_base_target: (m, 4, 4), m: where the hand wanted the tool.", "solve_us: (m,), us of wall time."]),
-        ("Hand", ["T_operator_hand: (m, 4, 4): robot axes (z up), m."]),
+        ("Steps", ["T_base_target: (m, 4, 4), m: target of the tool, in the base.", "solve_us: (m,), us, wall time of the solver."]),
+        ("Hand", ["T_operator_hand: (m, 4, 4): in the operator frame with robot axes (z up), m."]),
         ("Solution", ["x: (N + 1, 2n): states [q; dq], rad (m), rad/s (m/s)."]),
         ("Robot", ["velocity_max: (n,), rad/s (m/s)."]),
         ("Node", ["dq: (n,), rad/s (m/s)."]),
-        ("LiquidState", ["freeboard: m, from the surface's highest point to the rim; negative: over the rim."]),
-        ("Pipeline", ["Raises as Planner."]),
-        ("SteadyhandError", ["what would be right"]),
+        ("LiquidState", ["freeboard: m, height from the surface's highest point to the rim; negative: over the rim."]),
+        ("Pipeline", ["Other arguments and errors: as Planner."]),
+        ("SteadyhandError", ["which values are valid"]),
     ],
 )
 def test_help_tells_of_the_members_too(name, words):
