@@ -35,6 +35,7 @@ COMMANDS = {
     "bench": (["TESTS", "UR", "FATROP"], ["requirements-bench.txt", "acados"]),
     "check": (["UR"], []),
     "dataset": (["PYTHON"], ["requirements-dataset.txt"]),
+    "docs": (["FIT", "UR", "MUJOCO", "PYTHON"], ["apt-docs.txt", "requirements-docs.txt", "requirements-dataset.txt", *(f"requirements-{name}.txt" for name in ROBOTS)]),
     "fit": (["FIT"], []),
     "policy": (["PYTHON", "MUJOCO", "FIT"], []),
     "python": (["PYTHON", "MUJOCO", "FIT"], []),
@@ -46,9 +47,9 @@ COMMANDS = {
     "wheel": (["PYTHON"], ["requirements-wheel.txt"]),
 }
 # Commands that are not built: all that they take.
-ALONE = {"docs": ["apt-docs.txt"], "format": ["requirements.txt", "requirements-test.txt"]}
+ALONE = {"format": ["requirements.txt", "requirements-test.txt"]}
 # For pytest, which ./steadyhand installs while it builds: `install.py pytest [--long]`.
-TESTS = ["requirements-test.txt", "requirements-study.txt", "requirements-dataset.txt", *(f"requirements-{name}.txt" for name in ROBOTS), "ros2"]
+TESTS = ["requirements-test.txt", "requirements-docs.txt", "requirements-study.txt", "requirements-dataset.txt", *(f"requirements-{name}.txt" for name in ROBOTS), "ros2"]
 LONG_TESTS = ["requirements-ray.txt", "requirements-rerun.txt", "apt-lerobot.txt", "lerobot"]
 # What options and settings ask for, as lines KEY=VALUE.
 ASKS = {

@@ -1,4 +1,4 @@
-"""`./steadyhand docs`: the reference of the installed headers, in build/docs/html. Fails if Doxygen complains.
+"""Doxygen's reference of the installed headers, which docs/site/hooks.py puts into the site.
 
 In some parts undocumented members are errors.
 """
@@ -6,7 +6,6 @@ In some parts undocumented members are errors.
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
@@ -39,11 +38,3 @@ def make(folder):
     settings += f"INPUT = docs/doxygen/main.md {headers}\nPROJECT_NUMBER = {version}\nOUTPUT_DIRECTORY = {folder}\n"
     done = subprocess.run(["doxygen", "-"], input=settings, cwd=ROOT, capture_output=True, text=True)
     return complaints(done.stderr) or ([] if done.returncode == 0 else [done.stderr])
-
-
-if __name__ == "__main__":
-    found = make(ROOT / "build/docs")
-    for line in found:
-        print(line, file=sys.stderr)
-    print(f"steadyhand: the reference is {ROOT / 'build/docs/html/index.html'}", file=sys.stderr)
-    sys.exit(1 if found else 0)

@@ -117,16 +117,6 @@ def test_pictures_are_shown_and_small():
     assert all(path.stat().st_size < 2e6 for path in pictures)
 
 
-def test_every_page_of_docs_is_within_two_clicks_of_the_readme():
-    def pages(document):
-        targets = (((ROOT / document).parent / link).resolve() for link in re.findall(r"\]\(([^)#]+\.md)", text(document)))
-        return {str(path.relative_to(ROOT.resolve())) for path in targets if path.exists()}
-
-    first = pages("README.md")
-    within = first.union(*(pages(page) for page in first))
-    assert {str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md") if path.parent.name != "doxygen"} <= within
-
-
 def unnamed(text):
     """What unnamed namespaces of a source define: types and variables by their names, functions by their whole heads."""
     found = []

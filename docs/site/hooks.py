@@ -1,0 +1,84 @@
+"""What MkDocs does on top (mkdocs.yml): pages of the repository's root, links to its other files, facts of the program, Doxygen's reference."""
+
+import os
+import re
+import sys
+from pathlib import Path
+
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path += [str(ROOT / "docs/site"), str(ROOT / "docs/doxygen")]
+import facts  # noqa: E402
+import make  # noqa: E402
+
+LINK = re.compile(r"(?<=\]\()<?([^)>\s#]+)(#[^)>\s]*)?>?(?=\))")
+FENCE = re.compile(r"(?ms)(^ *```.*?^ *```)")
+CPP = ROOT / "build/doxygen"
+
+
+def source(uri):
+    """The file of the repository that is this page of the site."""
+    return ROOT / uri.removeprefix("project/") if uri.startswith("project/") else ROOT / "docs" / uri
+
+
+def target(path):
+    """Where the site has a file of the repository; None: nowhere."""
+    path = path / "README.md" if (path / "README.md").is_file() else path
+    if path == ROOT / "README.md":
+        return "index.md"
+    if not path.is_file() or not path.is_relative_to(ROOT):
+        return None
+    name = path.relative_to(ROOT).as_posix()
+    return name.removeprefix("docs/") if name.startswith("docs/") else f"project/{name}" if path.suffix == ".md" else f"files/{name}"
+
+
+def on_config(config):
+    version = re.search(r"project\(steadyhand VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
+    config.site_name = f"steadyhand {version}"
+
+
+def on_files(files, config):
+    """Pages of the root that the navigation names, files that pages link to, and Doxygen's."""
+    complaints = make.make(CPP)
+    if complaints:
+        raise PluginError("\n".join(complaints))
+    for path in (CPP / "html").rglob("*.*"):
+        files.append(File.generated(config, f"cpp/{path.relative_to(CPP / 'html').as_posix()}", abs_src_path=str(path)))
+    waiting = [file.src_uri for file in files.documentation_pages()] + re.findall(r"project/[\w/]+\.md", str(config.nav))
+    while waiting:
+        uri = waiting.pop()
+        if uri not in files.src_uris:
+            files.append(File.generated(config, uri, abs_src_path=str(source(uri) if uri.startswith("project/") else ROOT / uri.removeprefix("files/"))))
+        if uri.endswith(".md"):
+            linked = {target((source(uri).parent / link).resolve()) for link, _ in LINK.findall(source(uri).read_text()) if ":" not in link}
+            waiting += linked - set(files.src_uris) - {None}
+    return files
+
+
+def on_page_markdown(markdown, page, config, files):
+    parts = FENCE.split(markdown)
+    return "".join(part if i % 2 else as_markdown(part, page.file.src_uri) for i, part in enumerate(parts))
+
+
+def as_markdown(text, uri):
+    """What forges show, in the words of Python-Markdown."""
+
+    def moved(found):
+        path = (source(uri).parent / found[1]).resolve()
+        there = target(path) if ":" not in found[1] else None
+        return found[0] if there is None else os.path.relpath(there, os.path.dirname(uri) or ".") + (found[2] or "")
+
+    def fact(found):
+        if not hasattr(facts, found[1]):
+            raise PluginError(f"{uri}: there are no facts named {found[1]}")
+        return getattr(facts, found[1])()
+
+    folder = re.compile(r"(?<!!)\[([^\]\n]+)\]\(([^)\s#:]+)\)")  # the site has no folders
+    text = folder.sub(lambda found: found[1] if (path := source(uri).parent / found[2]).is_dir() and not target(path.resolve()) else found[0], text)
+    text = LINK.sub(moved, text).replace("][", "]\\[")
+    text = re.sub(r"(?m)^> \[!(\w+)\]\n((?:>.*\n?)*)", lambda found: f'!!! {found[1].lower()}\n{re.sub(r"(?m)^> ?", "    ", found[2])}', text)
+    # A list or a table begins a paragraph of its own.
+    text = re.sub(r"(?m)^(?! *(?:[-*|]|\d+\.) )(?! *\|)(\S.*)\n(?=(?:[-*] |1\. |\|.*\|$))", r"\1\n\n", text)
+    return re.sub(r"<!-- facts: (\w+) -->", fact, text)
