@@ -94,3 +94,22 @@ def test_what_counts_as_a_complaint():
     other = "/x/src/steadyhand/session/live/a.hpp:1: warning: argument 'b' of command @param is not found in the argument list"
     counted = [undocumented.format("planning/plan"), other, "error: Tag INPUT"]
     assert reference.complaints("\n".join([*counted, undocumented.format("session/live"), "  parameter 'a'"])) == counted
+
+
+# Loaders of files, and the pages that describe their keys.
+KEYS = {
+    "robot_file": ["how-to/add-a-robot.md"],
+    "profile_file": ["reference/profiles.md"],
+    "cell_file": ["how-to/add-a-table.md"],
+    "task_file": ["reference/tasks.md"],
+    "shape_reader": ["how-to/add-a-robot.md", "how-to/add-a-table.md"],
+}
+
+
+@pytest.mark.parametrize("loader", KEYS)
+def test_pages_name_every_key_of_a_file(loader):
+    source = (ROOT / f"src/steadyhand/files/config/{loader}.cpp").read_text()
+    keys = set(re.findall(r'\((?:\w+, )?"([a-z_]+)"(?=[,)])', source))
+    code = re.findall(r"```.*?```|`[^`]+`", "".join((ROOT / "docs" / page).read_text() for page in KEYS[loader]), re.DOTALL)
+    assert len(keys) > 8
+    assert keys - set(re.findall(r"[a-z_]+", " ".join(code))) - {"locked"} == set()
