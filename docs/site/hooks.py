@@ -35,6 +35,8 @@ def target(path):
 
 
 def on_config(config):
+    for section in config.nav:  # MkDocs complains of pages that no section names
+        section |= {name: [uri for uri in uris if source(uri).is_file()] for name, uris in section.items() if isinstance(uris, list)}
     version = re.search(r"project\(steadyhand VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
     config.site_name = f"steadyhand {version}"
 
@@ -67,6 +69,8 @@ def as_markdown(text, uri):
 
     def moved(found):
         path = (source(uri).parent / found[1]).resolve()
+        if path == ROOT / "README.md":  # whose place the first page takes
+            return os.path.relpath("how-to/install.md" if found[2] == "#install" else "index.md", os.path.dirname(uri) or ".")
         there = target(path) if ":" not in found[1] else None
         return found[0] if there is None else os.path.relpath(there, os.path.dirname(uri) or ".") + (found[2] or "")
 
