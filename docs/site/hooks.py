@@ -14,7 +14,7 @@ import facts  # noqa: E402
 import make  # noqa: E402
 
 LINK = re.compile(r"(?<=\]\()<?([^)>\s#]+)(#[^)>\s]*)?>?(?=\))")
-FENCE = re.compile(r"(?ms)(^ *```.*?^ *```)")
+FENCE = re.compile(r"(?ms)(^```.*?^```$)")
 CPP = ROOT / "build/doxygen"
 
 
@@ -61,7 +61,7 @@ def on_files(files, config):
 
 def on_page_markdown(markdown, page, config, files):
     parts = FENCE.split(markdown)
-    return "".join(part if i % 2 else as_markdown(part, page.file.src_uri) for i, part in enumerate(parts))
+    return "".join(f"\n{part}\n" if i % 2 else as_markdown(part, page.file.src_uri) for i, part in enumerate(parts))
 
 
 def as_markdown(text, uri):
@@ -83,6 +83,21 @@ def as_markdown(text, uri):
     text = folder.sub(lambda found: found[1] if (path := source(uri).parent / found[2]).is_dir() and not target(path.resolve()) else found[0], text)
     text = LINK.sub(moved, text).replace("][", "]\\[")
     text = re.sub(r"(?m)^> \[!(\w+)\]\n((?:>.*\n?)*)", lambda found: f'!!! {found[1].lower()}\n{re.sub(r"(?m)^> ?", "    ", found[2])}', text)
-    # A list or a table begins a paragraph of its own.
-    text = re.sub(r"(?m)^(?! *(?:[-*|]|\d+\.) )(?! *\|)(\S.*)\n(?=(?:[-*] |1\. |\|.*\|$))", r"\1\n\n", text)
-    return re.sub(r"<!-- facts: (\w+) -->", fact, text)
+    return re.sub(r"<!-- facts: (\w+) -->", fact, "\n".join(apart(text.split("\n"))))
+
+
+def apart(lines):
+    """Blank lines before lists and tables; in a list what belongs to an item is 4 columns further in."""
+    width, before, loose = 0, "", False
+    for line in lines:
+        item, table = re.match(r"(?:[-*]|\d+\.) +", line), line.startswith("|")
+        begins = item and (loose or not width) or table and not before.startswith("|")
+        if begins and before:
+            yield ""
+        if item:
+            width, loose = len(item[0]), False
+        elif width and not before and line and not line.startswith(" "):
+            width = 0
+        loose = loose or width > 0 and not line
+        yield " " * (4 - width) + line if width and not item and line.startswith(" " * width) else line
+        before = line
