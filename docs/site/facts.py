@@ -37,7 +37,7 @@ def table(head, rows):
 
 def demo():
     """Where the site is published with the demo next to it (.github/workflows/site.yml)."""
-    return '<a href="demo/index.html">Open the demo</a>; ' if os.environ.get("STEADYHAND_DEMO") else ""
+    return '<a href="demo/index.html">Open the demo</a>, ' if os.environ.get("STEADYHAND_DEMO") else ""
 
 
 def settings():
@@ -169,4 +169,6 @@ def cpp():
         page = next((each for kind in ("class", "struct") if (each := f"{kind}steadyhand_1_1{found[1]}.html") in made), "namespacesteadyhand.html")
         return f"[`steadyhand::{found[1]}`](../cpp/{page})"
 
-    return re.sub(r"steadyhand::(\w+)", link, re.sub(r"`(steadyhand::\w+)`", r"<code>\1</code>", text).replace("<code>steadyhand::", "<code>steadyhand&#58;:"))
+    text = re.sub(r"`docs/([\w-]+/)([\w-]+)\.md`", r"[\2](../\1\2.md)", text).replace("`CONVENTIONS.md`", "[conventions](../project/CONVENTIONS.md)")
+    text += "\n[All classes](../cpp/annotated.html)\n"
+    return "".join(part if i % 2 else re.sub(r"steadyhand::(\w+)", link, part) for i, part in enumerate(re.split(r"(`.*?`)", text)))
