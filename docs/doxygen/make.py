@@ -1,4 +1,4 @@
-"""Doxygen's reference of the installed headers, which docs/site/hooks.py puts into the site.
+"""`./steadyhand docs`: the reference of the installed headers, in build/docs/html. Fails if Doxygen complains.
 
 In some parts undocumented members are errors.
 """

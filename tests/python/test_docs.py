@@ -1,6 +1,5 @@
-"""The documentation site: it builds without a warning, offline, every page is reached, and Doxygen does not complain."""
+"""The documentation site: it builds without a warning, offline, and every page is reached."""
 
-import importlib.util
 import os
 import re
 import shutil
@@ -12,9 +11,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-spec = importlib.util.spec_from_file_location("make_reference", ROOT / "docs/doxygen/make.py")
-reference = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(reference)
 needs_doxygen = pytest.mark.skipif(shutil.which("doxygen") is None, reason="Doxygen is not installed: setup/apt-docs.txt")
 
 
@@ -88,22 +84,6 @@ def test_facts_are_those_of_the_program(site):
     assert missing == [] and "facts:" not in "".join((site / page).read_text() for page in said)
     version = re.search(r"project\(steadyhand VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
     assert f"steadyhand {version}" in (site / "index.html").read_text()
-
-
-@needs_doxygen
-def test_doxygen_does_not_complain(tmp_path):
-    assert reference.make(tmp_path) == []
-    made = {path.name for path in (tmp_path / "html").glob("*.html")}
-    front = re.sub(r"<code>.*?</code>", "", (tmp_path / "html/index.html").read_text())
-    assert re.findall(r"(?<!>)steadyhand::\w+", front) == [], "names that lead nowhere"
-    assert {"index.html", "classsteadyhand_1_1Pipeline.html", "structsteadyhand_1_1Plan.html"} <= made
-
-
-def test_what_counts_as_a_complaint():
-    undocumented = "/x/src/steadyhand/{}/a.hpp:1: warning: Compound steadyhand::A is not documented."
-    other = "/x/src/steadyhand/session/live/a.hpp:1: warning: argument 'b' of command @param is not found in the argument list"
-    counted = [undocumented.format("planning/plan"), other, "error: Tag INPUT"]
-    assert reference.complaints("\n".join([*counted, undocumented.format("session/live"), "  parameter 'a'"])) == counted
 
 
 # Loaders of files, and the pages that describe their keys.
