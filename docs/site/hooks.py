@@ -87,12 +87,12 @@ def as_markdown(text, uri):
 
 
 def apart(lines):
-    """Blank lines before lists and tables; in a list what belongs to an item is 4 columns further in."""
+    """Blank lines around tables and before lists; in a list what belongs to an item is 4 columns further in."""
     width, before, loose = 0, "", False
     for line in lines:
         item, table = re.match(r"(?:[-*]|\d+\.) +", line), line.startswith("|")
-        begins = item and (loose or not width) or table and not before.startswith("|")
-        if begins and before:
+        begins = item and (loose or not width) or table != before.startswith("|")
+        if begins and before and line:
             yield ""
         if item:
             width, loose = len(item[0]), False
