@@ -1,13 +1,8 @@
 #include "steadyhand/core/arrows.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include "steadyhand/core/leader_names.hpp"
 
 namespace steadyhand {
-
-std::string_view to_string(Leader leader) { return name_of(leader); }
 
 Plan& Plan::operator=(const Plan& other) {
   if (this == &other) return *this;

@@ -3,10 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
-#include <string_view>
 
 #include "steadyhand/core/math.hpp"
+#include "steadyhand/core/names.hpp"
 #include "steadyhand/core/time.hpp"
 
 /// One plain struct per arrow of the way that data takes:
@@ -19,8 +18,11 @@ enum class Leader : std::uint8_t {
   kRecording,  ///< a recorded hand that plays
   kPolicy,     ///< a program that says where the tool is to be
 };
-/// As recordings and the protocol call it, e.g. "person".
-std::string_view to_string(Leader leader);
+/// Their names in recordings and the protocol.
+constexpr auto names_of(Leader) {
+  return named("Leader", {Name{Leader::kPerson, "person"}, Name{Leader::kRecording, "recording", "that plays"},
+                          Name{Leader::kPolicy, "policy"}});
+}
 
 /// The operator's hand as the headset or recording reports it.
 struct OperatorSample {

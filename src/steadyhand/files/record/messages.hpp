@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/core/leader_names.hpp"
 #include "steadyhand/core/video.hpp"
 #include "steadyhand/files/record/episode_mark.hpp"
 #include "steadyhand/files/record/message_style.hpp"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "steadyhand/core/leader_names.hpp"
+#include "steadyhand/core/arrows.hpp"
 
 namespace steadyhand {
 
