@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -9,7 +9,7 @@
 #include <iostream>
 #include <sstream>
 
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 int main(int argc, char** argv) {
   using namespace steadyhand;

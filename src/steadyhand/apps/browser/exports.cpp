@@ -10,7 +10,7 @@
 
 #include "steadyhand/apps/browser/browser_session.hpp"
 #include "steadyhand/apps/browser/closed_loop.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/files/record/json_reader.hpp"
 
 #define STEADYHAND_EXPORT(name) extern "C" __attribute__((export_name(#name)))

@@ -6,7 +6,7 @@
 
 #include "steadyhand/apps/commands/command_line.hpp"
 #include "steadyhand/core/arm.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/video.hpp"
 #include "steadyhand/session/task/task.hpp"
 

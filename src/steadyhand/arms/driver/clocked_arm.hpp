@@ -1,7 +1,7 @@
 #pragma once
 
 #include "steadyhand/arms/driver/position_interface.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand {

@@ -14,7 +14,7 @@
 #include "steadyhand/arms/ros2/node.hpp"
 #include "steadyhand/arms/ros2/ros2_gripper.hpp"
 #include "steadyhand/core/arm.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/latest_value.hpp"
 
 namespace steadyhand {

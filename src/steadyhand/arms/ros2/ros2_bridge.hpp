@@ -13,7 +13,7 @@
 #include "steadyhand/arms/driver/ros2_settings.hpp"
 #include "steadyhand/arms/ros2/moveit_scene_messages.hpp"
 #include "steadyhand/arms/ros2/node.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
 #include "steadyhand/session/live/snapshot.hpp"

@@ -12,7 +12,7 @@
 #include "steadyhand/arms/ros2/goal_id.hpp"
 #include "steadyhand/arms/ros2/gripper_services.hpp"
 #include "steadyhand/arms/ros2/node.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "steadyhand/arms/ros2/stamps.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

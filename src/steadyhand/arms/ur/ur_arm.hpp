@@ -19,7 +19,7 @@
 #include "steadyhand/arms/ur/ur_primary.hpp"
 #include "steadyhand/arms/ur/ur_program.hpp"
 #include "steadyhand/core/arm.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -6,7 +6,7 @@
 
 #include "steadyhand/arms/mujoco/mujoco_arm.hpp"
 #include "steadyhand/cameras/video/picture_source.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

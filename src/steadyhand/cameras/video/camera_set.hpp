@@ -12,7 +12,7 @@
 
 #include "steadyhand/cameras/video/picture_source.hpp"
 #include "steadyhand/cameras/video/video_encoder.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "steadyhand/cameras/video/picture_source.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/reach.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
 #include "steadyhand/planning/plan/planner.hpp"

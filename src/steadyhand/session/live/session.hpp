@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "steadyhand/core/arm.hpp"
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/mutex.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/session/live/control_stage.hpp"

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/session/live/planning_stage.hpp"

@@ -1,4 +1,4 @@
-#include "steadyhand/core/clock.hpp"
+#include "steadyhand/core/time.hpp"
 
 #include <time.h>
 
