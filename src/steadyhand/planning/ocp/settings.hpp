@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "steadyhand/core/glass.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
 #include "steadyhand/core/math.hpp"
 
 namespace steadyhand {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "steadyhand/core/glass.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
 #include "steadyhand/core/lanes.hpp"
 #include "steadyhand/core/math.hpp"
 

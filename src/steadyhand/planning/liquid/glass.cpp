@@ -1,4 +1,4 @@
-#include "steadyhand/core/glass.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
 
 #include <algorithm>
 #include <cmath>
