@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand::bench {
 namespace {

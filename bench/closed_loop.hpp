@@ -3,7 +3,7 @@
 #include <random>
 
 #include "sequences.hpp"
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/plan/obstacle_rows.hpp"
 #include "steadyhand/planning/plan/warm_start.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"

@@ -11,4 +11,3 @@
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
-#include "steadyhand/geometry/robot/reach.hpp"

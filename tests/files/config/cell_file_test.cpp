@@ -5,6 +5,7 @@
 #include "files/config/refusal.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

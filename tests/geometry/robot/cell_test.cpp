@@ -4,6 +4,7 @@
 
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 namespace {

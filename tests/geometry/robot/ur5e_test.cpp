@@ -4,7 +4,7 @@
 #include "steadyhand/geometry/robot/kinematics.hpp"
 #include "steadyhand/geometry/robot/loading.hpp"
 #include "steadyhand/geometry/robot/pairs.hpp"
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 #include "support/ur5e_urdf.hpp"
 
 namespace steadyhand {

@@ -6,6 +6,7 @@
 #include "steadyhand/planning/plan/sample.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 namespace {

@@ -4,7 +4,7 @@
 #include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand::python {
 

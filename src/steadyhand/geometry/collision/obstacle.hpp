@@ -7,7 +7,7 @@
 #include <span>
 
 #include "steadyhand/core/time.hpp"
-#include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/geometry/collision/shape.hpp"
 
 namespace steadyhand {
 

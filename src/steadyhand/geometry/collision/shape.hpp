@@ -51,6 +51,27 @@ struct Shape {
   Shape inflated(double margin) const;
 };
 
+/// Where a shape is: its frame in the base (Scalar = double), or at kLanes times (Lanes). Spheres need no R, capsules
+/// its last column only.
+template <typename Scalar>
+struct PlacedOf {
+  Vector3Of<Scalar> p;  ///< m
+  Matrix3Of<Scalar> R;
+};
+using Placed = PlacedOf<double>;
+
+/// The ball around a corner of a shape's core (Shape::corner).
+template <typename Scalar>
+PlacedOf<Scalar> at_corner(const Shape& shape, const PlacedOf<Scalar>& there, int index) {
+  const Vector3 corner = shape.corner(index);
+  PlacedOf<Scalar> result{there.p, Matrix3Of<Scalar>()};
+  for (int i = 0; i < 3; ++i) {
+    if (corner[i] == 0.0) continue;  // only then is the column known
+    for (int k = 0; k < 3; ++k) result.p[k] += there.R(k, i) * corner[i];
+  }
+  return result;
+}
+
 /// "sphere", "capsule", "box", "cylinder", "half_space".
 std::string_view to_string(ShapeKind kind);
 

@@ -1,5 +1,7 @@
 #include "steadyhand/geometry/robot/gaps.hpp"
 
+#include "steadyhand/geometry/collision/proximity.hpp"
+
 namespace steadyhand {
 
 Solid solid(const Kinematics& arm, const Obstacles& obstacles, int index) {

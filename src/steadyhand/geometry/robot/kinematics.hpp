@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "steadyhand/core/lanes.hpp"
-#include "steadyhand/geometry/collision/proximity.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand {

@@ -1,4 +1,4 @@
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 
 #include <algorithm>
 #include <cmath>

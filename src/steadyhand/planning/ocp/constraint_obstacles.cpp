@@ -4,6 +4,7 @@
 
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/planning/ocp/constraints.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 namespace {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "steadyhand/planning/ocp/constraints.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/ocp/settings.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
 

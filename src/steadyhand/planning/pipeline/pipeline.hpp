@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/pipeline/complete.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
 #include "steadyhand/planning/plan/planner.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "steadyhand/planning/plan/obstacle_sweep.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 

@@ -7,7 +7,7 @@
 #include "steadyhand/core/names.hpp"
 #include "steadyhand/geometry/collision/obstacle.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/ocp/ocp.hpp"
 
 namespace steadyhand {

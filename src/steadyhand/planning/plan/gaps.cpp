@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/geometry/collision/proximity.hpp"
+
 namespace steadyhand {
 
 LinkPairs levers(const RobotModel& model, const Obstacles& obstacles) {

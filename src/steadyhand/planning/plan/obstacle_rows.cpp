@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 

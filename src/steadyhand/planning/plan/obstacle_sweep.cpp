@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "steadyhand/geometry/collision/proximity.hpp"
+
 namespace steadyhand {
 
 namespace {

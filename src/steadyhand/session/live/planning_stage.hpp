@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "steadyhand/core/time.hpp"
-#include "steadyhand/geometry/robot/reach.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
