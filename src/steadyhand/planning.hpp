@@ -7,8 +7,6 @@
 ///     (*arm)->feed({{now, now}, X_operator_hand, clutch});
 ///     JointCommand command = (*arm)->update(now);
 
-#include "steadyhand/planning/ocp/constraints.hpp"
 #include "steadyhand/planning/ocp/evaluation.hpp"
-#include "steadyhand/planning/ocp/objectives.hpp"
 #include "steadyhand/planning/pipeline/pipeline.hpp"
 #include "steadyhand/planning/solve/kkt.hpp"

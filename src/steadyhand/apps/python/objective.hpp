@@ -4,7 +4,7 @@
 #include <string>
 
 #include "steadyhand/apps/python/module.hpp"
-#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 #include "steadyhand/planning/ocp/term.hpp"
 
 namespace steadyhand::python {

@@ -4,7 +4,7 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/files/config/places.hpp"
-#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
 
 namespace steadyhand {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "steadyhand/core/time.hpp"
-#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 
 namespace steadyhand {
 

@@ -9,7 +9,7 @@
 #include "steadyhand/core/arrows.hpp"
 #include "steadyhand/core/names.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
-#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 
 namespace steadyhand {
 

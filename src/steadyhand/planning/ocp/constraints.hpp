@@ -2,8 +2,7 @@
 
 #include <memory>
 
-#include "steadyhand/planning/ocp/settings.hpp"
-#include "steadyhand/planning/ocp/term.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 
 namespace steadyhand {
 

@@ -1,4 +1,4 @@
-#include "steadyhand/planning/ocp/liquid.hpp"
+#include "steadyhand/planning/ocp/liquid_objective.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 
 namespace steadyhand {

@@ -2,8 +2,7 @@
 
 #include <memory>
 
-#include "steadyhand/planning/ocp/settings.hpp"
-#include "steadyhand/planning/ocp/term.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 
 namespace steadyhand {
 
@@ -18,9 +17,5 @@ std::shared_ptr<const Objective> make_vertical_objective();      ///< w (a_z - g
 // Not by default:
 std::shared_ptr<const Objective> make_posture_objective();            ///< (q - q_home)' diag(w) (q - q_home), w: n
 std::shared_ptr<const Objective> make_acceleration_step_objective();  ///< (u_0 - u_followed)' diag(w) (same), w: n
-
-/// For an arm with more joints than a pose has numbers: `posture`, where the weights do not name it, so light that it
-/// decides only what the other terms leave open.
-void add_posture_where_redundant(OcpSettings& settings, const RobotModel& model);
 
 }  // namespace steadyhand

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "steadyhand/geometry/robot/model.hpp"
-#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
 
 namespace steadyhand {

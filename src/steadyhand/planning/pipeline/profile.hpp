@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "steadyhand/planning/ocp/settings.hpp"
+#include "steadyhand/planning/ocp/ocp.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
 #include "steadyhand/planning/retarget/retargeter.hpp"
