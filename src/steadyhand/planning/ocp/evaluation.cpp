@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/planning/ocp/slosh_interval.hpp"
 
 namespace steadyhand {
 
@@ -16,7 +17,7 @@ Evaluation::Evaluation(const Ocp& ocp)
       dq_(ocp.horizon() + 1, JointVector::Zero(ocp.dof())),
       rows_(ocp.horizon() + 1),
       slosh_(ocp.horizon() + 1, SloshState::Zero()),
-      interval_(ocp.model(), ocp.dt()) {
+      interval_(std::make_unique<SloshIntervalOf<double>>(ocp.model(), ocp.dt())) {
   step_.by_motion.setZero(3, 3 * ocp.dof());
   for (int k = 0; k <= ocp.horizon(); ++k) {
     times_.push_back(k * ocp.dt());
@@ -26,6 +27,8 @@ Evaluation::Evaluation(const Ocp& ocp)
     }
   }
 }
+
+Evaluation::~Evaluation() = default;
 
 void Evaluation::set_instance(const OcpInstance& instance) { instance_ = &instance; }
 
@@ -51,8 +54,8 @@ void Evaluation::set_trajectory(const Trajectory& trajectory) {
   if (!ocp_->liquid()) return;
   slosh_[0] = instance_->liquid.state;
   for (int k = 0; k < ocp_->horizon(); ++k) {
-    interval_.set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
-    instance_->liquid.model.set_step(interval_.force(), false, step_);
+    interval_->set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
+    instance_->liquid.model.set_step(interval_->force(), false, step_);
     slosh_[k + 1] = step_.next(slosh_[k]);
   }
 }
@@ -73,16 +76,16 @@ Node Evaluation::node(int k) const {
 }
 
 const SloshStep& Evaluation::slosh_step(int k) const {
-  interval_.set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
-  instance_->liquid.model.set_step(interval_.force(), true, step_);
-  for (int i = 0; i < 3 * ocp_->dof(); ++i) step_.by_motion.col(i) = interval_.force_by(i);
+  interval_->set(x_[k].head(ocp_->dof()), dq_[k], u_[k]);
+  instance_->liquid.model.set_step(interval_->force(), true, step_);
+  for (int i = 0; i < 3 * ocp_->dof(); ++i) step_.by_motion.col(i) = interval_->force_by(i);
   step_.differentiate(slosh_[k]);
   return step_;
 }
 
 void Evaluation::add_slosh_hessian(int k, const SloshState& costate, NodeHessian& hessian) const {
   const int size = 3 * ocp_->dof();
-  interval_.add_hessian(step_.by_force.transpose() * costate, hessian);
+  interval_->add_hessian(step_.by_force.transpose() * costate, hessian);
   const auto& G = step_.by_motion;
   const NodeHessian by_motion = G.transpose() * step_.curvature_by_force(slosh_[k], costate) * G;
   const SloshState by_vertical = step_.curvature_by_vertical(costate);

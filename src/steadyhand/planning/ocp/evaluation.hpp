@@ -1,25 +1,21 @@
 #pragma once
 
-#include <array>
-#include <string_view>
+#include <memory>
 #include <vector>
 
 #include "steadyhand/planning/ocp/ocp.hpp"
-#include "steadyhand/planning/ocp/slosh_interval.hpp"
 
 namespace steadyhand {
 
-/// One scalar inequality of a node: row `row` of constraint `constraint`.
-struct ConstraintRow {
-  int constraint;  ///< index in Ocp::constraints()
-  int row;
-};
+template <typename Scalar>
+class SloshIntervalOf;
 
 /// The terms of one Ocp, evaluated node by node at the point that is set. Scratch of one thread; memory is taken by the
 /// constructor, nothing after it allocates. The Ocp and the instance must outlive it.
 class Evaluation {
  public:
   explicit Evaluation(const Ocp& ocp);
+  ~Evaluation();
 
   void set_instance(const OcpInstance& instance);
   /// Moves node k to (x, u); does nothing when it is there already. u is ignored at k = N.
@@ -77,7 +73,7 @@ class Evaluation {
   std::vector<double> times_;  ///< s, of the nodes
   std::vector<std::vector<ConstraintRow>> rows_;
   std::vector<SloshState> slosh_;
-  mutable SloshIntervalOf<double> interval_;  ///< the last one asked for
+  std::unique_ptr<SloshIntervalOf<double>> interval_;  ///< the last one asked for
   mutable SloshStep step_;
 };
 

@@ -226,6 +226,12 @@ class Constraint {
   ConstraintInfo info_;
 };
 
+/// One scalar inequality of a node: row `row` of constraint `constraint`.
+struct ConstraintRow {
+  int constraint;  ///< index in Ocp::constraints()
+  int row;
+};
+
 /// A constraint written once for one node and for a batch: Term has value_at, gradient_at and hessian_at.
 template <typename Term>
 class ConstraintFor : public Constraint {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "steadyhand/planning/ocp/evaluation.hpp"
+#include "steadyhand/planning/ocp/slosh_interval.hpp"
 #include "steadyhand/planning/solve/realtime/node_table.hpp"
 
 namespace steadyhand::realtime {
