@@ -9,4 +9,3 @@
 
 #include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/pipeline/pipeline.hpp"
-#include "steadyhand/planning/solve/kkt.hpp"

@@ -2,7 +2,8 @@
 
 #include "steadyhand/files/config/profile_file.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
-#include "steadyhand/planning/solve/kkt.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
+#include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/realtime.hpp"
 #include "support/problem_set.hpp"
 

@@ -1,4 +1,4 @@
-#include "steadyhand/planning/solve/multipliers.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 #include <gtest/gtest.h>
 

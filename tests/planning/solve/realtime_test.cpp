@@ -7,7 +7,8 @@
 #include <limits>
 
 #include "planning/solve/random_problem.hpp"
-#include "steadyhand/planning/solve/kkt.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
+#include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
 
 #ifndef __SANITIZE_ADDRESS__

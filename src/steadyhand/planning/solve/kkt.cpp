@@ -1,7 +1,9 @@
-#include "steadyhand/planning/solve/kkt.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 #include <algorithm>
 #include <cmath>
+
+#include "steadyhand/planning/ocp/evaluation.hpp"
 
 namespace steadyhand {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,9 +10,124 @@
 
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/planning/ocp/ocp.hpp"
-#include "steadyhand/planning/solve/multipliers.hpp"
 
 namespace steadyhand {
+
+class Evaluation;
+
+/// Lagrange multipliers of the constraint rows at the nodes, negative at a lower bound, positive at an upper one. Few
+/// rows ever have any: the others are not stored, and nothing passes over them. A row that is stored has a number for
+/// each node k = 0..N; where it does not act, that is 0. Memory is taken by prepare().
+class Multipliers {
+ public:
+  Multipliers() = default;
+  Multipliers(const Multipliers&) = default;
+  /// Between those of the same sizes copies what is stored alone, and allocates nothing.
+  Multipliers& operator=(const Multipliers& other) {
+    if (this == &other) return *this;
+    if (!same_sizes(other)) {
+      nodes_ = other.nodes_;
+      first_ = other.first_;
+      place_.assign(other.place_.size(), kNowhere);
+      stored_.reserve(other.place_.size());
+      values_.resize(other.values_.size());
+    }
+    clear();
+    for (const int r : other.stored_) std::copy_n(other.find(r), nodes_, store(r));
+    return *this;
+  }
+
+  /// For the rows of this problem, all 0.
+  void prepare(const Ocp& ocp) {
+    first_.clear();
+    int rows = 0;
+    for (const auto& constraint : ocp.constraints()) {
+      first_.push_back(rows);
+      rows += constraint->rows();
+    }
+    nodes_ = ocp.horizon() + 1;
+    place_.assign(rows, kNowhere);
+    stored_.clear();
+    stored_.reserve(rows);
+    values_.assign(static_cast<std::size_t>(rows) * nodes_, 0.0);
+  }
+  bool same_sizes(const Multipliers& other) const {
+    return first_ == other.first_ && place_.size() == other.place_.size() && nodes_ == other.nodes_;
+  }
+  bool all_finite() const {
+    const auto used = static_cast<std::ptrdiff_t>(stored_.size()) * nodes_;
+    return std::all_of(values_.begin(), values_.begin() + used, [](double m) { return std::isfinite(m); });
+  }
+
+  double at(int k, ConstraintRow row) const {
+    const double* numbers = find(index(row));
+    return numbers ? numbers[k] : 0.0;
+  }
+  void set(int k, ConstraintRow row, double value) { store(index(row))[k] = value; }
+
+  /// All 0.
+  void clear() {
+    for (const int r : stored_) place_[r] = kNowhere;
+    stored_.clear();
+  }
+  /// Of that row alone.
+  void clear(ConstraintRow row) {
+    if (place_[index(row)] != kNowhere) std::fill_n(store(index(row)), nodes_, 0.0);
+  }
+
+  // ---- by index: rows are counted through all constraints
+  int index(ConstraintRow row) const { return first_[row.constraint] + row.row; }
+  ConstraintRow row(int r) const {
+    const auto next = std::upper_bound(first_.begin(), first_.end(), r);
+    const int constraint = static_cast<int>(next - first_.begin()) - 1;
+    return {constraint, r - first_[constraint]};
+  }
+  /// Indices of the rows that are stored, in the order in which they came.
+  const std::vector<int>& stored() const { return stored_; }
+  /// Numbers of a row by node; null where it is not stored.
+  const double* find(int r) const {
+    return place_[r] == kNowhere ? nullptr : values_.data() + static_cast<std::size_t>(place_[r]) * nodes_;
+  }
+  /// The same, stored from now on: 0 at first.
+  double* store(int r) {
+    if (place_[r] == kNowhere) {
+      place_[r] = static_cast<int>(stored_.size());
+      stored_.push_back(r);
+      std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(place_[r]) * nodes_, nodes_, 0.0);
+    }
+    return values_.data() + static_cast<std::size_t>(place_[r]) * nodes_;
+  }
+
+  /// Whether all numbers are the same, stored or not.
+  friend bool operator==(const Multipliers& a, const Multipliers& b) { return a.covers(b) && b.covers(a); }
+
+ private:
+  static constexpr int kNowhere = -1;
+
+  /// Whether what is stored here is the same there.
+  bool covers(const Multipliers& other) const {
+    return same_sizes(other) && std::all_of(stored_.begin(), stored_.end(), [&](int r) {
+             const double *mine = find(r), *its = other.find(r);
+             return its ? std::equal(mine, mine + nodes_, its)
+                        : std::all_of(mine, mine + nodes_, [](double m) { return m == 0.0; });
+           });
+  }
+
+  int nodes_ = 0;
+  std::vector<int> first_;      ///< index of each constraint's first row
+  std::vector<int> place_;      ///< by row: where it is stored
+  std::vector<int> stored_;     ///< rows by place
+  std::vector<double> values_;  ///< by place and node
+};
+
+/// How far a trajectory with multipliers is from a KKT point of the problem: the largest of
+/// - the gradient of the Lagrangian by every u_k, states eliminated through the dynamics (the costates are exact),
+/// - the violation of rows and dynamics,
+/// - |multiplier * slack| of every row; of one with a price and outside its bounds (price - |multiplier|) * excess,
+/// - what a multiplier is above its row's price,
+/// - wrong signs of multipliers of one-sided rows.
+/// Unscaled, in the units of the problem. `evaluation` must be set to the trajectory. Allocates nothing.
+double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, const Multipliers& multipliers);
 
 struct SolveBudget {
   double time_us = 0.0;  ///< 0: none

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "steadyhand/planning/ocp/evaluation.hpp"
-#include "steadyhand/planning/solve/kkt.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "steadyhand/planning/solve/multipliers.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/solve/realtime/batch_evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/model_layout.hpp"
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
