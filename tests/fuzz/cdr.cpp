@@ -18,7 +18,7 @@
 #include "steadyhand/arms/ros2/ros2_bridge.hpp"
 #include "steadyhand/arms/ros2/ros2_link_check.hpp"
 #include "steadyhand/arms/ros2/stamps.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "support/manual_clock.hpp"
 
 namespace steadyhand {

@@ -7,7 +7,7 @@
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/arms/driver/simulated_arm.hpp"
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/lockstep.hpp"

@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "geometry/robot/random_arm.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"

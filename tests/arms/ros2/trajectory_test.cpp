@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "support/ros2/joint_trajectory_controller.hpp"
 
 namespace steadyhand {

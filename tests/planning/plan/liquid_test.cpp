@@ -3,7 +3,7 @@
 #include "planning/plan/loop.hpp"
 #include "steadyhand/planning/plan/level_stop.hpp"
 #include "steadyhand/planning/plan/liquid_estimate.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "support/allocation_guard.hpp"
 
 namespace steadyhand {

@@ -7,7 +7,7 @@
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

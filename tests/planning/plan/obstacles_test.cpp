@@ -3,9 +3,8 @@
 #include "planning/plan/loop.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/planning/plan/gaps.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
-#include "steadyhand/planning/plan/straight_stop.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
+#include "steadyhand/planning/plan/straight_stop.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {

@@ -8,7 +8,7 @@
 
 #include "steadyhand/arms/ros2/stamps.hpp"
 #include "steadyhand/arms/ros2/trajectory.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

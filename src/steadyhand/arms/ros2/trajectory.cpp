@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

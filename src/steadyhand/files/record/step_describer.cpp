@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "steadyhand/geometry/robot/gaps.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

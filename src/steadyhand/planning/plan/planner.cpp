@@ -10,7 +10,7 @@
 #include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 #include "steadyhand/planning/plan/level_stop.hpp"
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

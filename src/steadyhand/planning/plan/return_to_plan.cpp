@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

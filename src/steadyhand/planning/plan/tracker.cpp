@@ -1,4 +1,4 @@
-#include "steadyhand/planning/plan/sample.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 #include <algorithm>
 #include <cmath>
