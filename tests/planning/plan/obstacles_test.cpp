@@ -2,7 +2,7 @@
 
 #include "planning/plan/loop.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
-#include "steadyhand/planning/plan/gaps.hpp"
+#include "steadyhand/planning/plan/link_gaps.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"

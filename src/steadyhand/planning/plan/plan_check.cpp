@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/planning/plan/gaps.hpp"
+#include "steadyhand/planning/plan/link_gaps.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 
 namespace steadyhand {

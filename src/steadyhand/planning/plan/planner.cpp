@@ -10,7 +10,10 @@
 #include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 #include "steadyhand/planning/plan/level_stop.hpp"
+#include "steadyhand/planning/plan/liquid_estimate.hpp"
+#include "steadyhand/planning/plan/obstacle_rows.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
+#include "steadyhand/planning/plan/warm_start.hpp"
 
 namespace steadyhand {
 
@@ -141,8 +144,8 @@ Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settin
     : settings_(settings),
       ocp_(std::move(ocp)),
       kinematics_(model),
-      warm_start_(ocp_),
-      obstacle_rows_(ocp_),
+      warm_start_(std::make_unique<WarmStart>(ocp_)),
+      obstacle_rows_(std::make_unique<ObstacleRows>(ocp_)),
       evaluation_(ocp_) {
   solution_.prepare(ocp_);
   damping_ = find_damping(ocp_.objectives());
@@ -150,9 +153,11 @@ Planner::Planner(const RobotModel& model, Ocp ocp, const PlannerSettings& settin
   kinematics_.set_position(model.home);
   settings_.clearance = std::clamp(0.25 * steadyhand::clearance(kinematics_), 0.0, settings_.clearance);
   if (!ocp_.liquid()) return;
-  liquid_.emplace(model, *ocp_.liquid());
+  liquid_ = std::make_unique<LiquidEstimate>(model, *ocp_.liquid());
   (void)set_glass(ocp_.liquid()->glass);
 }
+
+Planner::~Planner() = default;
 
 Result<std::unique_ptr<Planner>> Planner::make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings) {
@@ -195,16 +200,16 @@ void Planner::reset(const JointVector& q, Time now) {
   stand(q, now, plan_);
   fault_ = PlanFault::kNone;
   more_clearance_ = 0.0;
-  warm_start_.reset(now);
+  warm_start_->reset(now);
 }
 
 void Planner::continue_from(const Planner& before) {
   plan_ = before.plan_;
   fault_ = PlanFault::kNone;
   more_clearance_ = 0.0;
-  warm_start_.reset(plan_.start);
+  warm_start_->reset(plan_.start);
   if (!liquid_) return;
-  const bool knows = before.liquid_.has_value();
+  const bool knows = before.liquid_ != nullptr;
   set_liquid(knows ? before.liquid_state_ : liquid_->at_rest(plan_.x[0].head(plan_.joints)),
              knows ? before.liquid_at_ : plan_.start);
 }
@@ -243,10 +248,10 @@ const Plan& Planner::update(const Reference& reference) {
     if (instance_.liquid.counts) draw_near(now.q, kinematics_, ocp_, instance_);
   }
   set_clearance(reference.start);
-  warm_start_.shift(instance_.x0, reference.start);
-  obstacle_rows_.choose(settings_.obstacles, reference.start, kinematics_, warm_start_, instance_);
+  warm_start_->shift(instance_.x0, reference.start);
+  obstacle_rows_->choose(settings_.obstacles, reference.start, kinematics_, *warm_start_, instance_);
   try {
-    solver_->solve(instance_, warm_start_.guess(), warm_start_.multipliers(), settings_.budget, solution_);
+    solver_->solve(instance_, warm_start_->guess(), warm_start_->multipliers(), settings_.budget, solution_);
   } catch (...) {  // a third party's: it has failed, and the arm goes on along what was checked
     solution_.status = SolveStatus::kInvalid;
     solution_.iterations = 0;
@@ -263,12 +268,14 @@ const Plan& Planner::update(const Reference& reference) {
   }
   if (fault_ == PlanFault::kNone) {
     plan_ = candidate_;
-    warm_start_.keep(solution_, reference.start);
+    warm_start_->keep(solution_, reference.start);
   } else {
     plan_.origin = PlanOrigin::kPrevious;
   }
   return plan_;
 }
+
+const Trajectory& Planner::guess() const { return warm_start_->guess(); }
 
 SolveFigures Planner::figures() {
   SolveFigures figures{solution_.objective, {}, solution_.iterations, solution_.time_us};

@@ -2,18 +2,18 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 
 #include "steadyhand/planning/ocp/evaluation.hpp"
-#include "steadyhand/planning/plan/liquid_estimate.hpp"
-#include "steadyhand/planning/plan/obstacle_rows.hpp"
 #include "steadyhand/planning/plan/plan_check.hpp"
-#include "steadyhand/planning/plan/warm_start.hpp"
 #include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
+
+class LiquidEstimate;
+class ObstacleRows;
+class WarmStart;
 
 /// How plans are made, and what for they are looked at.
 struct PlannerSettings {
@@ -47,6 +47,8 @@ class Planner {
   /// Objectives without that of the joints' speeds get it, see set_weights().
   static Result<std::unique_ptr<Planner>> make(const RobotModel& model, const OcpSettings& ocp,
                                                const PlannerSettings& settings);
+
+  ~Planner();
 
   /// Forgets all: the arm stands at q.
   void reset(const JointVector& q, Time now);
@@ -90,7 +92,7 @@ class Planner {
   const Ocp& ocp() const { return ocp_; }     ///< what is solved
   // ---- about the last update: what was solved, from where, and what came of it
   const OcpInstance& instance() const { return instance_; }        ///< x_0, reference and weights
-  const Trajectory& guess() const { return warm_start_.guess(); }  ///< where the solver began
+  const Trajectory& guess() const;                            ///< where the solver began
   const Solution& solution() const { return solution_; }           ///< also of a plan that was refused
   /// Of solution(). Evaluates the objectives; allocates nothing.
   SolveFigures figures();
@@ -114,14 +116,14 @@ class Planner {
   std::size_t damping_ = 0;   ///< index into ocp_.objectives(): that of the joints' speeds
   Kinematics kinematics_;
   OcpInstance instance_;
-  WarmStart warm_start_;  ///< from what plan_ was made of
-  ObstacleRows obstacle_rows_;
+  std::unique_ptr<WarmStart> warm_start_;  ///< from what plan_ was made of
+  std::unique_ptr<ObstacleRows> obstacle_rows_;
   Solution solution_;
   Evaluation evaluation_;        ///< of figures()
   double more_clearance_ = 0.0;  ///< m, since plans were refused for contact
   Plan plan_, candidate_;
   // Of a problem with a liquid:
-  std::optional<LiquidEstimate> liquid_;
+  std::unique_ptr<LiquidEstimate> liquid_;
   SloshState liquid_state_ = SloshState::Zero();  ///< at liquid_at_; on the way along plan_ from there on
   Time liquid_at_{0};
   double highest_wave_ = 0.0, freeboard_ = 0.0;

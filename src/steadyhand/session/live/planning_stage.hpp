@@ -11,6 +11,7 @@
 #include "steadyhand/planning/retarget/retargeter.hpp"
 #include "steadyhand/session/live/hand_delay.hpp"
 #include "steadyhand/session/live/links.hpp"
+#include "steadyhand/planning/plan/liquid_estimate.hpp"
 
 namespace steadyhand {
 

@@ -1,4 +1,4 @@
-#include "steadyhand/planning/plan/gaps.hpp"
+#include "steadyhand/planning/plan/link_gaps.hpp"
 
 #include <algorithm>
 #include <cmath>
