@@ -8,6 +8,7 @@
 
 #include "steadyhand/geometry/robot/model_check.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
+#include "steadyhand/planning/pipeline/complete.hpp"
 
 namespace steadyhand {
 

@@ -2,8 +2,6 @@
 
 #include <memory>
 
-#include "steadyhand/geometry/robot/model.hpp"
-#include "steadyhand/planning/pipeline/complete.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
@@ -28,7 +26,7 @@ struct PipelineSettings {
 /// From the operator's hand to joint commands: retargeting, prediction, planning and tracking, wired as the program
 /// wires them. The arm is taken to follow its commands. One thread; `make` takes the memory.
 ///
-///     auto arm = open_pipeline("ur5e", "waiter");  // files/config/open_pipeline.hpp
+///     auto arm = open_pipeline("ur5e", "waiter");  // steadyhand/files.hpp
 ///     (*arm)->feed({{now, now}, X_operator_hand, clutch});
 ///     JointCommand command = (*arm)->update(now);
 class Pipeline {

@@ -1,4 +1,4 @@
-#include "steadyhand/planning/predict/motion_filter.hpp"
+#include "steadyhand/planning/predict/predictor.hpp"
 
 #include <algorithm>
 #include <cmath>
