@@ -37,7 +37,7 @@ std::string_view to_string(PlanFault fault);
 
 /// The last thing before a plan may be followed: finite numbers, states that obey the double integrator, position,
 /// velocity and acceleration limits of the model at every command, distances of bodies to each other and to obstacles
-/// at all times (link_gaps.hpp), and rest at the end. A plan that begins beyond one of these may lead back, or rest there,
+/// at all times, and rest at the end. A plan that begins beyond one of these may lead back, or rest there,
 /// and no further beyond. What moves may come as near as if the arm braked at once. Allocates nothing.
 /// @param before state at plan.start of what is being followed: the plan must continue it
 PlanFault check_plan(const Plan& plan, const StateVector& before, const PlanCheckSettings& settings,
