@@ -8,8 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "steadyhand/apps/commands/command_line.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "support/problem_set.hpp"
 
 namespace steadyhand::bench {

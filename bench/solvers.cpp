@@ -10,8 +10,7 @@
 
 #include "closed_loop.hpp"
 #include "steadyhand/apps/commands/command_line.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/record/problem_json.hpp"
 #include "support/problem_set.hpp"
 

@@ -7,8 +7,7 @@
 #include <memory>
 
 #include "steadyhand/arms/driver/simulated_arm.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/session/live/control_stage.hpp"
 #include "steadyhand/session/live/monitor.hpp"
 #include "steadyhand/session/live/planning_stage.hpp"

@@ -11,7 +11,7 @@
 #include <iostream>
 
 #include "steadyhand/apps/commands/command_line.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "support/ur/ur5e_kinematics.hpp"
 
 int main(int argc, char** argv) {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
 
 namespace {

@@ -9,7 +9,7 @@
 #include <iostream>
 
 #include "steadyhand/apps/commands/command_line.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 int main(int argc, char** argv) {
   using namespace steadyhand;

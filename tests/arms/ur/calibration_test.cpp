@@ -6,7 +6,7 @@
 
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/arms/ur/ur_calibration.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
 #include "support/ur/fake_ur_controller.hpp"
 #include "support/ur/ur5e_kinematics.hpp"

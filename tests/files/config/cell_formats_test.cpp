@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/cell_file.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 #include <gtest/gtest.h>
 

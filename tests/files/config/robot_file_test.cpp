@@ -1,4 +1,4 @@
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 
 #include "files/config/refusal.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

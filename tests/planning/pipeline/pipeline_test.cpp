@@ -4,9 +4,7 @@
 
 #include <limits>
 
-#include "steadyhand/files/config/open_pipeline.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
 
 namespace steadyhand {

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/realtime.hpp"

@@ -5,8 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 namespace steadyhand {
 namespace {

@@ -11,7 +11,7 @@
 #include "steadyhand/geometry/robot/kinematics.hpp"
 #ifdef STEADYHAND_MUJOCO
 #include "steadyhand/arms/mujoco/mujoco_arm.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #endif
 #ifdef STEADYHAND_ROS2
 #include "steadyhand/arms/ros2/ros2_arm.hpp"
@@ -19,6 +19,7 @@
 #ifdef STEADYHAND_UR
 #include "steadyhand/arms/ur/ur_arm.hpp"
 #include "steadyhand/arms/ur/ur_calibration.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #endif
 
 namespace steadyhand {

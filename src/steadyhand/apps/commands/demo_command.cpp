@@ -14,7 +14,7 @@
 #include "steadyhand/apps/commands/session_choice.hpp"
 #include "steadyhand/apps/commands/settings_options.hpp"
 #include "steadyhand/apps/commands/task_choice.hpp"
-#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/loading.hpp"
 #include "steadyhand/operator/console/live_console.hpp"
 #include "steadyhand/operator/console/output_queue.hpp"

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "steadyhand/apps/commands/commands.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/record/model_json.hpp"
 
 namespace steadyhand {

@@ -2,10 +2,11 @@
 
 #include <iostream>
 
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #ifdef STEADYHAND_FIT
 #include "steadyhand/apps/commands/progress_bar.hpp"
 #include "steadyhand/files/fitted/cache.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #endif
 
 namespace steadyhand {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 namespace steadyhand {
 

@@ -8,8 +8,7 @@
 #include "steadyhand/apps/commands/commands.hpp"
 #include "steadyhand/apps/commands/robot_choice.hpp"
 #include "steadyhand/apps/commands/session_choice.hpp"
-#include "steadyhand/files/config/cell_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/operator/console/settings.hpp"
 #ifdef STEADYHAND_MESHES

@@ -15,7 +15,7 @@
 #include "steadyhand/apps/commands/task_choice.hpp"
 #include "steadyhand/apps/simulate/task_run.hpp"
 #include "steadyhand/files/archive/recording_folder.hpp"
-#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/places.hpp"
 #include "steadyhand/session/task/scripted_operator.hpp"
 

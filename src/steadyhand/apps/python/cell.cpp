@@ -2,7 +2,7 @@
 
 #include "steadyhand/apps/python/module.hpp"
 #include "steadyhand/apps/python/robot.hpp"
-#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 

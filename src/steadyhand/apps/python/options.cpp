@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "steadyhand/apps/python/objective.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 
 namespace steadyhand::python {

@@ -1,7 +1,7 @@
 #include "steadyhand/apps/python/robot.hpp"
 
 #include "steadyhand/apps/python/module.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/record/model_json.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/robot/model.hpp"

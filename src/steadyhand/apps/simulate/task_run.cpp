@@ -1,12 +1,11 @@
 #include "steadyhand/apps/simulate/task_run.hpp"
 
 #include "steadyhand/arms/mujoco/scene_model.hpp"
-#include "steadyhand/files/config/cell_file.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/task_file.hpp"
 #include "steadyhand/operator/protocol/session_setup.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 
 namespace steadyhand {
 

@@ -11,6 +11,7 @@
 #include "steadyhand/core/turn.hpp"
 #include "steadyhand/files/config/cell_formats.hpp"
 #include "steadyhand/files/config/shape_reader.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 namespace steadyhand {
 

@@ -1,7 +1,5 @@
-#include "steadyhand/files/config/open_pipeline.hpp"
+#include "steadyhand/files/config/open.hpp"
 
-#include "steadyhand/files/config/profile_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
 
 namespace steadyhand {

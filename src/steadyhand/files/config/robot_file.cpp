@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "steadyhand/files/config/shape_reader.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 namespace steadyhand {
 

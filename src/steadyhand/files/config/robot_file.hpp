@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "steadyhand/core/result.hpp"
 #include "steadyhand/files/config/places.hpp"
 #include "steadyhand/geometry/robot/loading.hpp"
 #include "steadyhand/geometry/robot/urdf_dynamics.hpp"
@@ -15,10 +14,6 @@ Result<RobotSettings> load_robot_settings(const std::filesystem::path& file, con
 
 /// Otherwise it is a URDF.
 bool is_robot_file(const std::filesystem::path& file);
-
-/// A robot by name ("ur5e"), by the path of a robot file (*.yaml), or by that of a URDF (anything else): a bare URDF
-/// has no spheres, its tool is the end of its longest chain, and its home the middle of the limits.
-Result<RobotModel> open_robot(const std::string& name, const Places& places = Places::standard());
 
 /// The masses and largest efforts of the same robot. Fails as read_chain_dynamics.
 Result<ChainDynamics> open_dynamics(const std::string& name, const Places& places = Places::standard());

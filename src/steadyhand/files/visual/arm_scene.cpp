@@ -13,10 +13,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/mesh/mesh.hpp"
 #include "steadyhand/geometry/robot/urdf_chain.hpp"
 #include "steadyhand/geometry/robot/urdf_file.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 
 namespace steadyhand {
 

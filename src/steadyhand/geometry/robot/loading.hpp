@@ -52,7 +52,4 @@ struct RobotSettings {
 /// bodies on unknown links or without size, and a home pose outside the limits or in self-collision.
 Result<RobotModel> load_robot(const RobotSettings& settings);
 
-/// What a model lacks for doing what people expect of it, a line for each; most of all one that is a URDF and no more.
-std::vector<std::string> doubts_about(const RobotModel& model);
-
 }  // namespace steadyhand

@@ -67,6 +67,9 @@ struct RobotModel {
   int dof() const { return static_cast<int>(joints.size()); }  ///< n
 };
 
+/// What a model lacks for doing what people expect of it, a line for each; most of all one that is a URDF and no more.
+std::vector<std::string> doubts_about(const RobotModel& model);
+
 /// The ball that holds every position the tool can take.
 struct Reach {
   Vector3 center = Vector3::Zero();  ///< m, base frame; on the first joint's axis

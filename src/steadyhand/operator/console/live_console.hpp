@@ -10,7 +10,7 @@
 #include "steadyhand/core/video.hpp"
 #include "steadyhand/files/archive/recording_folder.hpp"
 #include "steadyhand/files/archive/session_recorder.hpp"
-#include "steadyhand/files/config/profile_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/operator/console/session_library.hpp"
 #include "steadyhand/operator/protocol/operator_interface.hpp"
 #include "steadyhand/operator/protocol/scene_things.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 
 namespace steadyhand {
 
