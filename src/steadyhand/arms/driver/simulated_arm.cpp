@@ -2,21 +2,38 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "steadyhand/arms/driver/arm_kinds.hpp"
+#include "steadyhand/arms/driver/clocked_arm.hpp"
 
 namespace steadyhand {
 
-SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings,
-                           Clock& clock)
-    : ClockedArm(model, q,
-                 {model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
-                  kSimulated.hardware, model.gripper_time.has_value()},
-                 {settings.bridged, settings.command_timeout, settings.start_time}, clock),
-      settings_(settings),
-      random_(settings.seed) {}
+/// What moves.
+class SimulatedArm::Servo final : public ClockedArm {
+ public:
+  Servo(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock)
+      : ClockedArm(model, q,
+                   {model.name + " (simulated)", model.dof(), settings.rate_hz, settings.latency + settings.servo_lag,
+                    kSimulated.hardware, model.gripper_time.has_value()},
+                   {settings.bridged, settings.command_timeout, settings.start_time}, clock),
+        settings_(settings),
+        random_(settings.seed) {}
 
-ArmState SimulatedArm::receive() {
+  ArmState receive() override;
+  const JointVector& q() const { return q_; }
+  const JointVector& dq() const { return dq_; }
+  void trip(std::string_view reason) { interface_.stop(reason); }
+  void push(const JointVector& offset) { q_ += offset; }
+
+ private:
+  void advance(Time end) override;
+
+  SimulatedArmSettings settings_;
+  std::mt19937 random_;
+};
+
+ArmState SimulatedArm::Servo::receive() {
   ArmState state = ClockedArm::receive();
   if (settings_.noise > 0.0) {
     std::normal_distribution<double> normal(0.0, settings_.noise);
@@ -31,7 +48,7 @@ ArmState SimulatedArm::receive() {
   return state;
 }
 
-void SimulatedArm::advance(Time end) {
+void SimulatedArm::Servo::advance(Time end) {
   const double dt = to_seconds(period_);
   if (gripper_) {
     const double most = dt / *model_->gripper_time;
@@ -48,5 +65,19 @@ void SimulatedArm::advance(Time end) {
     q_ += dt * dq_;
   }
 }
+
+SimulatedArm::SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings,
+                           Clock& clock)
+    : servo_(std::make_unique<Servo>(model, q, settings, clock)) {}
+SimulatedArm::~SimulatedArm() = default;
+
+const ArmInfo& SimulatedArm::info() const { return servo_->info(); }
+ArmState SimulatedArm::receive() { return servo_->receive(); }
+void SimulatedArm::send(const JointCommand& command) { servo_->send(command); }
+void SimulatedArm::restart() { servo_->restart(); }
+const JointVector& SimulatedArm::q() const { return servo_->q(); }
+const JointVector& SimulatedArm::dq() const { return servo_->dq(); }
+void SimulatedArm::trip(std::string_view reason) { servo_->trip(reason); }
+void SimulatedArm::push(const JointVector& offset) { servo_->push(offset); }
 
 }  // namespace steadyhand

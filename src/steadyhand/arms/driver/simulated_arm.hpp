@@ -1,11 +1,15 @@
 #pragma once
 
-#include <random>
+#include <memory>
+#include <string_view>
 
-#include "steadyhand/arms/driver/clocked_arm.hpp"
+#include "steadyhand/core/arm.hpp"
+#include "steadyhand/core/time.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand {
 
+/// How well a simulated arm follows, and when it gives up.
 struct SimulatedArmSettings {
   double rate_hz = 500.0;    ///< of control cycles, > 0
   double latency = 0.004;    ///< s from a command to its effect, >= 0
@@ -19,27 +23,29 @@ struct SimulatedArmSettings {
   double start_time = 0.05;      ///< s from restart() to following
 };
 
-/// An arm of the model's limits whose commands take effect after a latency, through a first-order servo.
-class SimulatedArm final : public ClockedArm {
+/// An arm of the model's limits whose commands take effect after a latency, through a first-order servo. Where commands
+/// are missing, or beyond the limits, it brakes and stops by itself as a real one does.
+class SimulatedArm final : public Arm {
  public:
   /// Stands at `q`; its time begins with the first receive(). Model and clock must outlive it.
   SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock);
+  ~SimulatedArm() override;
 
+  const ArmInfo& info() const override;
   ArmState receive() override;
+  void send(const JointCommand& command) override;
+  void restart() override;
 
-  /// Where it really is, without the measurement's errors.
-  const JointVector& q() const { return q_; }
-  const JointVector& dq() const { return dq_; }
+  const JointVector& q() const;   ///< rad (m): where it really is, without the measurement's errors
+  const JointVector& dq() const;  ///< rad/s (m/s), likewise
   /// Breaks it, as a hardware fault or the button would: it stops by itself. For tests. @param reason static text
-  void trip(std::string_view reason) { interface_.stop(reason); }
-  /// Moves it by force, as a collision would. For tests.
-  void push(const JointVector& offset) { q_ += offset; }
+  void trip(std::string_view reason);
+  /// Moves it by force, as a collision would. For tests. @param offset rad (m)
+  void push(const JointVector& offset);
 
  private:
-  void advance(Time end) override;
-
-  SimulatedArmSettings settings_;
-  std::mt19937 random_;
+  class Servo;
+  std::unique_ptr<Servo> servo_;
 };
 
 }  // namespace steadyhand
