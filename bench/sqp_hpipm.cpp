@@ -12,8 +12,8 @@ extern "C" {
 #include <hpipm_d_ocp_qp_sol.h>
 }
 
-#include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/ocp/evaluation.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand::bench {
 

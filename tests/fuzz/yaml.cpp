@@ -1,8 +1,8 @@
 // YAML: a robot file, a profile and settings, all of them from the same text.
 #include "fuzz/fuzz.hpp"
 #include "steadyhand/files/config/open.hpp"
-#include "steadyhand/operator/console/settings.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/operator/console/settings.hpp"
 
 namespace steadyhand {
 

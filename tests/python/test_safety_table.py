@@ -23,6 +23,6 @@ def test_rows_and_tests_are_the_same():
 
 def test_the_table_of_states_names_all_of_them():
     text = (ROOT / "docs/reference/safety.md").read_text()
-    states = re.findall(r'Name\{\w+, "(\w+)"', re.search(r"names_of\(SupervisionState.*?\n}", (ROOT / "src/steadyhand/session/supervise/state.hpp").read_text(), re.DOTALL).group(0))
+    states = re.findall(r'Name\{\w+, "(\w+)"', re.search(r"names_of\(SupervisionState.*?\n}", (ROOT / "src/steadyhand/session/supervise/supervision.hpp").read_text(), re.DOTALL).group(0))
     for state in states[:-1]:
         assert re.search(rf"^\| {state} \|", text, re.MULTILINE), state

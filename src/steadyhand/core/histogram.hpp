@@ -4,12 +4,9 @@
 #include <atomic>
 #include <cstdint>
 
-namespace steadyhand {
+#include "steadyhand/core/time.hpp"
 
-/// Percentiles of what was counted in the last few seconds.
-struct TimingSummary {
-  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< us
-};
+namespace steadyhand {
 
 /// Counts durations in bins of 3 % width from 1 us to over an hour. One thread adds; any thread may read meanwhile.
 /// Allocates nothing.

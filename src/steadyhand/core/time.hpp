@@ -19,6 +19,11 @@ struct Stamp {
   Time made{0};  ///< when this message was made
 };
 
+/// Percentiles of durations.
+struct TimingSummary {
+  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< us
+};
+
 /// Where the threads of a live session take their time from; tests have one that they move themselves.
 class Clock {
  public:

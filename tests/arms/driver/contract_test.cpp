@@ -7,8 +7,8 @@
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/arms/driver/simulated_arm.hpp"
 #include "steadyhand/core/arrows.hpp"
-#include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ur/lockstep.hpp"
 #ifdef STEADYHAND_MUJOCO

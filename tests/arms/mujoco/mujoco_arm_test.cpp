@@ -8,9 +8,9 @@
 
 #include "steadyhand/arms/mujoco/scene_model.hpp"
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/files/config/task_file.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 #include "support/allocation_guard.hpp"
 #include "support/manual_clock.hpp"
 #include "support/temporary_folder.hpp"

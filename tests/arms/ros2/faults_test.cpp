@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "geometry/robot/random_arm.hpp"
-#include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 #include "support/manual_clock.hpp"
 #include "support/ros2/lockstep.hpp"
 #include "support/swing.hpp"

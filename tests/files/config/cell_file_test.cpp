@@ -1,11 +1,11 @@
-#include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/cell_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include "files/config/refusal.hpp"
-#include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"
-#include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/cell_file.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

@@ -1,8 +1,7 @@
-#include "steadyhand/files/config/open.hpp"
-
 #include <gtest/gtest.h>
 
 #include "files/config/refusal.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/planning/ocp/term.hpp"
 #include "support/temporary_folder.hpp"
 

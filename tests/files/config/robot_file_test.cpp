@@ -1,4 +1,4 @@
-#include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <set>
 
 #include "files/config/refusal.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace steadyhand {

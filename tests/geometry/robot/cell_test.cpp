@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "geometry/robot/random_arm.hpp"
-#include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
 
 namespace steadyhand {
 namespace {

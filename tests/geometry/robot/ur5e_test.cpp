@@ -3,8 +3,8 @@
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
 #include "steadyhand/geometry/robot/loading.hpp"
-#include "steadyhand/geometry/robot/pairs.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
+#include "steadyhand/geometry/robot/pairs.hpp"
 #include "support/ur5e_urdf.hpp"
 
 namespace steadyhand {

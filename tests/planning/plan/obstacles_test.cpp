@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
 #include "planning/plan/loop.hpp"
+#include "steadyhand/geometry/collision/proximity.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/planning/plan/link_gaps.hpp"
-#include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
-#include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,9 +1,9 @@
-#include "steadyhand/planning/plan/tracker.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 namespace {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
 #include "steadyhand/files/config/open.hpp"
-#include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/realtime.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 #include "support/problem_set.hpp"
 
 namespace steadyhand {

@@ -1,5 +1,3 @@
-#include "steadyhand/planning/solve/solver.hpp"
-
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -7,6 +5,7 @@
 #include <tuple>
 
 #include "planning/solve/random_problem.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
 namespace {

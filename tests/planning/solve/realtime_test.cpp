@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "planning/solve/random_problem.hpp"
-#include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/ocp/evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 #ifndef __SANITIZE_ADDRESS__
 namespace {

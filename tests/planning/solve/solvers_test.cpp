@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "planning/solve/random_problem.hpp"
-#include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/ocp/evaluation.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
 namespace {

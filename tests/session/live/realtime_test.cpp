@@ -1,10 +1,10 @@
-#include "steadyhand/session/live/realtime.hpp"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdint>
+
+#include "steadyhand/session/live/realtime_threads.hpp"
 
 namespace steadyhand {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "steadyhand/apps/commands/command_line.hpp"
 #include "steadyhand/arms/driver/arm_kinds.hpp"
-#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/operator/console/settings.hpp"
 

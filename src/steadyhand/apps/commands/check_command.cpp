@@ -27,7 +27,7 @@
 #include "steadyhand/files/config/open.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/operator/console/stop_signals.hpp"
-#include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 #ifdef STEADYHAND_ROS2
 #include "steadyhand/arms/ros2/ros2_link_check.hpp"
 #endif

@@ -11,6 +11,7 @@
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/operator/console/settings.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "steadyhand/core/arm.hpp"
-#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/operator/console/stop_signals.hpp"
 

@@ -20,7 +20,7 @@
 #include "steadyhand/operator/console/output_queue.hpp"
 #include "steadyhand/operator/console/stop_signals.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
-#include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 #ifdef STEADYHAND_MESHES
 #include "steadyhand/files/visual/arm_scene.hpp"
 #endif

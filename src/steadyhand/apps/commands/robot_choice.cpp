@@ -5,8 +5,8 @@
 #include "steadyhand/files/config/open.hpp"
 #ifdef STEADYHAND_FIT
 #include "steadyhand/apps/commands/progress_bar.hpp"
-#include "steadyhand/files/fitted/cache.hpp"
 #include "steadyhand/files/config/robot_file.hpp"
+#include "steadyhand/files/fitted/cache.hpp"
 #endif
 
 namespace steadyhand {

@@ -2,10 +2,10 @@
 
 #include "steadyhand/arms/mujoco/scene_model.hpp"
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/files/config/task_file.hpp"
 #include "steadyhand/operator/protocol/session_setup.hpp"
 #include "steadyhand/planning/ocp/objectives.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 
 namespace steadyhand {
 

@@ -14,8 +14,8 @@
 #include "steadyhand/arms/ros2/node.hpp"
 #include "steadyhand/arms/ros2/ros2_gripper.hpp"
 #include "steadyhand/core/arm.hpp"
-#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/latest_value.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 

@@ -16,7 +16,7 @@
 #include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
-#include "steadyhand/session/live/snapshot.hpp"
+#include "steadyhand/session/live/live_taps.hpp"
 
 namespace steadyhand {
 

@@ -14,7 +14,7 @@
 #include "steadyhand/files/record/recorder.hpp"
 #include "steadyhand/files/record/spill_watch.hpp"
 #include "steadyhand/files/record/step_describer.hpp"
-#include "steadyhand/session/live/session.hpp"
+#include "steadyhand/session/live/live_session.hpp"
 
 namespace steadyhand {
 

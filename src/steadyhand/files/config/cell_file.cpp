@@ -10,8 +10,8 @@
 
 #include "steadyhand/core/turn.hpp"
 #include "steadyhand/files/config/cell_formats.hpp"
-#include "steadyhand/files/config/shape_reader.hpp"
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/shape_reader.hpp"
 
 namespace steadyhand {
 

@@ -1,5 +1,4 @@
 #include "steadyhand/files/config/open.hpp"
-
 #include "steadyhand/planning/ocp/objectives.hpp"
 
 namespace steadyhand {

@@ -1,10 +1,9 @@
-#include "steadyhand/files/config/open.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "steadyhand/core/nearest.hpp"
+#include "steadyhand/files/config/open.hpp"
 #include "steadyhand/files/config/yaml_reader.hpp"
 #include "steadyhand/planning/ocp/term.hpp"
 #include "steadyhand/planning/solve/solver.hpp"

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "steadyhand/files/config/shape_reader.hpp"
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/shape_reader.hpp"
 
 namespace steadyhand {
 

@@ -13,10 +13,10 @@
 #include <optional>
 
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/geometry/fit/fit.hpp"
 #include "steadyhand/geometry/robot/urdf_chain.hpp"
 #include "steadyhand/geometry/robot/urdf_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 
 namespace steadyhand {
 

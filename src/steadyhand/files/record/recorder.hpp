@@ -13,7 +13,7 @@
 #include "steadyhand/files/record/mcap_writer.hpp"
 #include "steadyhand/files/record/messages.hpp"
 #include "steadyhand/planning/plan/active_constraint.hpp"
-#include "steadyhand/session/supervise/state.hpp"
+#include "steadyhand/session/supervise/supervision.hpp"
 
 namespace steadyhand {
 

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "steadyhand/files/config/open.hpp"
+#include "steadyhand/files/config/robot_file.hpp"
 #include "steadyhand/geometry/mesh/mesh.hpp"
 #include "steadyhand/geometry/robot/urdf_chain.hpp"
 #include "steadyhand/geometry/robot/urdf_file.hpp"
-#include "steadyhand/files/config/robot_file.hpp"
 
 namespace steadyhand {
 

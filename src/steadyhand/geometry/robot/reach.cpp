@@ -1,10 +1,9 @@
-#include "steadyhand/geometry/robot/model.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "steadyhand/geometry/robot/joint_search.hpp"
 #include "steadyhand/geometry/robot/kinematics.hpp"
+#include "steadyhand/geometry/robot/model.hpp"
 
 namespace steadyhand {
 

@@ -12,7 +12,7 @@
 #include "steadyhand/operator/console/modest_process.hpp"
 #include "steadyhand/operator/protocol/session_setup.hpp"
 #include "steadyhand/operator/server/terminal_qr.hpp"
-#include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 
 namespace steadyhand {
 

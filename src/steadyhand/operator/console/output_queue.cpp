@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "steadyhand/core/text.hpp"
-#include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 
 namespace steadyhand {
 

@@ -15,7 +15,7 @@
 #include "steadyhand/operator/console/modest_process.hpp"
 #include "steadyhand/report/figures/motion.hpp"
 #include "steadyhand/report/figures/past_session.hpp"
-#include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 
 namespace steadyhand {
 

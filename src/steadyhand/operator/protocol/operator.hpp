@@ -9,7 +9,7 @@
 
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/operator/protocol/episodes.hpp"
-#include "steadyhand/session/live/snapshot.hpp"
+#include "steadyhand/session/live/live_taps.hpp"
 
 /// What an operator's page and the program tell each other, see docs/reference/protocol.md.
 namespace steadyhand {

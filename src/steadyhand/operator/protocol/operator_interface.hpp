@@ -9,7 +9,7 @@
 #include "steadyhand/operator/protocol/playback.hpp"
 #include "steadyhand/operator/protocol/policy_hand.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
-#include "steadyhand/session/live/session.hpp"
+#include "steadyhand/session/live/live_session.hpp"
 
 namespace steadyhand {
 

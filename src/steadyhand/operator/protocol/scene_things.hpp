@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "steadyhand/session/live/session.hpp"
+#include "steadyhand/session/live/live_session.hpp"
 #include "steadyhand/session/task/scene_state.hpp"
 
 namespace steadyhand {

@@ -6,7 +6,7 @@
 
 #include "steadyhand/operator/protocol/facts.hpp"
 #include "steadyhand/planning/pipeline/profile.hpp"
-#include "steadyhand/session/live/session.hpp"
+#include "steadyhand/session/live/live_session.hpp"
 
 namespace steadyhand {
 

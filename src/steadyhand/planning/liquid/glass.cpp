@@ -1,9 +1,8 @@
-#include "steadyhand/planning/liquid/liquid.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "steadyhand/core/math.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
 
 namespace steadyhand {
 

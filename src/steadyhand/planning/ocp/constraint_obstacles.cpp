@@ -2,9 +2,9 @@
 #include <limits>
 #include <utility>
 
+#include "steadyhand/geometry/collision/proximity.hpp"
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/planning/ocp/constraints.hpp"
-#include "steadyhand/geometry/collision/proximity.hpp"
 
 namespace steadyhand {
 namespace {

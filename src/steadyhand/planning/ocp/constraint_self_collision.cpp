@@ -4,8 +4,8 @@
 #include <limits>
 #include <vector>
 
-#include "steadyhand/planning/ocp/constraints.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/planning/ocp/constraints.hpp"
 
 namespace steadyhand {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "steadyhand/planning/liquid/liquid.hpp"
 #include "steadyhand/core/lanes.hpp"
 #include "steadyhand/core/math.hpp"
+#include "steadyhand/planning/liquid/liquid.hpp"
 
 namespace steadyhand {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "steadyhand/planning/plan/obstacle_sweep.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/planning/plan/obstacle_sweep.hpp"
 
 namespace steadyhand {
 

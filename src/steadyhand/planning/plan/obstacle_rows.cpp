@@ -5,8 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/geometry/collision/proximity.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
 
 namespace steadyhand {
 

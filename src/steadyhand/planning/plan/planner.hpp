@@ -91,9 +91,9 @@ class Planner {
   const Plan& plan() const { return plan_; }  ///< the newest that may be followed
   const Ocp& ocp() const { return ocp_; }     ///< what is solved
   // ---- about the last update: what was solved, from where, and what came of it
-  const OcpInstance& instance() const { return instance_; }        ///< x_0, reference and weights
-  const Trajectory& guess() const;                            ///< where the solver began
-  const Solution& solution() const { return solution_; }           ///< also of a plan that was refused
+  const OcpInstance& instance() const { return instance_; }  ///< x_0, reference and weights
+  const Trajectory& guess() const;                           ///< where the solver began
+  const Solution& solution() const { return solution_; }     ///< also of a plan that was refused
   /// Of solution(). Evaluates the objectives; allocates nothing.
   SolveFigures figures();
   PlanFault fault() const { return fault_; }  ///< of the last candidate; kNone: it is plan()

@@ -1,7 +1,7 @@
-#include "steadyhand/planning/predict/predictor.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "steadyhand/planning/predict/predictor.hpp"
 
 namespace steadyhand {
 

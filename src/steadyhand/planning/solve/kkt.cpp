@@ -1,9 +1,8 @@
-#include "steadyhand/planning/solve/solver.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "steadyhand/planning/ocp/evaluation.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand {
 

@@ -3,24 +3,11 @@
 #include <vector>
 
 #include "steadyhand/geometry/robot/kinematics.hpp"
-#include "steadyhand/planning/plan/plan_check.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/session/live/links.hpp"
+#include "steadyhand/session/live/live_settings.hpp"
 
 namespace steadyhand {
-
-struct ControlSettings {
-  SupervisorSettings supervisor;
-  double path_tolerance = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
-  /// So many cycles slept through in a row stop the arm. After fewer it goes on from where it went by itself.
-  std::uint64_t stall_cycles = 50;
-  /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
-  double soft_stop = 0.5;
-  double arm_delay = 0.0;   ///< s, see ArmInfo
-  bool gripper = false;     ///< the arm has one, see ArmInfo
-  PlanCheckSettings check;  ///< of stops straight on
-  Obstacles obstacles;      ///< which those keep clear of, too, at first
-};
 
 /// The control loop's work, once a cycle: take the newest plan if it continues what is followed, supervise, and make
 /// the next command. Control thread; never waits, allocates nothing after construction.

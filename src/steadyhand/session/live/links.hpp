@@ -8,9 +8,8 @@
 #include "steadyhand/core/histogram.hpp"
 #include "steadyhand/core/latest_value.hpp"
 #include "steadyhand/core/spsc_ring.hpp"
-#include "steadyhand/planning/plan/active_constraint.hpp"
-#include "steadyhand/planning/plan/planner.hpp"
-#include "steadyhand/planning/predict/predictor.hpp"
+#include "steadyhand/session/live/live_settings.hpp"
+#include "steadyhand/session/live/live_taps.hpp"
 #include "steadyhand/session/supervise/supervisor.hpp"
 
 namespace steadyhand {
@@ -54,40 +53,7 @@ struct PlannerView {
   std::uint64_t samples = 0, dropped_samples = 0, solves = 0, failed = 0;
 };
 
-/// What the operator may set while a session runs.
-struct OperatorSettings {
-  std::array<JointVector, kMaxObjectives> weights;  ///< by index of Ocp::objectives()
-  int objectives = 0;                               ///< entries of weights in use; 0: the profile's stay
-  double scale = 0.5;                               ///< metres of the tool for each metre of the hand
-  double yaw = 0.0;                                 ///< rad
-  std::optional<Prediction> prediction;             ///< absent: as it is
-  double tilt_max = M_PI;                           ///< rad, see RetargetSettings
-  bool no_spill = false;                            ///< plans spill nothing, where the problem knows a liquid
-  std::optional<double> fill;                       ///< m of liquid in the glass, fresh; absent: as it is
-  double latency = 0.0;                             ///< s, added on purpose behind the gate, see HandDelay
-  /// What makes the plans: 0 that of PlanningSettings::ocp, 1 the first of PlanningSettings::more. Another one takes
-  /// over once the arm is at rest. Until then none of these settings is in force, and no hand is followed.
-  int planner = 0;
-  std::string_view profile;  ///< name of the one that these began with, kept by whoever sets them; empty: none
-};
-
-/// They are in force from here on.
-struct AppliedSettings {
-  Time at{0};
-  OperatorSettings settings;
-};
-
-/// A planning step that asked the solver, as far as the report tells of it.
-struct PlanningRecord {
-  Time at{0};  ///< where its plan begins
-  Plan plan;   ///< what is followed from there on, if the step failed the plan before
-  Pose X_base_target;
-  Reference reference;
-  const Ocp* ocp = nullptr;  ///< what was solved; lives as long as the session
-  SolveFigures solved;
-  bool engaged = false;  ///< following the hand, not coming to rest
-};
-
+/// A command for taps and monitor.
 struct TappedCommand {
   JointCommand command;
   bool anew = false;  ///< the arm was restarted where it stands: it need not continue those before

@@ -3,6 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "steadyhand/session/live/links.hpp"
+#include "steadyhand/session/live/planning_stage.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 
 namespace steadyhand {
 
@@ -13,6 +19,12 @@ constexpr Time kRestWithin = std::chrono::seconds(2);
 
 }  // namespace
 
+struct LiveSession::Threads {
+  std::optional<AwakeProcessors> awake;
+  std::atomic<bool> running{false}, draining{false};
+  std::thread control, planner, writer;
+};
+
 Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, const LiveSettings& settings, Arm& arm,
                                                        Clock& clock) {
   const Result<LiveSettings> resolved = resolve(settings, model, arm, clock);
@@ -22,21 +34,26 @@ Result<std::unique_ptr<LiveSession>> LiveSession::make(const RobotModel& model, 
   return session;
 }
 
+LiveSession::LiveSession(const RobotModel& model, const LiveSettings& settings, Arm& arm, Clock& clock)
+    : Session(model, settings, arm, clock), threads_(std::make_unique<Threads>()) {}
+
 LiveSession::~LiveSession() {
-  if (running_) (void)finish();
+  if (threads_->running) (void)finish();
 }
 
 void LiveSession::start(LiveTaps taps) {
   if (settings_.realtime) {
     if (const std::string why = lock_memory(); !why.empty()) warn(why);
-    if (const std::string& why = awake_.emplace().refused(); !why.empty()) warn(why);
+    if (const std::string& why = threads_->awake.emplace().refused(); !why.empty()) warn(why);
   }
   begin(std::move(taps));
-  running_ = draining_ = true;
-  writer_thread_ = std::thread([this] { run_writer(); });
-  planner_thread_ = std::thread([this] { run_planner(); });
-  control_thread_ = std::thread([this] { run_control(); });
+  threads_->running = threads_->draining = true;
+  threads_->writer = std::thread([this] { run_writer(); });
+  threads_->planner = std::thread([this] { run_planner(); });
+  threads_->control = std::thread([this] { run_control(); });
 }
+
+bool LiveSession::is_running() const { return threads_->running; }
 
 /// What the work throws is a fault of the session. True if it throws nothing.
 template <typename Work>
@@ -58,7 +75,7 @@ void LiveSession::run_control() {
     if (const std::string why = make_realtime(kControlPriority); !why.empty()) warn("control: " + why);
   }
   const bool well = goes_well("the control loop failed: restart the program", [&] {
-    while (running_.load(std::memory_order_relaxed)) control_cycle();
+    while (threads_->running.load(std::memory_order_relaxed)) control_cycle();
   });
   if (well) return;
   control_failed_ = true;  // nothing is sent any more: an arm without commands stops by itself
@@ -79,7 +96,7 @@ void LiveSession::plan_on() {
   Time period = from_seconds(1.0 / rate), next = clock_->now();
   const Time cycle = from_seconds(settings_.planning.cycle);
   double look_ahead = settings_.planning.look_ahead;
-  while (running_.load(std::memory_order_relaxed)) {
+  while (threads_->running.load(std::memory_order_relaxed)) {
     if (const double asked = planner_rate_hz(); asked != rate) {
       rate = asked;
       period = from_seconds(1.0 / rate);
@@ -101,7 +118,7 @@ void LiveSession::run_writer() {
   Time next = clock_->now();
   bool last = false;
   while (!last) {
-    last = !draining_;
+    last = !threads_->draining;
     const bool well = goes_well("the recording failed: restart the program", [&] {
       drain();
       refresh();
@@ -117,12 +134,12 @@ LiveSummary LiveSession::finish() {
   ask_stop();
   const Time until = clock_->now() + kRestWithin;
   while (!stopped_at_rest() && clock_->now() < until) clock_->sleep_until(clock_->now() + kWriterPeriod);
-  running_ = false;
-  control_thread_.join();
-  planner_thread_.join();
-  draining_ = false;
-  writer_thread_.join();
-  awake_.reset();
+  threads_->running = false;
+  threads_->control.join();
+  threads_->planner.join();
+  threads_->draining = false;
+  threads_->writer.join();
+  threads_->awake.reset();
 
   return summarize();
 }

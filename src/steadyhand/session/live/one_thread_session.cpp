@@ -1,5 +1,7 @@
 #include "steadyhand/session/live/one_thread_session.hpp"
 
+#include "steadyhand/session/live/planning_stage.hpp"
+
 namespace steadyhand {
 
 namespace {

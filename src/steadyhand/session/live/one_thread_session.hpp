@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "steadyhand/session/live/session.hpp"
+#include "steadyhand/session/live/live_session.hpp"
 
 namespace steadyhand {
 

@@ -6,8 +6,8 @@
 #include "steadyhand/geometry/robot/gaps.hpp"
 #include "steadyhand/planning/pipeline/complete.hpp"
 #include "steadyhand/planning/plan/active_constraint.hpp"
-#include "steadyhand/planning/plan/tracker.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
+#include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 

@@ -5,48 +5,16 @@
 
 #include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
-#include "steadyhand/planning/pipeline/profile.hpp"
+#include "steadyhand/planning/plan/liquid_estimate.hpp"
 #include "steadyhand/planning/plan/planner.hpp"
 #include "steadyhand/planning/predict/predictor.hpp"
 #include "steadyhand/planning/retarget/retargeter.hpp"
 #include "steadyhand/session/live/hand_delay.hpp"
 #include "steadyhand/session/live/links.hpp"
-#include "steadyhand/planning/plan/liquid_estimate.hpp"
+#include "steadyhand/session/live/live_settings.hpp"
+#include "steadyhand/session/supervise/hand_gate.hpp"
 
 namespace steadyhand {
-
-struct PlanningSettings {
-  /// s of the control cycles; plans begin just before one, the first at least `look_ahead` ahead. 0: anywhere.
-  double cycle = 0.0;
-  double look_ahead = 0.008;  ///< s from the beginning of a step to where its plan begins; solve and check fit into it
-  /// A look-ahead that leaves as much as sustained_rate() asks for. @param period of planning, s
-  static double default_look_ahead(double period) { return 0.4 * period; }
-  /// s in which the arm comes to rest when it no longer follows: by the problem, with weights that spare the liquid,
-  /// and straight once it is slow or this has passed.
-  double rest_within = 1.0;
-  /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip
-  /// after it, from rest, is followed at all of them. 1: no such time.
-  double first_moves = 10.0, first_speed_scaling = 1.0;
-  double tap_period = 0.02;                ///< s between steps that taps are told of; those that failed always are
-  double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
-  HandGateSettings gate;
-  RetargetSettings retarget;
-  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
-  OcpSettings ocp;
-  PlannerSettings planner;
-  /// Further problems, and what solves them, that OperatorSettings::planner chooses among. Objectives and first weights
-  /// are those of `ocp`.
-  struct Choice {
-    OcpSettings ocp;
-    std::string solver = kDefaultSolver;  ///< see PlannerSettings, as the next
-    double tolerance = 1e-6;
-  };
-  std::vector<Choice> more;
-
-  PlanningSettings() = default;
-  /// As the profile has it.
-  explicit PlanningSettings(const Profile& profile) { apply(profile, retarget, predictor, ocp, planner); }
-};
 
 /// The planner thread's work, once a planning period: gate and retarget what the hand did, predict, and plan on from
 /// what the control loop follows. Allocates nothing after make().

@@ -1,11 +1,19 @@
-#include "steadyhand/session/live/session.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
+
+#include "steadyhand/core/mutex.hpp"
+#include "steadyhand/geometry/robot/gaps.hpp"
+#include "steadyhand/session/live/control_stage.hpp"
+#include "steadyhand/session/live/links.hpp"
+#include "steadyhand/session/live/live_session.hpp"
+#include "steadyhand/session/live/monitor.hpp"
+#include "steadyhand/session/live/planning_stage.hpp"
+#include "steadyhand/session/live/sustained_rate.hpp"
 
 namespace steadyhand {
 
@@ -23,6 +31,41 @@ double look_ahead_for(const LiveSettings& settings, double cycle, double rate) {
 }
 
 }  // namespace
+
+/// What no thread but the writer's uses, and what is shared under a lock.
+struct Session::State {
+  State(const RobotModel& model, const LiveSettings& settings, const Arm& arm, double slowest_rate)
+      : chosen_rate_hz(settings.adapt_rate ? 0.0 : settings.planner_rate_hz),
+        sustained_rate_hz(settings.planner_rate_hz),
+        rate_keeper(settings.planner_rate_hz, slowest_rate, arm.info().rate_hz),
+        monitor(model, settings.glass),
+        arm_kinematics(model),
+        cell(settings.cell) {}
+
+  std::atomic<double> chosen_rate_hz;  ///< 0: nobody told one
+  std::atomic<double> sustained_rate_hz;
+  RateKeeper rate_keeper;  ///< of the planner's thread
+
+  // ---- of the writer thread
+  Monitor monitor;
+  std::uint64_t refills = 0;  ///< Links::refills that were poured
+  Kinematics arm_kinematics;
+  ControlView control_view;
+  PlannerView planner_view;
+  LiveSummary summary;
+  Time started{0}, engaged_since{0};
+
+  mutable Mutex mutex;  ///< of what follows; never taken by control or planner
+  Mutex changes;        ///< of the cell, one at a time
+  Cell cell;
+  Time cell_at{0};
+  std::optional<Obstacles> fresh_obstacles;  ///< of the cell, which the writer has not seen
+  std::uint64_t world = 0;                   ///< versions of the cell so far
+  SessionSnapshot snapshot;
+  bool stopped_at_rest = false;
+  std::uint64_t stops = 0;  ///< that stopped_at_rest takes into account
+  std::vector<std::string> warnings;
+};
 
 Result<LiveSettings> Session::resolve(const LiveSettings& settings, const RobotModel& model, const Arm& arm,
                                       const Clock& clock) {
@@ -61,17 +104,14 @@ Session::Session(const RobotModel& model, const LiveSettings& settings, Arm& arm
       arm_(&arm),
       clock_(&clock),
       links_(std::make_unique<Links>()),
-      chosen_rate_hz_(settings.adapt_rate ? 0.0 : settings.planner_rate_hz),
-      sustained_rate_hz_(settings.planner_rate_hz),
-      rate_keeper_(settings.planner_rate_hz, slowest_rate(), arm.info().rate_hz),
-      monitor_(model, settings.glass),
-      arm_kinematics_(model),
-      cell_(settings.cell) {
+      state_(std::make_unique<State>(model, settings, arm, slowest_rate())) {
   settings_.control.arm_delay = arm.info().delay;
   settings_.control.gripper = arm.info().gripper;
   settings_.control.check.command_rate_hz = arm.info().rate_hz;
   control_ = std::make_unique<ControlStage>(model, settings_.control, *links_);
 }
+
+Session::~Session() = default;
 
 Status Session::make_planning() {
   auto stage = PlanningStage::make(*model_, settings_.planning, *links_, *clock_);
@@ -80,18 +120,33 @@ Status Session::make_planning() {
   return Done{};
 }
 
+void Session::feed(const OperatorSample& sample) { links_->samples.push({sample, links_->holder}); }
+void Session::release_hand() { ++links_->holder; }
+void Session::refill() { ++links_->refills; }
+void Session::ask_stop() { links_->asked.stop(); }
+void Session::ask_reset() { links_->asked.reset(); }
+std::uint64_t Session::halts() const { return links_->asked.halts; }
+bool Session::is_halted() const { return links_->asked.halted; }
+void Session::set(const OperatorSettings& settings) { links_->settings.write(settings); }
+const Ocp& Session::ocp() const { return planning_->ocp(); }
+
+double Session::planner_rate_hz() const {
+  const double chosen = state_->chosen_rate_hz;
+  return chosen > 0.0 ? chosen : state_->sustained_rate_hz.load();
+}
+
 void Session::begin(LiveTaps taps) {
   taps_ = std::move(taps);
-  started_ = clock_->now();
-  (void)set_cell(cell_, started_);
+  state_->started = clock_->now();
+  (void)set_cell(state_->cell, state_->started);
 }
 
 Time Session::plan() {
   const Time before = clock_->now();
   const bool planned = planning_->step(before);
   const Time now = clock_->now(), took = now - before;
-  if (planned && chosen_rate_hz_ == 0.0 && rate_keeper_.take(1e6 * to_seconds(took), now)) {
-    sustained_rate_hz_ = rate_keeper_.rate_hz();
+  if (planned && state_->chosen_rate_hz == 0.0 && state_->rate_keeper.take(1e6 * to_seconds(took), now)) {
+    state_->sustained_rate_hz = state_->rate_keeper.rate_hz();
   }
   return took;
 }
@@ -107,13 +162,14 @@ void Session::fail(const char* why, const char* details) noexcept {
 }
 
 void Session::warn(const std::string& line) {
-  const Lock lock(mutex_);
-  warnings_.push_back(line);
+  const Lock lock(state_->mutex);
+  state_->warnings.push_back(line);
 }
 
 std::vector<std::string> Session::warnings(std::size_t from) const {
-  const Lock lock(mutex_);
-  return {warnings_.begin() + static_cast<std::ptrdiff_t>(std::min(from, warnings_.size())), warnings_.end()};
+  const Lock lock(state_->mutex);
+  return {state_->warnings.begin() + static_cast<std::ptrdiff_t>(std::min(from, state_->warnings.size())),
+          state_->warnings.end()};
 }
 
 void Session::control_cycle() {
@@ -144,25 +200,25 @@ void Session::drain() {
   empty(rings.samples, taps_.sample, nothing);
   empty(rings.targets, taps_.target, nothing);
   empty(rings.settings, taps_.settings, [&](const AppliedSettings& applied) {
-    summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
-    if (applied.settings.fill) monitor_.fill(*applied.settings.fill);
+    state_->summary.spilled = state_->summary.spilled || state_->monitor.liquid().spilled;
+    if (applied.settings.fill) state_->monitor.fill(*applied.settings.fill);
   });
-  if (const std::uint64_t refills = links_->refills; refills != refills_) {
-    refills_ = refills;
-    summary_.spilled = summary_.spilled || monitor_.liquid().spilled;
-    monitor_.reset_liquid();
+  if (const std::uint64_t refills = links_->refills; refills != state_->refills) {
+    state_->refills = refills;
+    state_->summary.spilled = state_->summary.spilled || state_->monitor.liquid().spilled;
+    state_->monitor.reset_liquid();
   }
   empty(rings.steps, taps_.step, nothing);
   see_cell();
   TappedCommand tapped;
   while (rings.commands.pop(tapped)) {
-    monitor_.update(tapped.command, tapped.anew);
+    state_->monitor.update(tapped.command, tapped.anew);
     if (taps_.command) taps_.command(tapped.command);
   }
   empty(rings.states, taps_.state, [&](const JointState& state) {
-    monitor_.update(state);
-    if (monitor_.result().states > 1) return;
-    for (const std::string& line : monitor_.overlaps()) warn(line + " at start; move the arm or the object");
+    state_->monitor.update(state);
+    if (state_->monitor.result().states > 1) return;
+    for (const std::string& line : state_->monitor.overlaps()) warn(line + " at start; move the arm or the object");
   });
   empty(rings.changes, taps_.change, [&](const SupervisionChange& change) { count(change); });
 }
@@ -172,110 +228,111 @@ void Session::see_cell() {
   std::optional<Obstacles> obstacles;
   Cell cell;
   {
-    const Lock lock(mutex_);
-    if (!fresh_obstacles_) return;
-    obstacles = std::exchange(fresh_obstacles_, std::nullopt);
-    cell = cell_;
+    const Lock lock(state_->mutex);
+    if (!state_->fresh_obstacles) return;
+    obstacles = std::exchange(state_->fresh_obstacles, std::nullopt);
+    cell = state_->cell;
   }
   if (taps_.cell) taps_.cell(obstacles->time, cell);
   std::vector<std::string> names;
   for (const CellObject& object : cell.objects) names.push_back(object.name);
-  monitor_.set_obstacles(*obstacles, std::move(names));
+  state_->monitor.set_obstacles(*obstacles, std::move(names));
 }
 
 void Session::count(const SupervisionChange& change) {
-  if (change.from == SupervisionState::kEngaged) summary_.engaged += to_seconds(change.at - engaged_since_);
+  if (change.from == SupervisionState::kEngaged)
+    state_->summary.engaged += to_seconds(change.at - state_->engaged_since);
   if (change.to == SupervisionState::kEngaged) {
-    engaged_since_ = change.at;
-    ++summary_.engagements;
+    state_->engaged_since = change.at;
+    ++state_->summary.engagements;
   }
   const bool held = change.to == SupervisionState::kHolding || change.to == SupervisionState::kStopping ||
                     change.to == SupervisionState::kFault;
   if (!held) return;
   const auto same = [&](const auto& entry) { return entry.first == change.reason; };
-  const auto found = std::find_if(summary_.holds.begin(), summary_.holds.end(), same);
-  if (found != summary_.holds.end()) {
+  const auto found = std::find_if(state_->summary.holds.begin(), state_->summary.holds.end(), same);
+  if (found != state_->summary.holds.end()) {
     ++found->second;
   } else {
-    summary_.holds.emplace_back(change.reason, 1);
+    state_->summary.holds.emplace_back(change.reason, 1);
   }
 }
 
 void Session::refresh() {
-  (void)links_->control_view.read(control_view_);
-  (void)links_->planner_view.read(planner_view_);
+  (void)links_->control_view.read(state_->control_view);
+  (void)links_->planner_view.read(state_->planner_view);
 
   SessionSnapshot s;
-  s.now = control_view_.now;
-  s.state = control_view_.state;
-  s.reason = control_view_.reason;
-  s.cause = control_view_.cause;
+  s.now = state_->control_view.now;
+  s.state = state_->control_view.state;
+  s.reason = state_->control_view.reason;
+  s.cause = state_->control_view.cause;
   if (control_failed_) {
     s.state = SupervisionState::kFault;
     s.reason = links_->failure.load();
     s.cause.code = ReasonCode::kFailed;
   }
-  s.constraint = planner_view_.constraint;
-  s.target = planner_view_.target;
-  s.measured = control_view_.measured;
-  s.command = control_view_.command;
-  s.X_base_tool = {monitor_.arm().p(), Quaternion(monitor_.arm().R())};
-  s.local_acceleration = monitor_.local_acceleration();
-  s.tracking_error = planner_view_.tracking_error;
+  s.constraint = state_->planner_view.constraint;
+  s.target = state_->planner_view.target;
+  s.measured = state_->control_view.measured;
+  s.command = state_->control_view.command;
+  s.X_base_tool = {state_->monitor.arm().p(), Quaternion(state_->monitor.arm().R())};
+  s.local_acceleration = state_->monitor.local_acceleration();
+  s.tracking_error = state_->planner_view.tracking_error;
   if (s.state != SupervisionState::kEngaged && s.state != SupervisionState::kHolding) {
     s.target.X_base_tool = s.X_base_tool;  // the next grip begins there
     s.tracking_error = std::numeric_limits<double>::quiet_NaN();
   }
-  const NearestPair nearest = nearest_pair(monitor_.arm(), monitor_.obstacles());
+  const NearestPair nearest = nearest_pair(state_->monitor.arm(), state_->monitor.obstacles());
   s.clearance = nearest.gap;
   s.nearest = {nearest.first, nearest.second};
-  const Plan& plan = planner_view_.plan;
+  const Plan& plan = state_->planner_view.plan;
   s.path_nodes = plan.joints > 0 ? std::min(plan.intervals + 1, kMaxHorizon + 1) : 0;
   for (int k = 0; k < s.path_nodes; ++k) {
-    arm_kinematics_.set_position(plan.x[k].head(plan.joints));
-    s.path[k] = {arm_kinematics_.p(), Quaternion(arm_kinematics_.R())};
+    state_->arm_kinematics.set_position(plan.x[k].head(plan.joints));
+    s.path[k] = {state_->arm_kinematics.p(), Quaternion(state_->arm_kinematics.R())};
   }
-  s.prediction = planner_view_.reference;
-  s.liquid = monitor_.liquid();
+  s.prediction = state_->planner_view.reference;
+  s.liquid = state_->monitor.liquid();
   s.solve_us = links_->solve_us.summary();
   s.latency_us = links_->latency_us.summary();
   s.wake_us = links_->wake_us.summary();
-  s.plans = control_view_.plans;
-  s.cycles = control_view_.cycles;
-  s.missed_deadlines = control_view_.missed_deadlines;
-  s.rejected_plans = control_view_.rejected_plans + planner_view_.failed;
-  s.samples = planner_view_.samples;
+  s.plans = state_->control_view.plans;
+  s.cycles = state_->control_view.cycles;
+  s.missed_deadlines = state_->control_view.missed_deadlines;
+  s.rejected_plans = state_->control_view.rejected_plans + state_->planner_view.failed;
+  s.samples = state_->planner_view.samples;
   s.planner_rate_hz = planner_rate_hz();
-  s.planner_rate_automatic = chosen_rate_hz_ == 0.0;
+  s.planner_rate_automatic = state_->chosen_rate_hz == 0.0;
 
-  const Lock lock(mutex_);
-  snapshot_ = s;
-  stopped_at_rest_ =
-      control_view_.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
-  stops_ = control_view_.stops;
+  const Lock lock(state_->mutex);
+  state_->snapshot = s;
+  state_->stopped_at_rest =
+      state_->control_view.at_rest && (s.state == SupervisionState::kStopping || s.state == SupervisionState::kFault);
+  state_->stops = state_->control_view.stops;
 }
 
 Status Session::set_cell(const Cell& cell, Time at) {
   Result<Obstacles> obstacles = obstacles_of(cell, *model_);
   if (!obstacles) return obstacles.error();
-  const Lock lock(mutex_);
+  const Lock lock(state_->mutex);
   obstacles->time = at;
-  obstacles->version = ++world_;
+  obstacles->version = ++state_->world;
   links_->obstacles_to_control.write(*obstacles);
   links_->obstacles_to_plan.write(*obstacles);
-  cell_ = cell;
-  cell_at_ = at;
-  fresh_obstacles_ = *obstacles;
+  state_->cell = cell;
+  state_->cell_at = at;
+  state_->fresh_obstacles = *obstacles;
   return Done{};
 }
 
 Session::CellSet Session::cell_set() const {
-  const Lock lock(mutex_);
-  return {cell_, cell_at_, world_};
+  const Lock lock(state_->mutex);
+  return {state_->cell, state_->cell_at, state_->world};
 }
 
 Status Session::change_cell(const std::function<Result<Cell>(Cell)>& change, Time at) {
-  const Lock lock(changes_);
+  const Lock lock(state_->changes);
   const Result<Cell> changed = change(cell(at));
   return changed ? set_cell(*changed, at) : Status(changed.error());
 }
@@ -301,8 +358,8 @@ Status Session::detach(const std::string& object, Time at) {
 }
 
 Cell Session::cell(Time at) const {
-  const Lock lock(mutex_);
-  return cell_after(cell_, to_seconds(at - cell_at_));
+  const Lock lock(state_->mutex);
+  return cell_after(state_->cell, to_seconds(at - state_->cell_at));
 }
 
 double Session::slowest_rate() const { return kLatePeriods / settings_.control.supervisor.planner_late_after; }
@@ -314,38 +371,38 @@ Status Session::set_planner_rate(double rate_hz) {
     return Error{fmt::format("rate is {} Hz; it must be from {:.0f} to {:.0f} Hz, or 0: what this machine sustains",
                              rate_hz, slowest, fastest)};
   }
-  chosen_rate_hz_ = rate_hz;
+  state_->chosen_rate_hz = rate_hz;
   return Done{};
 }
 
 SessionSnapshot Session::snapshot() const {
-  const Lock lock(mutex_);
-  return snapshot_;
+  const Lock lock(state_->mutex);
+  return state_->snapshot;
 }
 
 bool Session::stopped_at_rest() const {
-  const Lock lock(mutex_);
-  return stopped_at_rest_ && stops_ == links_->asked.stops;
+  const Lock lock(state_->mutex);
+  return state_->stopped_at_rest && state_->stops == links_->asked.stops;
 }
 
 LiveSummary Session::summarize() {
-  LiveSummary& s = summary_;
-  s.duration = to_seconds(clock_->now() - started_);
-  s.samples = planner_view_.samples;
-  s.dropped_samples = planner_view_.dropped_samples;
-  s.plans = control_view_.plans;
-  s.failed_plans = planner_view_.failed;
-  s.late_plans = control_view_.rejected_plans;
-  s.cycles = control_view_.cycles;
-  s.missed_deadlines = control_view_.missed_deadlines;
+  LiveSummary& s = state_->summary;
+  s.duration = to_seconds(clock_->now() - state_->started);
+  s.samples = state_->planner_view.samples;
+  s.dropped_samples = state_->planner_view.dropped_samples;
+  s.plans = state_->control_view.plans;
+  s.failed_plans = state_->planner_view.failed;
+  s.late_plans = state_->control_view.rejected_plans;
+  s.cycles = state_->control_view.cycles;
+  s.missed_deadlines = state_->control_view.missed_deadlines;
   const TapRings& rings = links_->taps;
   s.tap_drops = rings.samples.dropped() + rings.targets.dropped() + rings.settings.dropped() + rings.steps.dropped() +
                 rings.commands.dropped() + rings.states.dropped() + rings.changes.dropped();
   s.latency_us = links_->latency_us.summary();
   s.solve_us = links_->solve_us.summary();
   s.wake_us = links_->wake_us.summary();
-  s.monitor = monitor_.result();
-  s.spilled = s.spilled || monitor_.liquid().spilled;
+  s.monitor = state_->monitor.result();
+  s.spilled = s.spilled || state_->monitor.liquid().spilled;
   return s;
 }
 

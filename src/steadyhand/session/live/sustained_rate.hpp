@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "steadyhand/core/time.hpp"
 #include "steadyhand/core/result.hpp"
+#include "steadyhand/core/time.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 #include "steadyhand/session/live/planning_stage.hpp"
 

@@ -4,16 +4,8 @@
 #include <string_view>
 
 #include "steadyhand/session/supervise/hand_gate.hpp"
-#include "steadyhand/session/supervise/state.hpp"
 
 namespace steadyhand {
-
-struct SupervisorSettings {
-  double hold_after = 0.1;           ///< s without a good pose of the hand: hold
-  double disengage_after = 0.25;     ///< s without a word from the hand: disengage
-  double planner_late_after = 0.25;  ///< s without a new plan while engaged: hold
-  double arm_late_after = 10.0;      ///< s in idle: report that the arm does not follow yet, again and again
-};
 
 /// What the control loop knows in one cycle.
 struct SupervisionInput {

@@ -4,12 +4,12 @@
 #include <array>
 #include <vector>
 
-#include "steadyhand/planning/solve/solver.hpp"
 #include "steadyhand/planning/solve/realtime/batch_evaluation.hpp"
 #include "steadyhand/planning/solve/realtime/model_layout.hpp"
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
 #include "steadyhand/planning/solve/realtime/node_table.hpp"
 #include "steadyhand/planning/solve/realtime/row_set.hpp"
+#include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand::realtime {
 

@@ -75,4 +75,33 @@ struct SupervisionChange {
   bool is_failure = false;  ///< the arm stops, and nobody asked for it
 };
 
+/// After which times the arm is no longer led.
+struct SupervisorSettings {
+  double hold_after = 0.1;           ///< s without a good pose of the hand: hold
+  double disengage_after = 0.25;     ///< s without a word from the hand: disengage
+  double planner_late_after = 0.25;  ///< s without a new plan while engaged: hold
+  double arm_late_after = 10.0;      ///< s in idle: report that the arm does not follow yet, again and again
+};
+
+/// s of live sessions, without a sample, after which a closed clutch means nothing.
+inline constexpr double kSampleTimeout = 0.25;
+
+/// Which poses of a hand are trusted.
+struct HandGateSettings {
+  bool accept_emulated = false;  ///< take poses whose position the headset guesses
+  /// A hand's speed: reaching and throwing stay below 6 m/s and 25 rad/s at the hand. The allowances beside them are
+  /// for noise at high rates.
+  double speed_max = 6.0, jump_allowance = 0.02;       ///< m/s, m
+  double turn_rate_max = 30.0, turn_allowance = 0.15;  ///< rad/s, rad
+  /// Of a policy, whose targets are smoothed to its pace (PolicyHand): the same, for a tool and not for a hand.
+  double policy_speed_max = 2.0, policy_jump_allowance = 0.005;     ///< m/s, m
+  double policy_turn_rate_max = 6.0, policy_turn_allowance = 0.05;  ///< rad/s, rad
+  double gap_max = 0.1;                                             ///< s without a good pose: the hand is lost
+  double resume_distance = 0.1, resume_angle = 0.5;                 ///< m, rad: from where it was lost
+  int resume_samples = 3;                                           ///< good ones in a row after a loss
+  double age_max = 0.2;                                             ///< s from the hand to here
+  double ahead_max = 0.05;                                          ///< s: no stamp is later than its arrival by more
+  double clock_step = 1.0;  ///< s: stamps that go back by more are a clock that was set
+};
+
 }  // namespace steadyhand

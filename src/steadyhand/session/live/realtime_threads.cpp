@@ -1,4 +1,4 @@
-#include "steadyhand/session/live/realtime.hpp"
+#include "steadyhand/session/live/realtime_threads.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
