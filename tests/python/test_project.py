@@ -36,7 +36,7 @@ def test_the_policy_names_this_version():
     page = text("docs/reference/versions.md")
     minor = one(r"^project\(steadyhand VERSION (\d+\.\d+)", "CMakeLists.txt")
     assert set(re.findall(r"\.so\.([\d.]*\d)", page)) == {minor} and f"find_package(steadyhand {minor})" in page
-    protocol = one(r"kProtocolVersion = (\d+)", "src/steadyhand/operator/protocol/messages.hpp")
+    protocol = one(r"kProtocolVersion = (\d+)", "src/steadyhand/operator/protocol/page_messages.hpp")
     assert f"a separate version number, now {protocol}." in page and f"Version {protocol}." in text("docs/reference/protocol.md")
 
 

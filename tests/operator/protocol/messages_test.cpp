@@ -1,10 +1,10 @@
-#include "steadyhand/operator/protocol/messages.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+
+#include "steadyhand/operator/protocol/page_messages.hpp"
 
 namespace steadyhand {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "socket_client.hpp"
-#include "steadyhand/operator/protocol/messages.hpp"
+#include "steadyhand/operator/protocol/page_messages.hpp"
 #include "steadyhand/operator/server/server.hpp"
 
 namespace steadyhand {

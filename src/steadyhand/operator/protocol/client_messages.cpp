@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "steadyhand/core/text.hpp"
-#include "steadyhand/operator/protocol/messages.hpp"
+#include "steadyhand/operator/protocol/page_messages.hpp"
 
 namespace steadyhand {
 namespace {

@@ -11,8 +11,8 @@
 #include "steadyhand/operator/protocol/access.hpp"
 #include "steadyhand/operator/protocol/client_clock.hpp"
 #include "steadyhand/operator/protocol/facts.hpp"
-#include "steadyhand/operator/protocol/messages.hpp"
-#include "steadyhand/operator/protocol/places.hpp"
+#include "steadyhand/operator/protocol/guests.hpp"
+#include "steadyhand/operator/protocol/page_messages.hpp"
 
 namespace steadyhand {
 

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "steadyhand/operator/protocol/messages.hpp"
+#include "steadyhand/operator/protocol/page_messages.hpp"
 
 namespace steadyhand {
 

@@ -1,4 +1,4 @@
-#include "steadyhand/operator/protocol/places.hpp"
+#include "steadyhand/operator/protocol/guests.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "steadyhand/operator/protocol/messages.hpp"
+#include "steadyhand/operator/protocol/page_messages.hpp"
 
 #include <fmt/format.h>
 
