@@ -33,3 +33,8 @@ def test_the_flow_names_parts_and_structs():
 
 def test_what_follows_from_other_lines_is_not_drawn():
     assert set(figure.edges({"a": [], "b": ["a"], "c": ["a", "b"]})) == {("b", "a"), ("c", "b")}
+
+
+def test_no_two_headers_have_one_name():
+    names = [path.name for path in (ROOT / "src").rglob("*.hpp")]
+    assert sorted(name for name in set(names) if names.count(name) > 1) == []

@@ -114,7 +114,7 @@ def test_headers_include_only_what_find_package_brings(prefix):
     headers = sorted((prefix / "include").rglob("*.hpp"))
     missing = [f"{header}: {name}" for header in headers for kind, name in included(header)
                if not ((prefix / "include" / name).is_file() if kind == '"' else BROUGHT.fullmatch(name))]  # fmt: skip
-    assert len(headers) > 60 and missing == []
+    assert 20 < len(headers) <= 40 and missing == []  # the interface: what else there is may change at any time
 
 
 @pytest.mark.long
