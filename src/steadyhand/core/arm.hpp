@@ -20,15 +20,16 @@ enum class ArmStatus {
 struct ArmState {
   JointState joints;        ///< measured at `joints.stamp.made`, the session's clock
   std::uint64_t cycle = 0;  ///< counts control cycles of the arm, also those that the program slept through
-  ArmStatus status = ArmStatus::kStarting;
-  std::string_view reason;  ///< why it stopped; static text
+  ArmStatus status = ArmStatus::kStarting;  ///< whether it follows commands
+  std::string_view reason;                  ///< why it stopped; static text
   /// Set while the arm follows if it got no command for the cycle before this one: where its own set-point has gone
   /// meanwhile, in that cycle, within its limits. What it is sent next has to go on from there.
   std::optional<JointCommand> carried_on;
 };
 
+/// What an arm is, and whether it is dangerous.
 struct ArmInfo {
-  std::string name;
+  std::string name;        ///< for people
   int joints = 0;          ///< n
   double rate_hz = 500.0;  ///< of control cycles
   double delay = 0.0;      ///< s, between a command and what is measured of it, about
@@ -41,7 +42,7 @@ struct ArmInfo {
 class Arm {
  public:
   virtual ~Arm() = default;
-  virtual const ArmInfo& info() const = 0;
+  virtual const ArmInfo& info() const = 0;  ///< never changes
 
   /// Waits for the arm's next cycle. A caller that comes late gets the newest state, not those it missed.
   virtual ArmState receive() = 0;

@@ -26,7 +26,7 @@ constexpr auto names_of(Leader) {
 
 /// The operator's hand as the headset or recording reports it.
 struct OperatorSample {
-  Stamp stamp;
+  Stamp stamp;  ///< `hand`: when the device saw it
   /// Robot axes: z up; the operator's room frame. Of a policy: where it wants the tool, in the base.
   Pose X_operator_hand;
   bool clutch = false;    ///< true while the operator holds the arm engaged
@@ -34,34 +34,34 @@ struct OperatorSample {
   bool emulated = false;  ///< WebXR emulatedPosition: position is a guess of the device
   Time look_ahead{0};     ///< the device predicted the pose: it is where the hand will be at stamp.hand + look_ahead
   std::optional<double> gripper{};  ///< 0 open to 1 closed, as the operator wants it; absent: as it is
-  Leader leader = Leader::kPerson;
-  bool intervention = false;  ///< a person leads in the turn of a policy, which waits
+  Leader leader = Leader::kPerson;  ///< whose it is
+  bool intervention = false;        ///< a person leads in the turn of a policy, which waits
 };
 
 /// Where the operator wants the controlled frame (the glass) to be.
 struct Target {
-  Stamp stamp;
-  Pose X_base_tool;
-  bool engaged = false;  ///< false: pose is where the arm was left; do not follow
-  Time look_ahead{0};    ///< as the operator sample's
-  Leader leader = Leader::kPerson;
+  Stamp stamp;                      ///< of the operator sample
+  Pose X_base_tool;                 ///< where the controlled frame is to be
+  bool engaged = false;             ///< false: pose is where the arm was left; do not follow
+  Time look_ahead{0};               ///< as the operator sample's
+  Leader leader = Leader::kPerson;  ///< whose hand it comes from
 };
 
-/// How far off a predicted position may be: standard deviations along the way that the hand goes, and in each direction
-/// across it, m. 0: not known.
+/// How far off a predicted position may be. 0: not known.
 struct Spread {
-  double along = 0.0, across = 0.0;
+  double along = 0.0;   ///< m, standard deviation along the way that the hand goes
+  double across = 0.0;  ///< m, in each direction across it
 };
 
 /// The predicted target over the planner's horizon: entry k-1 holds node k = 1..nodes at time start + k * dt.
 struct Reference {
-  Stamp stamp;
-  Time start{0};
-  double dt = 0.05;                    ///< s
-  int nodes = 0;                       ///< N
-  std::array<Vector3, kMaxHorizon> p;  ///< m, base frame
-  std::array<Matrix3, kMaxHorizon> R;  ///< controlled frame to base
-  std::array<Spread, kMaxHorizon> spread{};
+  Stamp stamp;                               ///< of the newest target
+  Time start{0};                             ///< of node 0
+  double dt = 0.05;                          ///< s
+  int nodes = 0;                             ///< N
+  std::array<Vector3, kMaxHorizon> p;        ///< m, base frame
+  std::array<Matrix3, kMaxHorizon> R;        ///< controlled frame to base
+  std::array<Spread, kMaxHorizon> spread{};  ///< of p
 };
 
 /// How a plan came about.
@@ -75,28 +75,29 @@ enum class PlanOrigin {
 /// first the optimal control problem's N intervals, then a stop inside the acceleration limits. After its end it stands
 /// still.
 struct Plan {
-  static constexpr int kMaxIntervals = 2 * kMaxHorizon;
+  static constexpr int kMaxIntervals = 2 * kMaxHorizon;  ///< most intervals
 
-  Stamp stamp;
-  Time start{0};
-  double dt = 0.05;         ///< s
-  int joints = 0;           ///< n
-  int intervals = 0;        ///< N plus those of the stop
-  std::uint64_t world = 0;  ///< Obstacles::version of those that it was checked against
-  PlanOrigin origin = PlanOrigin::kSolved;
+  Stamp stamp;                                   ///< of the reference
+  Time start{0};                                 ///< of x_0
+  double dt = 0.05;                              ///< s
+  int joints = 0;                                ///< n
+  int intervals = 0;                             ///< N plus those of the stop
+  std::uint64_t world = 0;                       ///< Obstacles::version of those that it was checked against
+  PlanOrigin origin = PlanOrigin::kSolved;       ///< how it came about
   JointVector velocity_max;                      ///< rad/s (m/s) that its profile allows; empty: what the arm allows
   std::array<StateVector, kMaxIntervals + 1> x;  ///< x_k = [q; dq] at start + k * dt; rad (m), rad/s (m/s)
   std::array<JointVector, kMaxIntervals> u;      ///< ddq on [k, k+1) * dt; rad/s^2 (m/s^2)
 
   Plan() = default;
+  /// @{ Copies the entries in use: a plan goes from thread to thread, and most are far shorter than the longest.
   Plan(const Plan& other) { *this = other; }
-  /// Copies the entries in use: a plan goes from thread to thread, and most are far shorter than the longest.
   Plan& operator=(const Plan& other);
+  /// @}
 };
 
 /// What the arm is told to do at `stamp.made`.
 struct JointCommand {
-  Stamp stamp;
+  Stamp stamp;                      ///< `made`: when it is to be so
   JointVector q;                    ///< rad (m for prismatic joints)
   JointVector dq;                   ///< rad/s
   JointVector ddq;                  ///< rad/s^2
@@ -105,7 +106,7 @@ struct JointCommand {
 
 /// What the arm says it does; measured at `stamp.made`.
 struct JointState {
-  Stamp stamp;
+  Stamp stamp;                      ///< `made`: when it was measured
   JointVector q;                    ///< rad
   JointVector dq;                   ///< rad/s
   std::optional<double> gripper{};  ///< 0 open to 1 closed, where it is; absent: the arm has none

@@ -19,10 +19,12 @@ inline constexpr int kLanes = STEADYHAND_LANES;
 /// is always inlined.
 class alignas(kLanes * sizeof(double)) Lanes {
  public:
+  /// The compiler's own.
   using Vector [[gnu::vector_size(kLanes * sizeof(double))]] = double;
   using Mask [[gnu::vector_size(kLanes * sizeof(std::int64_t))]] = std::int64_t;  ///< -1 or 0 in each lane
 
   Lanes() = default;
+  /// @{ Lanes, or a number in each of them.
   // Written out, so that calls pass Lanes in memory. In registers only callers compiled for as wide ones would agree
   // with the library.
   Lanes(const Lanes& other) : v_(other.v_) {}
@@ -32,17 +34,23 @@ class alignas(kLanes * sizeof(double)) Lanes {
   }
   Lanes(double all) : v_(Vector{} + all) {}  // NOLINT(google-explicit-constructor): a number stands for all lanes
   [[gnu::always_inline]] explicit Lanes(Vector v) : v_(v) {}
+  /// @}
+  /// @{ From and to kLanes numbers.
   static Lanes load(const double* from) {
     Lanes result;
     std::memcpy(&result.v_, from, sizeof(Vector));
     return result;
   }
   void store(double* to) const { std::memcpy(to, &v_, sizeof(Vector)); }
+  /// @}
 
+  /// @{ One lane's, or all.
   double operator[](int lane) const { return v_[lane]; }
   void set(int lane, double value) { v_[lane] = value; }
   [[gnu::always_inline]] Vector vector() const { return v_; }
+  /// @}
 
+  /// @{ Lane by lane.
   Lanes& operator+=(Lanes b) { return *this = Lanes(v_ + b.v_); }
   Lanes& operator-=(Lanes b) { return *this = Lanes(v_ - b.v_); }
   Lanes& operator*=(Lanes b) { return *this = Lanes(v_ * b.v_); }
@@ -56,7 +64,8 @@ class alignas(kLanes * sizeof(double)) Lanes {
   [[gnu::always_inline]] friend Mask operator>(Lanes a, Lanes b) { return a.v_ > b.v_; }
 
   [[gnu::always_inline]] friend Lanes select(Mask mask, Lanes yes, Lanes no) { return Lanes(mask ? yes.v_ : no.v_); }
-  /// NaN in b is passed on.
+  /// @}
+  /// @{ Lane by lane. NaN in b is passed on.
   friend Lanes max(Lanes a, Lanes b) { return select(a > b, a, b); }
   friend Lanes min(Lanes a, Lanes b) { return select(a < b, a, b); }
   friend Lanes abs(Lanes a) { return max(a, -a); }
@@ -64,6 +73,8 @@ class alignas(kLanes * sizeof(double)) Lanes {
     for (int i = 0; i < kLanes; ++i) a.v_[i] = std::sqrt(a.v_[i]);
     return a;
   }
+  /// @}
+  /// @{ Over the lanes.
   friend double sum(Lanes a) {
     double result = 0.0;
     for (int i = 0; i < kLanes; ++i) result += a.v_[i];
@@ -74,6 +85,7 @@ class alignas(kLanes * sizeof(double)) Lanes {
     for (int i = 1; i < kLanes; ++i) result = a.v_[i] > result ? a.v_[i] : result;
     return result;
   }
+  /// @}
 
  private:
   Vector v_;
@@ -81,7 +93,7 @@ class alignas(kLanes * sizeof(double)) Lanes {
 
 static_assert(!std::is_trivially_copy_constructible_v<Lanes>, "see the copy constructor");
 
-/// As for lanes, so that code can be written once for both.
+/// @{ As for lanes, so that code can be written once for both.
 inline double select(bool mask, double yes, double no) { return mask ? yes : no; }
 inline bool any(bool mask) { return mask; }
 [[gnu::always_inline]] inline bool any(Lanes::Mask mask) {
@@ -89,6 +101,7 @@ inline bool any(bool mask) { return mask; }
   for (int i = 0; i < kLanes; ++i) result |= mask[i];
   return result != 0;
 }
+/// @}
 
 /// sin and cos of a joint's angle; to 1e-15 for |x| up to 1e4 rad.
 inline void sin_cos(double x, double& s, double& c) {

@@ -29,18 +29,20 @@ inline constexpr int kMaxBodies = 128;
 /// Most pairs of a body and an obstacle that one problem sees.
 inline constexpr int kMaxObstacleRows = 64;
 inline constexpr double kMostClearance = 0.02;  ///< m, see OcpInstance::clearance
-inline constexpr int kUsualObstacleRows = 24;
+inline constexpr int kUsualObstacleRows = 24;   ///< see OcpSettings::obstacle_rows
 
 /// What the terms are computed with comes as `double` or as `Lanes`, see core/lanes.hpp.
 template <typename Scalar>
 using Vector3Of = Eigen::Matrix<Scalar, 3, 1>;
+/// 3 x 3, likewise.
 template <typename Scalar>
 using Matrix3Of = Eigen::Matrix<Scalar, 3, 3>;
+/// One value per joint, likewise.
 template <typename Scalar>
 using JointVectorOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 
-using Vector3 = Vector3Of<double>;
-using Matrix3 = Matrix3Of<double>;
+using Vector3 = Vector3Of<double>;  ///< 3
+using Matrix3 = Matrix3Of<double>;  ///< 3 x 3
 /// Orientation as a unit quaternion; files and messages store it in the order x, y, z, w.
 using Quaternion = Eigen::Quaterniond;
 
@@ -55,9 +57,11 @@ struct Pose {
   Vector3 p = Vector3::Zero();            ///< m
   Quaternion q = Quaternion::Identity();  ///< unit
 
+  /// A point of the one frame in the other, m.
   Vector3 operator*(const Vector3& point) const { return p + q * point; }
+  /// X_a_b * X_b_c = X_a_c.
   Pose operator*(const Pose& other) const { return {p + q * other.p, (q * other.q).normalized()}; }
-  Pose inverse() const { return {q.conjugate() * -p, q.conjugate()}; }
+  Pose inverse() const { return {q.conjugate() * -p, q.conjugate()}; }  ///< X_a_b to X_b_a
 };
 
 /// Standard gravity as the formulation writes it, m/s^2: the specific force on a glass at rest, base frame, z up.

@@ -12,20 +12,22 @@ namespace steadyhand {
 /// What files and messages call an enumerator.
 template <typename Enum>
 struct Name {
-  Enum value;
-  std::string_view name;
+  Enum value;                  ///< the enumerator
+  std::string_view name;       ///< as it is written
   std::string_view what = {};  ///< for people who read the reference
 };
+/// @{ So that a table need not repeat the enumeration.
 template <typename Enum>
 Name(Enum, const char*) -> Name<Enum>;
 template <typename Enum>
 Name(Enum, const char*, const char*) -> Name<Enum>;
+/// @}
 
 /// The table of an enumeration's names.
 template <typename Enum, std::size_t N>
 struct Names {
-  std::string_view type;  ///< of the enumeration, in schemas and TypeScript
-  std::array<Name<Enum>, N> entries;
+  std::string_view type;              ///< of the enumeration, in schemas and TypeScript
+  std::array<Name<Enum>, N> entries;  ///< in the order of the enumerators
 };
 
 /// Makes the table that `constexpr auto names_of(Enum)` returns, next to the enumeration: all its enumerators in their
@@ -43,6 +45,7 @@ consteval Names<Enum, N> named(std::string_view type, const Name<Enum> (&entries
 template <typename Enum>
 concept Named = std::is_enum_v<Enum> && requires(Enum value) { names_of(value).entries; };
 
+/// That table.
 template <Named Enum>
 inline constexpr auto kNamesOf = names_of(Enum{});
 
@@ -52,11 +55,13 @@ constexpr std::string_view name_of(Enum value) {
   const auto i = static_cast<std::size_t>(value);
   return i < kNamesOf<Enum>.entries.size() ? kNamesOf<Enum>.entries[i].name : std::string_view("unknown");
 }
+/// The same.
 template <Named Enum>
 constexpr std::string_view to_string(Enum value) {
   return name_of(value);
 }
 
+/// The enumerator of a name, if there is one.
 template <Named Enum>
 constexpr std::optional<Enum> find_name(std::string_view name) {
   for (const Name<Enum>& entry : kNamesOf<Enum>.entries) {

@@ -8,24 +8,28 @@ namespace steadyhand {
 
 /// What went wrong: names the file, key, line or column, the value, and what would be right.
 struct Error {
-  std::string message;
+  std::string message;  ///< for people
 };
 
 /// A value or the reason why there is none.
 template <typename T>
 class [[nodiscard]] Result {
  public:
+  /// @{ Where a function returns one or the other.
   Result(T value) : content_(std::move(value)) {}  // NOLINT(google-explicit-constructor): `return value;` reads best
   Result(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+  /// @}
 
+  /// Whether there is a value.
   explicit operator bool() const { return std::holds_alternative<T>(content_); }
-  /// @pre bool(*this)
+  /// @{ The value. @pre bool(*this)
   const T& operator*() const& { return std::get<T>(content_); }
   T& operator*() & { return std::get<T>(content_); }
   T&& operator*() && { return std::get<T>(std::move(content_)); }
   const T* operator->() const { return &std::get<T>(content_); }
   T* operator->() { return &std::get<T>(content_); }
-  /// @pre !bool(*this)
+  /// @}
+  /// Why there is none. @pre !bool(*this)
   const Error& error() const { return std::get<Error>(content_); }
 
  private:
@@ -34,6 +38,6 @@ class [[nodiscard]] Result {
 
 /// Success without a value.
 struct Done {};
-using Status = Result<Done>;
+using Status = Result<Done>;  ///< success, or the reason why not
 
 }  // namespace steadyhand

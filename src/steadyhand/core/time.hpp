@@ -9,6 +9,7 @@ namespace steadyhand {
 /// Time since the epoch of whoever made it (the recording's start in a replay, the monotonic clock in a live session).
 using Time = std::chrono::nanoseconds;
 
+/// s
 inline double to_seconds(Time t) { return static_cast<double>(t.count()) * 1e-9; }
 /// Nearest nanosecond. @pre |s| < 9e9
 inline Time from_seconds(double s) { return Time(static_cast<std::int64_t>(std::llround(s * 1e9))); }
@@ -21,7 +22,10 @@ struct Stamp {
 
 /// Percentiles of durations.
 struct TimingSummary {
-  double p50 = 0.0, p99 = 0.0, p999 = 0.0, max = 0.0;  ///< us
+  double p50 = 0.0;   ///< us, that half of all do not exceed
+  double p99 = 0.0;   ///< us, that 99 % do not exceed
+  double p999 = 0.0;  ///< us, that 99.9 % do not exceed
+  double max = 0.0;   ///< us
 };
 
 /// Where the threads of a live session take their time from; tests have one that they move themselves.

@@ -31,7 +31,7 @@ class SimulatedArm final : public Arm {
   SimulatedArm(const RobotModel& model, const JointVector& q, const SimulatedArmSettings& settings, Clock& clock);
   ~SimulatedArm() override;
 
-  const ArmInfo& info() const override;
+  const ArmInfo& info() const override;  ///< no hardware
   ArmState receive() override;
   void send(const JointCommand& command) override;
   void restart() override;

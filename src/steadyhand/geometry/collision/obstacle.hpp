@@ -42,16 +42,18 @@ PlacedOf<Scalar> placed_after(const Obstacle& obstacle, const Scalar& t) {
 
 /// What stands in the arm's cell. Of a fixed size: it goes from thread to thread.
 struct Obstacles {
-  static constexpr int kMost = kMaxObstacles;
-  static constexpr double kFarthest = 1e3;  ///< m, from the base, at `time`
+  static constexpr int kMost = kMaxObstacles;  ///< entries of `list`
+  static constexpr double kFarthest = 1e3;     ///< m, from the base, at `time`
 
-  std::uint64_t version = 0;  ///< of these obstacles: grows with each change while a session runs
-  Time time{0};               ///< at which they are where they say
-  int count = 0;
+  std::uint64_t version = 0;         ///< of these obstacles: grows with each change while a session runs
+  Time time{0};                      ///< at which they are where they say
+  int count = 0;                     ///< how many there are
   std::array<Obstacle, kMost> list;  ///< the first `count` of them
 
+  /// Those that there are.
   std::span<const Obstacle> all() const { return std::span(list).first(count); }
 };
+/// Nothing stands there.
 inline const Obstacles kNoObstacles;
 
 /// Why there is no such obstacle: sizes, numbers that are not finite, a frame that is no rotation, too far or too fast.

@@ -56,9 +56,9 @@ struct Shape {
 template <typename Scalar>
 struct PlacedOf {
   Vector3Of<Scalar> p;  ///< m
-  Matrix3Of<Scalar> R;
+  Matrix3Of<Scalar> R;  ///< to the base
 };
-using Placed = PlacedOf<double>;
+using Placed = PlacedOf<double>;  ///< at one time
 
 /// The ball around a corner of a shape's core (Shape::corner).
 template <typename Scalar>

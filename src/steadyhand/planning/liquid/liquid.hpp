@@ -17,8 +17,8 @@ struct GlassSettings {
   /// computes it from the shape.
   double frequency_factor = 1.0;
 
-  double freeboard() const { return height - fill; }  ///< m, from the liquid at rest to the rim
-  bool operator==(const GlassSettings&) const = default;
+  double freeboard() const { return height - fill; }      ///< m, from the liquid at rest to the rim
+  bool operator==(const GlassSettings&) const = default;  ///< of all members
 };
 
 /// Of the surface under constant acceleration this share is the first mode's; the higher modes follow at once.
@@ -36,11 +36,12 @@ double slosh_damping(const GlassSettings& glass);
 
 /// The liquid in the glass: its surface as a plane that swings.
 struct LiquidState {
-  double tilt_x = 0.0, tilt_y = 0.0;  ///< rad, of the surface's normal about the glass's x and y axes
-  double freeboard = 0.0;             ///< m, from the surface's highest point to the rim; negative: over the rim
-  bool spilled = false;               ///< has gone over the rim since the last reset
-  double spilled_share = 0.0;         ///< of the liquid that was in it at the last reset, so far
-  double least_freeboard = 0.0;       ///< m, the smallest since the last reset: the largest wave
+  double tilt_x = 0.0;           ///< rad, of the surface's normal about the glass's x axis
+  double tilt_y = 0.0;           ///< rad, about its y axis
+  double freeboard = 0.0;        ///< m, from the surface's highest point to the rim; negative: over the rim
+  bool spilled = false;          ///< has gone over the rim since the last reset
+  double spilled_share = 0.0;    ///< of the liquid that was in it at the last reset, so far
+  double least_freeboard = 0.0;  ///< m, the smallest since the last reset: the largest wave
   /// m/s^2, sideways force on it, the largest of the last 20 ms and a little more: who looks 60 times a second misses
   /// no peak.
   double lateral = 0.0;
@@ -52,6 +53,7 @@ struct LiquidState {
 /// modes and splashes are not in it: in a fluid simulation crests stand 3 to 4 mm above the plane. Allocates nothing.
 class Liquid {
  public:
+  /// At rest in a glass that stands upright.
   explicit Liquid(const GlassSettings& glass);
 
   /// At rest, nothing spilled. In a glass that leans as full as that one can be, upside down empty.
@@ -60,7 +62,7 @@ class Liquid {
   /// Moves on by dt s, of any length, in which the glass has this local acceleration R' (p'' + g), glass frame, m/s^2.
   void update(double dt, const Vector3& local_acceleration);
 
-  const LiquidState& state() const { return state_; }
+  const LiquidState& state() const { return state_; }  ///< after the last update
 
  private:
   void step(double dt, const Vector3& local_acceleration);

@@ -14,10 +14,11 @@ class SloshIntervalOf;
 /// constructor, nothing after it allocates. The Ocp and the instance must outlive it.
 class Evaluation {
  public:
+  /// Takes the memory.
   explicit Evaluation(const Ocp& ocp);
   ~Evaluation();
 
-  void set_instance(const OcpInstance& instance);
+  void set_instance(const OcpInstance& instance);  ///< from now on
   /// Moves node k to (x, u); does nothing when it is there already. u is ignored at k = N.
   void set_node(int k, const StateVector& x, const JointVector& u);
   /// All nodes, the liquid rolled out from the instance's state.
@@ -26,7 +27,7 @@ class Evaluation {
   // ---- of a problem with a liquid
   /// Moves the liquid at node k. What is asked of it is asked after set_node().
   void set_slosh(int k, const SloshState& state) { slosh_[k] = state; }
-  const SloshState& slosh(int k) const { return slosh_[k]; }
+  const SloshState& slosh(int k) const { return slosh_[k]; }  ///< at node k
   /// How the liquid's state goes over interval k, with derivatives at node k's.
   const SloshStep& slosh_step(int k) const;
   /// After slosh_step(k): adds the second derivatives of costate . state+ by z.
@@ -36,19 +37,24 @@ class Evaluation {
   double objective(int k) const;
   /// dt * (objective i of Ocp::objectives(), summed over the horizon): its share of J.
   double objective_share(int i) const;
+  /// Adds scale times the derivative of objective(k) by z.
   void add_objective_gradient(int k, double scale, NodeGradient& gradient) const;
+  /// The same of its second derivatives.
   void add_objective_hessian(int k, double scale, NodeHessian& hessian) const;
   /// With Objective::add_convex_hessian of each.
   void add_objective_convex_hessian(int k, double scale, NodeHessian& hessian) const;
 
   /// All rows that act at node k, in the order of Ocp::constraints().
   const std::vector<ConstraintRow>& rows(int k) const { return rows_[k]; }
-  double constraint(int k, ConstraintRow row) const;
+  double constraint(int k, ConstraintRow row) const;  ///< value of a row at node k
+  /// Between which it has to be.
   Bounds bounds(int k, ConstraintRow row) const {
     const Constraint& constraint = *ocp_->constraints()[row.constraint];
     return k == 0 ? constraint.first_bounds(instance_->x0, row.row) : constraint.bounds(row.row);
   }
+  /// Adds scale times the row's derivative by z.
   void add_constraint_gradient(int k, ConstraintRow row, double scale, NodeGradient& gradient) const;
+  /// The same of its second derivatives.
   void add_constraint_hessian(int k, ConstraintRow row, double scale, NodeHessian& hessian) const;
 
   /// What it costs at node k that rows with a price are outside their bounds.
@@ -58,9 +64,9 @@ class Evaluation {
   /// Smallest gap between sphere surfaces over nodes 0..N, m.
   double clearance() const;
 
-  const Ocp& ocp() const { return *ocp_; }
-  const OcpInstance& instance() const { return *instance_; }
-  const Kinematics& arm(int k) const { return arms_[k]; }
+  const Ocp& ocp() const { return *ocp_; }                    ///< whose terms these are
+  const OcpInstance& instance() const { return *instance_; }  ///< that was set
+  const Kinematics& arm(int k) const { return arms_[k]; }     ///< at node k
 
  private:
   Node node(int k) const;

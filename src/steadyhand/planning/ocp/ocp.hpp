@@ -27,6 +27,7 @@ using ConstraintMaker = std::function<std::shared_ptr<const Constraint>(const Ro
 Objectives default_objectives();
 /// More of them, which a problem has where its weights name them.
 Objectives optional_objectives();
+/// Those of the formulation, likewise.
 std::vector<ConstraintMaker> default_constraints();
 
 /// By name of an objective; one number stands for all of its entries.
@@ -34,7 +35,7 @@ using Weights = std::map<std::string, std::vector<double>>;
 
 /// The liquid in the problem, which shall not be spilled.
 struct LiquidSettings {
-  GlassSettings glass;
+  GlassSettings glass;  ///< that it is in
   /// m, by which the wave of the first mode stays below the rim: crests stand above it. In a glass that is full nearly
   /// to the rim three quarters of what is left, if that is less.
   double margin = 5e-3;
@@ -43,8 +44,8 @@ struct LiquidSettings {
   double price = 200.0;  ///< units of the objective per m of wave above the margin, at each node
   /// (0, 1): the least specific force along the glass's axis, in g. Below it the liquid comes loose.
   double least_weight = 0.3;
-  double lean_max = 20.0 * M_PI / 180.0;  ///< rad, (0, pi/2]: of the glass's axis, from the vertical
-  bool operator==(const LiquidSettings&) const = default;
+  double lean_max = 20.0 * M_PI / 180.0;                   ///< rad, (0, pi/2]: of the glass's axis, from the vertical
+  bool operator==(const LiquidSettings&) const = default;  ///< of all members
 };
 
 /// The optimal control problem as a profile file states it (profiles/*.yaml), and the terms that it may weigh.
@@ -61,7 +62,7 @@ struct OcpSettings {
   int obstacle_rows = 0;
   std::optional<LiquidSettings> liquid;          ///< none: nothing is known of a liquid
   Objectives objectives = default_objectives();  ///< kMaxObjectives of them at most, each of its own name
-  std::vector<ConstraintMaker> constraints = default_constraints();
+  std::vector<ConstraintMaker> constraints = default_constraints();  ///< each of its own name
 };
 
 /// Adds the optional objectives that the weights name and `objectives` has not.
@@ -80,6 +81,7 @@ struct Trajectory {
   std::vector<JointVector> u;  ///< N
 
   Trajectory() = default;
+  /// All 0.
   Trajectory(int dof, int horizon) : x(horizon + 1, StateVector::Zero(2 * dof)), u(horizon, JointVector::Zero(dof)) {}
 };
 
@@ -105,10 +107,10 @@ class Ocp {
   /// no word or is used twice, a number of weights that is none), or Done. Weights are checked by weights().
   static Status check(const OcpSettings& settings);
 
-  const RobotModel& model() const { return *model_; }
-  int dof() const { return model_->dof(); }
-  int horizon() const { return horizon_; }
-  double dt() const { return dt_; }
+  const RobotModel& model() const { return *model_; }  ///< the arm
+  int dof() const { return model_->dof(); }            ///< n
+  int horizon() const { return horizon_; }             ///< N
+  double dt() const { return dt_; }                    ///< s
   /// rad (m), see OcpSettings; one for each joint, or none.
   const JointVector& position_margin() const { return position_margin_; }
   /// What the problem was made for; null if it knows no liquid.
@@ -120,7 +122,8 @@ class Ocp {
   /// Length of OcpInstance::near.
   int obstacle_rows() const { return obstacle_rows_; }
 
-  const Objectives& objectives() const { return objectives_; }
+  const Objectives& objectives() const { return objectives_; }  ///< in the order of weights
+  /// In the order of Evaluation::rows().
   const std::vector<std::shared_ptr<const Constraint>>& constraints() const { return constraints_; }
   /// True where a term acts at node k = 0..N.
   bool acts(Nodes nodes, int k) const { return nodes == Nodes::kStates ? k > 0 : k < horizon_; }

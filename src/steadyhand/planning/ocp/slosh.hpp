@@ -19,7 +19,7 @@ inline constexpr int kSloshStates = 4 * kSloshModes + 3;
 /// deflection f of the axis, times g / f_z. Rates are divided by the mode's frequency, so all is in m/s^2, tool frame.
 template <typename Scalar>
 using SloshStateOf = Eigen::Matrix<Scalar, kSloshStates, 1>;
-using SloshState = SloshStateOf<double>;
+using SloshState = SloshStateOf<double>;  ///< at one node
 /// Where in a SloshState the deflection of a mode along an axis (0: x, 1: y) stands; its rate is the next one.
 constexpr int slosh_entry(int mode, int axis) { return 4 * mode + 2 * axis; }
 /// Where the force along an axis (0 to 2) stands.
@@ -28,22 +28,25 @@ constexpr int slosh_force_entry(int axis) { return 4 * kSloshModes + axis; }
 /// How the liquid's state goes over one interval of constant force, by the part of it along the axis of the glass:
 /// coefficients for each mode.
 struct SloshTransition {
-  static constexpr int kSize = 6;  ///< by row: x+ by x, v and f, then v+ by x, v and f
-  alignas(64) std::array<double, kSize * kSloshModes> value;
+  static constexpr int kSize = 6;                             ///< by row: x+ by x, v and f, then v+ by x, v and f
+  alignas(64) std::array<double, kSize * kSloshModes> value;  ///< mode by mode
 
+  /// The coefficients of a mode.
   const double* mode(int i) const { return value.data() + kSize * i; }
 };
 
 /// One interval of the liquid's way, with derivatives at a state. The specific force f (3, tool frame, m/s^2) is that
 /// at the interval's middle, and constant.
 struct SloshStep {
-  Vector3 force = Vector3::Zero();
-  SloshTransition transition, by_vertical, by_vertical2;  ///< at f_z, and its first and second derivatives by f_z
+  Vector3 force = Vector3::Zero();  ///< f, m/s^2
+  SloshTransition transition;       ///< at f_z
+  SloshTransition by_vertical;      ///< its first derivative by f_z
+  SloshTransition by_vertical2;     ///< its second
   /// f by [q; dq; u] of the interval's begin.
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 3 * kMaxJoints> by_motion;
   Eigen::Matrix<double, kSloshStates, 3> by_force;  ///< state+ by f, see differentiate()
 
-  SloshState next(const SloshState& state) const;
+  SloshState next(const SloshState& state) const;  ///< state+
   /// Sets by_force.
   void differentiate(const SloshState& state);
   /// (d state+ / d state)' costate
@@ -82,7 +85,7 @@ class SloshModel {
   }
   double height_by_deflection() const { return height_by_deflection_; }  ///< m per m/s^2
   double height_by_force() const { return height_by_force_; }            ///< the same
-  double dt() const { return dt_; }
+  double dt() const { return dt_; }                                      ///< s, of an interval
 
  private:
   /// The transition is a polynomial in f_z / g - 1; what multiplies its powers.
@@ -97,8 +100,8 @@ struct LiquidInstance {
   GlassSettings glass;  ///< that the model is of
   /// False: the liquid does not count. Its rows are far inside their bounds, and a solver may leave out its states.
   bool counts = true;
-  double room = 0.0;  ///< m, how high a wave may be
-  SloshState state = SloshState::Zero();
+  double room = 0.0;                      ///< m, how high a wave may be
+  SloshState state = SloshState::Zero();  ///< at node 0
 };
 
 }  // namespace steadyhand

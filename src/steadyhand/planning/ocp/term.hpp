@@ -15,18 +15,18 @@ namespace steadyhand {
 /// Derivatives at one node are taken by z = [q; dq; u], 3n, and behind them the liquid's state if the problem has one.
 template <typename Scalar>
 using NodeGradientOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxEntries, 1>;
-using NodeGradient = NodeGradientOf<double>;
+using NodeGradient = NodeGradientOf<double>;  ///< at one node
 /// Only the upper triangle (row <= column) counts.
 template <typename Scalar>
 using NodeHessianOf = MotionHessianOf<Scalar>;
-using NodeHessian = NodeHessianOf<double>;
+using NodeHessian = NodeHessianOf<double>;  ///< at one node
 
 /// A body of the arm, or something that it carries, and an obstacle that it may come near; or a body of the arm and
 /// what the tool carries (Obstacle::carried). The time is that of the instance's node 0.
 struct NearObstacle {
   /// Of the model; from kMaxBodies on `carried` in its place; -1: none, and the rest is not looked at.
   int body = -1;
-  Obstacle obstacle;
+  Obstacle obstacle;   ///< what stands there
   double depth = 0.0;  ///< m, that the row may be below its bound: by so much it is at node 0
   /// The ball around one corner of the core (Shape::corner) of what moves, the body or what is carried; -1: the whole.
   /// Which corner is nearest changes where a flat or long body lies along what is flat, and with it where the distance
@@ -40,9 +40,9 @@ using NearObstacles = std::vector<NearObstacle>;
 /// What a term sees at one node of the horizon, or (Scalar = Lanes) at kLanes of them.
 template <typename Scalar>
 struct NodeOf {
-  const KinematicsOf<Scalar>& arm;  ///< at q; with the motion (dq, u) where the term acts on intervals
-  const JointVectorOf<Scalar>& dq;
-  const JointVectorOf<Scalar>& u;
+  const KinematicsOf<Scalar>& arm;              ///< at q; with the motion (dq, u) where the term acts on intervals
+  const JointVectorOf<Scalar>& dq;              ///< rad/s (m/s)
+  const JointVectorOf<Scalar>& u;               ///< ddq, rad/s^2 (m/s^2)
   const Vector3Of<Scalar>& p_ref;               ///< m, base frame
   const Matrix3Of<Scalar>& R_ref;               ///< tool to base
   const Scalar& time;                           ///< s, since node 0
@@ -52,7 +52,7 @@ struct NodeOf {
   const JointVector* u_followed = nullptr;      ///< of the instance
   double clearance = 0.0;                       ///< m, of the instance
 };
-using Node = NodeOf<double>;
+using Node = NodeOf<double>;  ///< one
 
 /// One node of the horizon per lane.
 struct NodeBatch : NodeOf<Lanes> {
@@ -67,27 +67,29 @@ enum class Nodes {
 
 /// Weights among which a page lets its operator choose.
 struct WeightRange {
-  double min = 0.0, max = 100.0;
+  double min = 0.0;          ///< least
+  double max = 100.0;        ///< most
   bool logarithmic = false;  ///< by factors from min > 0 on, and 0 at the lower end
 };
 
 /// What an objective is called and how it is weighed. It stands in the objective's own file: profiles, logs, reports,
 /// messages and pages take it from there.
 struct ObjectiveInfo {
-  std::string name;   ///< lower-case letters, digits and underscores, the first a letter
-  std::string label;  ///< for people
-  std::string unit;   ///< of a weight
-  WeightRange range = {};
-  bool offered = true;  ///< pages offer the weight to the operator of a live arm
-  /// While the arm only comes to rest its weights are the profile's, but not below the one nor above the other. What
-  /// would draw the arm anywhere has 0 above.
-  double at_rest_min = 0.0, at_rest_max = std::numeric_limits<double>::infinity();
+  std::string name;          ///< lower-case letters, digits and underscores, the first a letter
+  std::string label;         ///< for people
+  std::string unit;          ///< of a weight
+  WeightRange range = {};    ///< to choose from
+  bool offered = true;       ///< pages offer the weight to the operator of a live arm
+  double at_rest_min = 0.0;  ///< while the arm only comes to rest its weights are the profile's, but not below this,
+  /// nor above this: what would draw the arm anywhere has 0.
+  double at_rest_max = std::numeric_limits<double>::infinity();
 };
 
 /// The same of a constraint.
 struct ConstraintInfo {
-  std::string name, label;
-  std::string unit;  ///< of its rows
+  std::string name;   ///< see ObjectiveInfo
+  std::string label;  ///< for people
+  std::string unit;   ///< of its rows
 };
 
 /// One summand of the stage cost, linear in its weights. Const in the loop; the solver multiplies by dt.
@@ -100,9 +102,9 @@ struct ConstraintInfo {
 class Objective {
  public:
   virtual ~Objective() = default;
-  const ObjectiveInfo& info() const { return info_; }
-  const std::string& name() const { return info_.name; }
-  virtual Nodes nodes() const = 0;
+  const ObjectiveInfo& info() const { return info_; }     ///< what it is called
+  const std::string& name() const { return info_.name; }  ///< in profiles, logs and reports
+  virtual Nodes nodes() const = 0;                        ///< where it acts
   /// Number of weights for an arm of n joints, at most kMaxJoints.
   virtual int weight_count(int dof) const = 0;
   /// Whether it looks at the arm's motion (velocities, accelerations of the tool).
@@ -111,7 +113,9 @@ class Objective {
   /// gives: then node 0, whose state is given, is computed once for all iterates.
   virtual bool quadratic_in_input() const { return false; }
 
+  /// What it adds to the stage cost.
   virtual double value(const Node& node, const JointVector& weight) const = 0;
+  /// Adds its derivative by z.
   virtual void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const = 0;
   /// Exact, upper triangle.
   virtual void add_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const = 0;
@@ -119,14 +123,17 @@ class Objective {
   /// where the term is a sum of squares. The default takes the positive eigenvalues of the exact one.
   virtual void add_convex_hessian(const Node& node, const JointVector& weight, NodeHessian& hessian) const;
 
-  using BatchWeight = JointVectorOf<Lanes>;
+  using BatchWeight = JointVectorOf<Lanes>;  ///< of each lane's node
+  /// @{ The same for a batch.
   virtual Lanes value(const NodeBatch& nodes, const BatchWeight& weight) const;
   virtual void add_gradient(const NodeBatch& nodes, const BatchWeight& weight, NodeGradientOf<Lanes>& gradient) const;
   virtual void add_hessian(const NodeBatch& nodes, const BatchWeight& weight, NodeHessianOf<Lanes>& hessian) const;
   virtual void add_convex_hessian(const NodeBatch& nodes, const BatchWeight& weight,
                                   NodeHessianOf<Lanes>& hessian) const;
+  /// @}
 
  protected:
+  /// What it is called.
   explicit Objective(ObjectiveInfo info) : info_(std::move(info)) {}
 
  private:
@@ -139,6 +146,7 @@ class Objective {
 template <typename Term>
 class ObjectiveFor : public Objective {
  public:
+  /// @{ By Term's members.
   double value(const Node& node, const JointVector& weight) const final { return term().value_at(node, weight); }
   void add_gradient(const Node& node, const JointVector& weight, NodeGradient& gradient) const final {
     term().gradient_at(node, weight, gradient);
@@ -162,6 +170,7 @@ class ObjectiveFor : public Objective {
                           NodeHessianOf<Lanes>& hessian) const final {
     term().template convex_hessian_at<Lanes>(nodes, weight, hessian);
   }
+  /// @}
 
  protected:
   using Objective::Objective;
@@ -170,13 +179,16 @@ class ObjectiveFor : public Objective {
   const Term& term() const { return static_cast<const Term&>(*this); }
 };
 
+/// Between which a row has to be; infinite where there is none.
 struct Bounds {
-  double lower, upper;  ///< infinite where there is none
+  double lower;  ///< in the row's unit
+  double upper;  ///< the same
 };
 
 /// Entries first .. last - 1 of z.
 struct EntryRange {
-  int first, last;
+  int first;  ///< index in z
+  int last;   ///< one behind
 };
 
 /// Scalar rows c_i(z) with lower <= c_i <= upper. Holds what it needs of the robot; const in the loop. One node or a
@@ -184,26 +196,29 @@ struct EntryRange {
 class Constraint {
  public:
   virtual ~Constraint() = default;
-  const ConstraintInfo& info() const { return info_; }
-  const std::string& name() const { return info_.name; }
-  virtual Nodes nodes() const = 0;
-  virtual int rows() const = 0;
-  virtual Bounds bounds(int row) const = 0;
+  const ConstraintInfo& info() const { return info_; }    ///< what it is called
+  const std::string& name() const { return info_.name; }  ///< in logs and reports
+  virtual Nodes nodes() const = 0;                        ///< where it acts
+  virtual int rows() const = 0;                           ///< how many
+  virtual Bounds bounds(int row) const = 0;               ///< of one of them
   /// The row's bounds at node 0, whose state is given and may move those that are finite.
   virtual Bounds first_bounds(const StateVector& /*x0*/, int row) const { return bounds(row); }
 
-  virtual double value(const Node& node, int row) const = 0;
+  virtual double value(const Node& node, int row) const = 0;  ///< c_row
   /// Adds scale * dc_row/dz.
   virtual void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const = 0;
   /// Adds scale * d2c_row/dz2, upper triangle. Linear rows add nothing.
   virtual void add_hessian(const Node& node, int row, double scale, NodeHessian& hessian) const = 0;
 
+  /// c_row at each node of a batch.
   virtual Lanes value(const NodeBatch& nodes, int row) const;
   /// Sets near[i] for every row i that is within its activation margin or beyond its bounds in a lane where `acts` is
   /// not 0, and perhaps for others. Of all a solver does this alone is done for all rows.
   virtual void find_near(const NodeBatch& nodes, Lanes acts, char* near) const;
+  /// @{ As for one node.
   virtual void add_gradient(const NodeBatch& nodes, int row, Lanes scale, NodeGradientOf<Lanes>& gradient) const;
   virtual void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const;
+  /// @}
 
   /// Index in z when the row's value is that entry of z and nothing else, else -1: limits, which solvers treat apart.
   virtual int entry(int /*row*/) const { return -1; }
@@ -220,6 +235,7 @@ class Constraint {
   virtual JointVector levers() const { return {}; }
 
  protected:
+  /// What it is called.
   explicit Constraint(ConstraintInfo info) : info_(std::move(info)) {}
 
  private:
@@ -229,13 +245,14 @@ class Constraint {
 /// One scalar inequality of a node: row `row` of constraint `constraint`.
 struct ConstraintRow {
   int constraint;  ///< index in Ocp::constraints()
-  int row;
+  int row;         ///< below Constraint::rows()
 };
 
 /// A constraint written once for one node and for a batch: Term has value_at, gradient_at and hessian_at.
 template <typename Term>
 class ConstraintFor : public Constraint {
  public:
+  /// @{ By Term's members.
   double value(const Node& node, int row) const final { return term().value_at(node, row); }
   void add_gradient(const Node& node, int row, double scale, NodeGradient& gradient) const final {
     term().gradient_at(node, row, scale, gradient);
@@ -250,6 +267,7 @@ class ConstraintFor : public Constraint {
   void add_hessian(const NodeBatch& nodes, int row, Lanes scale, NodeHessianOf<Lanes>& hessian) const final {
     term().template hessian_at<Lanes>(nodes, row, scale, hessian);
   }
+  /// @}
 
  protected:
   using Constraint::Constraint;

@@ -21,7 +21,7 @@ class Evaluation;
 class Multipliers {
  public:
   Multipliers() = default;
-  Multipliers(const Multipliers&) = default;
+  Multipliers(const Multipliers&) = default;  ///< allocates
   /// Between those of the same sizes copies what is stored alone, and allocates nothing.
   Multipliers& operator=(const Multipliers& other) {
     if (this == &other) return *this;
@@ -51,18 +51,22 @@ class Multipliers {
     stored_.reserve(rows);
     values_.assign(static_cast<std::size_t>(rows) * nodes_, 0.0);
   }
+  /// Whether they are of problems with as many rows and nodes.
   bool same_sizes(const Multipliers& other) const {
     return first_ == other.first_ && place_.size() == other.place_.size() && nodes_ == other.nodes_;
   }
+  /// Whether each is a number.
   bool all_finite() const {
     const auto used = static_cast<std::ptrdiff_t>(stored_.size()) * nodes_;
     return std::all_of(values_.begin(), values_.begin() + used, [](double m) { return std::isfinite(m); });
   }
 
+  /// Of a row at node k.
   double at(int k, ConstraintRow row) const {
     const double* numbers = find(index(row));
     return numbers ? numbers[k] : 0.0;
   }
+  /// The same, from now on.
   void set(int k, ConstraintRow row, double value) { store(index(row))[k] = value; }
 
   /// All 0.
@@ -76,7 +80,9 @@ class Multipliers {
   }
 
   // ---- by index: rows are counted through all constraints
+  /// Of a row.
   int index(ConstraintRow row) const { return first_[row.constraint] + row.row; }
+  /// The row of an index.
   ConstraintRow row(int r) const {
     const auto next = std::upper_bound(first_.begin(), first_.end(), r);
     const int constraint = static_cast<int>(next - first_.begin()) - 1;
@@ -129,8 +135,9 @@ class Multipliers {
 /// Unscaled, in the units of the problem. `evaluation` must be set to the trajectory. Allocates nothing.
 double kkt_error(const Evaluation& evaluation, const Trajectory& trajectory, const Multipliers& multipliers);
 
+/// Where a solve ends at the latest.
 struct SolveBudget {
-  double time_us = 0.0;  ///< 0: none
+  double time_us = 0.0;  ///< us; 0: none
   /// At most; none: usual_iterations().
   std::optional<int> iterations;
 };
@@ -139,6 +146,7 @@ struct SolveBudget {
 /// 231; at N = 64 they take 4 to 17, but some need several hundred.
 inline int usual_iterations(int horizon) { return std::max(250, 16 * horizon); }
 
+/// What came of a solve.
 enum class SolveStatus {
   kSolved,    ///< KKT conditions met to the tolerance, all constraints checked
   kFeasible,  ///< inside all constraints to the tolerance, but the optimum was not reached (budget, or the solver gave
@@ -147,27 +155,28 @@ enum class SolveStatus {
   kInvalid,     ///< the instance or the guess has wrong sizes or numbers that are not finite; nothing was solved
 };
 
+/// For people: "solved", "feasible", "infeasible", "invalid".
 std::string_view to_string(SolveStatus status);
 
 /// Result of a solve. Sizes are set by prepare(); a solver writes into it without allocating.
 struct Solution {
-  SolveStatus status = SolveStatus::kInvalid;
-  Trajectory trajectory;
-  Multipliers multipliers;
-  double objective = 0.0;  ///< J
-  double violation = 0.0;  ///< see Evaluation::violation
-  double kkt_error = 0.0;  ///< see kkt_error()
-  int iterations = 0;
-  double time_us = 0.0;  ///< wall time of the solve
+  SolveStatus status = SolveStatus::kInvalid;  ///< what came of it
+  Trajectory trajectory;                       ///< x and u
+  Multipliers multipliers;                     ///< of the constraints' rows
+  double objective = 0.0;                      ///< J
+  double violation = 0.0;                      ///< see Evaluation::violation
+  double kkt_error = 0.0;                      ///< see kkt_error()
+  int iterations = 0;                          ///< Newton steps
+  double time_us = 0.0;                        ///< wall time of the solve
 
-  void prepare(const Ocp& ocp);
+  void prepare(const Ocp& ocp);  ///< takes the memory
 };
 
 /// A solver of one Ocp. Not thread-safe; the Ocp must outlive it. Memory is taken when it is made.
 class Solver {
  public:
   virtual ~Solver() = default;
-  virtual std::string_view name() const = 0;
+  virtual std::string_view name() const = 0;  ///< see solver_names()
 
   /// @param guess starting point of the primal variables; x_0 is taken from the instance, other states need not obey
   /// the dynamics.

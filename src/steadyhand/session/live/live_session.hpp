@@ -59,24 +59,25 @@ class Session {
   Status set_cell(const Cell& cell, Time at);
   /// The same as it is at a time, once the session has started. Any thread.
   Cell cell(Time at) const;
-  /// The cell as it was set last, when, and how often it has been set. Any thread.
+  /// A cell as it was set.
   struct CellSet {
-    Cell cell;
-    Time at;
-    std::uint64_t version;
+    Cell cell;              ///< as it was at that time
+    Time at;                ///< session's clock
+    std::uint64_t version;  ///< how often one has been set
   };
-  CellSet cell_set() const;
+  CellSet cell_set() const;  ///< the last. Any thread
   /// Makes a new cell of the present one; of those who change it so, one at a time. Any thread. Fails, and changes
   /// nothing, where the change or set_cell does.
   Status change_cell(const std::function<Result<Cell>(Cell)>& change, Time at);
   /// The arm as it is commanded to be at a time near now, after set_position. Any thread. Fails before it has said
   /// where it is.
   Result<Kinematics> arm_at(Time at) const;
-  /// The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now. Any
+  /// @{ The tool carries this object from here on, where it is in the tool now, or lets go of it where it is now. Any
   /// thread. Fails, and changes nothing, as attach() and detach() of robot/cell.hpp do.
   /// @param at session's clock, now
   Status attach(const std::string& object, Time at);
   Status detach(const std::string& object, Time at);
+  /// @}
 
   /// Planning steps a second from here on, Hz; 0: what this machine sustains, as it goes. Any thread. Fails, and
   /// changes nothing, on a rate at which supervision would take the planner for late, or beyond the arm's.
@@ -117,9 +118,10 @@ class Session {
   void drain();
   /// Renews the snapshot.
   void refresh();
-  LiveSummary summarize();
-  void warn(const std::string& line);
+  LiveSummary summarize();             ///< what it came to so far
+  void warn(const std::string& line);  ///< adds to warnings(). Any thread
 
+  /// @{ What it was made of, and its stages.
   const RobotModel* model_;
   LiveSettings settings_;
   Arm* arm_;
@@ -129,6 +131,7 @@ class Session {
   std::unique_ptr<PlanningStage> planning_;
   std::atomic<bool> control_failed_{false};
   LiveTaps taps_;
+  /// @}
 
  private:
   void see_cell();

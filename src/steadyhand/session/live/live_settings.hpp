@@ -20,8 +20,8 @@ namespace steadyhand {
 
 /// What the control loop tolerates, and how it stops.
 struct ControlSettings {
-  SupervisorSettings supervisor;
-  double path_tolerance = 0.05;  ///< rad (m), any joint, measured to commanded a delay ago
+  SupervisorSettings supervisor;  ///< when the arm is no longer led
+  double path_tolerance = 0.05;   ///< rad (m), any joint, measured to commanded a delay ago
   /// So many cycles slept through in a row stop the arm. After fewer it goes on from where it went by itself.
   std::uint64_t stall_cycles = 50;
   /// s beyond the shortest time that a stop may take to spare the liquid; 0: always the shortest.
@@ -43,23 +43,24 @@ struct PlanningSettings {
   /// and straight once it is slow or this has passed.
   double rest_within = 1.0;
   /// s of following that plans keep to `first_speed_scaling` of the model's speeds and accelerations; the first grip
-  /// after it, from rest, is followed at all of them. 1: no such time.
-  double first_moves = 10.0, first_speed_scaling = 1.0;
+  /// after it, from rest, is followed at all of them.
+  double first_moves = 10.0;
+  double first_speed_scaling = 1.0;        ///< (0, 1]; 1: no such time
   double tap_period = 0.02;                ///< s between steps that taps are told of; those that failed always are
   double sample_timeout = kSampleTimeout;  ///< s without a sample after which a closed clutch means nothing
-  HandGateSettings gate;
-  RetargetSettings retarget;
-  PredictorSettings predictor;  ///< horizon, dt and reach are set from what follows and the robot
-  OcpSettings ocp;
-  PlannerSettings planner;
+  HandGateSettings gate;                   ///< which poses are trusted
+  RetargetSettings retarget;               ///< from the hand to the target
+  PredictorSettings predictor;             ///< horizon, dt and reach are set from what follows and the robot
+  OcpSettings ocp;                         ///< objectives, constraints, horizon
+  PlannerSettings planner;                 ///< solver, and what plans are checked for
   /// Further problems, and what solves them, that OperatorSettings::planner chooses among. Objectives and first weights
   /// are those of `ocp`.
   struct Choice {
-    OcpSettings ocp;
+    OcpSettings ocp;                      ///< what is solved
     std::string solver = kDefaultSolver;  ///< see PlannerSettings, as the next
-    double tolerance = 1e-6;
+    double tolerance = 1e-6;              ///< likewise
   };
-  std::vector<Choice> more;
+  std::vector<Choice> more;  ///< behind the first
 
   PlanningSettings() = default;
   /// As the profile has it.
@@ -78,10 +79,10 @@ struct LiveSettings {
   bool time_budget =
       true;              ///< a solve ends when its look-ahead has passed; without, a session may be the same each time
   bool realtime = true;  ///< ask for real-time priority, locked memory and processors that do not sleep
-  PlanningSettings planning;
-  ControlSettings control;
-  GlassSettings glass;
-  Cell cell;  ///< what stands around the arm
+  PlanningSettings planning;  ///< of the planner's thread
+  ControlSettings control;    ///< of the control thread
+  GlassSettings glass;        ///< of the monitor's liquid
+  Cell cell;                  ///< what stands around the arm
 
   LiveSettings() = default;
   /// As the profile has it.

@@ -22,66 +22,72 @@ namespace steadyhand {
 
 /// One look at a live session.
 struct SessionSnapshot {
-  Time now{0};  ///< of the session's clock
-  SupervisionState state = SupervisionState::kIdle;
-  std::string_view reason;  ///< why it is in this state; static text
-  Cause cause;              ///< the same for programs
-  ActiveConstraint constraint;
-  Target target;  ///< without a grip, where the controlled frame is: the next grip begins there
-  JointState measured;
-  JointCommand command;
+  Time now{0};                                       ///< of the session's clock
+  SupervisionState state = SupervisionState::kIdle;  ///< what the arm may do
+  std::string_view reason;                           ///< why it is in this state; static text
+  Cause cause;                                       ///< the same for programs
+  ActiveConstraint constraint;                       ///< what holds the arm back
+  Target target;                 ///< without a grip, where the controlled frame is: the next grip begins there
+  JointState measured;           ///< newest
+  JointCommand command;          ///< newest
   Pose X_base_tool;              ///< where the controlled frame is, from `measured`
   Vector3 local_acceleration;    ///< m/s^2, glass frame, a liquid at rest feels [0, 0, 9.81]
   double tracking_error = 0.0;   ///< m, target to controlled frame; NaN without a grip
   double clearance = 0.0;        ///< m, of the nearest pair of bodies
   std::array<int, 2> nearest{};  ///< that pair
-  int path_nodes = 0;
+  int path_nodes = 0;            ///< entries of path
   std::array<Pose, kMaxHorizon + 1> path;  ///< of the controlled frame at the plan's nodes; path_nodes of them
   Reference prediction;                    ///< where the hand is expected; no nodes without a grip
-  LiquidState liquid;
-  TimingSummary solve_us, latency_us;  ///< planner's solve; hand to command
-  TimingSummary wake_us;               ///< how late control cycles began
-  std::uint64_t plans = 0, cycles = 0, missed_deadlines = 0, rejected_plans = 0, samples = 0;
-  double planner_rate_hz = 0.0;
-  bool planner_rate_automatic = false;  ///< it follows what the machine sustains
+  LiquidState liquid;                      ///< as the monitor has it
+  TimingSummary solve_us;                  ///< planner's solve
+  TimingSummary latency_us;                ///< hand to command
+  TimingSummary wake_us;                   ///< how late control cycles began
+  std::uint64_t plans = 0;                 ///< that were followed, since the session began
+  std::uint64_t cycles = 0;                ///< of the arm, likewise
+  std::uint64_t missed_deadlines = 0;      ///< cycles that control slept through
+  std::uint64_t rejected_plans = 0;        ///< too late, or failed
+  std::uint64_t samples = 0;               ///< of the hand
+  double planner_rate_hz = 0.0;            ///< planning steps a second
+  bool planner_rate_automatic = false;     ///< it follows what the machine sustains
 };
 
 /// They are in force from here on.
 struct AppliedSettings {
-  Time at{0};
-  OperatorSettings settings;
+  Time at{0};                 ///< session's clock
+  OperatorSettings settings;  ///< all of them
 };
 
 /// A planning step that asked the solver, as far as the report tells of it.
 struct PlanningRecord {
-  Time at{0};  ///< where its plan begins
-  Plan plan;   ///< what is followed from there on, if the step failed the plan before
-  Pose X_base_target;
-  Reference reference;
+  Time at{0};                ///< where its plan begins
+  Plan plan;                 ///< what is followed from there on, if the step failed the plan before
+  Pose X_base_target;        ///< of the newest hand
+  Reference reference;       ///< what was aimed at
   const Ocp* ocp = nullptr;  ///< what was solved; lives as long as the session
-  SolveFigures solved;
-  bool engaged = false;  ///< following the hand, not coming to rest
+  SolveFigures solved;       ///< what it came to
+  bool engaged = false;      ///< following the hand, not coming to rest
 };
 
 /// Gets a copy of everything that went through a live session, from one thread that is neither control nor planner,
 /// some hundred times a second. Any may be empty.
 struct LiveTaps {
-  std::function<void(const OperatorSample&)> sample;
-  std::function<void(const Target&)> target;
-  std::function<void(const AppliedSettings&)> settings;
+  std::function<void(const OperatorSample&)> sample;     ///< each that came
+  std::function<void(const Target&)> target;             ///< each that was retargeted
+  std::function<void(const AppliedSettings&)> settings;  ///< as they take effect
   /// What stands around the arm from a time on, which is also when what moves is where it says; first as it begins.
   std::function<void(Time, const Cell&)> cell;
-  std::function<void(const PlanningRecord&)> step;
-  std::function<void(const JointCommand&)> command;
-  std::function<void(const JointState&)> state;
-  std::function<void(const SupervisionChange&)> change;
-  std::function<void(const SessionSnapshot&)> look;  ///< after each round, 100 times a second
+  std::function<void(const PlanningRecord&)> step;       ///< see PlanningSettings::tap_period
+  std::function<void(const JointCommand&)> command;      ///< each
+  std::function<void(const JointState&)> state;          ///< each
+  std::function<void(const SupervisionChange&)> change;  ///< each
+  std::function<void(const SessionSnapshot&)> look;      ///< after each round, 100 times a second
 };
 
 /// What the whole session's commands and measured motion came to. Whatever is more than rounding counts, and by how
 /// much is told.
 struct MonitorResult {
-  std::uint64_t commands = 0, states = 0;
+  std::uint64_t commands = 0;  ///< that it looked at
+  std::uint64_t states = 0;    ///< measured, likewise
   /// Commands out of the model's limits of position, speed or acceleration, by their own word or by what became of them
   /// from one to the next, however long that took.
   std::uint64_t beyond_limits = 0;
@@ -106,12 +112,22 @@ std::string to_text(const MonitorResult& result);
 
 /// What a session came to, for people.
 struct LiveSummary {
-  double duration = 0.0, engaged = 0.0;  ///< s
-  std::uint64_t engagements = 0, samples = 0, dropped_samples = 0, plans = 0, failed_plans = 0, late_plans = 0;
-  std::uint64_t cycles = 0, missed_deadlines = 0, tap_drops = 0;
-  TimingSummary latency_us, solve_us, wake_us;
-  MonitorResult monitor;
-  bool spilled = false;
+  double duration = 0.0;               ///< s
+  double engaged = 0.0;                ///< s, of following the hand
+  std::uint64_t engagements = 0;       ///< how often following began
+  std::uint64_t samples = 0;           ///< of the hand
+  std::uint64_t dropped_samples = 0;   ///< out of order or too old
+  std::uint64_t plans = 0;             ///< that were followed
+  std::uint64_t failed_plans = 0;      ///< not solved, or refused by the check
+  std::uint64_t late_plans = 0;        ///< that came after their beginning
+  std::uint64_t cycles = 0;            ///< of the arm
+  std::uint64_t missed_deadlines = 0;  ///< cycles that control slept through
+  std::uint64_t tap_drops = 0;         ///< what the taps missed
+  TimingSummary latency_us;            ///< as SessionSnapshot has it
+  TimingSummary solve_us;              ///< the same
+  TimingSummary wake_us;               ///< the same
+  MonitorResult monitor;               ///< what an independent look at it found
+  bool spilled = false;                ///< any liquid, at any time
   /// Why the arm did not follow although the clutch was closed or a stop was asked for, and how often.
   std::vector<std::pair<std::string, std::uint64_t>> holds;
 };

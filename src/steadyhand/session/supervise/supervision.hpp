@@ -17,6 +17,7 @@ enum class SupervisionState : std::uint8_t {
   kFault,     ///< the arm or a part of the program failed: nothing moves until a reset
 };
 
+/// Their names in recordings and the protocol.
 constexpr auto names_of(SupervisionState) {
   using enum SupervisionState;
   return named("SessionState", {Name{kIdle, "idle", "the arm does not follow commands yet"},
@@ -47,6 +48,7 @@ enum class ReasonCode : std::uint8_t {
   kPlannerLate,   ///< no plan came for a while
 };
 
+/// Likewise.
 constexpr auto names_of(ReasonCode) {
   using enum ReasonCode;
   return named("ReasonCode",
@@ -63,16 +65,17 @@ constexpr auto names_of(ReasonCode) {
 
 /// A reason, and whose hand was on the clutch then.
 struct Cause {
-  ReasonCode code = ReasonCode::kStarting;
-  Leader leader = Leader::kPerson;
+  ReasonCode code = ReasonCode::kStarting;  ///< why
+  Leader leader = Leader::kPerson;          ///< whose hand
 };
 
 /// The state of supervision changed.
 struct SupervisionChange {
-  Time at{0};
-  SupervisionState from = SupervisionState::kIdle, to = SupervisionState::kIdle;
-  std::string_view reason;  ///< static text
-  bool is_failure = false;  ///< the arm stops, and nobody asked for it
+  Time at{0};                                       ///< session's clock
+  SupervisionState from = SupervisionState::kIdle;  ///< before
+  SupervisionState to = SupervisionState::kIdle;    ///< from now on
+  std::string_view reason;                          ///< static text
+  bool is_failure = false;                          ///< the arm stops, and nobody asked for it
 };
 
 /// After which times the arm is no longer led.
@@ -91,17 +94,20 @@ struct HandGateSettings {
   bool accept_emulated = false;  ///< take poses whose position the headset guesses
   /// A hand's speed: reaching and throwing stay below 6 m/s and 25 rad/s at the hand. The allowances beside them are
   /// for noise at high rates.
-  double speed_max = 6.0, jump_allowance = 0.02;       ///< m/s, m
-  double turn_rate_max = 30.0, turn_allowance = 0.15;  ///< rad/s, rad
+  double speed_max = 6.0, jump_allowance = 0.02;  ///< m/s, m
+  double turn_rate_max = 30.0;                    ///< rad/s
+  double turn_allowance = 0.15;                   ///< rad
   /// Of a policy, whose targets are smoothed to its pace (PolicyHand): the same, for a tool and not for a hand.
-  double policy_speed_max = 2.0, policy_jump_allowance = 0.005;     ///< m/s, m
-  double policy_turn_rate_max = 6.0, policy_turn_allowance = 0.05;  ///< rad/s, rad
-  double gap_max = 0.1;                                             ///< s without a good pose: the hand is lost
-  double resume_distance = 0.1, resume_angle = 0.5;                 ///< m, rad: from where it was lost
-  int resume_samples = 3;                                           ///< good ones in a row after a loss
-  double age_max = 0.2;                                             ///< s from the hand to here
-  double ahead_max = 0.05;                                          ///< s: no stamp is later than its arrival by more
-  double clock_step = 1.0;  ///< s: stamps that go back by more are a clock that was set
+  double policy_speed_max = 2.0, policy_jump_allowance = 0.005;  ///< m/s, m
+  double policy_turn_rate_max = 6.0;                             ///< rad/s
+  double policy_turn_allowance = 0.05;                           ///< rad
+  double gap_max = 0.1;                                          ///< s without a good pose: the hand is lost
+  double resume_distance = 0.1;  ///< m, from where it was lost, within which it is trusted again
+  double resume_angle = 0.5;     ///< rad, likewise
+  int resume_samples = 3;        ///< good ones in a row after a loss
+  double age_max = 0.2;          ///< s from the hand to here
+  double ahead_max = 0.05;       ///< s: no stamp is later than its arrival by more
+  double clock_step = 1.0;       ///< s: stamps that go back by more are a clock that was set
 };
 
 }  // namespace steadyhand
