@@ -1,6 +1,10 @@
+#include "steadyhand/operator/protocol/page_messages.hpp"
+
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -11,10 +15,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-Json fixtures(const std::string& name) {
+std::string text_of(const std::string& name) {
   std::ifstream file(STEADYHAND_ROOT "/web/protocol/fixtures/" + name);
-  return Json::parse(file);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
+
+Json fixtures(const std::string& name) { return Json::parse(text_of(name)); }
 
 /// The snapshot that fixtures/server.json describes.
 OperatorView fixture_view() {
@@ -123,8 +129,11 @@ TEST(Messages, NotesMayHaveLines) {
   EXPECT_TRUE(parse_client_message(R"({"type":"request","kind":"episode","text":"keep","notes":"a\nb"})"));
 }
 
-TEST(Messages, WritesTheServersFixtures) {
-  const Json expected = fixtures("server.json");
+TEST(Messages, WritesTheServersFixturesByteByByte) {
+  const std::string expected = text_of("server.json");
+  const auto is = [&](const std::string& name, const std::string& message) {
+    EXPECT_NE(expected.find(fmt::format("\"{}\": {}", name, message)), std::string::npos) << "now " << message;
+  };
   ServerFacts facts;
   facts.version = "0.1.0";
   facts.cell = R"({"name":"table"})";
@@ -136,16 +145,26 @@ TEST(Messages, WritesTheServersFixtures) {
   facts.recordings = {"reach"};
   facts.cameras = {{"front", 320, 240, 15.0}};
   facts.task = {"carry", "Carry the glass to the mark.", 30.0, {"glass at mark"}, {"mark", "glass"}};
-  EXPECT_EQ(Json::parse(welcome_message(facts, facts.cell, 3)), expected["welcome"]);
-  EXPECT_EQ(Json::parse(cameras_message({"", "film.mp4: the video ended"})), expected["cameras"]);
-  EXPECT_EQ(Json::parse(study_message(R"({"text":"Reach each target."})")), expected["study"]);
-  EXPECT_EQ(Json::parse(reply_message(R"({"key":"tlx_mental","value":12})", 3)), expected["reply"]);
-  EXPECT_EQ(Json::parse(stopped_message(3)), expected["stopped"]);
-  EXPECT_EQ(Json::parse(paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f")), expected["paired"]);
-  EXPECT_EQ(Json::parse(lease_message({3, true, false, 5, from_seconds(7.5)})), expected["lease"]);
-  EXPECT_EQ(Json::parse(pong_message(3.25, from_seconds(81.5))), expected["pong"]);
-  EXPECT_EQ(Json::parse(error_message(Refusal::kTaken, "client 3 commands the arm now")), expected["error"]);
-  EXPECT_EQ(Json::parse(state_message(fixture_view())), expected["state"]);
+  is("welcome", welcome_message(facts, facts.cell, 3));
+  is("cell", cell_message(R"({"name":"table","objects":[]})"));
+  is("cameras", cameras_message({"", "film.mp4: the video ended"}));
+  is("study", study_message(R"({"text":"Reach each target."})"));
+  is("reply", reply_message(R"({"key":"tlx_mental","value":12})", 3));
+  is("stopped", stopped_message(3));
+  is("paired", paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f"));
+  is("lease", lease_message({3, true, false, 5, from_seconds(7.5)}));
+  is("pong", pong_message(3.25, from_seconds(81.5)));
+  is("error", error_message(Refusal::kTaken, "client 3 commands the arm now"));
+  is("state", state_message(fixture_view()));
+  OperatorView idle;
+  idle.local_acceleration = kGravity;
+  idle.tracking_error = idle.clearance = std::numeric_limits<double>::quiet_NaN();
+  is("state_idle", state_message(idle));
+  ServerFacts bare;
+  bare.glass = facts.glass;
+  is("welcome_bare", welcome_message(bare, "", 1));
+  is("study_over", study_message("null"));
+  is("lease_free", lease_message({0, false, true, 0, std::nullopt}));
 }
 
 }  // namespace
