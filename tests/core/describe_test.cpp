@@ -147,19 +147,24 @@ TEST(Describe, NamesMemberValueAndWhatWouldBeRight) {
       {R"({"floor": 0.5})", "'floor' must be a whole number, not 0.5"},
       {R"({"pose": {"p": [0, 0]}})", "'pose.p' must be a list of 3 numbers, not [0,0]"},
       {R"({"pose": {"q": [0, 0, 0, 2]}})", "'pose.q' must be a unit quaternion x, y, z, w; its norm is 2"},
-      {R"({"pose": {"r": 1}})", "'pose.r' is a member that there is not"},
+      {R"({"pose": {"r": 1}})", "'pose.r' is unknown; there are p, q"},
+      {R"({"pose": {"": 1}})", "'pose.\"\"' is unknown; there are p, q"},
       {R"({"joints": [0, 0, 0, 0, 0, 0, 0, 0, 0]})", "'joints' has 9 entries; it must have 8 at most"},
       {R"({"joints": [true]})", "'joints' must be a number, not true"},
-      {R"({"cups": [{"fill": 2, "clean": null}]})", "'cups.fill' must be within 0 and 0.5, not 2"},
-      {R"({"cups": [{"clean": null}]})", "'cups.fill' is missing"},
+      {R"({"cups": [{"fill": 2, "clean": null}]})", "'cups[0].fill' must be within 0 and 0.5, not 2"},
+      {R"({"cups": [{"clean": null}]})", "'cups[0].fill' is missing"},
       {R"({"place": [1]})", "'place' must be a list of 2 entries, not [1]"},
       {R"({"weights": {"near": "much"}})", R"('weights.near' must be a number, not "much")"},
       {R"({"size": {"width": "wide"}})", R"('size.width' must be a number, not "wide")"},
-      {R"({"size": {"depth": 1}})", "'size.depth' is a member that there is not"},
+      {R"({"size": {"depth": 1}})", "'size.depth' is unknown; there are width"},
       {R"({"drink": "milk"})", R"('drink' must be water or tea, not "milk")"},
-      {R"({"drink": "water"})", "'heat' is a member that there is not"},
+      {R"({"drink": "water"})",
+       "'heat' is unknown; there are at_s, name, note, count, floor, pose, joints, cups, place, weights, slope, size, "
+       "drink"},
       {R"({"heat": 0})", "'heat' must be above 0, not 0"},
-      {R"({"more": 1})", "'more' is a member that there is not"}};
+      {R"({"more": 1})",
+       "'more' is unknown; there are at_s, name, note, count, floor, pose, joints, cups, place, weights, slope, size, "
+       "drink, heat"}};
   for (const auto& [patch, says] : kMistakes) EXPECT_EQ(mistake(patch), says) << patch;
 }
 

@@ -63,6 +63,8 @@ struct Limits {
   }
 };
 constexpr Limits within(double min, double max) { return {.min = min, .max = max}; }
+/// Within, without min itself.
+constexpr Limits up_to(double max) { return {.min = 0.0, .max = max, .above = true}; }
 constexpr Limits at_least(double min) { return {.min = min}; }
 constexpr Limits above(double min) { return {.min = min, .above = true}; }
 constexpr Limits sized(std::size_t least, std::size_t most) { return {.least = least, .most = most}; }

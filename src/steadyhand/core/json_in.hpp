@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "steadyhand/core/describe.hpp"
 #include "steadyhand/core/result.hpp"
@@ -18,9 +20,9 @@ namespace steadyhand {
 /// What JSON says of a member, short enough for a message.
 template <typename Json>
 std::string excerpt(const Json& json) {
-  constexpr std::size_t kLongest = 60;
+  constexpr std::size_t kMost = 60;
   std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace);
-  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
 /// Reads a described struct from a JSON object. The first mistake stays, and what is read after it means nothing.
@@ -78,7 +80,7 @@ class JsonIn {
     if (!error_) cases(value);
   }
   void check(bool good, const auto& message) {
-    if (!good) fail(std::string(message));
+    if (!good) fail(outer_ ? fmt::format("{}: {}", place(), message) : std::string(message));
   }
 
  private:
@@ -251,29 +253,29 @@ class JsonIn {
     if (error_) return;
     if constexpr (kGrows) value.resize(json.size());
     for (std::size_t i = 0; i < json.size() && !error_; ++i) {
-      get(json[i], value[i], limits.sized(0, std::string::npos), name);
+      get(json[i], value[i], limits.sized(0, std::string::npos), fmt::format("{}[{}]", name, i));
     }
   }
-  /// Names the first member that nobody asked for.
+  /// Names the first member that nobody asked for, and all that there are.
   template <typename Members>
   void refuse_unknown(const Members& members) {
+    MemberNames known;
+    if (skipped_) known.all.push_back(*skipped_);
+    members(known);
     for (const auto& [key, entry] : object_->items()) {
-      KeySearch search{key};
-      members(search);
-      if (search.found || key == skipped_) continue;
-      fail(fmt::format("{} is a member that there is not", place(key)));
+      if (std::find(known.all.begin(), known.all.end(), key) != known.all.end()) continue;
+      fail(fmt::format("{} is unknown; there are {}", place(key.empty() ? "\"\"" : key), fmt::join(known.all, ", ")));
     }
   }
-  struct KeySearch {
-    std::string_view key;
-    bool found = false;
+  struct MemberNames {
+    std::vector<std::string_view> all;
     void type(std::string_view, std::string_view) {}
     void add(std::string_view name, std::string_view, std::string_view, auto&, const Limits& = {}) {
-      found |= name == key;
+      all.push_back(name);
     }
-    void group(std::string_view name, std::string_view, std::string_view, const auto&) { found |= name == key; }
+    void group(std::string_view name, std::string_view, std::string_view, const auto&) { all.push_back(name); }
     void choose(std::string_view name, std::string_view, auto& value, const auto& cases) {
-      found |= name == key;
+      all.push_back(name);
       cases(value);
     }
     void check(bool, const auto&) {}
@@ -283,7 +285,7 @@ class JsonIn {
   bool strict_;
   const JsonIn* outer_ = nullptr;
   std::string_view name_ = {};
-  std::string_view skipped_ = {};
+  std::optional<std::string_view> skipped_;
   std::size_t known_ = 0;
   std::optional<Error> error_;
 };
