@@ -301,7 +301,7 @@ TEST(SessionFile, ReadsBackWhatTheRecorderWrote) {
     ASSERT_TRUE(recorder->write(JointState{{t, t}, steps.back().q, steps.back().dq}));
   }
   ASSERT_TRUE(recorder->write(SupervisionChange{std::chrono::seconds(1), SupervisionState::kEngaged,
-                                                SupervisionState::kFault, "a \"reason\"", true}));
+                                                SupervisionState::kFault, "a \"reason\"", true, ReasonCode::kOffPath}));
   ASSERT_TRUE(recorder->close());
 
   SessionParts parts;
@@ -329,10 +329,32 @@ TEST(SessionFile, ReadsBackWhatTheRecorderWrote) {
   ASSERT_EQ(session->changes.size(), 1u);
   EXPECT_EQ(session->changes[0].to, "fault");
   EXPECT_EQ(session->changes[0].reason, "a \"reason\"");
+  EXPECT_EQ(session->changes[0].code, ReasonCode::kOffPath);
 
   const auto listed = list_sessions(path.parent_path());
   EXPECT_TRUE(std::any_of(listed.begin(), listed.end(),
                           [](const SessionEntry& e) { return e.name == "session" && e.complete && e.bytes > 0; }));
+}
+
+TEST(SessionFile, TakesTheCodeOfOldChangesFromTheirWords) {
+  const auto path = test::temporary_file("old_changes.mcap");
+  Result<McapWriter> writer = McapWriter::create(path, {});
+  ASSERT_TRUE(writer) << writer.error().message;
+  ASSERT_TRUE(writer->add_metadata("robot", {{"json", kRobot}}));
+  const auto channel = writer->add_channel({"/supervision", "steadyhand.Supervision", "{}", {}});
+  for (const std::string reason : {"the planner is late", "the control loop stalled", "released"}) {
+    const std::string time = R"({"timestamp":{"sec":1,"nsec":0},"from":"engaged","to":"ready","reason":")";
+    ASSERT_TRUE(writer->write(channel, Time(1), Time(1), time + reason + "\"}"));
+  }
+  ASSERT_TRUE(writer->close());
+  SessionParts parts;
+  parts.changes = true;
+  const auto session = load_session(path, parts);
+  ASSERT_TRUE(session) << session.error().message;
+  ASSERT_EQ(session->changes.size(), 3u);
+  EXPECT_EQ(session->changes[0].code, ReasonCode::kPlannerLate);
+  EXPECT_EQ(session->changes[1].code, ReasonCode::kStalled);
+  EXPECT_EQ(session->changes[2].code, std::nullopt);
 }
 
 TEST(SessionFile, AreListedFromTheNewestOnWhateverTheyAreCalled) {

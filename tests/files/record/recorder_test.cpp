@@ -89,7 +89,7 @@ TEST(JsonMessages, FitTheirSchemas) {
   check(message_of(command), schema_of<Message<JointCommand>>(), "steadyhand.JointCommand");
   check(message_of(state), schema_of<Message<JointState>>(), "steadyhand.JointState");
   const Cell cell{"desk", {{"ball", Shape::sphere(0.1), Eigen::Isometry3d::Identity()}}};
-  check(CellMessage{Time(7), {cell_json(cell)}}, schema_of<CellMessage>(), "steadyhand.Cell");
+  check(CellLook{Time(7), {cell_json(cell)}}, schema_of<CellLook>(), "steadyhand.Cell");
   for (int i = 0; i < 100; ++i) {
     check(StepMessage{test::random_step(random), {{"position", 0.5}}}, schema_of<StepMessage>(), "steadyhand.PlanStep");
   }

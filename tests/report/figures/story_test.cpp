@@ -240,7 +240,7 @@ TEST_F(Told, APlannerThatWasLateIsWhatASpillCameOf) {
   };
   const Lines innocent(2, "carry should have kept the liquid in");
   EXPECT_EQ(causes(), innocent);
-  session.changes.push_back({from_seconds(9.5), "engaged", "holding", "the planner is late"});
+  session.changes.push_back({from_seconds(9.5), "engaged", "holding", "", false, ReasonCode::kPlannerLate});
   session.changes.push_back({from_seconds(9.6), "holding", "engaged", ""});
   EXPECT_EQ(causes(), (Lines{innocent.front(), "the planner was late"}));
   for (const double t : {1.0, 2.0, 2.5, 4.0}) {
@@ -282,7 +282,7 @@ TEST_F(Told, MissedDeadlinesAreToldTogether) {
   EXPECT_EQ(tell_story(session).latency.front().t_s, 10.0);  // nothing was led before
   EXPECT_EQ(of("missed"), (Lines{"2.0 6 missed deadlines of control within 3 s", "17.0 1 missed deadline of control"}));
   EXPECT_EQ(tell_story(session).events.front().why, "too short to stop the arm, which followed its plan");
-  session.changes.push_back({from_seconds(18.0), "", "stopping", "the control loop stalled"});
+  session.changes.push_back({from_seconds(18.0), "", "stopping", "", true, ReasonCode::kStalled});
   EXPECT_EQ(tell_story(session).events.front().why, "");
 }
 

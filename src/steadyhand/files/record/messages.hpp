@@ -21,6 +21,7 @@
 #include "steadyhand/files/record/statistics.hpp"
 #include "steadyhand/files/record/step.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
+#include "steadyhand/session/supervise/state.hpp"
 
 /// The messages of a recording, each described once: its schema, how it is written and how it is read. Where one of
 /// Foxglove's well-known schemas fits, it carries that name, so that viewers draw it; what our arrows hold beyond it
@@ -205,6 +206,7 @@ struct StateChange {
   Time at{0};
   std::string from, to, reason;
   bool is_failure = false;
+  std::optional<ReasonCode> code = std::nullopt;  ///< none: of a recording from before there was one
 };
 template <typename V>
 void describe(V& v, StateChange& c) {
@@ -214,6 +216,7 @@ void describe(V& v, StateChange& c) {
   v.add("to", "", "idle, ready, engaged, holding, stopping or fault", c.to);
   v.add("reason", "", "why, for people", c.reason);
   v.add("is_failure", "", "the arm stops, and nobody asked for it", c.is_failure, kOrAbsent);
+  v.add("code", "", "the event that `reason` puts in words", c.code);
 }
 
 /// /operator_settings
@@ -271,12 +274,12 @@ void describe(V& v, LimitChange& c) {
 }
 
 /// /cell
-struct CellMessage {
+struct CellLook {
   Time at{0};
   CellText cell;
 };
 template <typename V>
-void describe(V& v, CellMessage& m) {
+void describe(V& v, CellLook& m) {
   v.type("steadyhand.Cell", "What stands around the arm, from here on");
   v.add("timestamp", "", "since when; what moves is there then", m.at);
   v.add("cell", "", "see docs/how-to/add-a-table.md", m.cell);

@@ -33,7 +33,7 @@ Recorder::Recorder(McapWriter writer, const RecorderSettings& settings)
   joint_command_ = add("/joint_command", schema_of<Message<JointCommand>>(), joints);
   joint_state_ = add("/joint_state", schema_of<Message<JointState>>(), joints);
   plan_step_ = add("/plan_step", schema_of<StepMessage>(), joints);
-  if (settings.live || settings.cells) cell_ = add("/cell", schema_of<CellMessage>());
+  if (settings.live || settings.cells) cell_ = add("/cell", schema_of<CellLook>());
   for (const CameraInfo& camera : settings.cameras) {
     const std::uint16_t channel = add("/camera/" + camera.name, schema_of<PictureMessage>(),
                                       {{"width", fmt::format("{}", camera.width)},
@@ -79,14 +79,14 @@ Status Recorder::write(const PlanStep& step) {
 Status Recorder::write(const SupervisionChange& c) {
   const auto text = [](std::string_view view) { return std::string(view); };
   return send(supervision_, c.at,
-              StateChange{c.at, text(to_string(c.from)), text(to_string(c.to)), text(c.reason), c.is_failure});
+              StateChange{c.at, text(to_string(c.from)), text(to_string(c.to)), text(c.reason), c.is_failure, c.code});
 }
 Status Recorder::write(const SettingsChange& c) { return send(operator_settings_, c.at, message_of(c)); }
 Status Recorder::write(Time at, const LiquidState& liquid) { return send(liquid_, at, LiquidMessage{at, liquid}); }
 Status Recorder::write(Time at, const ActiveConstraint& c) {
   return send(active_constraint_, at, LimitChange{at, std::string(to_string(c.kind)), c.first, c.second});
 }
-Status Recorder::write(Time at, const Cell& cell) { return send(cell_, at, CellMessage{at, {cell_json(cell)}}); }
+Status Recorder::write(Time at, const Cell& cell) { return send(cell_, at, CellLook{at, {cell_json(cell)}}); }
 Status Recorder::write(const SessionStatistics& s) { return send(statistics_, s.now, message_of(s)); }
 Status Recorder::write(const EpisodeMark& mark) { return send(episode_, mark.at, message_of(mark)); }
 Status Recorder::write(const SceneLook& look) { return send(scene_, look.scene.at, message_of(look)); }

@@ -29,6 +29,12 @@ void read(std::string_view text, M&& into) {
   if (in.error()) throw std::runtime_error(in.error()->message);
 }
 
+/// Of recordings from before changes had a code; nothing asks for other codes of these.
+std::optional<ReasonCode> code_of_words(std::string_view reason) {
+  if (reason == "the planner is late") return ReasonCode::kPlannerLate;
+  return reason.find("stalled") == std::string_view::npos ? std::nullopt : std::optional(ReasonCode::kStalled);
+}
+
 /// The names of the terms are those of the first step.
 PlanStep read_step(const McapMessage& message, bool is_first, RunNames& names) {
   StepMessage told;
@@ -136,6 +142,7 @@ void read_message(const McapMessage& message, const SessionParts& parts, Session
   } else if (is(parts.changes, "/supervision")) {
     StateChange& change = session.changes.emplace_back();
     read(message.data, change);
+    if (!change.code) change.code = code_of_words(change.reason);
     change.at = message.log;
   } else if (is(parts.settings, "/operator_settings")) {
     SettingsChange& change = session.settings.emplace_back();

@@ -166,7 +166,7 @@ void tell_limits(const SessionFile& session, SessionStory& story) {
 bool was_late(const SessionFile& session, Time at) {
   constexpr Time kBefore = std::chrono::seconds(1);
   for (const SessionFile::Change& change : session.changes) {
-    if (change.at > at - kBefore && change.at <= at && change.reason == "the planner is late") return true;
+    if (change.at > at - kBefore && change.at <= at && change.code == ReasonCode::kPlannerLate) return true;
   }
   const SessionStatistics *before = nullptr, *after = nullptr;
   for (const SessionStatistics& counted : session.statistics) {
@@ -313,9 +313,8 @@ void tell_counts(const SessionFile& session, SessionStory& story) {
   // One that comes soon after another is told with it, or they would bury all else.
   std::vector<SessionStory::Event> misses;
   double last = 0.0;
-  const bool stalls = std::any_of(session.changes.begin(), session.changes.end(), [](const auto& change) {
-    return change.reason.find("stalled") != std::string::npos;
-  });
+  const bool stalls = std::any_of(session.changes.begin(), session.changes.end(),
+                                  [](const auto& change) { return change.code == ReasonCode::kStalled; });
   const std::string why = stalls ? "" : "too short to stop the arm, which followed its plan";
   for (const SessionStatistics& counted : session.statistics) {
     const double t = to_seconds(counted.now);

@@ -150,7 +150,7 @@ const ControlStage::Output& ControlStage::step(const ArmState& state) {
   if (transition != nullptr) {
     const bool is_failure = after == SupervisionState::kFault ||
                             (after == SupervisionState::kStopping && transition->event != SupervisionEvent::kStopAsked);
-    links_->taps.changes.push({now, before, after, supervisor_.reason(), is_failure});
+    links_->taps.changes.push({now, before, after, supervisor_.reason(), is_failure, supervisor_.cause().code});
   }
   return output_;
 }

@@ -24,7 +24,7 @@ constexpr auto names_of(SupervisionState) {
                                 Name{kReady, "ready", "the arm stands; closing the clutch moves it"},
                                 Name{kEngaged, "engaged", "the arm follows the hand"},
                                 Name{kHolding, "holding", "engaged, but the hand cannot be trusted now: the arm rests"},
-                                Name{kStopping, "stopping", "the arm comes to rest and waits for a reset"},
+                                Name{kStopping, "stopping", "the arm stops and waits for a reset"},
                                 Name{kFault, "fault", "the arm or the program failed: nothing moves until a reset"}});
 }
 
@@ -76,6 +76,7 @@ struct SupervisionChange {
   SupervisionState to = SupervisionState::kIdle;    ///< from now on
   std::string_view reason;                          ///< static text
   bool is_failure = false;                          ///< the arm stops, and nobody asked for it
+  ReasonCode code = ReasonCode::kStarting;          ///< of reason
 };
 
 /// After which times the arm is no longer led.
