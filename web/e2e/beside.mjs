@@ -28,8 +28,8 @@ async function look(page, what) {
   let holds = 0, spilled = 0, was = '';
   while (Date.now() - begin < 1000 * SECONDS) {
     const now = await state(page);
-    if (now.reason === 'the planner is late' && was !== now.reason) ++holds;
-    was = now.reason;
+    if (now.reason_code === 'planner_late' && was !== now.reason_code) ++holds;
+    was = now.reason_code;
     spilled = Math.max(spilled, now.liquid.spilled_share);
     await page.waitForTimeout(200);
   }

@@ -87,14 +87,14 @@ describe('whole demo motions', () => {
   class Shown {
     readonly runs = new Runs();
     #t = 0;
-    say(state: string, profile: number, reason = '', playback = 0, out = 0): void {
+    say(state: string, profile: number, reason_code = 'gripped', playback = 0, out = 0): void {
       this.#t += 0.1;
       const liquid = { lateral: 2 + profile, spilled_share: out };
-      this.runs.take({ now_s: this.#t, state, reason, controls: { playback, profile }, liquid } as unknown as StateMessage, 10);
+      this.runs.take({ now_s: this.#t, state, reason_code, reason_leader: 'recording', controls: { playback, profile }, liquid } as unknown as StateMessage, 10);
     }
-    run(profile: number, first = profile, end = 'the demo motion ended'): void {
+    run(profile: number, first = profile, end = 'released'): void {
       this.say('ready', first);
-      for (let i = 0; i < 20; ++i) this.say('engaged', i < 10 ? first : profile, '', 0, i < 5 ? 0 : 0.1 * profile);
+      for (let i = 0; i < 20; ++i) this.say('engaged', i < 10 ? first : profile, 'gripped', 0, i < 5 ? 0 : 0.1 * profile);
       this.say('ready', profile, end, 0, 0.1 * profile);
     }
   }
@@ -108,14 +108,14 @@ describe('whole demo motions', () => {
     expect(noteOf(null, [0], shown.runs, name, title)).toBe('');
     expect(noteOf(null, [], shown.runs, name, title)).toBe('This page has seen nothing lead the arm in the last minute.');
     shown.run(1, 0);
-    shown.run(1, 1, 'the demo motion was held up');
+    shown.run(1, 1, 'silent');
     expect(shown.runs.compared).toBeNull();
     shown.run(1);
     expect(shown.runs.compared).toBe(0);
     expect(noteOf(0, [0, 1], shown.runs, name, title)).toBe('Each over its last whole run of the demo motion Carrying.');
     const { led, felt, off, spilt } = shown.runs.of(0, 1)!;
     expect([led, felt, off, spilt]).toEqual([expect.closeTo(2, 5), expect.closeTo(3, 5), expect.closeTo(10, 5), expect.closeTo(0.1, 5)]);
-    for (let i = 0; i < 700; ++i) shown.say('ready', 1, '', -1);
+    for (let i = 0; i < 700; ++i) shown.say('ready', 1, 'released', -1);
     expect(shown.runs.compared).toBeNull(); // long ago
   });
 });

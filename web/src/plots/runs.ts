@@ -1,8 +1,6 @@
 import type { StateMessage } from '../protocol';
 import type { Totals } from './comparison';
 
-/** As the supervisor says it. */
-const ENDED = 'the demo motion ended', HELD_UP = 'the demo motion was held up';
 /** s for which whole runs are told after the last one ended. */
 const TOLD_FOR = 60;
 
@@ -12,23 +10,24 @@ export class Runs {
   readonly #whole = new Map<number, Map<number, Totals>>();
   #now: (Totals & { motion: number; profile: number }) | null = null;
   #state = '';
-  #reason = '';
+  #hasEnded = false;
   #out = NaN;
   #at = NaN;
   #newest: { motion: number; at: number } | null = null;
 
   /** @param off mm, from the target to the glass */
-  take({ now_s, state, reason, controls: { playback, profile }, liquid }: StateMessage, off: number | null): void {
-    const dt = now_s - this.#at, before = this.#state, said = this.#reason;
+  take({ now_s, state, reason_code: code, reason_leader: leader, controls: { playback, profile }, liquid }: StateMessage, off: number | null): void {
+    const dt = now_s - this.#at, before = this.#state, hadEnded = this.#hasEnded;
+    const ends = leader === 'recording' && (code === 'released' || code === 'profile_waits'), isHeldUp = leader === 'recording' && code === 'silent';
     const spilt = Math.max(0, liquid.spilled_share - this.#out) || 0;
     this.#at = now_s;
     this.#state = state;
-    this.#reason = reason;
+    this.#hasEnded = ends;
     this.#out = liquid.spilled_share;
     if (!(dt >= 0 && dt < 1)) this.#now = null; // another session, or a gap
     const run = this.#now;
-    if (run && reason === ENDED && said !== ENDED && run.motion === playback && run.profile === profile) this.#keep(run, now_s);
-    if (playback < 0 || reason === ENDED || reason === HELD_UP || state === 'stopping' || state === 'fault') this.#now = null;
+    if (run && ends && !hadEnded && run.motion === playback && run.profile === profile) this.#keep(run, now_s);
+    if (playback < 0 || ends || isHeldUp || state === 'stopping' || state === 'fault') this.#now = null;
     else if (run && (run.profile !== profile || run.motion !== playback)) this.#now = null;
     else if (!run && state === 'engaged' && before === 'ready') this.#now = { motion: playback, profile, led: 0, felt: 0, most: 0, off: 0, spilt: 0 };
     if (!this.#now || !(dt > 0)) return;
