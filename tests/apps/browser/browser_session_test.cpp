@@ -113,8 +113,9 @@ TEST(SetupJson, RefusesWhatIsNone) {
     return refusal(json.dump());
   };
   EXPECT_NE(changed("/robot/home", Json::array({1, 2})).find("home must be 6 finite numbers"), std::string::npos);
-  EXPECT_NE(changed("/robot/joints/0/origin/0/0", 2.0).find("robot: 'origin' is no pose"), std::string::npos);
-  EXPECT_NE(changed("/robot/pairs/0/1", 1e9).find("robot: 'pairs' must be a whole number"), std::string::npos);
+  EXPECT_NE(changed("/robot/joints/0/origin/0/0", 2.0).find("robot: 'joints[0]': 'origin' is no pose"),
+            std::string::npos);
+  EXPECT_NE(changed("/robot/pairs/0/1", 1e9).find("robot: 'pairs[0][1]' must be a whole number"), std::string::npos);
   EXPECT_NE(changed("/robot/velocity_max/0", -1.0).find("robot: "), std::string::npos);
   EXPECT_NE(changed("/profiles/0/prediction", "clairvoyant").find("clairvoyant"), std::string::npos);
   EXPECT_NE(changed("/profile", 7).find("there are 2 profiles"), std::string::npos);

@@ -109,13 +109,16 @@ TEST(ProblemJson, TheLiquidAndWhatIsFollowedGoAlong) {
     return result ? "" : result.error().message;
   };
   EXPECT_EQ(message("fill", 0.06), "");
-  EXPECT_EQ(message("fill", nullptr), "problem.liquid.fill: is missing");
-  EXPECT_EQ(message("fill", "full"), "problem.liquid.fill: is \"full\"; it must be a number");
-  EXPECT_EQ(message("counts", 1), "problem.liquid.counts: must be true or false");
-  EXPECT_NE(message("colour", 1).find("problem.liquid.colour: is unknown; the keys are"), std::string::npos);
-  EXPECT_EQ(message("state", {1.0, 2.0}), "problem.liquid.state: has 2 entries; it must have 15");
+  EXPECT_EQ(message("fill", nullptr), "problem: 'liquid.fill' is missing");
+  EXPECT_EQ(message("fill", "full"), "problem: 'liquid.fill' must be a number, not \"full\"");
+  EXPECT_EQ(message("counts", 1), "problem: 'liquid.counts' must be true or false, not 1");
+  EXPECT_EQ(
+      message("colour", 1),
+      "problem: 'liquid.colour' is unknown; there are "
+      "radius, height, fill, viscosity, frequency_factor, price, least_weight, lean, room, frequencies, counts, state");
+  EXPECT_EQ(message("state", {1.0, 2.0}), "problem: 'liquid.state' must be a list of 15 numbers, not [1.0,2.0]");
   json["u_followed"] = {1.0};
-  EXPECT_EQ(message("fill", 0.06), "problem.u_followed: has 1 entries; it must have 6");
+  EXPECT_EQ(message("fill", 0.06), "problem: 'u_followed' has 1 entries; it must have 6");
 }
 
 TEST(ProblemJson, OneProblemNeedsNoGuess) {
@@ -135,22 +138,22 @@ TEST(ProblemJson, BadInputIsNamed) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"", "is no JSON"},
       {R"({"robot": "ur5e", )", "is no JSON"},
-      {"3", "problem: must be an object"},
-      {spoilt([](Json& j) { j.erase("x0"); }), "problem.x0: is missing"},
-      {spoilt([](Json& j) { j["speed"] = 1; }), "problem.speed: is unknown"},
-      {spoilt([](Json& j) { j["dt"] = 0; }), "problem.dt: is 0"},
-      {spoilt([](Json& j) { j["dt"] = "fast"; }), "problem.dt: is \"fast\"; it must be a number"},
-      {spoilt([](Json& j) { j["horizon"] = 2.5; }), "problem.horizon: is 2.5"},
-      {spoilt([](Json& j) { j["horizon"] = 4000; }), "problem.horizon: is 4000"},
-      {spoilt([](Json& j) { j["horizon"] = 3; }), "problem.reference: has 2 entries; it must have 3"},
-      {spoilt([](Json& j) { j["x0"] = {1, 2, 3}; }), "problem.x0: has 3 entries"},
-      {spoilt([](Json& j) { j["x0"][1] = nullptr; }), "problem.x0[1]: is null"},
-      {spoilt([](Json& j) { j["reference"][1]["R"][0][0] = 2; }), "problem.reference[1].R: is no rotation matrix"},
-      {spoilt([](Json& j) { j["reference"][0].erase("p"); }), "problem.reference[0].p: is missing"},
+      {"3", "problem: it must be an object, not 3"},
+      {spoilt([](Json& j) { j.erase("x0"); }), "problem: 'x0' is missing"},
+      {spoilt([](Json& j) { j["speed"] = 1; }), "problem: 'speed' is unknown; there are robot, dt, "},
+      {spoilt([](Json& j) { j["dt"] = 0; }), "problem: 'dt' must be above 0, not 0"},
+      {spoilt([](Json& j) { j["dt"] = "fast"; }), "problem: 'dt' must be a number, not \"fast\""},
+      {spoilt([](Json& j) { j["horizon"] = 2.5; }), "problem: 'horizon' must be a whole number, not 2.5"},
+      {spoilt([](Json& j) { j["horizon"] = 4000; }), "problem: 'horizon' must be within 1 and 128, not 4000"},
+      {spoilt([](Json& j) { j["horizon"] = 3; }), "problem: 'reference' has 2 entries; it must have 3"},
+      {spoilt([](Json& j) { j["x0"] = {1, 2, 3}; }), "problem: 'x0' has 3 entries; it must have 2n"},
+      {spoilt([](Json& j) { j["x0"][1] = nullptr; }), "problem: 'x0' must be a number, not null"},
+      {spoilt([](Json& j) { j["reference"][1]["R"][0][0] = 2; }), "problem: 'reference[1]': 'R' is no rotation matrix"},
+      {spoilt([](Json& j) { j["reference"][0].erase("p"); }), "problem: 'reference[0].p' is missing"},
       {spoilt([](Json& j) { j["guess"] = {{"x", Json::array()}, {"u", Json::array()}}; }),
-       "problem.guess.x: has 0 entries"},
-      {spoilt([](Json& j) { j["tolerance"] = -1; }), "problem.tolerance: is -1"},
-      {R"([{"robot": 5}])", "problem[0].robot: must be a string"},
+       "problem: 'guess' must have 3 'x' of 4 entries and 2 'u' of 2"},
+      {spoilt([](Json& j) { j["tolerance"] = -1; }), "problem: 'tolerance' must be above 0, not -1"},
+      {R"([{"robot": 5}])", "problem[0]: 'robot' must be text, not 5"},
   };
   for (const auto& [text, expected] : cases) {
     const auto file = read_problems(write(text));

@@ -11,7 +11,7 @@
 #include "steadyhand/apps/browser/browser_session.hpp"
 #include "steadyhand/apps/browser/closed_loop.hpp"
 #include "steadyhand/core/time.hpp"
-#include "steadyhand/files/record/json_reader.hpp"
+#include "steadyhand/files/record/model_json.hpp"
 
 #define STEADYHAND_EXPORT(name) extern "C" __attribute__((export_name(#name)))
 #define STEADYHAND_IMPORT(name) extern "C" __attribute__((import_module("steadyhand"), import_name(#name)))

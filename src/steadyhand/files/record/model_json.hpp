@@ -1,10 +1,10 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "steadyhand/core/time.hpp"
-#include "steadyhand/files/record/json_reader.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/geometry/robot/model.hpp"
 
@@ -12,17 +12,17 @@
 /// model_json.cpp. What reads them throws json::Wrong. @param key of the object, for messages
 namespace steadyhand {
 
-template <typename Vector>
-OrderedJson numbers_json(const Vector& vector) {
-  OrderedJson values = OrderedJson::array();
-  for (const double value : vector) values.push_back(value);
-  return values;
-}
+using OrderedJson = nlohmann::ordered_json;  ///< keys in the order of docs/explanation/formulation.md
 
-/// "shape", "origin" and the shape's sizes, as docs/explanation/formulation.md has them for bodies.
-OrderedJson shape_json(const Shape& shape, const Eigen::Isometry3d& origin);
-/// The origin, and the shape, of an object that may have more keys.
-Eigen::Isometry3d read_shape_json(const OrderedJson& object, const std::string& key, Shape& shape);
+namespace json {
+
+/// Carries the first thing that is wrong out of nested readers; does not leave their room.
+struct Wrong {
+  std::string message;
+};
+[[noreturn]] inline void fail(const std::string& key, const std::string& what) { throw Wrong{key + ": " + what}; }
+
+}  // namespace json
 
 /// {"name", "at_s", "objects": [{"name", "shape", "origin", sizes as of bodies in docs/explanation/formulation.md,
 /// "velocity", "margin", "color", "holds_only_tool", "attached", "may_be_touched_by"}]}. One line.

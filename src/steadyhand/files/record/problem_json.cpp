@@ -1,229 +1,182 @@
 #include "steadyhand/files/record/problem_json.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
-#include <set>
 
-#include "steadyhand/files/record/json_reader.hpp"
-#include "steadyhand/files/record/model_json.hpp"
+#include "steadyhand/files/record/document_style.hpp"
 
 namespace steadyhand {
-namespace {
 
-Trajectory trajectory(const OrderedJson& json, const std::string& key, int horizon, std::ptrdiff_t states) {
-  Trajectory result;
-  const OrderedJson &x = json::array(json::member(json, key, "x"), key + ".x", horizon + 1),
-                    &u = json::array(json::member(json, key, "u"), key + ".u", horizon);
-  for (int k = 0; k <= horizon; ++k)
-    result.x.push_back(json::vector<StateVector>(x[k], fmt::format("{}.x[{}]", key, k), states));
-  for (int k = 0; k < horizon; ++k)
-    result.u.push_back(json::vector<JointVector>(u[k], fmt::format("{}.u[{}]", key, k), states / 2));
-  return result;
-}
+/// The index of a body of the arm, or (from kMaxBodies on) what the tool carries.
+struct MovedNote {
+  int body = 0;
+  SolidNote carried{};
+};
 
-Obstacle read_solid(const OrderedJson& json, const std::string& key) {
-  Obstacle result;
-  const Eigen::Isometry3d origin = read_shape_json(json, key, result.shape);
-  result.at = {origin.translation(), origin.linear()};
-  return result;
-}
+struct ProblemStyle : DocumentStyle {
+  using DocumentStyle::read, DocumentStyle::write;
 
-OrderedJson solid_json(const Obstacle& obstacle) {
-  return shape_json(obstacle.shape,
-                    Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R)));
-}
-
-NearObstacles obstacles(const OrderedJson& json, const std::string& key) {
-  json::array(json, key, -1);
-  if (json.size() > kMaxObstacleRows)
-    json::fail(key, fmt::format("has {} entries; it may have {} at most", json.size(), kMaxObstacleRows));
-  NearObstacles result;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const std::string entry = fmt::format("{}[{}]", key, i);
-    if (!json[i].is_object()) json::fail(entry, "must be an object");
-    const OrderedJson& body = json::member(json[i], entry, "body");
-    const bool of_arm = body.is_number_integer() && body >= 0 && body < kMaxBodies;
-    if (!of_arm && !body.is_object()) {
-      json::fail(entry + ".body",
-                 fmt::format("is {}; it must be the index of a body, or what the tool carries", body.dump()));
-    }
-    Obstacle obstacle = read_solid(json[i], entry), carried;
-    if (!of_arm) carried = read_solid(body, entry + ".body");
-    if (json[i].contains("carried")) {
-      if (!json[i]["carried"].is_boolean()) json::fail(entry + ".carried", "must be true or false");
-      obstacle.carried = json[i]["carried"].get<bool>();
-    }
-    if (json[i].contains("velocity"))
-      obstacle.velocity = json::vector<Eigen::VectorXd>(json[i]["velocity"], entry + ".velocity", 3);
-    double depth = 0.0;
-    if (json[i].contains("depth")) depth = json::number(json[i]["depth"], entry + ".depth");
-    if (depth < 0.0) json::fail(entry + ".depth", fmt::format("is {}; it must be 0 or more", depth));
-    int corner = -1;
-    if (json[i].contains("corner")) {
-      const OrderedJson& index = json[i]["corner"];
-      if (!index.is_number_integer() || index < -1 || index > 7)
-        json::fail(entry + ".corner", fmt::format("is {}; it must be the index of a corner, or -1", index.dump()));
-      corner = index.get<int>();
-    }
-    result.push_back({of_arm ? body.get<int>() : kMaxBodies, obstacle, depth, corner, carried});
+  static void write(JsonWriter& json, const MovedNote& moved, const Limits&) {
+    moved.body < kMaxBodies ? json.value(moved.body) : json.raw(document(moved.carried));
   }
-  return result;
-}
-
-/// The numbers of a liquid that stand under a key of their own.
-template <typename Liquid, typename Each>
-void for_each_number(Liquid& liquid, const Each& each) {
-  auto& settings = liquid.settings;
-  each("radius", settings.glass.radius);
-  each("height", settings.glass.height);
-  each("fill", settings.glass.fill);
-  each("viscosity", settings.glass.viscosity);
-  each("frequency_factor", settings.glass.frequency_factor);
-  each("price", settings.price);
-  each("least_weight", settings.least_weight);
-  each("lean", settings.lean_max);
-  each("room", liquid.room);
-}
-
-LiquidRecord liquid(const OrderedJson& json, const std::string& key) {
-  if (!json.is_object()) json::fail(key, "must be an object");
-  LiquidRecord result;
-  std::set<std::string> known{"frequencies", "state", "counts"};
-  for_each_number(result, [&](const char* name, double& value) {
-    known.insert(name);
-    value = json::number(json::member(json, key, name), key + "." + name);
-  });
-  for (const auto& [name, value] : json.items()) {
-    if (!known.contains(name))
-      json::fail(key + "." + name, fmt::format("is unknown; the keys are {}", fmt::join(known, ", ")));
-  }
-  const auto factors =
-      json::vector<std::vector<double>>(json::member(json, key, "frequencies"), key + ".frequencies", kSloshModes);
-  std::copy(factors.begin(), factors.end(), result.settings.frequencies.begin());
-  result.state = json::vector<Eigen::VectorXd>(json::member(json, key, "state"), key + ".state", kSloshStates);
-  if (json.contains("counts")) {
-    if (!json["counts"].is_boolean()) json::fail(key + ".counts", "must be true or false");
-    result.counts = json["counts"].get<bool>();
-  }
-  return result;
-}
-
-ProblemRecord problem(const OrderedJson& json, const std::string& key) {
-  if (!json.is_object()) json::fail(key, "must be an object");
-  static const std::set<std::string> known{"robot",      "dt",        "horizon", "x0",        "weights",
-                                           "reference",  "obstacles", "guess",   "tolerance", "position_margin",
-                                           "u_followed", "clearance", "liquid"};
-  for (const auto& [name, value] : json.items()) {
-    if (!known.contains(name)) {
-      json::fail(key + "." + name,
-                 "is unknown; the keys are robot, dt, horizon, x0, weights, reference, position_margin, obstacles, "
-                 "u_followed, clearance, liquid, guess, tolerance");
+  template <typename In, typename Json>
+  static void read(In& in, const Json& json, MovedNote& moved, const Limits&, std::string_view name) {
+    if (json.is_number_integer() && json >= 0 && json < kMaxBodies) {
+      moved.body = json.template get<int>();
+    } else if (json.is_object()) {
+      moved.body = kMaxBodies;
+      JsonIn<Json, ProblemStyle> inner(json, true);
+      inner.members(moved.carried);
+      if (inner.error()) in.fail(fmt::format("'{}': {}", name, inner.error()->message));
+    } else {
+      in.must(name, "the index of a body, or what the tool carries", json);
     }
   }
-  ProblemRecord result;
-  const OrderedJson& robot = json::member(json, key, "robot");
-  if (!robot.is_string()) json::fail(key + ".robot", "must be a string");
-  result.robot = robot.get<std::string>();
-  result.dt = json::positive(json::member(json, key, "dt"), key + ".dt");
-  const OrderedJson& horizon = json::member(json, key, "horizon");
-  if (!horizon.is_number_integer() || horizon < 1 || horizon > kMaxHorizon) {
-    json::fail(key + ".horizon",
-               fmt::format("is {}; it must be a whole number from 1 to {}", horizon.dump(), kMaxHorizon));
+  /// Weights of a term; one of them also without brackets.
+  static void write(JsonWriter& json, const std::vector<double>& weights, const Limits& limits) {
+    if (weights.size() == 1) return write(json, weights[0], limits);
+    write(json, Eigen::VectorXd::Map(weights.data(), std::ssize(weights)), limits);
   }
-  result.horizon = horizon.get<int>();
+  template <typename In, typename Json>
+  static void read(In& in, const Json& json, std::vector<double>& weights, const Limits&, std::string_view name) {
+    const auto is_number = [](const Json& entry) { return entry.is_number(); };
+    if (!json.is_number() && !(json.is_array() && std::all_of(json.begin(), json.end(), is_number))) {
+      return in.must(name, "a number, or a list of numbers", json);
+    }
+    weights = json.is_number() ? std::vector{json.template get<double>()} : json.template get<std::vector<double>>();
+  }
+};
 
-  const OrderedJson& x0 = json::array(json::member(json, key, "x0"), key + ".x0", -1);
-  if (x0.empty() || x0.size() % 2 != 0 || x0.size() > 2 * kMaxJoints) {
-    json::fail(key + ".x0",
-               fmt::format("has {} entries; it must have 2n for n joints, n from 1 to {}", x0.size(), kMaxJoints));
-  }
-  result.x0 = json::vector<StateVector>(x0, key + ".x0", -1);
+template <typename V>
+constexpr bool kWrites = requires(V& v) { v.json(); };
 
-  const OrderedJson& weights = json::member(json, key, "weights");
-  if (!weights.is_object()) json::fail(key + ".weights", "must be an object");
-  for (const auto& [name, value] : weights.items()) {
-    const std::string weight_key = key + ".weights." + name;
-    result.weights[name] = value.is_array() ? json::vector<std::vector<double>>(value, weight_key, -1)
-                                            : std::vector<double>{json::number(value, weight_key)};
+struct NodeNote {
+  Vector3 p;
+  std::array<Vector3, 3> R;  ///< its rows
+};
+template <typename V>
+void describe(V& v, NodeNote& node) {
+  v.add("p", "m", "", node.p);
+  v.add("R", "", "", node.R);
+  if constexpr (kReads<V>) {
+    const Matrix3 R = (Matrix3() << node.R[0], node.R[1], node.R[2]).finished();
+    v.check((R * R.transpose() - Matrix3::Identity()).norm() <= 1e-6 && R.determinant() > 0.0,
+            "'R' is no rotation matrix: its rows must be orthonormal, its determinant 1");
   }
-
-  const OrderedJson& reference = json::array(json::member(json, key, "reference"), key + ".reference", result.horizon);
-  result.reference.nodes = result.horizon;
-  result.reference.dt = result.dt;
-  for (int k = 0; k < result.horizon; ++k) {
-    const std::string node_key = fmt::format("{}.reference[{}]", key, k);
-    if (!reference[k].is_object()) json::fail(node_key, "must be an object");
-    result.reference.p[k] =
-        json::vector<Eigen::VectorXd>(json::member(reference[k], node_key, "p"), node_key + ".p", 3);
-    result.reference.R[k] = json::rotation_matrix(json::member(reference[k], node_key, "R"), node_key + ".R");
-  }
-  if (json.contains("position_margin")) {
-    result.position_margin =
-        json::vector<JointVector>(json["position_margin"], key + ".position_margin", x0.size() / 2);
-  }
-  if (json.contains("obstacles")) result.near = obstacles(json["obstacles"], key + ".obstacles");
-  if (json.contains("u_followed"))
-    result.u_followed = json::vector<JointVector>(json["u_followed"], key + ".u_followed", x0.size() / 2);
-  if (json.contains("clearance")) result.clearance = json::number(json["clearance"], key + ".clearance");
-  if (json.contains("liquid")) result.liquid = liquid(json["liquid"], key + ".liquid");
-  if (json.contains("guess") && !json["guess"].is_null()) {
-    if (!json["guess"].is_object()) json::fail(key + ".guess", "must be an object");
-    result.guess = trajectory(json["guess"], key + ".guess", result.horizon, result.x0.size());
-  }
-  if (json.contains("tolerance")) result.tolerance = json::positive(json["tolerance"], key + ".tolerance");
-  return result;
 }
 
-template <typename Vectors>
-OrderedJson to_arrays(const Vectors& vectors) {
-  OrderedJson result = OrderedJson::array();
-  for (const auto& vector : vectors) result.push_back(numbers_json(vector));
-  return result;
+template <typename V>
+void describe(V& v, Trajectory& guess) {
+  v.add("x", "", "", guess.x);
+  v.add("u", "", "", guess.u);
 }
 
-OrderedJson to_json(const ProblemRecord& problem) {
-  OrderedJson reference = OrderedJson::array();
-  for (int k = 0; k < problem.horizon; ++k) {
-    OrderedJson rows = OrderedJson::array();
-    for (int row = 0; row < 3; ++row) rows.push_back(numbers_json(Vector3(problem.reference.R[k].row(row))));
-    reference.push_back({{"p", numbers_json(problem.reference.p[k])}, {"R", rows}});
+static SolidNote note_of(const Obstacle& obstacle) {
+  return {obstacle.shape, Eigen::Translation3d(obstacle.at.p) * Eigen::Isometry3d(Eigen::Quaterniond(obstacle.at.R))};
+}
+static void take(const SolidNote& solid, Obstacle& obstacle) {
+  obstacle.shape = solid.shape;
+  obstacle.at = {solid.origin.translation(), solid.origin.linear()};
+}
+template <typename V>
+void describe(V& v, NearObstacle& near) {
+  MovedNote moved{near.body, note_of(near.carried)};
+  SolidNote solid = note_of(near.obstacle);
+  v.add("body", "", "", moved);
+  describe(v, solid);
+  if (!kWrites<V> || near.obstacle.carried) v.add("carried", "", "", near.obstacle.carried, kOrAbsent);
+  v.add("velocity", "m/s", "", near.obstacle.velocity, kOrAbsent);
+  v.add("depth", "m", "", near.depth, at_least(0.0).or_absent());
+  if (!kWrites<V> || near.corner >= 0) v.add("corner", "", "", near.corner, within(-1, 7).or_absent());
+  if constexpr (kReads<V>) {
+    near.body = moved.body;
+    take(solid, near.obstacle);
+    if (moved.body == kMaxBodies) take(moved.carried, near.carried);
   }
-  OrderedJson json{{"robot", problem.robot},           {"dt", problem.dt},
-                   {"horizon", problem.horizon},       {"x0", numbers_json(problem.x0)},
-                   {"weights", OrderedJson::object()}, {"reference", reference},
-                   {"tolerance", problem.tolerance}};
-  if (problem.position_margin.size() > 0) json["position_margin"] = numbers_json(problem.position_margin);
-  for (const NearObstacle& near : problem.near) {
-    const Obstacle& obstacle = near.obstacle;
-    OrderedJson entry{{"body", near.body < kMaxBodies ? OrderedJson(near.body) : solid_json(near.carried)}};
-    entry.update(solid_json(obstacle));
-    if (obstacle.carried) entry["carried"] = true;
-    entry["velocity"] = numbers_json(obstacle.velocity);
-    entry["depth"] = near.depth;
-    if (near.corner >= 0) entry["corner"] = near.corner;
-    json["obstacles"].push_back(std::move(entry));
-  }
-  if (problem.u_followed.size() > 0) json["u_followed"] = numbers_json(problem.u_followed);
-  if (problem.clearance > 0.0) json["clearance"] = problem.clearance;
-  if (problem.liquid) {
-    OrderedJson& liquid = json["liquid"];
-    for_each_number(*problem.liquid, [&](const char* name, double value) { liquid[name] = value; });
-    liquid["frequencies"] = problem.liquid->settings.frequencies;
-    liquid["counts"] = problem.liquid->counts;
-    liquid["state"] = numbers_json(problem.liquid->state);
-  }
-  for (const auto& [name, values] : problem.weights) {
-    json["weights"][name] = values.size() == 1 ? OrderedJson(values[0]) : OrderedJson(values);
-  }
-  if (problem.guess) json["guess"] = {{"x", to_arrays(problem.guess->x)}, {"u", to_arrays(problem.guess->u)}};
-  return json;
 }
 
-}  // namespace
+template <typename V>
+void describe(V& v, LiquidRecord& liquid) {
+  GlassSettings& glass = liquid.settings.glass;
+  v.add("radius", "m", "", glass.radius);
+  v.add("height", "m", "", glass.height);
+  v.add("fill", "m", "", glass.fill);
+  v.add("viscosity", "m^2/s", "", glass.viscosity);
+  v.add("frequency_factor", "", "", glass.frequency_factor);
+  v.add("price", "1/m", "", liquid.settings.price);
+  v.add("least_weight", "g", "", liquid.settings.least_weight);
+  v.add("lean", "rad", "", liquid.settings.lean_max);
+  v.add("room", "m", "", liquid.room);
+  v.add("frequencies", "", "", liquid.settings.frequencies);
+  v.add("counts", "", "", liquid.counts, kOrAbsent);
+  v.add("state", "", "", liquid.state);
+}
+
+template <typename V>
+void describe(V& v, ProblemRecord& problem) {
+  v.add("robot", "", "", problem.robot);
+  v.add("dt", "s", "", problem.dt, above(0.0));
+  v.add("horizon", "", "", problem.horizon, within(1, kMaxHorizon));
+  v.add("x0", "", "", problem.x0, sized(2, 2 * kMaxJoints));
+  v.check(problem.x0.size() % 2 == 0, fmt::format("'x0' has {} entries; it must have 2n for n joints, n from 1 to {}",
+                                                  problem.x0.size(), kMaxJoints));
+  v.add("weights", "", "", problem.weights);
+  const auto horizon = static_cast<std::size_t>(problem.horizon);
+  const auto joints = static_cast<std::size_t>(problem.x0.size() / 2);
+  std::vector<NodeNote> nodes;
+  for (int k = 0; k < (kWrites<V> ? problem.horizon : 0); ++k) {
+    const Matrix3& R = problem.reference.R[k];
+    nodes.push_back({problem.reference.p[k], {R.row(0).transpose(), R.row(1).transpose(), R.row(2).transpose()}});
+  }
+  v.add("reference", "", "", nodes, sized(horizon, horizon));
+  v.add("tolerance", "", "", problem.tolerance, above(0.0).or_absent());
+  const auto add_vector = [&](std::string_view name, JointVector& value) {
+    std::optional<JointVector> given;
+    if (value.size() > 0) given = value;
+    v.add(name, "", "", given, sized(joints, joints));
+    if (kReads<V> && given) value = *given;
+  };
+  add_vector("position_margin", problem.position_margin);
+  if (!kWrites<V> || !problem.near.empty()) {
+    v.add("obstacles", "", "", problem.near, sized(0, kMaxObstacleRows).or_absent());
+  }
+  add_vector("u_followed", problem.u_followed);
+  if (!kWrites<V> || problem.clearance > 0.0) v.add("clearance", "m", "", problem.clearance, kOrAbsent);
+  v.add("liquid", "", "", problem.liquid);
+  v.add("guess", "", "", problem.guess, kWrites<V> ? kOrAbsent : kOrNull.or_absent());
+  if constexpr (kReads<V>) {
+    if (v.error()) return;
+    problem.reference.nodes = problem.horizon;
+    problem.reference.dt = problem.dt;
+    for (int k = 0; k < problem.horizon; ++k) {
+      const NodeNote& node = nodes[static_cast<std::size_t>(k)];
+      problem.reference.p[k] = node.p;
+      problem.reference.R[k] << node.R[0].transpose(), node.R[1].transpose(), node.R[2].transpose();
+    }
+    const auto fits = [](const auto& vectors, std::size_t size, std::size_t each) {
+      const auto has = [&](const auto& vector) { return vector.size() == static_cast<Eigen::Index>(each); };
+      return vectors.size() == size && std::all_of(vectors.begin(), vectors.end(), has);
+    };
+    const auto& guess = problem.guess;
+    v.check(!guess || (fits(guess->x, horizon + 1, 2 * joints) && fits(guess->u, horizon, joints)),
+            fmt::format("'guess' must have {} 'x' of {} entries and {} 'u' of {}", horizon + 1, 2 * joints, horizon,
+                        joints));
+  }
+}
+
+template <typename V>
+void describe(V& v, Solution& solution) {
+  v.add("status", "", "", to_string(solution.status));
+  v.add("objective", "", "", solution.objective);
+  v.add("iterations", "", "", solution.iterations);
+  v.add("time_us", "us", "", solution.time_us);
+  v.add("kkt_error", "", "", solution.kkt_error);
+  describe(v, solution.trajectory);
+}
 
 Result<ProblemFile> read_problems(const std::filesystem::path& path) {
   std::ifstream file(path);
@@ -238,12 +191,11 @@ Result<ProblemFile> parse_problems(std::string_view text, const std::string& nam
     const OrderedJson json = OrderedJson::parse(text);
     ProblemFile result;
     result.is_array = json.is_array();
-    if (!result.is_array) {
-      result.problems.push_back(problem(json, "problem"));
-    } else {
-      for (std::size_t i = 0; i < json.size(); ++i)
-        result.problems.push_back(problem(json[i], fmt::format("problem[{}]", i)));
-    }
+    const auto add = [&](const OrderedJson& problem, const std::string& key) {
+      read_document<ProblemStyle>(problem, key, result.problems.emplace_back(), true);
+    };
+    if (!result.is_array) add(json, "problem");
+    for (std::size_t i = 0; result.is_array && i < json.size(); ++i) add(json[i], fmt::format("problem[{}]", i));
     return result;
   } catch (const json::Wrong& wrong) {
     return Error{where + wrong.message};
@@ -281,19 +233,15 @@ ProblemRecord to_record(const Ocp& ocp, const OcpInstance& instance, const Traje
 Status write_problems(const std::vector<ProblemRecord>& problems, const std::filesystem::path& path) {
   std::ofstream file(path);
   file << "[";
-  for (std::size_t i = 0; i < problems.size(); ++i) file << (i == 0 ? "\n" : ",\n") << to_json(problems[i]).dump();
+  for (std::size_t i = 0; i < problems.size(); ++i) {
+    file << (i == 0 ? "\n" : ",\n") << document<ProblemStyle>(problems[i]);
+  }
   file << "\n]\n";
   file.close();
   if (!file) return Error{path.string() + ": cannot be written"};
   return Done{};
 }
 
-std::string to_json(const Solution& solution) {
-  const OrderedJson json{{"status", to_string(solution.status)}, {"objective", solution.objective},
-                         {"iterations", solution.iterations},    {"time_us", solution.time_us},
-                         {"kkt_error", solution.kkt_error},      {"x", to_arrays(solution.trajectory.x)},
-                         {"u", to_arrays(solution.trajectory.u)}};
-  return json.dump();
-}
+std::string to_json(const Solution& solution) { return document<ProblemStyle>(solution); }
 
 }  // namespace steadyhand
