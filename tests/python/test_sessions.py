@@ -289,7 +289,7 @@ def test_a_refill_is_a_full_glass_while_the_arm_goes_on(tmp_path):
     until(lambda state: state["liquid"]["spilled"], "a spill")
     level = client.state["controls"]["fill"]
     client.send(type="request", kind="refill", value=level)
-    assert "member" in client.wait_for("error")["message"], "it has a level of its own already"
+    assert "unknown" in client.wait_for("error")["message"], "it has a level of its own already"
     client.send(type="request", kind="refill")
     until(lambda state: not state["liquid"]["spilled"], "a full glass")
     assert client.state["liquid"]["spilled_share"] == 0.0 and client.state["controls"]["fill"] == level

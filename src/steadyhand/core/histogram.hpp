@@ -4,9 +4,19 @@
 #include <atomic>
 #include <cstdint>
 
+#include "steadyhand/core/describe.hpp"
 #include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
+
+template <typename V>
+void describe(V& v, TimingSummary& t) {
+  v.type("Timing", "Percentiles of the last seconds.");
+  v.add("p50", "us", "median", t.p50, kOrNull);
+  v.add("p99", "us", "", t.p99, kOrNull);
+  v.add("p999", "us", "", t.p999, kOrNull);
+  v.add("max", "us", "", t.max, kOrNull);
+}
 
 /// Counts durations in bins of 3 % width from 1 us to over an hour. One thread adds; any thread may read meanwhile.
 /// Allocates nothing.

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "steadyhand/core/describe.hpp"
 #include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
@@ -16,6 +17,14 @@ struct CameraInfo {
   int height = 240;       ///< likewise
   double rate_hz = 15.0;  ///< pictures a second
 };
+template <typename V>
+void describe(V& v, CameraInfo& c) {
+  v.type("CameraFacts", "A camera of the session.");
+  v.add("name", "", "", c.name);
+  v.add("width", "", "pixels", c.width, at_least(2));
+  v.add("height", "", "pixels", c.height, at_least(2));
+  v.add("rate_hz", "Hz", "pictures a second", c.rate_hz, above(0.0));
+}
 
 /// An encoded picture on its way to the recording and the page.
 struct VideoPacket {

@@ -141,30 +141,30 @@ TEST(Messages, WritesTheServersFixturesByteByByte) {
   facts.glass = {0.03125, 0.125, 0.0625};
   facts.terms = {{"near", "Near the hand", "1/(m^2 s)", 3, 1.0, 1e4, true, false},
                  {"calm", "Lateral specific force", "s^3/m^2", 1, 0.0, 20.0, false, true}};
-  facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}}};
+  facts.profiles = {{"tracking", "Tracking (P1)", {500.0, 0.0}}, {"waiter", "Waiter (P3)", {500.0, 3.0}, 1}};
   facts.recordings = {"reach"};
   facts.cameras = {{"front", 320, 240, 15.0}};
   facts.task = {"carry", "Carry the glass to the mark.", 30.0, {"glass at mark"}, {"mark", "glass"}};
-  is("welcome", welcome_message(facts, facts.cell, 3));
-  is("cell", cell_message(R"({"name":"table","objects":[]})"));
-  is("cameras", cameras_message({"", "film.mp4: the video ended"}));
-  is("study", study_message(R"({"text":"Reach each target."})"));
-  is("reply", reply_message(R"({"key":"tlx_mental","value":12})", 3));
-  is("stopped", stopped_message(3));
-  is("paired", paired_message("k3jqz7wd5nrs9hc2vbx4mtgp6f"));
-  is("lease", lease_message({3, true, false, 5, from_seconds(7.5)}));
-  is("pong", pong_message(3.25, from_seconds(81.5)));
-  is("error", error_message(Refusal::kTaken, "client 3 commands the arm now"));
-  is("state", state_message(fixture_view()));
+  is("welcome", to_json(WelcomeMessage{kProtocolVersion, 3, facts}));
+  is("cell", to_json(CellMessage{{R"({"name":"table","objects":[]})"}}));
+  is("cameras", to_json(CamerasMessage{{"", "film.mp4: the video ended"}}));
+  is("study", to_json(StudyMessage{{R"({"text":"Reach each target."})"}}));
+  is("reply", to_json(RepliedMessage{3, {R"({"key":"tlx_mental","value":12})"}}));
+  is("stopped", to_json(StoppedMessage{3}));
+  is("paired", to_json(PairedMessage{"k3jqz7wd5nrs9hc2vbx4mtgp6f"}));
+  is("lease", to_json(LeaseMessage{3, true, false, 5, from_seconds(7.5)}));
+  is("pong", to_json(PongMessage{3.25, from_seconds(81.5)}));
+  is("error", to_json(ErrorMessage{Refusal::kTaken, "client 3 commands the arm now"}));
+  is("state", to_json(fixture_view()));
   OperatorView idle;
   idle.local_acceleration = kGravity;
   idle.tracking_error = idle.clearance = std::numeric_limits<double>::quiet_NaN();
-  is("state_idle", state_message(idle));
+  is("state_idle", to_json(idle));
   ServerFacts bare;
   bare.glass = facts.glass;
-  is("welcome_bare", welcome_message(bare, "", 1));
-  is("study_over", study_message("null"));
-  is("lease_free", lease_message({0, false, true, 0, std::nullopt}));
+  is("welcome_bare", to_json(WelcomeMessage{kProtocolVersion, 1, bare}));
+  is("study_over", to_json(StudyMessage{{"null"}}));
+  is("lease_free", to_json(LeaseMessage{0, false, true, 0, std::nullopt}));
 }
 
 }  // namespace

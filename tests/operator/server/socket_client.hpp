@@ -24,7 +24,7 @@ Page fetch(std::uint16_t port, const std::string& path, const std::string& host 
 Page fetch_with(std::uint16_t port, const std::string& path, const std::string& value,
                 const std::string& header = "Authorization");
 
-/// A blocking client over a real socket; another implementation of HTTP and WebSocket than the server's.
+/// A blocking client over a real socket: Boost.Beast as a client, and bytes as they are.
 class SocketClient {
  public:
   /// @param receive_buffer bytes that the kernel keeps for it; 0: as it likes

@@ -32,8 +32,8 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     {"src/steadyhand/files/record/problem_json.cpp", {"obstacles", "velocity"}},
     {"src/steadyhand/files/record/model_json.cpp", {"velocity"}},
     {"src/steadyhand/files/record/model_json.hpp", {"velocity"}},
-    {"src/steadyhand/operator/protocol/client_messages.cpp", {"velocity"}},
-    {"src/steadyhand/operator/protocol/page_messages.cpp", {"lateral"}},
+    {"src/steadyhand/operator/protocol/requests.hpp", {"velocity"}},
+    {"src/steadyhand/session/live/describe_snapshot.hpp", {"lateral"}},
     // attributes of a reference and a plan in Python
     {"src/steadyhand/apps/python/stages.cpp", {"velocity"}},
     {"src/steadyhand/core/describe.hpp", {"position"}},

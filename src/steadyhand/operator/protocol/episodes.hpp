@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 
+#include "steadyhand/core/describe.hpp"
 #include "steadyhand/core/mutex.hpp"
 #include "steadyhand/core/result.hpp"
 #include "steadyhand/files/record/episode_mark.hpp"
@@ -18,6 +19,17 @@ struct EpisodeView {
   int lost = 0;                 ///< in this session: not recorded to their end
   std::optional<bool> success;  ///< what was said of it
 };
+template <typename V>
+void describe(V& v, EpisodeView& e) {
+  v.type("Episode", "The one that runs, or ran last.");
+  v.add("running", "", "", e.running);
+  v.add("number", "", "from 1; 0: there was none", e.number, at_least(0));
+  v.add("time", "s", "that it has run", e.time);
+  v.add("kept", "", "episodes, recorded", e.kept, at_least(0));
+  v.add("discarded", "", "episodes, recorded", e.discarded, at_least(0));
+  v.add("lost", "", "episodes that are not recorded to their end", e.lost, at_least(0));
+  v.add("success", "", "null: not decided", e.success, kOrNull);
+}
 
 /// Numbers the episodes of a session and keeps order among what is said of them. Any thread.
 class Episodes {

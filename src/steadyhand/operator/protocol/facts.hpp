@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "steadyhand/core/result.hpp"
@@ -29,17 +30,12 @@ struct ServerFacts {
   struct Profile {
     std::string name, label;
     std::vector<double> weights;  ///< of each term the largest
+    int index = 0;                ///< in `profiles`
   };
   /// As the arm simulates it, m; radius and height are inside.
   struct Glass {
     double radius = 0.0, height = 0.0, fill = 0.0;
   };
-  std::string version;  ///< of the program
-  std::string cell;     ///< JSON as cell_json() makes it
-  std::string robot;    ///< JSON as `steadyhand describe` prints it
-  Glass glass;
-  std::vector<Term> terms;
-  std::vector<Profile> profiles;
   /// What is to be done in a simulated scene.
   struct Task {
     std::string name, instruction;
@@ -47,10 +43,68 @@ struct ServerFacts {
     std::vector<std::string> conditions;  ///< in words, as TaskProgress::held has them
     std::vector<std::string> things{};    ///< names of what it looks at, as OperatorView::scene has them
   };
+  std::string version;  ///< of the program
+  std::string cell;     ///< JSON as cell_json() makes it
+  std::string robot;    ///< JSON as `steadyhand describe` prints it
+  Glass glass;
+  std::vector<Term> terms;
+  std::vector<Profile> profiles;
   std::optional<Task> task;
   std::vector<std::string> recordings;  ///< built-in hands that OperatorRequest::Kind::kPlayback takes
   std::vector<CameraInfo> cameras;      ///< that film, as VideoPacket::camera counts them
 };
+
+template <typename V>
+void describe(V& v, ServerFacts::Term& t) {
+  v.type("Term", "An objective that the arm's motion is weighed by.");
+  v.add("name", "", "", t.name);
+  v.add("label", "", "for people", t.label);
+  v.add("unit", "", "of a weight", t.unit);
+  v.add("count", "", "of its weights", t.count, at_least(1));
+  v.group("range", "WeightRange", "weights to choose among", [&](auto& inner) {
+    inner.add("min", "", "", t.min);
+    inner.add("max", "", "", t.max);
+    inner.add("logarithmic", "", "by factors, and 0 at the lower end", t.logarithmic);
+  });
+  v.add("offered", "", "whether its weight is for the operator to choose", t.offered);
+}
+template <typename V>
+void describe(V& v, ServerFacts::Profile& p) {
+  v.type("Profile", "");
+  v.add("index", "", "", p.index, at_least(0));
+  v.add("name", "", "", p.name);
+  v.add("label", "", "for people", p.label);
+  v.add("weights", "", "of each of `welcome.terms` the largest", p.weights, sized(0, kMaxObjectives));
+}
+template <typename V>
+void describe(V& v, ServerFacts::Glass& g) {
+  v.type("GlassSize", "The glass and its liquid.");
+  v.add("radius", "m", "inside", g.radius, above(0.0));
+  v.add("height", "m", "inside", g.height, above(0.0));
+  v.add("fill", "m", "of liquid", g.fill, above(0.0));
+}
+template <typename V>
+void describe(V& v, ServerFacts::Task& t) {
+  v.type("TaskFacts", "What is to be done in a simulated scene.");
+  v.add("name", "", "", t.name);
+  v.add("instruction", "", "for people", t.instruction);
+  v.add("time_limit", "s", "", t.time_limit);
+  v.add("conditions", "", "in words", t.conditions);
+  v.add("things", "", "what it looks at", t.things, sized(0, kMaxThings));
+}
+template <typename V>
+void describe(V& v, ServerFacts& f) {
+  v.add("program", "", "its version", f.version);
+  v.add("terms", "", "objectives whose weights can be asked for", f.terms, sized(0, kMaxObjectives));
+  v.add("profiles", "", "", f.profiles);
+  v.add("recordings", "", "built-in hands that may play", f.recordings);
+  v.add("cameras", "", "in the order in which pictures count them", f.cameras);
+  v.add("glass", "", "", f.glass);
+  v.add("task", "", "null: there is none", f.task, kOrNull);
+  v.add("cell", "", "the obstacles around the arm", RawJson{std::string_view(f.cell)}, known_as("Cell").or_null());
+  v.add("robot", "", "as `steadyhand describe` prints it", RawJson{std::string_view(f.robot)},
+        known_as("Robot").or_null());
+}
 
 /// A page that is made when it is asked for.
 struct FreshPage {

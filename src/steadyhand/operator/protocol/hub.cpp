@@ -124,14 +124,14 @@ void Hub::broadcast_state(const OperatorView& view) {
   arm_led_ = view.state == SupervisionState::kEngaged || view.state == SupervisionState::kHolding;
   if (view.cell && view.cell != cell_) {
     cell_ = view.cell;
-    const std::string changed = cell_message(*cell_);
+    const std::string changed = to_json(CellMessage{{*cell_}});
     for (auto& [id, client] : clients_) {
       if (client.greeted && !client.closed) send(client, changed);
     }
   }
   if (view.cameras_ended && view.cameras_ended != cameras_ended_) {
     cameras_ended_ = view.cameras_ended;
-    const std::string changed = cameras_message(*cameras_ended_);
+    const std::string changed = to_json(CamerasMessage{*cameras_ended_});
     for (auto& [id, client] : clients_) {
       if (client.greeted && !client.closed) send(client, changed);
     }
@@ -139,7 +139,7 @@ void Hub::broadcast_state(const OperatorView& view) {
   std::shared_ptr<const std::string> message;
   for (auto& [id, client] : clients_) {
     if (!client.greeted || client.closed) continue;
-    if (!message) message = std::make_shared<const std::string>(state_message(view));
+    if (!message) message = std::make_shared<const std::string>(to_json(view));
     if (client.outbox->send_state(message)) ++states_skipped;
   }
 }
@@ -182,14 +182,16 @@ void Hub::handle(std::uint64_t id, Client& client, const HelloMessage& message, 
   if (client.greeted) return refuse(client, Refusal::kMalformed, "hello was said already");
   client.greeted = true;
   client.useful = now;
-  send(client, welcome_message(facts_, cell_ ? *cell_ : facts_.cell, id));
+  WelcomeMessage welcome{kProtocolVersion, id, facts_};
+  if (cell_) welcome.facts.cell = *cell_;
+  send(client, to_json(welcome));
   if (pairing_.known(message.token)) {
     client.token = message.token;
-    send(client, paired_message(client.token));
+    send(client, to_json(PairedMessage{client.token}));
   }
-  send(client, lease_message(lease_of(id, client, now)));
-  if (cameras_ended_) send(client, cameras_message(*cameras_ended_));
-  if (!study_.empty()) send(client, study_message(study_));
+  send(client, to_json(lease_of(id, client, now)));
+  if (cameras_ended_) send(client, to_json(CamerasMessage{*cameras_ended_}));
+  if (!study_.empty()) send(client, to_json(StudyMessage{{study_}}));
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const PairMessage& message, Time now) {
@@ -218,8 +220,8 @@ void Hub::pair(std::uint64_t id, Client& client, const std::string& code, Time n
     }
     client.token = *std::move(token);
   }
-  send(client, paired_message(client.token));
-  send(client, lease_message(lease_of(id, client, now)));
+  send(client, to_json(PairedMessage{client.token}));
+  send(client, to_json(lease_of(id, client, now)));
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now) {
@@ -282,9 +284,6 @@ void Hub::handle(std::uint64_t id, Client& client, const RequestMessage& message
   if (kind == OperatorRequest::Kind::kWeight && std::none_of(facts_.terms.begin(), facts_.terms.end(), named)) {
     return refuse(client, Refusal::kUnknown, "no term of the objective has this name");
   }
-  if (kind == OperatorRequest::Kind::kScale && value <= 0.0) {
-    return refuse(client, Refusal::kMalformed, "'value' of a scale must be above 0");
-  }
   if (const Status done = callbacks_.on_request(message.request); !done) {
     complain(client, Refusal::kUnknown, done.error().message, now);
   }
@@ -300,14 +299,14 @@ void Hub::handle(std::uint64_t id, Client& client, const StudyMessage& message, 
     return refuse(client, Refusal::kTaken, fmt::format("client {} leads a study already", study_leader_));
   }
   study_leader_ = id;
-  tell_study(message.content);
+  tell_study(message.content.text);
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const ReplyMessage& message, Time) {
   if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
   const auto leader = clients_.find(study_leader_);
   if (leader == clients_.end()) return refuse(client, Refusal::kUnknown, "no study is led now");
-  send(leader->second, reply_message(message.content, id));
+  send(leader->second, to_json(RepliedMessage{id, {message.content.text}}));
 }
 
 /// Whoever is paired may lead the arm, and so may its program; a person gives it its turn.
@@ -333,7 +332,7 @@ void Hub::handle(std::uint64_t id, Client& client, const TargetMessage& message,
                                 to_seconds(now) - message.of),
                     now);
   }
-  callbacks_.on_target(message.target);
+  callbacks_.on_target(message.target());
 }
 
 /// Cameras show people, and cost more than states: not for everybody who may watch.
@@ -360,7 +359,7 @@ void Hub::handle(std::uint64_t, Client& client, const WatchMessage& message, Tim
 void Hub::tell_study(std::string content) {
   const bool over = content == "null";
   for (auto& [id, client] : clients_) {
-    if (client.greeted) send(client, study_message(content));
+    if (client.greeted) send(client, to_json(StudyMessage{{content}}));
   }
   if (over) study_leader_ = 0;
   study_ = over ? std::string() : std::move(content);
@@ -372,7 +371,7 @@ void Hub::tell_stop(std::uint64_t id, Time now) {
   if (stop_told_ && now - *stop_told_ < kTellEvery) return;
   stop_told_ = now;
   for (auto& [other, client] : clients_) {
-    if (client.greeted) send(client, stopped_message(id));
+    if (client.greeted) send(client, to_json(StoppedMessage{id}));
   }
 }
 
@@ -391,12 +390,12 @@ bool Hub::sets_condition(std::uint64_t id, const OperatorRequest& request, Time 
 void Hub::handle(std::uint64_t, Client& client, const PingMessage& message, Time now) {
   client.clock.arrived(from_seconds(message.t), now);
   if (message.echo >= 0.0) client.clock.round_trip(now - from_seconds(message.echo) - from_seconds(message.held), now);
-  send(client, pong_message(message.t, now));
+  send(client, to_json(PongMessage{message.t, now}));
 }
 
 void Hub::refuse(Client& client, Refusal refusal, std::string_view message) {
   ++refused_messages;
-  send(client, error_message(refusal, message));
+  send(client, to_json(ErrorMessage{refusal, message}));
 }
 
 /// For what may come with every message: said once a second.

@@ -117,7 +117,10 @@ class Hub {
 
   void handle(std::uint64_t id, Client& client, const HelloMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const PairMessage& message, Time now);
-  void handle(std::uint64_t id, Client& client, const LeaseMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const TakeMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const ReleaseMessage& message, Time now);
+  void handle(std::uint64_t id, Client& client, const AskMessage& message, Time now);
+  bool takes(std::uint64_t id, Client& client, Time now);
   void handle(std::uint64_t id, Client& client, const AnswerMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const SampleMessage& message, Time now);
   void handle(std::uint64_t id, Client& client, const RequestMessage& message, Time now);
@@ -141,7 +144,7 @@ class Hub {
   void end_asking(Time now);
   void watch_asking(Time now);
   bool led(Time now) const;
-  LeaseView lease_of(std::uint64_t id, const Client& client, Time now) const;
+  LeaseMessage lease_of(std::uint64_t id, const Client& client, Time now) const;
   void tell_lease(Time now);
   void refuse(Client& client, Refusal refusal, std::string_view message);
   void complain(Client& client, Refusal refusal, std::string_view message, Time now);

@@ -8,17 +8,31 @@
 
 namespace steadyhand {
 
-void Hub::handle(std::uint64_t id, Client& client, const LeaseMessage& message, Time now) {
-  if (message.wish == LeaseMessage::Wish::kRelease) {
-    if (asker_ == id) end_asking(now);
-    if (holder_ == id) give_lease(0, now);
-    return;
+void Hub::handle(std::uint64_t id, Client&, const ReleaseMessage&, Time now) {
+  if (asker_ == id) end_asking(now);
+  if (holder_ == id) give_lease(0, now);
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const TakeMessage&, Time now) {
+  if (!takes(id, client, now)) {
+    refuse(client, Refusal::kTaken, "somebody else has control of the arm; it may be asked for");
   }
-  if (client.token.empty()) return refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
-  if (holder_ == id) return;
-  if (may_take(id, client)) return give_lease(id, now);
-  if (message.wish == LeaseMessage::Wish::kAsk) return ask(id, client, now);
-  refuse(client, Refusal::kTaken, "somebody else has control of the arm; it may be asked for");
+}
+
+void Hub::handle(std::uint64_t id, Client& client, const AskMessage&, Time now) {
+  if (!takes(id, client, now)) ask(id, client, now);
+}
+
+/// Whether nothing more is to be done: it has the lease now, or was refused.
+bool Hub::takes(std::uint64_t id, Client& client, Time now) {
+  if (client.token.empty()) {
+    refuse(client, Refusal::kUnpaired, "pair with the code from the terminal first");
+  } else if (holder_ != id && may_take(id, client)) {
+    give_lease(id, now);
+  } else {
+    return holder_ == id;
+  }
+  return true;
 }
 
 void Hub::handle(std::uint64_t id, Client& client, const AnswerMessage& message, Time now) {
@@ -82,15 +96,15 @@ void Hub::give_lease(std::uint64_t id, Time now) {
   if (code_used) callbacks_.on_pairing({});
 }
 
-LeaseView Hub::lease_of(std::uint64_t id, const Client& client, Time now) const {
-  LeaseView view{holder_, holder_ == id, may_take(id, client), asker_, {}};
+LeaseMessage Hub::lease_of(std::uint64_t id, const Client& client, Time now) const {
+  LeaseMessage view{holder_, holder_ == id, may_take(id, client), asker_, {}};
   if (asker_ != 0 && idle_since_) view.left = std::max(Time(0), *idle_since_ + kAskTimeout - now);
   return view;
 }
 
 void Hub::tell_lease(Time now) {
   for (auto& [id, client] : clients_) {
-    if (client.greeted) send(client, lease_message(lease_of(id, client, now)));
+    if (client.greeted) send(client, to_json(lease_of(id, client, now)));
   }
 }
 

@@ -4,49 +4,18 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <ranges>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "steadyhand/geometry/robot/cell.hpp"
 #include "steadyhand/operator/protocol/episodes.hpp"
-#include "steadyhand/session/live/live_taps.hpp"
+#include "steadyhand/operator/protocol/requests.hpp"
+#include "steadyhand/session/live/describe_snapshot.hpp"
 
 /// What an operator's page and the program tell each other, see docs/reference/protocol.md.
 namespace steadyhand {
-
-/// What an operator asks for beside moving the hand. Any client may stop; the rest needs the lease.
-struct OperatorRequest {
-  enum class Kind : std::uint8_t {
-    kStop,      ///< bring the arm to rest now
-    kReset,     ///< after a stop or a fault: ready again, where the arm stands
-    kProfile,   ///< `text`: its name
-    kWeight,    ///< `text`: name of an objective, `value`: its largest weight, >= 0; its others keep their ratio
-    kScale,     ///< `value`: metres of the tool for each metre of the hand, > 0
-    kYaw,       ///< `value`: turn of the operator's frame, rad
-    kTilt,      ///< `value`: how far the glass may lean with the hand, rad, 0 to pi
-    kFill,      ///< `value`: how high the glass is filled, m
-    kRefill,    ///< a full glass, at the level that it has; the arm goes on
-    kRate,      ///< `value`: planning steps a second, Hz
-    kLatency,   ///< `value`: s, added on purpose between the hand's gate and the planner
-    kPlayback,  ///< `text`: name of a built-in recording to take as the hand; empty: end it
-    kPolicy,    ///< `value` 0 or 1: whether the policy that is connected has its turn
-    kRecord,    ///< `value` 0 or 1: whether the session is recorded
-    kObject,    ///< `text`: name of what stands around the arm; `object`: from now on there, none: no longer
-    kAttach,    ///< `text`: name of an object that the tool takes where it is
-    kDetach,    ///< the same: it lets go of it
-    kEpisode,   ///< `text`: begin, keep, discard or mark; `episode`: what else is said of it
-    kSetUp,     ///< the simulated scene anew; `value`: the seed of its places, -1: the next
-    kLabel,     ///< `text`: name of a recorded session, `to`: what people call it; empty: nothing
-    kRename,    ///< `text`: name of a recorded session, `to`: its new name
-    kDelete,    ///< `text`: name of a recorded session that is to go
-  };
-  Kind kind = Kind::kStop;
-  std::string text;
-  double value = 0.0;
-  std::optional<CellObject> object = std::nullopt;
-  std::string to = {};
-  EpisodeMark episode = {};
-};
 
 /// What the operator has chosen.
 struct SessionControls {
@@ -64,8 +33,46 @@ struct SessionControls {
   bool policy_turn = false;                      ///< it leads the arm wherever no person does
 };
 
+template <typename V>
+void describe(V& v, SessionControls& c) {
+  v.type("Controls", "What is in force of what the operator has chosen.");
+  v.add("profile", "", "index of `welcome.profiles`", c.profile, at_least(0));
+  v.add("playback", "", "index of `welcome.recordings`, which moves the arm; -1: none", c.playback, at_least(-1));
+  v.add("policy", "", "name of the one that is connected; empty: none", c.policy);
+  v.add("policy_turn", "", "it moves the arm whenever no person does", c.policy_turn);
+  v.add("weights", "", "of each of `welcome.terms` the largest",
+        std::span(c.weights).first(static_cast<std::size_t>(c.objectives)), sized(0, kMaxObjectives));
+  v.add("scale", "", "metres of the tool for each metre of the hand", c.scale);
+  v.add("yaw", "rad", "turn of the operator's axes about the base's z", c.yaw);
+  v.add("tilt", "rad", "how far the glass may lean with the hand", c.tilt);
+  v.add("fill", "m", "of liquid in the glass", c.fill);
+  v.add("no_spill", "", "plans spill nothing", c.no_spill);
+  v.add("latency", "s", "added on purpose between the hand's gate and the planner", c.latency, at_least(0.0));
+}
+
+/// How the task of a simulated scene goes, and where what it looks at is.
+struct TaskView {
+  TaskProgress progress;
+  std::span<const ThingState> things;
+};
+template <typename V>
+void describe(V& v, TaskView& t) {
+  v.type("TaskProgress", "How the task of a simulated scene goes.");
+  v.add("time", "s", "since the first grip after the scene was set up, or since an episode began", t.progress.time);
+  v.add("held", "", "a bit for each of `welcome.task.conditions`", t.progress.held);
+  v.add("spilled", "", "share of the liquid", t.progress.spilled);
+  v.add("success", "", "null: not decided", t.progress.success, kOrNull);
+  const auto place = [](const ThingState& thing) {
+    const Pose& at = thing.X_base_thing;
+    return std::array{at.p.x(), at.p.y(), at.p.z(), at.q.x(), at.q.y(), at.q.z(), at.q.w()};
+  };
+  v.add("things", "", "of each of `welcome.task.things` x, y, z (m) and quaternion, base frame",
+        t.things | std::views::transform(place), sized(0, kMaxThings).or_null());
+}
+
 /// A session as its operator sees it; the server sends it to every client.
 struct OperatorView : SessionSnapshot {
+  static constexpr std::string_view kType = "state";
   SessionControls controls;
   bool recording = false;
   std::optional<TaskProgress> task;  ///< of the simulated scene; none: there is no task
@@ -75,5 +82,16 @@ struct OperatorView : SessionSnapshot {
   /// Of each of ServerFacts::cameras why no more pictures come, empty: they do; null: of all of them they do.
   std::shared_ptr<const std::vector<std::string>> cameras_ended;
 };
+template <typename V>
+void describe(V& v, OperatorView& s) {
+  v.type("StateMessage", "one look at the session, about 60 times a second");
+  describe(v, static_cast<SessionSnapshot&>(s));
+  v.add("recording", "", "the session is being recorded", s.recording);
+  std::optional<TaskView> task;
+  if (s.task) task = TaskView{*s.task, std::span(s.scene.thing).first(static_cast<std::size_t>(s.scene.things))};
+  v.add("task", "", "null: there is none", task, kOrNull);
+  v.add("episode", "", "the one that runs, or ran last", s.episode);
+  v.add("controls", "", "as they are in force", s.controls);
+}
 
 }  // namespace steadyhand

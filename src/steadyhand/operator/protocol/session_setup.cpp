@@ -77,6 +77,7 @@ ServerFacts describe_session(const RobotModel& model, const Ocp& ocp, const Live
   }
   for (const Profile& profile : profiles) {
     ServerFacts::Profile& told = facts.profiles.emplace_back();
+    told.index = static_cast<int>(facts.profiles.size()) - 1;
     told.name = profile.name;
     told.label = profile.label;
     if (const auto weights = ocp.weights(profile.ocp.weights)) {

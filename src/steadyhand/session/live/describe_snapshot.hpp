@@ -1,0 +1,93 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <ranges>
+#include <span>
+
+#include "steadyhand/core/describe.hpp"
+#include "steadyhand/core/histogram.hpp"
+#include "steadyhand/session/live/live_taps.hpp"
+
+namespace steadyhand {
+
+/// How the message `state` has a SessionSnapshot, in parts: what the arm does,
+template <typename V>
+void describe_motion(V& v, SessionSnapshot& s) {
+  v.add("q", "rad", "(m) measured", s.measured.q);
+  v.add("dq", "rad/s", "(m/s) measured", s.measured.dq);
+  v.add("command", "rad", "(m) commanded", s.command.q);
+  v.add("gripper", "", "measured, 0 open to 1 closed; null: the arm has none", s.measured.gripper,
+        within(0.0, 1.0).or_null());
+  v.add("gripper_command", "", "where it is commanded to be", s.command.gripper, within(0.0, 1.0).or_null());
+  v.add("tool", "", "where the controlled frame is, in the base", s.X_base_tool);
+  v.add("target", "", "where the operator wants it; without a grip, where it is", s.target.X_base_tool);
+  v.add("engaged", "", "the arm is to follow the target", s.target.engaged);
+  std::optional<Leader> leader;
+  if (s.state == SupervisionState::kEngaged || s.state == SupervisionState::kHolding) leader = s.target.leader;
+  v.add("leader", "", "whose hand the arm follows; null: none", leader, kOrNull);
+  v.add("local_acceleration", "m/s^2", "specific force on the glass, in its frame", s.local_acceleration, kOrNull);
+  v.add("tracking_error", "m", "target to tool; null without a grip", s.tracking_error, kOrNull);
+  v.add("clearance", "m", "of the nearest pair of bodies", s.clearance, kOrNull);
+  v.add("nearest", "", "that pair", s.nearest);
+}
+
+/// what it is going to do,
+template <typename V>
+void describe_plan(V& v, SessionSnapshot& s) {
+  const int nodes = std::clamp(s.path_nodes, 0, static_cast<int>(s.path.size()));
+  v.add("path", "m", "of the tool at the plan's nodes, in the base",
+        std::span(s.path).first(static_cast<std::size_t>(nodes)) | std::views::transform(&Pose::p),
+        sized(0, kMaxHorizon + 1));
+  const auto expected = [&](int k) {
+    const Vector3& p = s.prediction.p[k];
+    const Spread& spread = s.prediction.spread[k];
+    return std::array{p.x(), p.y(), p.z(), spread.along, spread.across};
+  };
+  v.add("prediction", "m",
+        "where the hand is expected at the nodes of the horizon: x, y, z and standard deviations along and across its "
+        "way (0: not known); none without a grip",
+        std::views::iota(0, s.prediction.nodes) | std::views::transform(expected), sized(0, kMaxHorizon));
+}
+
+/// the liquid,
+template <typename V>
+void describe_liquid(V& v, LiquidState& liquid) {
+  v.add("tilt", "rad", "of the surface's normal about x and y", std::array{liquid.tilt_x, liquid.tilt_y}, kOrNull);
+  v.add("freeboard", "m", "from the surface's highest point to the rim", liquid.freeboard, kOrNull);
+  v.add("spilled", "", "until the arm is engaged afresh, is reset, or the glass is refilled", liquid.spilled);
+  v.add("spilled_share", "", "of the liquid", liquid.spilled_share);
+  v.add("least_freeboard", "m", "since the glass was filled", liquid.least_freeboard, kOrNull);
+  v.add("lateral", "m/s^2", "lateral specific force on it, the largest of the last 20 ms", liquid.lateral, kOrNull);
+}
+
+/// and what was counted.
+template <typename V>
+void describe_counts(V& v, SessionSnapshot& s) {
+  v.add("solve_us", "us", "of the planner", s.solve_us);
+  v.add("latency_us", "us", "hand to command", s.latency_us);
+  v.add("plans", "", "followed", s.plans);
+  v.add("cycles", "", "of control", s.cycles);
+  v.add("missed_deadlines", "", "of control", s.missed_deadlines);
+  v.add("rejected_plans", "", "late, or failed their check", s.rejected_plans);
+  v.add("samples", "", "of the hand", s.samples);
+  v.add("planner_rate_hz", "Hz", "planning steps a second", s.planner_rate_hz);
+  v.add("planner_rate_automatic", "", "it follows what the machine sustains", s.planner_rate_automatic);
+}
+
+template <typename V>
+void describe(V& v, SessionSnapshot& s) {
+  v.add("now_s", "s", "the session's clock", s.now);
+  v.add("state", "", "what the arm may do", s.state);
+  v.add("reason", "", "why, for people: its words may change", s.reason);
+  v.add("reason_code", "", "the event that caused the state", s.cause.code);
+  v.add("reason_leader", "", "whose hand was on the clutch then", s.cause.leader);
+  v.add("constraint", "", "the limit that holds the arm back", s.constraint);
+  describe_motion(v, s);
+  describe_plan(v, s);
+  v.group("liquid", "Liquid", "in the glass, simulated", [&](auto& inner) { describe_liquid(inner, s.liquid); });
+  describe_counts(v, s);
+}
+
+}  // namespace steadyhand
