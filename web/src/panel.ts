@@ -5,7 +5,7 @@ import { latencyText, offText, scaleText } from './figures';
 import { motionText, motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
-import type { Measure, Profile, RequestKind, StateMessage, Term, WelcomeMessage } from './protocol';
+import type { Measure, Profile, RequestKind, RequestMessage, StateMessage, Term, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { Peak } from './peak';
@@ -239,7 +239,7 @@ export class Panel {
   }
 
   ask(kind: RequestKind, more: Asked = {}): void {
-    this.connection.send({ type: 'request', kind, ...more });
+    this.connection.send({ type: 'request', kind, ...more } as RequestMessage);
   }
 
   /** Asks for what only who has the arm may ask for. */

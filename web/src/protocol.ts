@@ -1,221 +1,309 @@
-/** The words of docs/reference/protocol.md. Units: SI, radians; quaternions x, y, z, w; poses in robot axes (z up). */
+/** The messages of docs/reference/protocol.md: SI units, radians; poses in robot axes (z up). This file is made of the
+ * descriptions in src/steadyhand/operator/protocol/messages.hpp by tests/operator/protocol/protocol_files_test.cpp. */
+import type { Cell, Robot, StudyContent, StudyReply, Measure, Quat, Vec3 } from './descriptions';
+
+export * from './descriptions';
 
 export const PROTOCOL_VERSION = 2;
 
-export type Vec3 = readonly [number, number, number];
-export type Quat = readonly [number, number, number, number];
+/** first message. Another version is answered with error `version` and closed */
+export interface HelloMessage { type: 'hello'; version: number; /** of an earlier `paired` */ token?: string; }
 
-export interface Pose { p: Vec3; q: Quat }
+/** answered with `paired` or error `code` */
+export interface PairMessage { type: 'pair'; code: string; }
 
-export type RequestKind = 'stop' | 'reset' | 'profile' | 'weight' | 'scale' | 'yaw' | 'tilt' | 'fill' | 'refill' | 'rate' | 'playback' | 'record' | 'latency' | 'attach' | 'detach' | 'label' | 'rename' | 'delete' | 'episode' | 'set_up' | 'policy';
+/** the lease. Refused with `unpaired` or `taken` */
+export interface TakeMessage { type: 'take'; }
 
-export type ClientMessage =
-  | { type: 'hello'; version: number; token?: string }
-  | { type: 'pair'; code: string }
-  | { type: 'take' }
-  | { type: 'release' }
-  | { type: 'ask' }
-  | { type: 'answer'; grant: boolean }
-  | { type: 'sample'; sequence: number; t_s: number; p: Vec3; q: Quat; clutch: boolean; tracked: boolean; emulated: boolean; lead_s?: number; gripper?: number }
-  | { type: 'request'; kind: RequestKind; text?: string; value?: number; to?: string; success?: boolean; notes?: string }
-  | { type: 'request'; kind: 'object'; text: string; object: PlacedShape | null }
-  | { type: 'reply'; content: { key: string; value: number } }
-  | { type: 'policy'; name: string; period_s: number }
-  | { type: 'target'; of_s: number; p: Vec3 | null; q: Quat | null; gripper?: number }
-  | { type: 'watch'; cameras: readonly string[] }
-  | { type: 'ping'; t_s: number; echo_s?: number; held_s?: number };
+/** the lease; also withdraws an `ask` */
+export interface ReleaseMessage { type: 'release'; }
 
-export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
-export type ConstraintKind = 'none' | 'position' | 'velocity' | 'acceleration' | 'self_collision' | 'reach' | 'obstacle';
+/** for the lease that another holds; where `take` would do it does the same. Refused with `unpaired` or `taken` (another asks already, or was refused just now) */
+export interface AskMessage { type: 'ask'; }
 
-/** A number that the server may not know. */
-export type Measure = number | null;
+/** of the holder to who asks: true gives the lease, false keeps it; then who asked hears `taken` */
+export interface AnswerMessage { type: 'answer'; grant: boolean; }
 
-export interface Timing { p50: Measure; p99: Measure; p999: Measure; max: Measure }
-
-export interface Controls {
-  profile: number;
-  playback: number;
-  /** Name of the policy that is connected; empty: none. */
-  policy: string;
-  /** It leads wherever no person does. */
-  policy_turn: boolean;
-  /** Of each of `welcome.terms`; where a term has several, the first. */
-  weights: number[];
-  scale: number;
-  yaw: number;
-  /** rad, how far the glass may lean with the hand. */
-  tilt: number;
-  /** m of liquid in the glass. */
-  fill: number;
-  no_spill: boolean;
-  /** s, added on purpose between the hand's gate and the planner. */
-  latency: number;
+/** the hand in the operator's frame */
+export interface SampleMessage {
+  type: 'sample';
+  /** grows with each */ sequence: number;
+  /** the client's clock when the hand was there, s */ t_s: number;
+  /** m */ p: Vec3;
+  q: Quat;
+  /** the operator holds the arm engaged */ clutch: boolean;
+  /** the device knows the pose */ tracked: boolean;
+  /** WebXR's `emulatedPosition` */ emulated: boolean;
+  /** by which the pose was predicted, s */ lead_s?: number;
+  /** 0 open to 1 closed; absent: as it is */ gripper?: number;
 }
 
-/** The event that caused the state. */
-export type ReasonCode = 'starting' | 'arm_stopped' | 'failed' | 'ready' | 'stop_asked' | 'stalled' | 'off_path' | 'reset' | 'silent' | 'released' | 'profile_waits' | 'gripped' | 'hand_lost' | 'no_pose' | 'hand_back' | 'planner_late';
+/** Where an object stands and how large it is. */
+export type PlacedShape = {
+  /** in the base's frame, m */ p: Vec3;
+  q: Quat;
+  /** absent: 0.01, m */ margin?: number;
+  /** absent: 0, m/s */ velocity?: Vec3;
+} & (
+  | { shape: 'sphere'; radius: number }
+  | { shape: 'capsule' | 'cylinder'; radius: number; length: number }
+  | { shape: 'box'; size: Vec3; rounding?: number }
+  | { shape: 'half_space' }
+);
 
-export interface StateMessage {
-  type: 'state';
-  now_s: number;
-  state: SessionState;
-  /** For people: its words may change. */
-  reason: string;
-  reason_code: ReasonCode;
-  /** Whose hand was on the clutch then. */
-  reason_leader: 'person' | 'recording' | 'policy';
-  constraint: { kind: ConstraintKind; first: number; second: number };
-  q: number[];
-  dq: number[];
-  command: number[];
-  /** Measured, 0 open to 1 closed; null: the arm has none. */
-  gripper: Measure;
-  /** What it is told. */
-  gripper_command: Measure;
-  tool: Pose;
-  target: Pose;
-  engaged: boolean;
-  /** Whose hand the arm follows; null: nobody's. */
-  leader: 'person' | 'recording' | 'policy' | null;
-  local_acceleration: [Measure, Measure, Measure];
-  tracking_error: Measure;
-  clearance: Measure;
-  nearest: [number, number];
-  path: Vec3[];
-  /** Where the hand is expected, x, y and z, and standard deviations along and across its way, m; 0: not known. */
-  prediction: [number, number, number, number, number][];
-  /** `least_freeboard`: since the glass was filled. `lateral`: m/s^2, sideways force, the largest of the last 20 ms. */
-  liquid: { tilt: [Measure, Measure]; freeboard: Measure; spilled: boolean; spilled_share: number; least_freeboard: Measure; lateral: Measure };
-  solve_us: Timing;
-  latency_us: Timing;
-  plans: number;
-  cycles: number;
-  missed_deadlines: number;
-  rejected_plans: number;
-  samples: number;
-  planner_rate_hz: number;
-  /** It follows what the machine sustains. */
-  planner_rate_automatic: boolean;
-  recording: boolean;
-  /** How the task of a simulated scene goes; null: there is none. `held`: a bit for each of `welcome.task.conditions`. `time`: s; `things`: poses of those of `welcome.task`, in the base: x, y, z and quaternion. */
-  task: { time: number; held: number; spilled: number; success: boolean | null; things: number[][] } | null;
-  /** The one that runs, or ran last; number 0: there was none. `lost`: how many are not recorded to their end. */
-  episode: { running: boolean; number: number; time: number; kept: number; discarded: number; lost: number; success: boolean | null };
-  controls: Controls;
+export type EpisodeKind = 'begin' | 'keep' | 'discard' | 'mark';
+
+/** what the operator asks for */
+export type RequestMessage = { type: 'request'; } & (
+  | { kind: 'stop' | 'reset' | 'refill' }
+  | { kind: 'profile' | 'playback' | 'attach' | 'detach' | 'delete'; text: string }
+  | { kind: 'weight'; text: string; value: number }
+  | { kind: 'scale' | 'yaw' | 'tilt' | 'fill' | 'rate' | 'latency' | 'policy' | 'record'; value: number }
+  | { kind: 'object'; text: string; object: PlacedShape | null }
+  | { kind: 'episode'; text: EpisodeKind; success?: boolean; task?: string; notes?: string }
+  | { kind: 'set_up'; value?: number }
+  | { kind: 'label' | 'rename'; text: string; to: string }
+);
+
+/** what every page shows, `null` when the study is over: from a program of the user who runs this one, on the same machine, and of one at a time; and from the server at each change and to who comes later */
+export interface StudyMessage { type: 'study'; content: StudyContent | null; }
+
+/** of a paired client, to the program that runs the study: an answer, `{key, value}` */
+export interface ReplyMessage { type: 'reply'; content: StudyReply; }
+
+/** of a paired client, and of one at a time: it says where the tool is to be ([policies.md](../how-to/policies.md)). It may lead once the lease's holder requests it */
+export interface PolicyMessage { type: 'policy'; name: string; /** between targets, s */ period_s: number; }
+
+/** of the policy: where the tool is to be, in the base, when the next target is due. Dropped when the state is more than 0.5 s old */
+export interface TargetMessage {
+  type: 'target';
+  /** `now_s` of the state that it was made of, s */ of_s: number;
+  /** null: it has no numbers, m */ p: Vec3 | null;
+  /** null, too, then */ q: Quat | null;
+  /** 0 open to 1 closed; absent: as it is */ gripper?: number;
 }
+
+/** of a paired client: the pictures of these come from now on, and of no others; `[]`: none. A name that is none of `welcome.cameras` is refused with `unknown`, and nothing changes */
+export interface WatchMessage { type: 'watch'; /** names */ cameras: string[]; }
+
+/** answered with `pong` */
+export interface PingMessage {
+  type: 'ping';
+  /** the client's clock, now, s */ t_s: number;
+  /** `now_s` of the newest `pong` or `state`, s */ echo_s?: number;
+  /** since that came, s */ held_s?: number;
+}
+
+export type ClientMessage = HelloMessage | PairMessage | TakeMessage | ReleaseMessage | AskMessage | AnswerMessage | SampleMessage | RequestMessage | StudyMessage | ReplyMessage | PolicyMessage | TargetMessage | WatchMessage | PingMessage;
+
+export interface WeightRange { min: number; max: number; /** by factors, and 0 at the lower end */ logarithmic: boolean; }
 
 /** An objective that the arm's motion is weighed by. */
 export interface Term {
   name: string;
-  label: string;
-  /** Of a weight. */
-  unit: string;
-  /** How many weights it has. */
-  count: number;
-  /** Weights to choose among: evenly, or by factors and 0 at the lower end. */
-  range: { min: number; max: number; logarithmic: boolean };
-  /** Whether its weight is for the operator to choose. */
-  offered: boolean;
+  /** for people */ label: string;
+  /** of a weight */ unit: string;
+  /** of its weights */ count: number;
+  /** weights to choose among */ range: WeightRange;
+  /** whether its weight is for the operator to choose */ offered: boolean;
 }
 
-/** `weights`: as in Controls. */
-export interface Profile { index: number; name: string; label: string; weights: number[] }
-
-/** A solid that covers part of a link: m, `origin` (4 x 4) of its frame in the link's. A capsule's length is that between its ends' centres. */
-export type Body = { name: string; link: number; origin: number[][] } & (
-  { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
-  { shape: 'box'; size: Vec3; rounding: number });
-
-/** What `steadyhand describe` prints. */
-/** @property meshes whose are drawn, if not its own @property mount of the URDF's root in the base, if it is not there */
-export interface Robot {
+export interface Profile {
+  index: number;
   name: string;
-  meshes?: string;
-  mount?: number[][];
-  joints: { name: string; type?: 'revolute' | 'prismatic'; origin: number[][]; axis: Vec3 }[];
-  tool: { name: string; origin: number[][] };
-  /** The tool is one, and holds no glass. */
-  gripper?: { closes_in: number };
-  home: number[];
-  /** rad (m), rad/s (m/s) */
-  position_min?: number[];
-  position_max?: number[];
-  velocity_max?: number[];
-  bodies: Body[];
-  pairs: [number, number][];
+  /** for people */ label: string;
+  /** of each of `welcome.terms` the largest */ weights: number[];
 }
 
-/** As of Body; a half-space is all with z <= 0. */
-type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
-  { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' };
-/** Something solid around the arm; `origin` is in the base's frame, or in the tool's if `attached`, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
-export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean; attached: boolean } & Shape;
-/** How a client says where one stands. */
-export type PlacedShape = { p: Vec3; q: Quat; margin?: number; velocity?: Vec3 } & Shape;
-/** @property at_s when, on the session's clock, what moves is where it says; nothing moves in a cell without it. */
-export interface Cell { name: string; at_s?: number; objects: CellObject[] }
+/** A camera of the session. */
+export interface CameraFacts {
+  name: string;
+  /** pixels */ width: number;
+  /** pixels */ height: number;
+  /** pictures a second, Hz */ rate_hz: number;
+}
 
-/** The glass and its liquid, m; radius and height are inside. */
-export interface GlassSize { radius: number; height: number; fill: number }
+/** The glass and its liquid. */
+export interface GlassSize {
+  /** inside, m */ radius: number;
+  /** inside, m */ height: number;
+  /** of liquid, m */ fill: number;
+}
 
-/** A camera of the session; pixels, pictures a second. */
-export interface CameraFacts { name: string; width: number; height: number; rate_hz: number }
+/** What is to be done in a simulated scene. */
+export interface TaskFacts {
+  name: string;
+  /** for people */ instruction: string;
+  /** s */ time_limit: number;
+  /** in words */ conditions: string[];
+  /** what it looks at */ things: string[];
+}
 
+/** the answer to `hello` */
 export interface WelcomeMessage {
   type: 'welcome';
-  version: number;
-  client: number;
-  program: string;
-  terms: Term[];
+  /** of the protocol */ version: number;
+  /** your number */ client: number;
+  /** its version */ program: string;
+  /** objectives whose weights can be asked for */ terms: Term[];
   profiles: Profile[];
-  recordings: string[];
-  /** In the order in which pictures count them. */
-  cameras: CameraFacts[];
-  /** What is to be done in a simulated scene. */
-  task: { name: string; instruction: string; time_limit: number; conditions: string[]; things: string[] } | null;
+  /** built-in hands that may play */ recordings: string[];
+  /** in the order in which pictures count them */ cameras: CameraFacts[];
   glass: GlassSize;
-  cell: Cell | null;
-  robot: Robot | null;
+  /** null: there is none */ task: TaskFacts | null;
+  /** the obstacles around the arm */ cell: Cell | null;
+  /** as `steadyhand describe` prints it */ robot: Robot | null;
 }
 
-/** Where the glass is to go, m, in the base; a gate is passed, elsewhere the glass stays. */
-export interface StudyGoal { p: Vec3; radius: number; gate: boolean }
+export type SessionState = 'idle' | 'ready' | 'engaged' | 'holding' | 'stopping' | 'fault';
 
-/** What the program that leads a study has the pages show. `display_latency`: s, by which states are drawn late on purpose. */
-export type StudyContent = { title: string; participant: string; text: string } & (
-  | { kind: 'text' }
-  | { kind: 'question'; key: string; low: number; high: number; low_text: string; high_text: string; place: string }
-  | { kind: 'task'; goal: StudyGoal | null; following: StudyGoal | null; done: number; of: number; display_latency: number });
+export type ReasonCode = 'starting' | 'arm_stopped' | 'failed' | 'ready' | 'stop_asked' | 'stalled' | 'off_path' | 'reset' | 'silent' | 'released' | 'profile_waits' | 'gripped' | 'hand_lost' | 'no_pose' | 'hand_back' | 'planner_late';
+
+export type Leader = 'person' | 'recording' | 'policy';
+
+export type ConstraintKind = 'none' | 'position' | 'velocity' | 'acceleration' | 'self_collision' | 'reach' | 'obstacle';
+
+/** A limit that holds the arm back. */
+export interface ActiveConstraint {
+  /** which limit */ kind: ConstraintKind;
+  /** joint, or (first) body; -1: none */ first: number;
+  /** second body of the pair, or object; -1: none */ second: number;
+}
+
+/** Position, m, and orientation as a unit quaternion x, y, z, w. */
+export interface Pose { /** position, m */ p: Vec3; /** orientation x, y, z, w */ q: Quat; }
+
+export interface Liquid {
+  /** of the surface's normal about x and y, rad */ tilt: [Measure, Measure];
+  /** from the surface's highest point to the rim, m */ freeboard: Measure;
+  /** until the arm is engaged afresh, is reset, or the glass is refilled */ spilled: boolean;
+  /** of the liquid */ spilled_share: number;
+  /** since the glass was filled, m */ least_freeboard: Measure;
+  /** lateral specific force on it, the largest of the last 20 ms, m/s^2 */ lateral: Measure;
+}
+
+/** Percentiles of the last seconds. */
+export interface Timing {
+  /** median, us */ p50: Measure;
+  /** us */ p99: Measure;
+  /** us */ p999: Measure;
+  /** us */ max: Measure;
+}
+
+/** How the task of a simulated scene goes. */
+export interface TaskProgress {
+  /** since the first grip after the scene was set up, or since an episode began, s */ time: number;
+  /** a bit for each of `welcome.task.conditions` */ held: number;
+  /** share of the liquid */ spilled: number;
+  /** null: not decided */ success: boolean | null;
+  /** of each of `welcome.task.things` x, y, z (m) and quaternion, base frame */ things: [Measure, Measure, Measure, Measure, Measure, Measure, Measure][];
+}
+
+/** The one that runs, or ran last. */
+export interface Episode {
+  running: boolean;
+  /** from 1; 0: there was none */ number: number;
+  /** that it has run, s */ time: number;
+  /** episodes, recorded */ kept: number;
+  /** episodes, recorded */ discarded: number;
+  /** episodes that are not recorded to their end */ lost: number;
+  /** null: not decided */ success: boolean | null;
+}
+
+/** What is in force of what the operator has chosen. */
+export interface Controls {
+  /** index of `welcome.profiles` */ profile: number;
+  /** index of `welcome.recordings`, which moves the arm; -1: none */ playback: number;
+  /** name of the one that is connected; empty: none */ policy: string;
+  /** it moves the arm whenever no person does */ policy_turn: boolean;
+  /** of each of `welcome.terms` the largest */ weights: number[];
+  /** metres of the tool for each metre of the hand */ scale: number;
+  /** turn of the operator's axes about the base's z, rad */ yaw: number;
+  /** how far the glass may lean with the hand, rad */ tilt: number;
+  /** of liquid in the glass, m */ fill: number;
+  /** plans spill nothing */ no_spill: boolean;
+  /** added on purpose between the hand's gate and the planner, s */ latency: number;
+}
+
+/** one look at the session, about 60 times a second */
+export interface StateMessage {
+  type: 'state';
+  /** the session's clock, s */ now_s: number;
+  /** what the arm may do */ state: SessionState;
+  /** why, for people: its words may change */ reason: string;
+  /** the event that caused the state */ reason_code: ReasonCode;
+  /** whose hand was on the clutch then */ reason_leader: Leader;
+  /** the limit that holds the arm back */ constraint: ActiveConstraint;
+  /** (m) measured, rad */ q: number[];
+  /** (m/s) measured, rad/s */ dq: number[];
+  /** (m) commanded, rad */ command: number[];
+  /** measured, 0 open to 1 closed; null: the arm has none */ gripper: Measure;
+  /** where it is commanded to be */ gripper_command: Measure;
+  /** where the controlled frame is, in the base */ tool: Pose;
+  /** where the operator wants it; without a grip, where it is */ target: Pose;
+  /** the arm is to follow the target */ engaged: boolean;
+  /** whose hand the arm follows; null: none */ leader: Leader | null;
+  /** specific force on the glass, in its frame, m/s^2 */ local_acceleration: [Measure, Measure, Measure];
+  /** target to tool; null without a grip, m */ tracking_error: Measure;
+  /** of the nearest pair of bodies, m */ clearance: Measure;
+  /** that pair */ nearest: [number, number];
+  /** of the tool at the plan's nodes, in the base, m */ path: Vec3[];
+  /** where the hand is expected at the nodes of the horizon: x, y, z and standard deviations along and across its way (0: not known); none without a grip, m */ prediction: [number, number, number, number, number][];
+  /** in the glass, simulated */ liquid: Liquid;
+  /** of the planner, us */ solve_us: Timing;
+  /** hand to command, us */ latency_us: Timing;
+  /** followed */ plans: number;
+  /** of control */ cycles: number;
+  /** of control */ missed_deadlines: number;
+  /** late, or failed their check */ rejected_plans: number;
+  /** of the hand */ samples: number;
+  /** planning steps a second, Hz */ planner_rate_hz: number;
+  /** it follows what the machine sustains */ planner_rate_automatic: boolean;
+  /** the session is being recorded */ recording: boolean;
+  /** null: there is none */ task: TaskProgress | null;
+  /** the one that runs, or ran last */ episode: Episode;
+  /** as they are in force */ controls: Controls;
+}
+
+/** it has changed */
+export interface CellMessage { type: 'cell'; /** as in `welcome` */ cell: Cell; }
+
+/** at each change, and to who comes later */
+export interface CamerasMessage {
+  type: 'cameras';
+  /** of each camera why no more pictures come, `""`: they do */ ended: string[];
+}
+
+/** to the program that runs the study */
+export interface RepliedMessage { type: 'reply'; /** whose answer it is */ client: number; content: StudyReply; }
+
+export interface PairedMessage { type: 'paired'; /** for `hello` after a reconnection */ token: string; }
+
+/** at every change */
+export interface LeaseMessage {
+  type: 'lease';
+  /** a client's number, 0: none */ holder: number;
+  yours: boolean;
+  /** `take` would give it to you */ takeable: boolean;
+  /** the client that asks for it, 0: none */ asker: number;
+  /** until `asker` gets it, if nothing moves the arm; null: no client asks, or something moves it now, s */ grant_s: Measure;
+}
+
+/** a client asked for a stop; to all clients, ten a second at most */
+export interface StoppedMessage { type: 'stopped'; /** who asked for it */ client: number; }
+
+/** the answer to `ping` */
+export interface PongMessage { type: 'pong'; /** of the ping, s */ t_s: number; /** the session's clock, s */ now_s: number; }
 
 export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease' | 'taken' | 'too_many' | 'full' | 'late' | 'unknown';
 
-export type ServerMessage =
-  | WelcomeMessage
-  | StateMessage
-  | { type: 'cell'; cell: Cell }
-  | { type: 'cameras'; ended: string[] }
-  | { type: 'study'; content: StudyContent | null }
-  | { type: 'reply'; client: number; content: object }
-  | { type: 'paired'; token: string }
-  | { type: 'lease'; holder: number; yours: boolean; takeable: boolean; asker: number; grant_s: Measure }
-  | { type: 'stopped'; client: number }
-  | { type: 'pong'; t_s: number; now_s: number }
-  | { type: 'error'; code: Refusal; message: string };
+export interface ErrorMessage { type: 'error'; code: Refusal; /** for people: show it */ message: string; }
 
-const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'paired', 'lease', 'pong', 'error', 'study', 'reply', 'cameras', 'stopped']);
+export type ServerMessage = WelcomeMessage | StateMessage | CellMessage | CamerasMessage | StudyMessage | RepliedMessage | PairedMessage | LeaseMessage | StoppedMessage | PongMessage | ErrorMessage;
 
-/** Bytes before a picture's H.264. */
-export const PICTURE_HEAD = 16;
-/** `exposed`: s, of the session's clock. */
-export interface PictureHead { camera: number; isKey: boolean; exposed: number }
+export type RequestKind = RequestMessage['kind'];
 
-/** null: nothing that a server of this version says. */
-export function pictureHead(message: ArrayBuffer): PictureHead | null {
-  if (message.byteLength <= PICTURE_HEAD) return null;
-  const head = new DataView(message, 0, PICTURE_HEAD);
-  return head.getUint8(0) === 1 ? { camera: head.getUint16(2, true), isKey: (head.getUint8(1) & 1) !== 0, exposed: head.getFloat64(8, true) } : null;
-}
+const KNOWN: ReadonlySet<string> = new Set(['welcome', 'state', 'cell', 'cameras', 'study', 'reply', 'paired', 'lease', 'stopped', 'pong', 'error']);
 
 /** null: nothing that a server of this version says. */
 export function decode(text: string): ServerMessage | null {

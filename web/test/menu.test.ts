@@ -1,10 +1,8 @@
 import { describe, expect, it } from 'vitest';
-import fixtures from '../protocol/fixtures/server.json';
 import { itemsOf } from '../src/input/menu';
 import type { ServerMessage } from '../src/protocol';
 import { Session } from '../src/session';
-
-const server = fixtures as unknown as Record<string, ServerMessage>;
+import { server } from './server_messages';
 
 describe('menu of the headset', () => {
   it('fills the glass once it spilled', () => {

@@ -1,9 +1,9 @@
 import { describe, expect, it } from 'vitest';
 import Ajv from 'ajv';
 import clientFixtures from '../protocol/fixtures/client.json';
-import server from '../protocol/fixtures/server.json';
 import schema from '../protocol/schema.json';
-import { decode, encode, type ClientMessage, type StateMessage } from '../src/protocol';
+import { decode, encode, type ClientMessage } from '../src/protocol';
+import { examples } from './server_messages';
 
 const client = clientFixtures as unknown as { good: ClientMessage[] };
 
@@ -14,7 +14,7 @@ const fits = (side: 'client' | 'server', message: unknown): boolean => ajv.valid
 describe('schema', () => {
   it('fits every good message, and none of the bad ones that are JSON', () => {
     for (const message of client.good) expect(fits('client', message), JSON.stringify(message)).toBe(true);
-    for (const message of Object.values(server)) expect(fits('server', message), JSON.stringify(ajv.errors)).toBe(true);
+    for (const message of examples) expect(fits('server', message), JSON.stringify(ajv.errors)).toBe(true);
     let refused = 0;
     for (const { text, schema_accepts } of clientFixtures.bad as { text: string; schema_accepts?: boolean }[]) {
       let message: unknown;
@@ -28,15 +28,9 @@ describe('schema', () => {
 });
 
 describe('protocol', () => {
-  it('reads every message of the shared fixtures', () => {
-    for (const [name, message] of Object.entries(server)) {
-      expect(decode(JSON.stringify(message)), name).toEqual(message);
-    }
-  });
-
-  it('keeps unknown measures as null rather than a number', () => {
-    const state = decode(JSON.stringify(server.state)) as StateMessage;
-    expect(state.liquid.freeboard).toBeNull();
+  it('reads every message of the server', () => {
+    expect(examples.length).toBeGreaterThan(10);
+    for (const message of examples) expect(decode(JSON.stringify(message))).toEqual(message);
   });
 
   it('takes nothing else', () => {

@@ -1,13 +1,11 @@
 import { beforeEach, describe, expect, it } from 'vitest';
-import fixtures from '../protocol/fixtures/server.json';
 import { Connection, type ConnectionStatus, type Surroundings } from '../src/connection';
 import { Hand } from '../src/hand';
 import type { ClientMessage, ServerMessage } from '../src/protocol';
 import { motionTitle } from '../src/demo_motions';
 import { Peak } from '../src/peak';
 import { IN_EMULATOR, IN_HEADSET, Session, STALE_AFTER, waveOf, waveText } from '../src/session';
-
-const server = fixtures as unknown as Record<string, ServerMessage>;
+import { server } from './server_messages';
 
 class FakeSocket {
   readyState = 1;

@@ -22,7 +22,8 @@ const std::map<std::string, std::set<std::string>> kOthers = {
     // what holds the arm back: kinds of limits, of the constraint's and the arm's, in recordings and the protocol
     {"src/steadyhand/planning/plan/active_constraint.hpp", {"position", "velocity", "acceleration", "self_collision"}},
     {"src/steadyhand/report/figures/session_story.cpp", {"position", "velocity", "acceleration", "self_collision"}},
-    {"web/src/protocol.ts", {"position", "velocity", "acceleration", "self_collision", "lateral"}},
+    {"web/src/protocol.ts", {"position", "velocity", "acceleration", "self_collision"}},
+    {"web/src/descriptions.ts", {"velocity"}},
     {"web/src/session.ts", {"position", "velocity", "acceleration", "self_collision"}},
     {"web/src/scene/stage.ts", {"self_collision"}},
     {"web/protocol/schema.json", {"position", "velocity", "acceleration", "self_collision", "lateral"}},

@@ -21,7 +21,7 @@
 #include "steadyhand/files/record/statistics.hpp"
 #include "steadyhand/files/record/step.hpp"
 #include "steadyhand/planning/liquid/liquid.hpp"
-#include "steadyhand/session/supervise/state.hpp"
+#include "steadyhand/session/supervise/supervision.hpp"
 
 /// The messages of a recording, each described once: its schema, how it is written and how it is read. Where one of
 /// Foxglove's well-known schemas fits, it carries that name, so that viewers draw it; what our arrows hold beyond it

@@ -1,0 +1,61 @@
+/** What messages of docs/reference/protocol.md hand on, and their small parts. Units: SI, radians; quaternions x, y, z, w. */
+
+export type Vec3 = readonly [number, number, number];
+export type Quat = readonly [number, number, number, number];
+/** A number that the server may not know. */
+export type Measure = number | null;
+
+/** A solid that covers part of a link: m, `origin` (4 x 4) of its frame in the link's. A capsule's length is that between its ends' centres. */
+export type Body = { name: string; link: number; origin: number[][] } & (
+  { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
+  { shape: 'box'; size: Vec3; rounding: number });
+
+/** What `steadyhand describe` prints. */
+/** @property meshes whose are drawn, if not its own @property mount of the URDF's root in the base, if it is not there */
+export interface Robot {
+  name: string;
+  meshes?: string;
+  mount?: number[][];
+  joints: { name: string; type?: 'revolute' | 'prismatic'; origin: number[][]; axis: Vec3 }[];
+  tool: { name: string; origin: number[][] };
+  /** The tool is one, and holds no glass. */
+  gripper?: { closes_in: number };
+  home: number[];
+  /** rad (m), rad/s (m/s) */
+  position_min?: number[];
+  position_max?: number[];
+  velocity_max?: number[];
+  bodies: Body[];
+  pairs: [number, number][];
+}
+
+/** As of Body; a half-space is all with z <= 0. */
+type Shape = { shape: 'sphere'; radius: number } | { shape: 'capsule' | 'cylinder'; length: number; radius: number } |
+  { shape: 'box'; size: Vec3; rounding: number } | { shape: 'half_space' };
+/** Something solid around the arm; `origin` is in the base's frame, or in the tool's if `attached`, `velocity` m/s. `color`: "#rrggbb", "" or "none". */
+export type CellObject = { name: string; origin: number[][]; velocity: Vec3; margin: number; color: string; holds_only_tool: boolean; attached: boolean } & Shape;
+/** @property at_s when, on the session's clock, what moves is where it says; nothing moves in a cell without it. */
+export interface Cell { name: string; at_s?: number; objects: CellObject[] }
+
+/** Where the glass is to go, m, in the base; a gate is passed, elsewhere the glass stays. */
+export interface StudyGoal { p: Vec3; radius: number; gate: boolean }
+
+/** What the program that leads a study has the pages show. `display_latency`: s, by which states are drawn late on purpose. */
+export type StudyContent = { title: string; participant: string; text: string } & (
+  | { kind: 'text' }
+  | { kind: 'question'; key: string; low: number; high: number; low_text: string; high_text: string; place: string }
+  | { kind: 'task'; goal: StudyGoal | null; following: StudyGoal | null; done: number; of: number; display_latency: number });
+/** A participant's answer. */
+export interface StudyReply { key: string; value: number }
+
+/** Bytes before a picture's H.264. */
+export const PICTURE_HEAD = 16;
+/** `exposed`: s, of the session's clock. */
+export interface PictureHead { camera: number; isKey: boolean; exposed: number }
+
+/** null: nothing that a server of this version says. */
+export function pictureHead(message: ArrayBuffer): PictureHead | null {
+  if (message.byteLength <= PICTURE_HEAD) return null;
+  const head = new DataView(message, 0, PICTURE_HEAD);
+  return head.getUint8(0) === 1 ? { camera: head.getUint16(2, true), isKey: (head.getUint8(1) & 1) !== 0, exposed: head.getFloat64(8, true) } : null;
+}
