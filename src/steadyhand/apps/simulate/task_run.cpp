@@ -78,19 +78,21 @@ Status TaskRun::record(std::unique_ptr<RecordingPlace> place, RecordingSettings 
 
 std::vector<std::string> TaskRun::finish_recording() {
   if (!recorder_) return {};
-  if (ready_) mark(EpisodeMark::Kind::kKeep);
+  const Status kept = ready_ ? mark(EpisodeMark::Kind::kKeep) : Done{};
   recorder_->finish(session_->summary());
-  return recorder_->take_notices();
+  std::vector<std::string> notices = recorder_->take_notices();
+  if (!kept) notices.push_back(kept.error().message);
+  return notices;
 }
 
-void TaskRun::mark(EpisodeMark::Kind kind) {
+Status TaskRun::mark(EpisodeMark::Kind kind) {
   EpisodeMark mark;
   mark.at = clock_.now();
   mark.episode = 1;
   mark.kind = kind;
   mark.task = stage_->task.instruction;
   if (kind == EpisodeMark::Kind::kKeep) mark.success = judge_.progress().success.value_or(false);
-  recorder_->mark(mark);
+  return recorder_->mark(mark);
 }
 
 void TaskRun::step() {
@@ -111,7 +113,7 @@ void TaskRun::step() {
 void TaskRun::see(const SessionSnapshot& look) {
   look_ = look;
   if (look.state == SupervisionState::kIdle || (!arm_->read_scene(scene_) && !ready_)) return;
-  if (recorder_ && !ready_) mark(EpisodeMark::Kind::kBegin);
+  if (recorder_ && !ready_) (void)mark(EpisodeMark::Kind::kBegin);  // of one that cannot begin, the end reports it
   ready_ = true;
   const TaskProgress& progress = judge_.update(scene_, look.liquid.spilled_share);
   if (recorder_) recorder_->see({scene_, progress});

@@ -69,7 +69,7 @@ class TaskRun {
  private:
   explicit TaskRun(const TaskStage& stage);
   void see(const SessionSnapshot& look);
-  void mark(EpisodeMark::Kind kind);
+  Status mark(EpisodeMark::Kind kind);
 
   const TaskStage* stage_;
   SteppedClock clock_{nullptr};
