@@ -4,50 +4,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "steadyhand/arms/ros2/stamps.hpp"
-#include "steadyhand/arms/ros2/trajectory.hpp"
 #include "steadyhand/planning/plan/tracker.hpp"
 
 namespace steadyhand {
 
 namespace {
 
+using Trouble = Ros2Feedback::Trouble;
+
 constexpr double kStanding = 0.02;  ///< rad/s, measured, below which an arm counts as standing ...
 constexpr Time kStands =
     std::chrono::milliseconds(300);  ///< ... after so long: servos have come to where they were led
 constexpr double kOnPlan = 1e-6;     ///< rad, rad/s, between a command and its plan: rounding only
-/// Stamps of joint states that are that much ahead of what they were expected to be: somebody set a clock.
-constexpr Time kClockJump = std::chrono::milliseconds(50);
 /// Before the oldest command that is still to be executed, in what is sent: the controller stands there by the time.
 constexpr Time kMargin = std::chrono::milliseconds(20);
-/// s beyond ros2.state_timeout without a word from the controller after which it counts as not active; Humble's tells
-/// at 50 Hz.
-constexpr double kActive = 0.2;
 /// The controller's set-point may be off by so much, and by what the joints do in so long.
 constexpr double kSetPointError = 0.001;  // rad
 constexpr double kSetPointTime = 0.0015;  // s
-constexpr double kFullSpeed = 99.9;       // %
 constexpr double kStep = 0.004;           ///< rad, from one state to the next, beyond what ...
 constexpr double kStepTime = 0.004;       ///< ... the joints may do in the time between and so long
-/// For so long a state that could not be used explains that none came.
-constexpr Time kUnusable = std::chrono::seconds(1);
-constexpr double kSpeedFilter = 0.02;  ///< s, over which speeds are taken from positions, where the arm sends none
-constexpr std::string_view kNotRealTime =
-    "the stamps of the joint states do not advance in real time: run the simulation at a real-time factor of 1";
 constexpr Time kGripperTurn = std::chrono::milliseconds(10);
 constexpr Time kSpeedCounts = std::chrono::milliseconds(200);  ///< of commands, in what the joints do now
 /// The controller knows why, its topics do not tell.
 constexpr std::string_view kOffPath =
     "the arm is not where its commands lead: stopped protectively, held up, or slowed down at its controller";
-
-dds_sequence_double numbers(JointVector& values) {
-  dds_sequence_double sequence{};
-  sequence._maximum = sequence._length = static_cast<std::uint32_t>(values.size());
-  sequence._buffer = values.data();
-  return sequence;
-}
 
 bool same(const JointCommand& a, const JointCommand& b) {
   return a.q.size() == b.q.size() && (a.q - b.q).cwiseAbs().maxCoeff() <= kOnPlan &&
@@ -55,15 +36,6 @@ bool same(const JointCommand& a, const JointCommand& b) {
 }
 
 }  // namespace
-
-Ros2Arm::Order& Ros2Arm::Order::operator=(const Order& other) {
-  count = other.count;
-  std::copy_n(other.commands.begin(), count, commands.begin());
-  plan = other.plan;
-  begin = other.begin;
-  offset = other.offset;
-  return *this;
-}
 
 Result<std::unique_ptr<Ros2Arm>> Ros2Arm::make(const RobotModel& model, const Ros2Settings& s, Clock& clock) {
   auto names = ros2_joint_names(model, s);
@@ -74,13 +46,13 @@ Result<std::unique_ptr<Ros2Arm>> Ros2Arm::make(const RobotModel& model, const Ro
         "together, {:.4g} s: otherwise what was held up on its way would still be sent, too late",
         s.look_ahead, s.state_timeout + 1.0 / s.rate_hz)};
   }
-  if ((s.look_ahead + to_seconds(kMargin)) * s.control_rate_hz > Order::kCommands) {
+  if ((s.look_ahead + to_seconds(kMargin)) * s.control_rate_hz > TrajectoryOrder::kCommands) {
     return Error{fmt::format("ros2.look_ahead is {} s; at {} Hz it can be {:.4g} s at most", s.look_ahead,
-                             s.control_rate_hz, Order::kCommands / s.control_rate_hz - to_seconds(kMargin))};
+                             s.control_rate_hz, TrajectoryOrder::kCommands / s.control_rate_hz - to_seconds(kMargin))};
   }
   const Result<int> domain = ros2_domain(s.domain);
   if (!domain) return domain.error();
-  std::unique_ptr<Ros2Arm> arm(new Ros2Arm(model, s, clock, *std::move(names)));
+  std::unique_ptr<Ros2Arm> arm(new Ros2Arm(model, s, clock, *names));
   if (Status joined = arm->join(*domain); !joined) return joined.error();
   return arm;
 }
@@ -99,61 +71,51 @@ Result<std::unique_ptr<Ros2Arm>> Ros2Arm::connect(const RobotModel& model, const
   return arm;
 }
 
-Ros2Arm::Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& clock, std::vector<std::string> names)
+Ros2Arm::Ros2Arm(const RobotModel& model, const Ros2Settings& settings, Clock& clock,
+                 const std::vector<std::string>& names)
     : model_(&model),
       settings_(settings),
       clock_(&clock),
       period_(from_seconds(1.0 / settings.control_rate_hz)),
       look_ahead_(from_seconds(settings.look_ahead)),
       cycles_per_order_(std::max(1, static_cast<int>(std::lround(settings.control_rate_hz / settings.rate_hz)))),
+      feedback_(settings, clock, names, settings.controller + "/joint_trajectory"),
+      sender_(names),
       phase_since_(clock.now()),
-      check_(model),
-      joints_(names),
-      told_joints_(std::move(names)) {
+      check_(model) {
   state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(model.dof())};
-  for (const std::string& name : joints_.names()) letter_.names.push_back(const_cast<char*>(name.c_str()));
+  for (int i = 0; i < model.dof(); ++i) {
+    beyond_limits_.push_back(
+        fmt::format("joint '{}' is beyond its position limits, {:.4g} to {:.4g}: move it back first", names[i],
+                    model.position_min[i], model.position_max[i]));
+  }
 }
 
 Status Ros2Arm::join(int domain) {
-  auto node = Ros2Node::open(domain, settings_.realtime, [this](const char*) { trouble_ = Trouble::kThrew; });
+  auto node = Ros2Node::open(domain, settings_.realtime, [this](const char*) { feedback_.fail(Trouble::kThrew); });
   if (!node) return node.error();
   const std::string topic = settings_.controller + "/joint_trajectory";
   info_ = {fmt::format("{} (ROS 2 domain {}, {})", model_->name, domain, topic), model_->dof(),
            settings_.control_rate_hz, settings_.look_ahead + settings_.servo_delay};
-  for (int i = 0; i < kJointStateFaults; ++i)
-    state_faults_[i] = describe(static_cast<JointStateFault>(i), settings_.joint_states);
-  seldom_ = fmt::format(
-      "joint states come from {} at less than {:.0f} Hz: raise the controller manager's update_rate, or "
-      "ros2.state_timeout and ros2.look_ahead",
-      settings_.joint_states, 1.0 / settings_.state_timeout);
-  for (int i = 0; i < model_->dof(); ++i) {
-    beyond_limits_.push_back(
-        fmt::format("joint '{}' is beyond its position limits, {:.4g} to {:.4g}: move it back first",
-                    joints_.names()[i], model_->position_min[i], model_->position_max[i]));
-  }
-  no_controller_ = fmt::format("no controller listens to {}", topic);
-  not_active_ = fmt::format("the controller {} is not active", settings_.controller);
-  auto trajectories =
-      (*node)->publish<JointTrajectoryMessage>(topic, from_seconds(settings_.look_ahead - 1.0 / settings_.rate_hz));
-  if (!trajectories) return trajectories.error();
-  trajectories_ = *trajectories;
+  Status opened = sender_.open(**node, topic, from_seconds(settings_.look_ahead - 1.0 / settings_.rate_hz));
+  if (!opened) return opened;
   Status listens = (*node)->listen<JointStateMessage>(
       settings_.joint_states, [this](const JointStateMessage& message, Ros2PublisherId publisher) {
         hear_gripper(message);
-        receive(message, publisher);
+        feedback_.receive(message, publisher, sender_.subscribers());
       });
   if (!listens) return listens.error();
   listens = (*node)->listen<JointTrajectoryMessage>(
-      topic, [this](const JointTrajectoryMessage&, Ros2PublisherId) { trouble_ = Trouble::kTwoCommanders; });
+      topic, [this](const JointTrajectoryMessage&, Ros2PublisherId) { feedback_.fail(Trouble::kTwoCommanders); });
   if (!listens) return listens.error();
   listens = (*node)->listen<ControllerStateMessage>(
       settings_.controller + "/controller_state",
-      [this](const ControllerStateMessage& message, Ros2PublisherId) { receive(message); });
+      [this](const ControllerStateMessage& message, Ros2PublisherId) { feedback_.receive(message); });
   if (!listens) return listens.error();
   if (!settings_.speed_scaling.empty()) {
     listens = (*node)->listen<Float64Message>(
         settings_.speed_scaling,
-        [this](const Float64Message& message, Ros2PublisherId) { slowed_down_ = !(message.data >= kFullSpeed); });
+        [this](const Float64Message& message, Ros2PublisherId) { feedback_.receive(message); });
     if (!listens) return listens.error();
   }
   if (model_->gripper_time && !settings_.gripper.action.empty()) {
@@ -168,17 +130,16 @@ Status Ros2Arm::join(int domain) {
 
 Ros2Arm::~Ros2Arm() {
   running_ = false;
-  ++posted_;
-  posted_.notify_one();
+  sender_.wake();
   if (speaker_.joinable()) speaker_.join();
   if (gripper_keeper_.joinable()) gripper_keeper_.join();
 }
 
 Result<JointVector> Ros2Arm::wait_for_states() {
   const Time until = clock_->now() + from_seconds(settings_.start_within);
-  while (!received_news_.read(received_)) {
+  while (!feedback_.update()) {
     if (clock_->now() > until)
-      return Error{std::string(why_no_states()) + " (domain, topic and names are settings: ros2.*)"};
+      return Error{std::string(feedback_.why_no_states()) + " (domain, topic and names are settings: ros2.*)"};
     clock_->sleep_until(clock_->now() + period_);
   }
   while (gripper_ && !gripper_->why_not().empty()) {
@@ -190,9 +151,8 @@ Result<JointVector> Ros2Arm::wait_for_states() {
     }
     clock_->sleep_until(clock_->now() + period_);
   }
-  known_ = true;
   moved_ = clock_->now();
-  return received_.q;
+  return feedback_.state().q;
 }
 
 // ---------------------------------------------------------------------------------------------- the thread that
@@ -206,89 +166,12 @@ void Ros2Arm::hear_gripper(const JointStateMessage& message) {
   }
 }
 
-/// States of other joints are not for us. Of ours that cannot be used the fault is kept.
-void Ros2Arm::receive(const JointStateMessage& message, Ros2PublisherId publisher) {
-  const Time arrival = clock_->now();
-  const auto unusable = [&](JointStateFault fault) {
-    state_fault_ = fault;
-    state_fault_at_ = arrival;
-  };
-  Received news = newest_;
-  JointVector speeds;
-  const JointStateFault fault = read_joint_state(message, joints_, news.q, speeds);
-  if (fault == JointStateFault::kOtherJoints) return;
-  if (fault != JointStateFault::kNone) return unusable(fault);
-  news.theirs = time_of(message.header.stamp);
-  news.arrival = arrival;
-
-  const bool silent = arrival - newest_.arrival > from_seconds(settings_.state_timeout);
-  if (publisher != state_publisher_ && state_publisher_ != 0 && !silent) {
-    trouble_ = Trouble::kTwoStatePublishers;
-    return;
-  }
-  const bool follows = following_.load(std::memory_order_relaxed);
-  if (publisher != state_publisher_) offset_.reset();
-  if (publisher == state_publisher_ && news.theirs <= newest_.theirs) {
-    if (newest_.theirs == news.theirs) unusable(JointStateFault::kSameStamp);
-    if (newest_.theirs - news.theirs < kClockJump) return;  // overtaken on its way
-    clock_jumped(follows);
-  } else if (publisher == state_publisher_ && newest_.offset - (arrival - news.theirs) > kClockJump) {
-    clock_jumped(follows);
-  }
-  const bool same_publisher = publisher == state_publisher_ && state_publisher_ != 0;
-  take_speeds(speeds, same_publisher, news);
-  if (!news.dq.allFinite()) return unusable(JointStateFault::kNotFinite);  // positions too far apart for a number
-  const bool set = newest_.arrival - newest_.theirs - (arrival - news.theirs) > kClockJump;
-  if (!same_publisher || silent || set) pace_ = {};
-  news.off_pace = pace_.update(news.theirs, arrival);
-  news.gap = same_publisher ? arrival - newest_.arrival : Time(0);
-  state_publisher_ = publisher;
-  news.offset = offset_.update(news.theirs, arrival, !follows) - news.theirs;
-  news.controllers = trajectories_.subscribers();
-  newest_ = news;
-  received_news_.write(news);
-}
-
-/// Or the first state that came had been long on its way, which only a state that took less time shows. Before the arm
-/// follows neither does harm.
-void Ros2Arm::clock_jumped(bool follows) {
-  offset_.reset();
-  if (follows) trouble_ = Trouble::kClockJumped;
-}
-
-/// Where the arm sends none, they are differences of positions, smoothed.
-void Ros2Arm::take_speeds(const JointVector& sent, bool same_publisher, Received& news) const {
-  const double dt = to_seconds(news.theirs - newest_.theirs);
-  if (sent.size() > 0) {
-    news.dq = sent;
-  } else if (same_publisher && dt > 0.0) {
-    news.dq = newest_.dq + dt / (dt + kSpeedFilter) * ((news.q - newest_.q) / dt - newest_.dq);
-  } else {
-    news.dq.setZero(news.q.size());
-  }
-}
-
-void Ros2Arm::receive(const ControllerStateMessage& message) {
-  Told& told = newest_told_;
-  told.arrival = clock_->now();
-  told.theirs = time_of(message.header.stamp);
-  told.q.resize(0);
-  const std::uint32_t count = message.joint_names._length;
-  const dds_sequence_double& q = message.reference.positions;
-  if (told_joints_.find({message.joint_names._buffer, count}) && q._length == count) {
-    told.q.resize(model_->dof());
-    for (int i = 0; i < model_->dof(); ++i) told.q[i] = q._buffer[told_joints_[i]];
-  }
-  told_news_.write(told);
-}
-
 // ---------------------------------------------------------------------------------------------- the thread that speaks
 
 void Ros2Arm::speak() {
   if (settings_.realtime) prefer_this_thread();
   for (int seen = 0; running_;) {
-    posted_.wait(seen);
-    seen = posted_;
+    seen = sender_.wait(seen);
     if (running_) talk();
   }
 }
@@ -298,7 +181,7 @@ void Ros2Arm::keep_gripper() {
     try {
       gripper_->talk();
     } catch (const std::exception&) {
-      trouble_ = Trouble::kThrew;
+      feedback_.fail(Trouble::kThrew);
     }
     std::this_thread::sleep_for(kGripperTurn);
   }
@@ -307,56 +190,32 @@ void Ros2Arm::keep_gripper() {
 /// What it throws is a reason to stop, not the program's end.
 void Ros2Arm::talk() {
   try {
-    write_letter();
+    sender_.send_newest();
     if (gripper_ && !gripper_keeper_.joinable()) gripper_->talk();
   } catch (const std::exception&) {
-    trouble_ = Trouble::kThrew;
+    feedback_.fail(Trouble::kThrew);
   }
-}
-
-void Ros2Arm::write_letter() {
-  if (!orders_.read(letter_order_)) return;
-  const Order& order = letter_order_;
-  make_trajectory({order.commands.data(), static_cast<std::size_t>(order.count)}, order.plan, letter_.points);
-  letter_.messages.resize(letter_.points.size());
-  for (std::size_t i = 0; i < letter_.points.size(); ++i) {
-    JointCommand& point = letter_.points[i];
-    letter_.messages[i] = {};
-    letter_.messages[i].positions = numbers(point.q);
-    letter_.messages[i].velocities = numbers(point.dq);
-    letter_.messages[i].accelerations = numbers(point.ddq);
-    letter_.messages[i].time_from_start =
-        stamp_of<builtin_interfaces_msg_dds__Duration_>(point.stamp.made - order.begin);
-  }
-  JointTrajectoryMessage message{};
-  message.header.stamp = stamp_of<builtin_interfaces_msg_dds__Time_>(order.begin + look_ahead_ - order.offset);
-  message.header.frame_id = letter_.frame.data();
-  message.joint_names = sequence_of<decltype(message.joint_names)>(letter_.names);
-  message.points = sequence_of<decltype(message.points)>(letter_.messages);
-  (void)trajectories_.send(message);  // one that does not get away is made good by the next
 }
 
 // ---------------------------------------------------------------------------------------------- the control thread
 
 ArmState Ros2Arm::receive() {
   keep_time();
-  received_before_ = received_;
-  if (received_news_.read(received_) && !std::exchange(known_, true)) moved_ = state_.joints.stamp.made;
-  (void)told_news_.read(told_);
-  if (known_) {
-    state_.joints.q = received_.q;
-    state_.joints.dq = received_.dq;
-    if (!states_are_recent()) state_.joints.dq.setZero();
+  if (const bool known = feedback_.known(); feedback_.update() && !known) moved_ = state_.joints.stamp.made;
+  if (feedback_.known()) {
+    state_.joints.q = feedback_.state().q;
+    state_.joints.dq = feedback_.state().dq;
+    if (!feedback_.states_are_recent()) state_.joints.dq.setZero();
     if (!(state_.joints.dq.cwiseAbs().maxCoeff() < kStanding)) moved_ = state_.joints.stamp.made;
   }
   if (gripper_) state_.joints.gripper = gripper_->position();
   if (phase_ != Phase::kStopped) proceed();
-  if (phase_ == Phase::kStopped && lets_go_ && why_not().empty() && standing()) {
+  if (phase_ == Phase::kStopped && lets_go_ && feedback_.why_not().empty() && standing()) {
     lets_go_ = false;
     hold_here();
   }
   carry_on();
-  following_.store(phase_ == Phase::kFollowing, std::memory_order_relaxed);
+  feedback_.set_following(phase_ == Phase::kFollowing);
   state_.status = phase_ == Phase::kFollowing ? ArmStatus::kFollowing
                   : phase_ == Phase::kStopped ? ArmStatus::kStopped
                                               : ArmStatus::kStarting;
@@ -375,49 +234,12 @@ void Ros2Arm::keep_time() {
   if (state_.cycle == 1) phase_since_ = now;
 }
 
-bool Ros2Arm::states_are_recent() const {
-  return known_ && clock_->now() - received_.arrival <= from_seconds(settings_.state_timeout);
-}
-
 bool Ros2Arm::standing() const { return state_.joints.stamp.made - moved_ > kStands; }
 
 bool Ros2Arm::long_ago(double seconds) const { return to_seconds(state_.joints.stamp.made - phase_since_) > seconds; }
 
-/// Why there are none that could be used now.
-std::string_view Ros2Arm::why_no_states() const {
-  const Time at = state_fault_at_;
-  const Time after = known_ ? received_.arrival + from_seconds(0.5 * settings_.state_timeout) : Time(0);
-  const bool unusable = at > after && clock_->now() - at <= kUnusable;
-  if (!unusable && known_ && received_.gap > from_seconds(settings_.state_timeout)) return seldom_;
-  return state_faults_[static_cast<std::size_t>(unusable ? state_fault_.load() : JointStateFault::kOtherJoints)];
-}
-
-/// Why the arm may not begin or go on; empty: it may.
-std::string_view Ros2Arm::why_not() const {
-  if (received_.off_pace && clock_->now() - received_.arrival <= kUnusable) return kNotRealTime;
-  switch (trouble_.load(std::memory_order_relaxed)) {
-    case Trouble::kTwoStatePublishers:
-      return "two publishers send states of this arm's joints";
-    case Trouble::kTwoCommanders:
-      return "somebody else sends trajectories to the controller";
-    case Trouble::kClockJumped:
-      return "the clock of the controller's machine was set";
-    case Trouble::kThrew:
-      return "the part of the program that talks to ROS 2 failed";
-    case Trouble::kNone:
-      break;
-  }
-  if (!states_are_recent()) return why_no_states();
-  if (received_.controllers == 0) return no_controller_;
-  if (slowed_down_.load(std::memory_order_relaxed)) {
-    return "the arm's speed scaling is not 100 %: set its speed slider to that, and start its program";
-  }
-  if (to_seconds(clock_->now() - told_.arrival) > settings_.state_timeout + kActive) return not_active_;
-  return {};
-}
-
 void Ros2Arm::proceed() {
-  std::string_view why = why_not();
+  std::string_view why = feedback_.why_not();
   if (why.empty() && gripper_) why = gripper_->why_not();
   switch (phase_) {
     case Phase::kWaiting:
@@ -432,7 +254,8 @@ void Ros2Arm::proceed() {
       if (!long_ago(settings_.settle + settings_.look_ahead)) return;
       phase_ = Phase::kFollowing;
       check_.restart();
-      order_.count = sent_count_ = 0;
+      order_.count = 0;
+      sent_.clear();
       cycles_since_order_ = cycles_per_order_;
       phase_since_ = last_command_ = state_.joints.stamp.made;
       return;
@@ -457,8 +280,8 @@ void Ros2Arm::proceed() {
 /// what comes next has to begin there.
 void Ros2Arm::carry_on() {
   state_.carried_on.reset();
-  if (phase_ != Phase::kFollowing || sent_count_ == 0) return;
-  const Time now = state_.joints.stamp.made, last = sent_[newest_sent_].stamp.made;
+  if (phase_ != Phase::kFollowing || sent_.empty()) return;
+  const Time now = state_.joints.stamp.made, last = sent_[0].stamp.made;
   if (now - period_ - last < period_ / 2) return;
   const bool executed = now - look_ahead_ + kMargin > last;  // by the time that what is sent now arrives
   const Plan& plan = executed ? order_.plan : plan_;
@@ -468,17 +291,11 @@ void Ros2Arm::carry_on() {
     const JointCommand own = sample(plan, t);
     order(own, now);
     if (t <= last) continue;
-    remember(own);
+    sent_.add(own);
     check_.take(own);
   }
   cycles_since_order_ = cycles_per_order_;
-  state_.carried_on = sent_[newest_sent_];
-}
-
-void Ros2Arm::remember(const JointCommand& command) {
-  newest_sent_ = (newest_sent_ + 1) % kSent;
-  sent_[newest_sent_] = command;
-  sent_count_ = std::min(sent_count_ + 1, kSent);
+  state_.carried_on = sent_[0];
 }
 
 /// What is executed by `now`, and arrives late at that, goes.
@@ -487,39 +304,40 @@ void Ros2Arm::order(const JointCommand& command, Time now) {
                                  [&](const JointCommand& c) { return c.stamp.made >= now - look_ahead_ - kMargin; });
   const auto gone = keep - order_.commands.begin();
   std::move(keep, order_.commands.begin() + order_.count, order_.commands.begin());
-  order_.count = std::min(order_.count - static_cast<int>(gone), Order::kCommands - 1);
+  order_.count = std::min(order_.count - static_cast<int>(gone), TrajectoryOrder::kCommands - 1);
   order_.commands[order_.count++] = command;
 }
 
 /// Whether the arm was measured elsewhere than where it should have been by then. Stamps tell when it was measured: on
 /// the way to us they may have been held up.
 bool Ros2Arm::off_path() const {
-  const JointCommand expected = commanded(received_.theirs + received_.offset - from_seconds(info_.delay));
-  return expected.q.size() > 0 && (received_.q - expected.q).cwiseAbs().maxCoeff() > settings_.path_tolerance;
+  const Ros2Feedback::Received& state = feedback_.state();
+  const JointCommand expected = commanded(state.theirs + state.offset - from_seconds(info_.delay));
+  return expected.q.size() > 0 && (state.q - expected.q).cwiseAbs().maxCoeff() > settings_.path_tolerance;
 }
 
 /// Whether the controller's own set-point is another than that time's: it sets its trajectory time to now with each
 /// trajectory that comes; slowed down it would crawl in between, and jump.
 bool Ros2Arm::misled() const {
-  const JointCommand expected = commanded(told_.theirs + received_.offset - look_ahead_);
-  if (expected.q.size() == 0 || told_.q.size() == 0) return false;
+  const Ros2Feedback::Told& told = feedback_.told();
+  const JointCommand expected = commanded(told.theirs + feedback_.state().offset - look_ahead_);
+  if (expected.q.size() == 0 || told.q.size() == 0) return false;
   const double most = kSetPointError + kSetPointTime * expected.dq.cwiseAbs().maxCoeff();
-  return !((told_.q - expected.q).cwiseAbs().maxCoeff() <= most);
+  return !((told.q - expected.q).cwiseAbs().maxCoeff() <= most);
 }
 
 /// Whether a joint moved further, from one state to the next, than the speeds explain at which it was commanded lately.
 bool Ros2Arm::stepped() const {
-  const double dt = to_seconds(received_.theirs - received_before_.theirs);
-  if (dt <= 0.0 || sent_count_ == 0) return false;
-  const Time since = received_.theirs + received_.offset - look_ahead_ - kSpeedCounts;
-  JointVector fastest = JointVector::Zero(received_.q.size()), fastest_back = fastest;
-  for (int age = 0; age < sent_count_; ++age) {
-    const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
-    if (command.stamp.made < since) break;
-    fastest = fastest.cwiseMax(command.dq);
-    fastest_back = fastest_back.cwiseMin(command.dq);
+  const Ros2Feedback::Received &state = feedback_.state(), &before = feedback_.state_before();
+  const double dt = to_seconds(state.theirs - before.theirs);
+  if (dt <= 0.0 || sent_.empty()) return false;
+  const Time since = state.theirs + state.offset - look_ahead_ - kSpeedCounts;
+  JointVector fastest = JointVector::Zero(state.q.size()), fastest_back = fastest;
+  for (int age = 0; age < sent_.count() && sent_[age].stamp.made >= since; ++age) {
+    fastest = fastest.cwiseMax(sent_[age].dq);
+    fastest_back = fastest_back.cwiseMin(sent_[age].dq);
   }
-  const JointVector moved = received_.q - received_before_.q;
+  const JointVector moved = state.q - before.q;
   return (moved - (dt + kStepTime) * fastest).maxCoeff() > kStep ||
          ((dt + kStepTime) * fastest_back - moved).maxCoeff() > kStep;
 }
@@ -527,15 +345,8 @@ bool Ros2Arm::stepped() const {
 /// What the controller was to execute a lead after `then`; of size 0 if that is before the first command. Beyond the
 /// newest one it goes on along the plan that it was sent last.
 JointCommand Ros2Arm::commanded(Time then) const {
-  if (sent_count_ > 0 && then > sent_[newest_sent_].stamp.made + period_) return sample(order_.plan, then);
-  for (int age = 0; age < sent_count_; ++age) {
-    const JointCommand& command = sent_[(newest_sent_ - age + kSent) % kSent];
-    if (command.stamp.made > then) continue;
-    JointCommand expected = command;
-    expected.q += to_seconds(then - command.stamp.made) * command.dq;
-    return expected;
-  }
-  return {};
+  if (!sent_.empty() && then > sent_[0].stamp.made + period_) return sample(order_.plan, then);
+  return sent_.at(then);
 }
 
 void Ros2Arm::begin_settling() {
@@ -567,7 +378,7 @@ void Ros2Arm::send(const JointCommand& command) {
   if (!same(on_plan, command)) return stop("a command is not on the plan that was checked");
   last_command_ = state_.joints.stamp.made;
   if (gripper_ && command.gripper) gripper_->move_to(*command.gripper);
-  remember(command);
+  sent_.add(command);
   order({command.stamp, command.q, command.dq, on_plan.ddq}, now);
   if (++cycles_since_order_ < cycles_per_order_) return;
   cycles_since_order_ = 0;
@@ -578,10 +389,8 @@ void Ros2Arm::send(const JointCommand& command) {
 /// Hands the order to the thread that speaks.
 void Ros2Arm::post(Time begin) {
   order_.begin = begin;
-  order_.offset = received_.offset;
-  orders_.write(order_);
-  ++posted_;
-  posted_.notify_one();
+  order_.executes = begin + look_ahead_ - feedback_.state().offset;
+  sender_.post(order_);
 }
 
 /// No motion is sent any more: the controller goes on to the end of what it has, where the arm rests.
@@ -596,7 +405,7 @@ void Ros2Arm::restart() {
   phase_since_ = state_.joints.stamp.made;
   state_.reason = {};
   lets_go_ = false;
-  trouble_ = Trouble::kNone;
+  feedback_.forget_trouble();
   if (gripper_) gripper_->restart();
 }
 
