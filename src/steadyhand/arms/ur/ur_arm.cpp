@@ -9,44 +9,13 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kStanding = 0.01;  ///< rad/s, measured, below which an arm counts as standing
-/// Nine digits, so that the next one takes as much room.
-constexpr std::int32_t kFirstSession = 100000001, kLastSession = 999999999;
+constexpr double kStanding = 0.01;   ///< rad/s, measured, below which an arm counts as standing
 constexpr int kQuiet = 10;           ///< states without a new cycle of the program, after which it counts as gone
 constexpr double kEnding = 0.3;      ///< s
 constexpr double kFullSpeed = 0.99;  ///< share of the speed that counts as all of it
-constexpr Time kRetry = std::chrono::milliseconds(500);
-constexpr std::string_view kStopProgram = "stop program\n";
 
-RtdeRecipes recipes() {
-  RtdeRecipes r;
-  r.outputs = {{"timestamp", "DOUBLE", {}},
-               {"target_q", "VECTOR6D", {}},
-               {"actual_q", "VECTOR6D", {}},
-               {"actual_qd", "VECTOR6D", {}},
-               {"robot_mode", "INT32", {}},
-               {"safety_status", "INT32", "safety_mode"},
-               {"runtime_state", "UINT32", {}},
-               {"speed_scaling", "DOUBLE", {}},
-               {"target_speed_fraction", "DOUBLE", {}},
-               {"output_int_register_24", "INT32", {}},
-               {"output_int_register_25", "INT32", {}},
-               {"output_int_register_26", "INT32", {}},
-               {"input_int_register_26", "INT32", {}}};
-  static_assert(UrRegisters::kState == 24 && UrRegisters::kCycle == 25 && UrRegisters::kOwner == 26);
-  static constexpr std::string_view kDoubles[] = {
-      "input_double_register_24", "input_double_register_25", "input_double_register_26", "input_double_register_27",
-      "input_double_register_28", "input_double_register_29", "input_double_register_30", "input_double_register_31",
-      "input_double_register_32", "input_double_register_33", "input_double_register_34", "input_double_register_35",
-      "input_double_register_36", "input_double_register_37", "input_double_register_38", "input_double_register_39",
-      "input_double_register_40", "input_double_register_41"};
-  static_assert(UrRegisters::kQ == 24 && UrRegisters::kDq == 30 && UrRegisters::kDdq == 36);
-  for (const std::string_view name : kDoubles) r.inputs.push_back({name, "DOUBLE", {}});
-  static_assert(UrRegisters::kAnswers == 24 && UrRegisters::kMode == 25 && UrRegisters::kSession == 26);
-  for (const char* name : {"input_int_register_24", "input_int_register_25", "input_int_register_26"}) {
-    r.inputs.push_back({name, "INT32", {}});
-  }
-  return r;
+std::span<const std::uint8_t> bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
 /// Formatted into `place`, as much as it holds.
@@ -56,25 +25,13 @@ std::string_view words(std::span<char> place, fmt::format_string<Arguments...> t
   return {place.data(), static_cast<std::size_t>(end - place.data())};
 }
 
-std::string_view why_ended(UrProgramState state) {
-  switch (state) {
-    case UrProgramState::kSilence:
-      return "set-points stopped reaching the controller";
-    case UrProgramState::kTooFast:
-      return "a set-point stepped, as the controller saw it";
-    case UrProgramState::kTooFar:
-      return "set-points were too far from where the arm stood";
-    case UrProgramState::kMoved:
-      return "the arm did not follow its own program: it was paused and resumed, or slowed down";
-    default:
-      return "the program on the controller ended";
-  }
-}
-
-Result<std::unique_ptr<RtdeClient>> open(const UniversalRobotsArm::Dial& dial, double timeout) {
-  auto socket = dial();
-  if (!socket) return socket.error();
-  return RtdeClient::start(*std::move(socket), recipes(), from_seconds(timeout));
+UrProgramSettings program_of(const UrSettings& settings, const RobotModel& model, const RtdeClient& client) {
+  UrProgramSettings program = settings.program;
+  program.step = 1.0 / client.controller().rate_hz();
+  program.velocity_max = model.velocity_max;
+  program.acceleration_max = model.acceleration_max;
+  program.state_period = 1.0 / client.rate_hz();
+  return program;
 }
 
 }  // namespace
@@ -87,7 +44,7 @@ Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const Ro
   auto arm = over(to(s.rtde_port), to(s.script_port), model, s, clock);
   if (!arm) return arm;
   // That the script port is there, too, is said before anything moves.
-  if (const auto script = (*arm)->dial_script_(); !script) {
+  if (const auto script = (*arm)->connections_.dial_script(); !script) {
     return Error{script.error().message +
                  "; enable the primary interface at the pendant: Settings, Security, Services"};
   }
@@ -98,25 +55,14 @@ Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::connect(const Ro
     }
     (*arm)->take_gripper(*std::move(gripper));
   }
-  (*arm)->keeper_ = std::thread([a = arm->get()] {
-    for (int seen = 0; a->running_;) {
-      a->work_.wait(seen);
-      seen = a->work_;
-      a->keep();
-      // What could not be made is tried again.
-      for (Time slept{0}; a->rtde_wanted_ && slept < kRetry && a->running_; slept += kRetry / 10) {
-        std::this_thread::sleep_for(kRetry / 10);
-      }
-      if (a->rtde_wanted_) --seen;
-    }
-  });
+  (*arm)->connections_.start_thread();
   return arm;
 }
 
 Result<std::unique_ptr<UniversalRobotsArm>> UniversalRobotsArm::over(Dial rtde, Dial script, const RobotModel& model,
                                                                      const UrSettings& s, Clock& clock) {
   if (model.dof() != 6) return Error{fmt::format("robot '{}' has {} joints; a UR has 6", model.name, model.dof())};
-  auto client = open(rtde, s.connect_timeout);
+  auto client = UrConnections::open(rtde, s.connect_timeout);
   if (!client) return client.error();
   const ControllerVersion& v = (*client)->controller();
   if ((v.major == 3 && std::pair(v.minor, v.bugfix) < std::pair(14u, 3u)) || v.major < 3 || v.major == 4 ||
@@ -137,25 +83,15 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
       clock_(&clock),
       version_(first->controller()),
       protocol_(first->protocol()),
-      program_(settings.program),
+      program_(program_of(settings, model, *first)),
+      connections_(std::move(rtde), std::move(script), settings.connect_timeout),
       rtde_(std::move(first)),
-      check_(model),
-      dial_rtde_(std::move(rtde)),
-      dial_script_(std::move(script)) {
+      check_(model) {
   info_ = {fmt::format("{} (Universal Robots, software {}.{}.{})", model.name, version_.major, version_.minor,
                        version_.bugfix),
            6, rtde_->rate_hz(), settings.delay};
   period_ = from_seconds(1.0 / info_.rate_hz);
   carry_on_ = {settings.program.bridged / info_.rate_hz, JointVector::Constant(6, settings.program.braking)};
-  program_.session = kFirstSession;
-  program_.step = 1.0 / version_.rate_hz();
-  program_.velocity_max = model.velocity_max;
-  program_.acceleration_max = model.acceleration_max;
-  program_.state_period = 1.0 / info_.rate_hz;
-  program_text_ = std::string(kStopProgram) + make_ur_program(program_);
-  const std::string digits = std::to_string(kFirstSession);
-  session_at_[0] = program_text_.find(digits);
-  session_at_[1] = program_text_.find(digits, session_at_[0] + 1);
   state_.joints = {{clock.now(), clock.now()}, model.home, JointVector::Zero(6)};
   // So that where the joints are, and what runs there, is known before the first cycle.
   for (int i = 0; i < 50 && !known_ && rtde_ && rtde_->wait(period_); ++i) known_ = listen();
@@ -164,13 +100,6 @@ UniversalRobotsArm::UniversalRobotsArm(const RobotModel& model, const UrSettings
 
 UniversalRobotsArm::~UniversalRobotsArm() {
   if (rtde_) stop("the program ends");
-  running_ = false;
-  wake_keeper();
-  if (keeper_.joinable()) keeper_.join();
-  delete incoming_.exchange(nullptr);
-  delete outgoing_.exchange(nullptr);
-  delete incoming_script_.exchange(nullptr);
-  delete outgoing_script_.exchange(nullptr);
 }
 
 void UniversalRobotsArm::take_gripper(std::unique_ptr<RobotiqGripper> gripper) {
@@ -181,58 +110,10 @@ void UniversalRobotsArm::take_gripper(std::unique_ptr<RobotiqGripper> gripper) {
 
 // ---------------------------------------------------------------------------------------------- connections
 
-void UniversalRobotsArm::wake_keeper() {
-  ++work_;
-  work_.notify_one();
-}
-
-void UniversalRobotsArm::keep() {
-  delete outgoing_.exchange(nullptr);
-  delete outgoing_script_.exchange(nullptr);
-  if (rtde_wanted_ && running_) {
-    try {
-      renew_rtde();
-    } catch (const std::exception&) {  // no memory: it is tried again
-    }
-  }
-  if (const int wish = script_wish_; wish != std::exchange(script_served_, wish) && running_) {
-    try {
-      renew_script(wish);
-    } catch (const std::exception&) {
-      script_failed_ = wish;
-    }
-  }
-}
-
-void UniversalRobotsArm::renew_rtde() {
-  auto fresh = open(dial_rtde_, settings_.connect_timeout);
-  if (!fresh) return;
-  rtde_wanted_ = false;
-  delete incoming_.exchange(fresh->release());
-}
-
-void UniversalRobotsArm::renew_script(int wish) {
-  auto fresh = dial_script_();
-  if (fresh) {
-    delete incoming_script_.exchange(new Script(*std::move(fresh), wish));
-  } else {
-    script_failed_ = wish;
-  }
-}
-
-void UniversalRobotsArm::take_connections() {
-  if (!rtde_ && incoming_.load(std::memory_order_relaxed) != nullptr) {
-    rtde_.reset(incoming_.exchange(nullptr));
-    known_ = silent_ = false;
-  }
-}
-
 void UniversalRobotsArm::lose_connection() {
   stop("the connection to the controller was lost");
-  delete outgoing_.exchange(rtde_.release());
+  connections_.replace(std::move(rtde_));
   known_ = false;
-  rtde_wanted_ = true;
-  wake_keeper();
 }
 
 /// Takes in all that has come. @return whether there was a report
@@ -248,21 +129,9 @@ bool UniversalRobotsArm::listen() {
 }
 
 void UniversalRobotsArm::read(RtdeReader& data) {
-  report_.timestamp = data.take<double>();
-  for (auto* joints : {&report_.target_q, &report_.q, &report_.dq}) {
-    for (double& value : *joints) value = data.take<double>();
-  }
-  report_.mode = static_cast<UrRobotMode>(data.take<std::int32_t>());
-  report_.safety = static_cast<UrSafety>(data.take<std::int32_t>());
-  report_.runtime = static_cast<UrRuntime>(data.take<std::uint32_t>());
-  report_.scaling = data.take<double>();
-  report_.slider = data.take<double>();
-  report_.program = static_cast<UrProgramState>(data.take<std::int32_t>());
-  const auto cycle = data.take<std::int32_t>();
-  quiet_ = cycle == report_.cycle ? quiet_ + 1 : 0;
-  report_.cycle = cycle;
-  report_.owner = data.take<std::int32_t>();
-  report_.addressed = data.take<std::int32_t>();
+  const std::int32_t cycle = report_.cycle;
+  report_.read(data);
+  quiet_ = report_.cycle == cycle ? quiet_ + 1 : 0;
   for (int i = 0; i < 6; ++i) {
     state_.joints.q[i] = report_.q[i];
     state_.joints.dq[i] = report_.dq[i];
@@ -287,10 +156,7 @@ void UniversalRobotsArm::read_script() {
       }
     }
     if (outcome == Socket::Outcome::kDone) continue;
-    if (outcome == Socket::Outcome::kClosed) {
-      delete outgoing_script_.exchange(primary_.release());
-      wake_keeper();
-    }
+    if (outcome == Socket::Outcome::kClosed) connections_.end(std::move(primary_));
     return;
   }
 }
@@ -298,7 +164,7 @@ void UniversalRobotsArm::read_script() {
 // ---------------------------------------------------------------------------------------------- the control thread
 
 ArmState UniversalRobotsArm::receive() {
-  take_connections();
+  if (!rtde_ && (rtde_ = connections_.take_rtde())) known_ = silent_ = false;
   bool received = false;
   if (rtde_) {
     received = listen();
@@ -368,7 +234,7 @@ void UniversalRobotsArm::keep_time_alone() {
 }
 
 bool UniversalRobotsArm::program_is_ours() const {
-  return ours() && playing() && report_.program >= UrProgramState::kReady && quiet_ < kQuiet;
+  return ours() && report_.playing() && report_.program >= UrProgramState::kReady && quiet_ < kQuiet;
 }
 
 /// The phase has lasted for longer than that.
@@ -384,8 +250,7 @@ void UniversalRobotsArm::proceed() {
     // A safety stop, too, only pauses what runs: without this, the next press of "play" would go on with it.
     if (report_.runtime == UrRuntime::kPaused && primary_ && !std::exchange(asked_to_stop_, true)) {
       std::size_t sent = 0;
-      (void)primary_->send(std::span(reinterpret_cast<const std::uint8_t*>(kStopProgram.data()), kStopProgram.size()),
-                           sent);
+      (void)primary_->send(bytes_of(kUrStopProgram), sent);
     }
     return;
   }
@@ -425,7 +290,7 @@ void UniversalRobotsArm::begin_program() {
     return stop(words(next_words(), "the speed slider is at {:.0f} %: move it to 100 % at the pendant",
                       100.0 * report_.slider));
   }
-  if (playing() && !settings_.replace_program) {
+  if (report_.playing() && !settings_.replace_program) {
     if (!long_ago(kEnding)) return;  // ours may be about to end
     return stop("another program runs on the controller: stop it at the pendant, or set ur.replace_program");
   }
@@ -439,33 +304,22 @@ void UniversalRobotsArm::begin_program() {
   }
   phase_ = Phase::kDialling;
   phase_since_ = state_.cycle;
-  ++script_wish_;
-  if (primary_) delete outgoing_script_.exchange(primary_.release());
-  wake_keeper();
+  connections_.replace(std::move(primary_));
 }
 
 void UniversalRobotsArm::dial() {
-  std::unique_ptr<Script> fresh(incoming_script_.load(std::memory_order_relaxed) ? incoming_script_.exchange(nullptr)
-                                                                                 : nullptr);
-  // One that was wanted before a stop was perhaps opened when the controller took no programs.
-  if (fresh && fresh->wish != script_wish_) delete outgoing_script_.exchange(fresh.release());
-  if (!fresh) {
-    if (script_failed_ == script_wish_ || long_ago(settings_.start_within)) {
+  primary_ = connections_.take_script();
+  if (!primary_) {
+    if (connections_.script_failed() || long_ago(settings_.start_within)) {
       stop(
           "the controller's primary interface does not answer: enable it at the pendant (Settings, Security, "
           "Services)");
     }
     return;
   }
-  primary_ = std::move(fresh);
   // A number that nobody used before, so that neither registers still full of older set-points move anything, nor a
   // program that an older process left takes ours.
-  const std::int32_t newest = std::max({report_.owner, report_.addressed, program_.session});
-  program_.session = newest >= kFirstSession && newest < kLastSession ? newest + 1 : kFirstSession;
-  for (const std::size_t at : session_at_) {
-    int rest = program_.session;
-    for (int digit = 8; digit >= 0; --digit, rest /= 10) program_text_[at + digit] = static_cast<char>('0' + rest % 10);
-  }
+  program_.renew(std::max(report_.owner, report_.addressed));
   uploaded_ = 0;
   asked_to_stop_ = false;
   phase_ = Phase::kUploading;
@@ -473,7 +327,7 @@ void UniversalRobotsArm::dial() {
 }
 
 void UniversalRobotsArm::upload() {
-  const auto bytes = std::span(reinterpret_cast<const std::uint8_t*>(program_text_.data()), program_text_.size());
+  const auto bytes = bytes_of(program_.text());
   std::size_t sent = 0;
   if (!primary_ || primary_->send(bytes.subspan(uploaded_), sent) == Socket::Outcome::kClosed) {
     return stop("the controller closed the connection that a program is sent over");
@@ -546,7 +400,7 @@ void UniversalRobotsArm::send_input(const JointCommand* command) {
   for (int i = 0; i < 6; ++i) input.put(accelerates ? command->ddq[i] : 0.0);
   input.put(report_.cycle);
   input.put(std::int32_t{command ? 1 : 0});
-  input.put(std::int32_t{program_.session});
+  input.put(std::int32_t{program_.session()});
   (void)rtde_->send(input);  // one that does not get away is bridged like one lost on the way
 }
 

@@ -1,23 +1,18 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
-#include <string>
-#include <thread>
+#include <string_view>
 
 #include "steadyhand/arms/driver/carry_on.hpp"
 #include "steadyhand/arms/driver/command_check.hpp"
 #include "steadyhand/arms/driver/offset_filter.hpp"
 #include "steadyhand/arms/driver/ur_settings.hpp"
 #include "steadyhand/arms/ur/robotiq_gripper.hpp"
-#include "steadyhand/arms/ur/rtde_client.hpp"
+#include "steadyhand/arms/ur/ur_connections.hpp"
 #include "steadyhand/arms/ur/ur_modes.hpp"
-#include "steadyhand/arms/ur/ur_primary.hpp"
-#include "steadyhand/arms/ur/ur_program.hpp"
 #include "steadyhand/core/arm.hpp"
 #include "steadyhand/core/time.hpp"
 
@@ -30,8 +25,7 @@ namespace steadyhand {
 /// whole story.
 class UniversalRobotsArm final : public Arm {
  public:
-  /// Makes one connection to the controller; may block.
-  using Dial = std::function<Result<Socket>()>;
+  using Dial = UrConnections::Dial;
 
   /// Connects and reads the state; sends no program before the first receive(). Fails with what to do. Model and clock
   /// must outlive it. @pre the model has six joints in the controller's order, base to wrist
@@ -56,38 +50,16 @@ class UniversalRobotsArm final : public Arm {
   /// Of the controller's one program, at the newest word; as q().
   UrRuntime runtime() const { return report_.runtime; }
   bool program_is_ours() const;
-  /// A turn of the second thread: makes the connections that are wanted, ends those that are not. What it throws in
-  /// that is a connection that could not be made.
-  void keep();
+  /// A turn of the second thread.
+  void keep() { connections_.keep(); }
   /// Where the joints were at the newest word from the controller. Not while another thread is in receive().
   const JointVector& q() const { return state_.joints.q; }
 
  private:
-  /// The output recipe's variables.
-  struct Report {
-    double timestamp = 0.0;  ///< s, of the controller
-    std::array<double, 6> target_q{}, q{}, dq{};
-    UrRobotMode mode = UrRobotMode::kNoController;
-    UrSafety safety = UrSafety::kUndefined;
-    UrRuntime runtime = UrRuntime::kStopped;
-    double scaling = 1.0, slider = 1.0;  ///< shares of the speed
-    UrProgramState program = UrProgramState::kNone;
-    std::int32_t cycle = 0, owner = 0;  ///< of our program
-    std::int32_t addressed = 0;         ///< whose the set-points in the registers are
-  };
-  /// A connection for programs, and for which wish it was made.
-  struct Script : UrPrimary {
-    Script(Socket socket, int wish_) : UrPrimary(std::move(socket)), wish(wish_) {}
-    int wish;
-  };
   enum class Phase { kWaiting, kDialling, kUploading, kStarting, kFollowing, kStopped };
 
   UniversalRobotsArm(const RobotModel& model, const UrSettings& settings, Clock& clock, Dial rtde, Dial script,
                      std::unique_ptr<RtdeClient> first);
-  void wake_keeper();
-  void renew_rtde();
-  void renew_script(int wish);
-  void take_connections();
   void lose_connection();
   bool listen();
   void read(RtdeReader& data);
@@ -106,8 +78,7 @@ class UniversalRobotsArm final : public Arm {
   void stop(std::string_view reason);
   std::span<char> next_words();
   void send_input(const JointCommand* command);
-  bool playing() const { return report_.runtime == UrRuntime::kPlaying; }
-  bool ours() const { return report_.owner == program_.session; }
+  bool ours() const { return report_.owner == program_.session(); }
 
   const RobotModel* model_;
   UrSettings settings_;
@@ -115,16 +86,15 @@ class UniversalRobotsArm final : public Arm {
   ArmInfo info_;
   ControllerVersion version_;
   int protocol_ = 2;
-  UrProgramSettings program_;
-  std::string program_text_;
-  std::array<std::size_t, 2> session_at_{};  ///< where the session's number stands in the text
+  UrProgramText program_;
   std::size_t uploaded_ = 0;
 
   std::unique_ptr<RobotiqGripper> gripper_;  ///< null: none
 
-  std::unique_ptr<RtdeClient> rtde_;  ///< of the control thread; null: lost
-  std::unique_ptr<Script> primary_;   ///< the same; null: none since the last program was sent
-  Report report_;
+  UrConnections connections_;
+  std::unique_ptr<RtdeClient> rtde_;                ///< of the control thread; null: lost
+  std::unique_ptr<UrConnections::Script> primary_;  ///< the same; null: none since the last program was sent
+  UrReport report_;
   ArmState state_;
   Phase phase_ = Phase::kWaiting;
   CommandCheck check_;
@@ -143,17 +113,6 @@ class UniversalRobotsArm final : public Arm {
   /// Why the arm stopped, where that is no static text. Kept for long, since others read it later.
   std::array<std::array<char, 240>, 16> words_{};
   std::size_t next_words_ = 0;
-
-  Dial dial_rtde_, dial_script_;
-  std::atomic<RtdeClient*> incoming_{nullptr}, outgoing_{nullptr};
-  std::atomic<Script*> incoming_script_{nullptr}, outgoing_script_{nullptr};
-  std::atomic<bool> rtde_wanted_{false};
-  std::atomic<int> script_wish_{0};    ///< grows with each connection for programs that is wanted
-  std::atomic<int> script_failed_{0};  ///< the wish that came to nothing last
-  int script_served_ = 0;              ///< of the second thread: the newest wish that it took up
-  std::atomic<int> work_{0};           ///< grows with each wish, for the second thread to wait on
-  std::atomic<bool> running_{true};
-  std::thread keeper_;
 };
 
 }  // namespace steadyhand

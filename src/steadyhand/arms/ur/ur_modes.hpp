@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
+
+#include "steadyhand/arms/ur/rtde_client.hpp"
+#include "steadyhand/arms/ur/ur_program.hpp"
 
 namespace steadyhand {
 
@@ -61,5 +65,24 @@ inline constexpr std::uint32_t kUrPowerOn = 1u << 0, kUrProgramRunning = 1u << 1
 /// Why the arm cannot move, in a whole clause that says what to do; empty if it can. Static text.
 std::string_view why_not(UrRobotMode mode);
 std::string_view why_not(UrSafety safety);
+/// Why the program on the controller has ended. Static text.
+std::string_view why_ended(UrProgramState state);
+
+/// What the controller reports over RTDE: the output recipe's variables.
+struct UrReport {
+  double timestamp = 0.0;  ///< s, of the controller
+  std::array<double, 6> target_q{}, q{}, dq{};
+  UrRobotMode mode = UrRobotMode::kNoController;
+  UrSafety safety = UrSafety::kUndefined;
+  UrRuntime runtime = UrRuntime::kStopped;
+  double scaling = 1.0, slider = 1.0;  ///< shares of the speed
+  UrProgramState program = UrProgramState::kNone;
+  std::int32_t cycle = 0, owner = 0;  ///< of our program
+  std::int32_t addressed = 0;         ///< whose the set-points in the registers are
+
+  static RtdeRecipes recipes();
+  void read(RtdeReader& data);
+  bool playing() const { return runtime == UrRuntime::kPlaying; }
+};
 
 }  // namespace steadyhand

@@ -7,6 +7,9 @@ namespace steadyhand {
 
 namespace {
 
+/// Nine digits, so that the next one takes as much room.
+constexpr std::int32_t kFirstSession = 100000001, kLastSession = 999999999;
+
 // Comparisons are such that what is not a number fails them. URScript has neither constants nor early ends of loops
 // worth using: `ended` says why the loop ends. Speeds are means over the cycle that begins, as servoj makes them, and
 // after a cycle that was carried on only the way back is taken: where a plan's acceleration jumped meanwhile, so would
@@ -178,6 +181,23 @@ std::string make_ur_program(const UrProgramSettings& s) {
       fmt::arg("lookahead", s.lookahead), fmt::arg("gain", s.gain), fmt::arg("first_wait", s.first_wait),
       fmt::arg("slip", 0.2 * s.rejoin * s.acceleration_max.minCoeff() * step), fmt::arg("swerve", 3.0 * hardest),
       fmt::arg("halt", hardest), fmt::arg("jump", 2.0 * s.velocity_max.norm() * step));
+}
+
+UrProgramText::UrProgramText(UrProgramSettings settings) : session_(kFirstSession) {
+  settings.session = session_;
+  text_ = std::string(kUrStopProgram) + make_ur_program(settings);
+  const std::string digits = std::to_string(kFirstSession);
+  session_at_[0] = text_.find(digits);
+  session_at_[1] = text_.find(digits, session_at_[0] + 1);
+}
+
+void UrProgramText::renew(int newest) {
+  newest = std::max(newest, session_);
+  session_ = newest >= kFirstSession && newest < kLastSession ? newest + 1 : kFirstSession;
+  for (const std::size_t at : session_at_) {
+    int rest = session_;
+    for (int digit = 8; digit >= 0; --digit, rest /= 10) text_[at + digit] = static_cast<char>('0' + rest % 10);
+  }
 }
 
 }  // namespace steadyhand

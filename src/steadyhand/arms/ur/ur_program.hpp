@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 
 #include "steadyhand/arms/driver/ur_settings.hpp"
 #include "steadyhand/core/math.hpp"
@@ -36,5 +38,24 @@ enum class UrProgramState : int {
 /// resumed, where it was, with whatever it held then: it looks at the controller's own target and ends if that did not
 /// follow it. Sums of lists ask for software 3.14.3 or 5.9.4. @pre velocity_max and acceleration_max have six entries
 std::string make_ur_program(const UrProgramSettings& settings);
+
+/// The program as it is sent, under a session's number of its own each time.
+class UrProgramText {
+ public:
+  explicit UrProgramText(UrProgramSettings settings);
+
+  int session() const { return session_; }
+  /// Takes a number that nobody used: beyond the session's and `newest`. Allocates nothing.
+  void renew(int newest);
+  std::string_view text() const { return text_; }
+
+ private:
+  int session_;
+  std::string text_;
+  std::array<std::size_t, 2> session_at_{};  ///< where the session's number stands in the text
+};
+
+/// Ends whatever program the controller runs.
+inline constexpr std::string_view kUrStopProgram = "stop program\n";
 
 }  // namespace steadyhand

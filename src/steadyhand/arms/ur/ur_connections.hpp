@@ -1,0 +1,86 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "steadyhand/arms/ur/rtde_client.hpp"
+#include "steadyhand/arms/ur/ur_primary.hpp"
+
+namespace steadyhand {
+
+/// What one thread makes and ends, and another uses. Neither waits.
+template <typename T>
+class HandOver {
+ public:
+  ~HandOver() {
+    give(nullptr);
+    give_back(nullptr);
+  }
+  void give(std::unique_ptr<T> made) { delete incoming_.exchange(made.release()); }
+  /// Null: there is none yet.
+  std::unique_ptr<T> take() {
+    const bool any = incoming_.load(std::memory_order_relaxed) != nullptr;
+    return std::unique_ptr<T>(any ? incoming_.exchange(nullptr) : nullptr);
+  }
+  void give_back(std::unique_ptr<T> used) { delete outgoing_.exchange(used.release()); }
+
+ private:
+  std::atomic<T*> incoming_{nullptr}, outgoing_{nullptr};
+};
+
+/// Connections to a controller, made by a second thread for the control thread: one for states after a loss, and a
+/// fresh one for each program, since whether a connection may send programs is settled when it is opened.
+class UrConnections {
+ public:
+  /// Makes one connection to the controller; may block.
+  using Dial = std::function<Result<Socket>()>;
+  /// A connection for programs, and for which wish it was made.
+  struct Script : UrPrimary {
+    Script(Socket socket, int wish_) : UrPrimary(std::move(socket)), wish(wish_) {}
+    int wish;
+  };
+
+  /// @param timeout s, for each step of connecting
+  UrConnections(Dial rtde, Dial script, double timeout)
+      : dial_rtde_(std::move(rtde)), dial_script_(std::move(script)), timeout_(timeout) {}
+  ~UrConnections();
+
+  static Result<std::unique_ptr<RtdeClient>> open(const Dial& rtde, double timeout);
+  Result<Socket> dial_script() const { return dial_script_(); }
+  void start_thread();
+  /// A turn of the second thread: makes the connections that are wanted, ends those that are not. What it throws in
+  /// that is a connection that could not be made.
+  void keep();
+
+  // ---- of the control thread
+  /// A new one for states is wanted in the place of this one.
+  void replace(std::unique_ptr<RtdeClient> lost);
+  std::unique_ptr<RtdeClient> take_rtde() { return rtde_.take(); }
+  /// A new one for programs is wanted in the place of this one.
+  void replace(std::unique_ptr<Script> used);
+  void end(std::unique_ptr<Script> used);
+  /// Null: there is none yet.
+  std::unique_ptr<Script> take_script();
+  bool script_failed() const { return script_failed_ == script_wish_; }
+
+ private:
+  void wake();
+  void renew_rtde();
+  void renew_script(int wish);
+
+  Dial dial_rtde_, dial_script_;
+  double timeout_;
+  HandOver<RtdeClient> rtde_;
+  HandOver<Script> script_;
+  std::atomic<bool> rtde_wanted_{false};
+  std::atomic<int> script_wish_{0};    ///< grows with each connection for programs that is wanted
+  std::atomic<int> script_failed_{0};  ///< the wish that came to nothing last
+  int script_served_ = 0;              ///< of the second thread: the newest wish that it took up
+  std::atomic<int> work_{0};           ///< grows with each wish, for the second thread to wait on
+  std::atomic<bool> running_{true};
+  std::thread keeper_;
+};
+
+}  // namespace steadyhand
