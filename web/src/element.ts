@@ -14,3 +14,10 @@ export function put<T extends object, K extends keyof T>(of: T, key: K, value: T
 export function onResize(of: Element, act: () => void): void {
   new ResizeObserver(() => requestAnimationFrame(act)).observe(of);
 }
+
+/** An element with what is in it. */
+export function made<K extends keyof HTMLElementTagNameMap>(tag: K, properties: Partial<HTMLElementTagNameMap[K]> = {}, ...inside: (Node | string)[]): HTMLElementTagNameMap[K] {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...inside);
+  return element;
+}

@@ -1,29 +1,14 @@
 import { Busy, openTab } from './busy';
 import { editForm, editOf, surely, type Change, type Edit } from './edit_form';
-import { element, onResize, put } from './element';
+import { compare } from './compared';
+import { element, made, onResize, put } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
-import { clock, latencyText, percentText, spanText } from './figures';
+import { beganOf, figures, grown, isFound, ordered, profilesOf, spillOf, wordsOf, type Order, type RecordedSession } from './recorded';
 import { seenAt, worstSpill } from './replay/happened';
 import { isTyped } from './input/shortcuts';
 import { ledIn, Player, type Motion } from './replay/player';
 import { Replay } from './replay/replay';
-import { betterOf, summaryOf, verdictOf, type Figure } from './replay/summary';
-
-/** What GET sessions answers (docs/reference/protocol.md). */
-export interface RecordedSession {
-  name: string;
-  duration_s: number;
-  bytes: number;
-  /** false: being written, or cut short */
-  complete: boolean;
-  /** What people call it. */
-  label?: string;
-  run: Record<string, string>;
-  summary: Record<string, string>;
-  /** Why the arm stopped, if these are the seconds before a fault. */
-  fault?: string;
-}
 
 /** Sessions that are listed at first, so many more with each press, and the most that need no press. */
 const SHOWN = 6, MORE = 20, FEW = 2;
@@ -32,92 +17,7 @@ const TRIES = 20;
 /** s, after which the list is asked for again while a session is written. */
 const ANEW = 10;
 
-/** When a session began, as people say it, of the name that it got then; other names stay. */
-export function titleOf(name: string, now: Date): string {
-  const [, day, hour, minute, second, place] = /^(\d{4}-\d\d-\d\d)_(\d\d)-(\d\d)-(\d\d)(?:_(\d+))?/.exec(name) ?? [];
-  if (!day) return name;
-  const began = new Date(`${day}T00:00:00`), midnight = new Date(now).setHours(0, 0, 0, 0), ago = Math.round((midnight - began.getTime()) / 86_400_000);
-  const when = ago === 0 ? 'Today' : ago === 1 ? 'Yesterday' : began.toLocaleDateString('en-GB', { day: 'numeric', month: 'long', ...(began.getFullYear() === now.getFullYear() ? {} : { year: 'numeric' }) });
-  return `${when} ${hour}:${minute}:${second}${place ? ` (${place})` : ''}`; // so many files of one program
-}
-
-const NOT = /not \S+/g, NOT_OR_WORD = /not \S+|\S+/g;
-/** Whether all words of what is looked for are in what is told of a session. */
-export function isFound(told: string, wanted: string): boolean {
-  const all = told.toLowerCase(), said = all.replace(NOT, ' ');
-  // "not spilled" is not found by "spilled", nor the other way round.
-  return (wanted.toLowerCase().match(NOT_OR_WORD) ?? []).every((word) => word === 'not' || (word.startsWith('not ') ? all.includes(word) : said.includes(word)));
-}
-
-/** Its name in words: of several files of a program each says when it began itself, as the list is ordered. */
-export function wordsOf({ name, run = {} }: { name: string; run?: Record<string, string> }, now: Date): string {
-  const named = titleOf(name, now);
-  return named !== name && run.recorded ? titleOf(run.recorded.replace(/ UTC$/, ''), now) : named;
-}
-
-export type Order = 'newest' | 'oldest' | 'spilled' | 'led' | 'name';
-/** As people want to see them. Equal ones stay as they came, the newest first. */
-export function ordered(sessions: readonly RecordedSession[], order: Order): RecordedSession[] {
-  const figure = (key: string) => ({ summary }: RecordedSession): number => Number.parseFloat(summary[key] ?? '') || 0;
-  const largest = (of: (session: RecordedSession) => number): RecordedSession[] => [...sessions].sort((a, b) => of(b) - of(a));
-  switch (order) {
-    case 'newest': return [...sessions];
-    case 'oldest': return [...sessions].reverse();
-    case 'spilled': return largest((session) => session.summary.spilled === 'yes' ? 1 + figure('spilled_share')(session) : 0);
-    case 'led': return largest(figure('engaged_s'));
-    case 'name': return [...sessions].sort((a, b) => (a.label || a.name).localeCompare(b.label || b.name));
-  }
-}
-
-/** When it began, where its title does not say so; empty: it does, or nobody knows. */
-export function beganOf(session: RecordedSession, now: Date): string {
-  const { name, label, run } = session, named = wordsOf(session, now), known = named !== name;
-  if (known) return label ? named : '';
-  return run.recorded || run.started ? `${label ? `${name} · ` : ''}${titleOf((run.recorded || run.started!).replace(/ UTC$/, ''), now)}` : label ? name : '';
-}
-
-/** s: the length of what is being written, which never shrinks. @param told by the server, `age` s ago @param before as it was shown last */
-export const grown = (told: number, age: number, before: number): number => Math.max(told + age, before);
-
-/** The profiles that led in it, the longest first; of a session that does not say so the one that it began with; empty: not known. */
-export function profilesOf({ run, summary }: RecordedSession, profiles: readonly Profile[]): string {
-  const led = (summary.profiles ?? '').split(', ').filter(Boolean);
-  return led.length > 0 ? led.map((name) => profiles.find((profile) => profile.name === name)?.label ?? name).join(', ') : (run.label ?? '');
-}
-
-/** How much went over the rim at once, at most, and under which profile; empty: nothing, or nobody knows. */
-export function spillOf(session: RecordedSession, profiles: readonly Profile[] = []): string {
-  const { summary } = session;
-  if (summary.spilled !== 'yes') return '';
-  const share = Number.parseFloat(summary.spilled_share ?? ''), often = Number.parseInt(summary.spills ?? '', 10) > 1 ? `${summary.spills} ×, at most ` : '', name = summary.spilled_profile;
-  // Sessions of before that was recorded: one profile alone leaves no doubt.
-  const profile = name ? (profiles.find((each) => each.name === name)?.label ?? name) : /^[^,]+$/.test(summary.profiles ?? '') ? profilesOf(session, profiles) : '';
-  return `${share > 0 ? `spilled ${often}${percentText(share)} %` : 'spilled, share not recorded'}${profile ? `${share > 0 ? '' : ','} under ${profile}` : ''}`;
-}
-
-/** Length and figures of a session in a line. */
-/** @param now s that it has been written for by now, where it is being written */
-/** @param profiles whose labels are known */
-/** @param spill tell of it, too */
-export function figures(session: RecordedSession, now: number | null = null, profiles: readonly Profile[] = [], spill = true): string {
-  const { summary } = session, words = [session.fault ? `the seconds before a fault: ${session.fault}` : clock(now ?? session.duration_s)];
-  if (now !== null) words.unshift('being recorded');
-  const label = profilesOf(session, profiles);
-  if (label) words.push(label);
-  const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
-  if (number('engaged_s') >= 0.05) words.push(`led ${spanText(number('engaged_s'))}`);
-  if (number('latency_p50_ms') > 0) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
-  if (spill) words.push(...[spillOf(session, profiles)].filter(Boolean));
-  words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)}\u00a0MB`);
-  if (!session.complete && now === null) words.push('not closed');
-  return words.join(' · ');
-}
-
-const button = (textContent: string, label: string, onclick: () => void): HTMLButtonElement => {
-  const made = Object.assign(document.createElement('button'), { type: 'button', textContent, onclick });
-  made.setAttribute('aria-label', label);
-  return made;
-};
+const button = (textContent: string, ariaLabel: string, onclick: () => void): HTMLButtonElement => made('button', { type: 'button', textContent, ariaLabel, onclick });
 
 /** The list of recorded sessions, and the one that is shown: its time line, its events, and another one beside it. */
 export class Recordings {
@@ -238,10 +138,8 @@ export class Recordings {
       ...(rest > 0 ? [this.#note(`${rest} more.`, 'Show more', () => { this.#most += MORE; this.#showList(); })] : []),
     ];
     this.list.replaceChildren(...found.slice(0, rest > 0 ? this.#most : found.length).map((session) => {
-      const { name } = session, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
-      const began = beganOf(session, new Date()), told = Object.assign(document.createElement('span'), { textContent: this.#tell(session, performance.now() / 1000 - this.#listedAt, began) });
-      const called = this.#calledOf(name), title = Object.assign(document.createElement('strong'), { textContent: called }), spilled = spillOf(session, this.profiles);
-      words.append(title, told);
+      const { name } = session, called = this.#calledOf(name), spilled = spillOf(session, this.profiles), began = beganOf(session, new Date());
+      const told = made('span', {}, this.#tell(session, performance.now() / 1000 - this.#listedAt, began)), words = made('p', {}, made('strong', {}, called), told);
       if (spilled) {
         const pill = this.#slow('replay', 'Reading…', name, spilled, `${spilled}: replay ${called} at this spill`, () => this.#openAtSpill(name));
         pill.className = 'spilled';
@@ -251,8 +149,7 @@ export class Recordings {
         this.#line = told;
         this.#began = began;
       }
-      const report = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', textContent: 'Report' });
-      report.setAttribute('aria-label', `Report of ${called}, in a new tab`);
+      const report = made('a', { href: `./sessions/${encodeURIComponent(name)}/report.html`, target: '_blank', rel: 'noopener', ariaLabel: `Report of ${called}, in a new tab` }, 'Report');
       this.#busy.sign(report, `report ${name}`, 'Making…');
       report.onclick = (event) => {
         if (event.ctrlKey || event.metaKey || event.shiftKey) return;
@@ -261,11 +158,7 @@ export class Recordings {
         event.preventDefault();
         void this.#busy.run(`report ${name}`, () => opened);
       };
-      if (this.player?.motion.name === name) item.dataset.shown = 'first';
-      if (this.other?.motion.name === name) item.dataset.shown = 'other';
-      item.title = name;
-      row.className = 'row';
-      row.append(this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${called} in the scene`, () => this.open(name)), report);
+      const row = made('div', { className: 'row' }, this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${called} in the scene`, () => this.open(name)), report);
       if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${called} beside the one that plays`, () => this.compare(name)));
       row.append(this.#busy.sign(button('Edit', `Edit ${called}: label, rename, delete or download it`, () => {
         if (this.#busy.isRunning(`change ${name}`)) return;
@@ -274,8 +167,9 @@ export class Recordings {
         this.list.querySelector('.edit')?.scrollIntoView({ block: 'nearest' });
         this.list.querySelector<HTMLInputElement>('.edit input')?.focus({ preventScroll: true });
       }), `change ${name}`, 'Changing…'));
-      item.append(words, row);
-      if (this.#edit?.name === name) item.append(this.#editor(this.#edit, session));
+      const item = made('li', { title: name }, words, row, ...(this.#edit?.name === name ? [this.#editor(this.#edit, session)] : []));
+      if (this.player?.motion.name === name) item.dataset.shown = 'first';
+      if (this.other?.motion.name === name) item.dataset.shown = 'other';
       return item;
     }), ...notes);
   }
@@ -288,10 +182,7 @@ export class Recordings {
 
   /** A line beneath the sessions, and what it offers. */
   #note(words: string, act: string, press: () => void): HTMLElement {
-    const item = document.createElement('li');
-    item.className = 'note';
-    item.append(`${words} `, button(act, act, press));
-    return item;
+    return made('li', { className: 'note' }, `${words} `, button(act, act, press));
   }
 
   /** While one is written only its size changes. */
@@ -306,14 +197,11 @@ export class Recordings {
   }
 
   #keptItem(recording: KeptRecording): HTMLElement {
-    const { name, state, downloaded } = recording, item = document.createElement('li'), words = document.createElement('p'), row = document.createElement('div');
-    words.append(Object.assign(document.createElement('strong'), { textContent: name }),
-      document.createElement('span'), ` · ${downloaded ? 'downloaded' : { open: 'being written', complete: 'gone with this page unless you download it', 'cut short': 'cut short; gone with this page unless you download it' }[state]}`);
-    row.className = 'row';
-    row.append(button('Download', `Download ${name} as MCAP`, () => this.kept.download(recording)));
+    const { name, state, downloaded } = recording;
+    const words = made('p', {}, made('strong', {}, name), made('span'), ` · ${downloaded ? 'downloaded' : { open: 'being written', complete: 'gone with this page unless you download it', 'cut short': 'cut short; gone with this page unless you download it' }[state]}`);
+    const row = made('div', { className: 'row' }, button('Download', `Download ${name} as MCAP`, () => this.kept.download(recording)));
     if (state !== 'open') row.append(surely(name, { sure: false }, () => this.kept.forget(recording)));
-    item.append(words, row);
-    return item;
+    return made('li', {}, words, row);
   }
 
   #editor(edit: Edit, { name, label = '' }: RecordedSession): HTMLElement {
@@ -417,35 +305,9 @@ export class Recordings {
     element('past-name', HTMLElement).title = player.motion.name;
     element('past-other', HTMLElement).textContent = other ? `beside ${this.#calledOf(other.motion.name)}` : '';
     element('past-alone', HTMLButtonElement).hidden = element('past-compared', HTMLButtonElement).hidden = !other;
-    this.#showFigures(player, other);
-    this.#showList();
-  }
-
-  /** Of the one that plays, and of the other beside it, a column each. */
-  #showFigures(player: Player, other: Player | null): void {
-    const table = element('past-figures', HTMLTableElement);
     element('past-compare', HTMLElement).hidden = !other;
-    if (!other) return table.replaceChildren();
-    const cell = (tag: 'th' | 'td', textContent: string, more: Partial<HTMLTableCellElement> = {}): HTMLTableCellElement => Object.assign(document.createElement(tag), { textContent, ...more });
-    const row = (...cells: HTMLTableCellElement[]): HTMLTableRowElement => {
-      const made = document.createElement('tr');
-      made.append(...cells);
-      return made;
-    };
-    const both = [player, other] as const, figures = [summaryOf(player), summaryOf(other)] as const, better = figures[0]!.map((figure, i) => betterOf(figure, figures[1]![i]!));
-    const value = (which: number, i: number): HTMLTableCellElement => {
-      const [, text] = figures[which]![i]!, made = cell('td', text, { className: which === 0 ? '' : 'other' });
-      if (better[i] === which) {
-        made.classList.add('better');
-        made.append(Object.assign(document.createElement('span'), { className: 'unseen', textContent: ' (better)' }));
-      }
-      return made;
-    };
-    const what = ([name, , , title]: Figure): HTMLTableCellElement => cell('th', name, { scope: 'row', title });
-    const title = (which: number): HTMLTableCellElement => cell('th', this.#titleOf(both[which]!.motion), { scope: 'col', className: which === 0 ? '' : 'other' });
-    element('past-verdict', HTMLParagraphElement).textContent = verdictOf(both, [this.#calledOf(player.motion.name), this.#calledOf(other.motion.name)], figures);
-    const corner = cell('th', 'Compared', { scope: 'col' });
-    table.replaceChildren(row(corner, title(0), title(1)), ...figures[0]!.map((figure, i) => row(what(figure), value(0, i), value(1, i))));
+    if (other) compare([player, other], [player, other].map(({ motion }) => this.#calledOf(motion.name)), [player, other].map(({ motion }) => this.#titleOf(motion)));
+    this.#showList();
   }
 
   /** As in the list. */
@@ -472,8 +334,6 @@ export class Recordings {
   }
 
   #say(words: string): void {
-    const item = document.createElement('li');
-    item.textContent = words;
-    this.list.replaceChildren(item);
+    this.list.replaceChildren(made('li', {}, words));
   }
 }

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { Busy } from '../src/busy';
-import { beganOf, figures, grown, isFound, ordered, spillOf, titleOf, wordsOf } from '../src/recordings';
+import { beganOf, figures, grown, isFound, ordered, spillOf, titleOf, wordsOf } from '../src/recorded';
 import { clock, percentText, rateText } from '../src/figures';
 import { alikeFor, betterOf, stopsOf, summaryOf, verdictOf } from '../src/replay/summary';
 import { indexAt, ledIn, Player, type Motion } from '../src/replay/player';

@@ -1,9 +1,9 @@
+import { made } from '../element';
 import { fine, kindText, seenAt } from '../replay/happened';
 import { meanOffText, percentText, sloshText } from '../figures';
 import type { StoryEvent } from '../replay/player';
 import { MARKS } from '../replay/track';
 import type { FigureRow, Report, Result } from './data';
-import { made } from './made';
 import { profileColor, profileDash } from './plots';
 
 /** m:ss.ss */

@@ -1,4 +1,4 @@
-import { put } from '../element';
+import { made, put } from '../element';
 import { forgetColors } from '../profiles';
 import type { Robot } from '../protocol';
 import { Player } from '../replay/player';
@@ -7,7 +7,6 @@ import { ArmFigure } from './arm';
 import { Charts } from './charts';
 import type { Report, Session } from './data';
 import { cardsOf, legendOf, meaningsOf, noteOf, tablesOf, timeText, titleOf, toolOf, verdictOf } from './head';
-import { made } from './made';
 import { showPlots } from './plots';
 import './report.css'; // after uPlot's own
 

@@ -1,8 +1,8 @@
+import { made } from '../element';
 import uPlot from 'uplot';
 import { colorOf, resolved } from '../profiles';
 import { atLeast, type Charts, columns, format, including, lineMark, logRange, overlay, type Curve, type Series } from './charts';
 import type { ByAxis, PlanCurve, Report, Result } from './data';
-import { made } from './made';
 
 /** The second result of the same profile, with another scale say, has its colour and is dashed; and so on. */
 const DASHES: (number[] | undefined)[] = [undefined, [7, 3], [2, 3], [9, 3, 2, 3]];
