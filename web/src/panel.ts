@@ -1,17 +1,24 @@
 import { isTyped, takesEnter } from './input/shortcuts';
 import type { Connection } from './connection';
-import { element, put } from './element';
-import { latencyText, offText, scaleText } from './figures';
+import { Choices } from './choices';
+import { element, made, put } from './element';
+import { latencyText, offText } from './figures';
 import { motionText, motionTitle } from './demo_motions';
 import { policyText } from './policy';
 import { colorOf, inOrder, purposeOf } from './profiles';
-import type { Measure, Profile, RequestKind, RequestMessage, StateMessage, Term, WelcomeMessage } from './protocol';
+import type { Measure, Profile, RequestKind, RequestMessage, StateMessage, WelcomeMessage } from './protocol';
 import type { Hand } from './hand';
 import type { Session } from './session';
 import { Peak } from './peak';
-import { STEPS, areChanged, plain, positionOf, spokenWeight, unitText, weightAt, weightText } from './weights';
+import { Sliders } from './sliders';
+import { areChanged } from './weights';
 
 const write = (node: HTMLElement, text: string): void => put(node, 'textContent', text);
+/** Shows it while there are words, which are in `words`. */
+function tell(id: string, text: string, words = id): void {
+  put(element(id, HTMLElement), 'hidden', text === '');
+  write(element(words, HTMLElement), text);
+}
 
 /** A number with its unit. */
 class Reading {
@@ -53,18 +60,6 @@ function show(list: HTMLSelectElement, options: HTMLOptionElement[]): void {
   list.size = Math.max(2, options.length);
 }
 
-interface Slider {
-  node: HTMLInputElement;
-  output: HTMLElement;
-  read(): number | undefined;
-  label(value: number): string;
-  /** What the label says, for who hears it; else that. */
-  spoken?(value: number): string;
-  /** The slider's own value for this one. */
-  place(value: number): number;
-  shown: number;
-}
-
 /** null: nothing was measured yet, which is told as 0. */
 export const known = (value: Measure | undefined): Measure => value || null;
 
@@ -77,28 +72,12 @@ const COUNTERS_EVERY = 1;
 /** s for which Reset calls for attention. */
 const CALLED_FOR = 1.2;
 
-/** s for which a control shows what was chosen; then, what the server says. */
-const ANSWER_WITHIN = 1;
-
 /** Why the controls cannot be used, and what to do; empty: they can. */
 function whyDisabled(session: Session, reached: boolean): string {
   if (session.past) return 'A recording is shown: what is grey acts on now. “Back to now” brings it back.';
   if (!reached) return 'There is no connection to the arm: nothing that is grey can reach it.';
   if (!session.paired) return 'You are watching: to use what is grey, enter the code from the terminal.';
   return session.mayTake ? '' : 'Somebody else drives: to use what is grey, ask for control.';
-}
-
-/** deg */
-function tiltText(tilt: number): string {
-  return tilt < 0.5 ? 'none: upright' : tilt > 179.5 ? 'all: it may pour' : `up to ${tilt.toFixed(0)}°`;
-}
-
-/** @param heading deg, positive to the arm's left */
-export function headingText(heading: number): string {
-  const turned = Math.round(Math.abs(heading)), angle = `${heading.toFixed(0)}°`;
-  if (turned === 0) return `${angle}, as the arm`;
-  if (turned === 180) return `${angle}, to the arm`;
-  return `${angle}, to the ${heading > 0 ? 'left' : 'right'}`;
 }
 
 /** What objects are for. @param chosen the one that the buttons act on; empty: none @param plays a demo motion leads */
@@ -108,28 +87,18 @@ function objectsHint(chosen: string, carried: boolean, plays: boolean): string {
   return `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
 }
 
-/** What a slider's two ends mean. */
-function ends(low: string, high: string): HTMLElement {
-  const line = Object.assign(document.createElement('span'), { className: 'ends' });
-  line.append(...[low, high].map((textContent) => Object.assign(document.createElement('span'), { textContent })));
-  return line;
-}
-
 /** What a request says beside its kind. */
 type Asked = { text?: string; value?: number; to?: string; success?: boolean; notes?: string };
 
 /** Controls and words of the page. What it shows of a choice is what the server says, as soon as it can have answered. */
 export class Panel {
-  readonly #chosenAt = new Map<EventTarget, number>();
-  readonly #sliders: Slider[] = [];
+  readonly #choices = new Choices();
+  readonly #sliders: Sliders;
   readonly #latency = new Reading(element('latency', HTMLElement), 1e-3, latencyText, 'ms');
   readonly #error = new Reading(element('error-now', HTMLElement), 1e3, offText, 'mm');
   readonly #clearance = new Reading(element('clearance', HTMLElement), 1e3, offText, 'mm');
-  /** mm, height of the glass inside. */
-  #rim = 0;
   #profiles: HTMLInputElement[] = [];
   readonly #peak = new Peak(WAVE_HELD);
-  #weights: Slider[] = [];
   #unfocused: HTMLElement | null = null;
   #countersAt = -Infinity;
   #chosen = '';
@@ -156,9 +125,7 @@ export class Panel {
       this.takeLease();
       this.ask('playback', { text: (event.target as HTMLSelectElement).value });
     };
-    for (const kind of ['input', 'change']) {
-      addEventListener(kind, (event) => { if (event.target) this.#chosenAt.set(event.target, performance.now() / 1000); }, { capture: true });
-    }
+    this.#sliders = new Sliders(session, this.#choices, { command: (kind, more) => this.command(kind, more), grip: (closed) => this.#grip(closed) });
     input('record').onchange = () => this.command('record', { value: input('record').checked ? 1 : 0 });
     element('rate', HTMLSelectElement).onchange = (event) => this.command('rate', { value: Number((event.target as HTMLSelectElement).value) });
     button('play-again').onclick = ({ currentTarget }) => {
@@ -167,16 +134,6 @@ export class Panel {
     };
     for (const id of ['playback', 'rate']) folds(element(id, HTMLSelectElement));
     addEventListener('pointerdown', ({ target }) => foldAll(target as Node), { capture: true });
-    const controls = () => this.session.state?.controls;
-    this.#slider('scale', () => controls()?.scale, (v) => (Math.abs(v - 1) < 0.005 ? '1:1' : `${scaleText(v)} ×`), (value) => this.command('scale', { value }));
-    this.#slider('yaw', () => { const c = controls(); return c && (c.yaw * 180) / Math.PI; }, (v) => headingText(v),
-      (value) => this.command('yaw', { value: (value * Math.PI) / 180 }));
-    this.#slider('fill', () => { const c = controls(); return c && c.fill * 1000; }, (v) => `${(this.#rim - v).toFixed(0)} mm below the rim`,
-      (value) => this.command('fill', { value: value / 1000 }));
-    this.#slider('tilt', () => { const c = controls(); return c && (c.tilt * 180) / Math.PI; }, tiltText,
-      (value) => this.command('tilt', { value: (value * Math.PI) / 180 }));
-    this.#slider('gripper', () => { const g = this.session.state?.gripper ?? this.session.state?.gripper_command; return typeof g === 'number' ? g * 100 : undefined; },
-      (v) => (v < 2 ? 'open' : v > 98 ? 'closed' : `${v.toFixed(0)} % closed`), (value) => this.#grip(value / 100));
     addEventListener('keydown', (event) => {
       if (event.code !== 'KeyG' || event.repeat || event.ctrlKey || event.metaKey || event.altKey || isTyped(event.target)) return;
       const { state, mayTake, past } = this.session;
@@ -248,50 +205,19 @@ export class Panel {
     this.ask(kind, more);
   }
 
-  #slider(id: string, read: () => number | undefined, label: (value: number) => string, send: (value: number) => void): void {
-    const node = input(id);
-    node.oninput = () => send(Number(node.value));
-    this.#sliders.push({ node, output: element(`${id}-value`, HTMLOutputElement), read, label, place: (value) => value, shown: NaN });
-  }
-
-  /** A slider for the weight of the term of this index. */
-  #weight(term: Term, index: number): Slider {
-    const { range, name } = term, id = `weight-${name}`, words = plain(term);
-    const label = Object.assign(document.createElement('label'), { htmlFor: id, title: `The weight ‘${name}’ of the objective (${term.label}), in ${unitText(term.unit)}` });
-    const output = Object.assign(document.createElement('output'), { id: `${id}-value`, textContent: '–' });
-    const node = Object.assign(document.createElement('input'), { id, type: 'range', min: '0', max: String(STEPS), step: '1' });
-    node.oninput = () => this.command('weight', { text: name, value: weightAt(range, Number(node.value)) });
-    output.htmlFor.add(id);
-    label.append(`${words.label} `, output, node, ends(words.low, words.high));
-    element('weights', HTMLDivElement).append(label);
-    return { node, output, read: () => this.session.state?.controls.weights[index], label: weightText, spoken: (value) => spokenWeight(range, value, words), place: (value) => positionOf(range, value), shown: NaN };
-  }
-
   /** What the server offers. */
   offer(welcome: WelcomeMessage): void {
-    this.#rim = welcome.glass.height * 1000;
     document.body.dataset.glass = String(!welcome.robot?.gripper);
-    input('fill').max = String(Math.ceil(this.#rim) - 1);
+    this.#sliders.offer(welcome);
     const box = element('profiles', HTMLFieldSetElement);
     box.querySelectorAll('label').forEach((label) => label.remove());
-    const choices = inOrder(welcome.profiles).map((profile): [number, HTMLInputElement] => {
-      const label = document.createElement('label');
-      const choice = Object.assign(document.createElement('input'), { type: 'radio', name: 'profile', value: profile.name });
-      choice.onchange = () => {
-        this.command('profile', { text: profile.name });
-      };
-      const color = document.createElement('i');
-      color.style.background = colorOf(profile);
-      const words = document.createElement('span');
-      words.append(profile.label, Object.assign(document.createElement('small'), { textContent: purposeOf(profile) }));
-      label.append(choice, words, color);
-      box.append(label);
-      return [profile.index, choice];
-    });
     this.#profiles = [];
-    for (const [index, choice] of choices) this.#profiles[index] = choice;
-    element('weights', HTMLDivElement).replaceChildren();
-    this.#weights = welcome.terms.flatMap((term, index) => (term.offered ? [this.#weight(term, index)] : []));
+    for (const profile of inOrder(welcome.profiles)) {
+      const choice = made('input', { type: 'radio', name: 'profile', value: profile.name, onchange: () => this.command('profile', { text: profile.name }) }), color = made('i');
+      color.style.background = colorOf(profile);
+      box.append(made('label', {}, choice, made('span', {}, profile.label, made('small', {}, purposeOf(profile))), color));
+      this.#profiles[profile.index] = choice;
+    }
     const list = element('playback', HTMLSelectElement);
     show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
   }
@@ -304,9 +230,8 @@ export class Panel {
 
   /** That its weights are no longer its own. */
   #showChanged(state: StateMessage, mayChoose: boolean): void {
-    const led = this.#led(), changed = led !== undefined && areChanged(led.weights, state.controls.weights);
-    put(element('changed', HTMLElement), 'hidden', !changed);
-    write(element('changed-words', HTMLElement), changed ? `${led.label}, with other weights` : '');
+    const led = this.#led();
+    tell('changed', led && areChanged(led.weights, state.controls.weights) ? `${led.label}, with other weights` : '', 'changed-words');
     put(button('unchange'), 'disabled', !mayChoose);
   }
 
@@ -329,7 +254,7 @@ export class Panel {
     const list = element('rate', HTMLSelectElement);
     put(list, 'disabled', !mayChoose);
     const chosen = automatic ? 0 : rate;
-    if (!this.#isAnswered(list, now) || list.value === String(chosen)) return;
+    if (!this.#choices.isAnswered(list, now) || list.value === String(chosen)) return;
     const rates = [...new Set([0, ...RATES, chosen])].sort((a, b) => a - b);
     show(list, rates.map((hz) => new Option(hz ? `${hz.toFixed(0)} Hz` : 'automatic', String(hz), false, hz === chosen)));
   }
@@ -370,8 +295,41 @@ export class Panel {
     this.#unfocused = null;
   }
 
-  /** Whether the server's word may replace what this control shows. */
-  #isAnswered(control: EventTarget, now: number): boolean { return now - (this.#chosenAt.get(control) ?? -Infinity) > ANSWER_WITHIN; }
+  /** Who has the arm or may have it, and what resets it. */
+  #showLease(now: number): void {
+    const { session } = this;
+    const reset = button('reset');
+    put(reset, 'hidden', !session.mayReset);
+    put(reset.dataset, 'call', String(session.mayReset && session.hintedWithin(CALLED_FOR, now)));
+    put(reset.querySelector('kbd')!, 'hidden', document.activeElement !== reset && takesEnter(document.activeElement));
+    put(button('stop'), 'disabled', session.status !== 'open');
+    const lease = button('lease');
+    write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Take control' : 'Ask for control');
+    put(button('mode'), 'disabled', session.past);
+    put(lease, 'disabled', session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks));
+    put(lease.dataset, 'call', String(!session.yours && session.mayTake && !session.past));
+    tell('asked', session.asked(), 'asked-words');
+    write(element('asked-until', HTMLElement), session.askedUntil(now));
+  }
+
+  /** What may be chosen now. */
+  #showChoices(mayChoose: boolean, why: string, chosen: string, carried: boolean): void {
+    const { session } = this, { state } = session;
+    put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
+    this.#showAgain(session.past || !session.mayTake || state?.state === 'stopping' || state?.state === 'fault');
+    put(input('record'), 'disabled', !mayChoose);
+    put(button('add-box'), 'disabled', !mayChoose);
+    const plays = (state?.controls.playback ?? -1) >= 0;
+    put(button('carry-object'), 'disabled', !mayChoose || chosen === '' || plays);
+    put(button('remove-object'), 'disabled', !mayChoose || chosen === '');
+    for (const choice of this.#profiles) put(choice, 'disabled', !mayChoose);
+    tell('why-disabled', why);
+    if (chosen !== this.#chosen || carried !== this.#carried || plays !== this.#plays) { // words that are made anew only then
+      this.#objectsHint = objectsHint(this.#chosen = chosen, this.#carried = carried, this.#plays = plays);
+      button('carry-object').textContent = carried ? 'Put down' : 'Take up';
+    }
+    write(element('objects-hint', HTMLElement), why || this.#objectsHint);
+  }
 
   /** A few times a second; now in s of performance.now(). @param chosen the object that the buttons for one act on; empty: none @param carried the tool has it */
   draw(now: number, chosen: string, carried: boolean): void {
@@ -390,81 +348,33 @@ export class Panel {
     write(element('state', HTMLElement), session.title(now));
     write(element('reason', HTMLElement), session.reason(now));
     write(element('advice', HTMLElement), session.advice(now, this.hand.heldFor));
-    const constraint = present ? session.constraint() : '';
-    put(element('held', HTMLElement), 'hidden', !constraint);
-    write(element('held', HTMLElement), constraint);
-    const slow = session.slow(now);
-    put(element('slow', HTMLElement), 'hidden', !slow);
-    write(element('slow', HTMLElement), slow);
-    const spill = session.spill();
-    put(element('spill', HTMLElement), 'hidden', !spill);
-    write(element('spill-words', HTMLElement), spill);
+    tell('held', present ? session.constraint() : '');
+    tell('slow', session.slow(now));
+    tell('spill', session.spill(), 'spill-words');
     put(button('refill'), 'hidden', !reached || !session.mayTake);
-    const refilled = !session.past && session.wasRefilled(now);
-    put(element('refilled', HTMLElement), 'hidden', !refilled);
-    write(element('refilled', HTMLElement), refilled ? 'Full glass again' : '');
+    tell('refilled', !session.past && session.wasRefilled(now) ? 'Full glass again' : '');
     this.#showWave(present);
     put(element('gripper-line', HTMLElement), 'hidden', !session.hasGripper);
     this.#showPolicy(session.past ? undefined : state, reached && session.mayTake);
-    const refusal = session.refusal(now);
-    put(element('refusal', HTMLElement), 'hidden', !refusal);
-    write(element('refusal', HTMLElement), refusal);
+    tell('refusal', session.refusal(now));
     // Nothing old stands there as if it were of now.
     this.#latency.show(live ? known(state?.latency_us.p50) : null);
     this.#error.show(live ? state?.tracking_error : null);
     this.#clearance.show(live ? state?.clearance : null);
 
-    const reset = button('reset');
-    put(reset, 'hidden', !session.mayReset);
-    put(reset.dataset, 'call', String(session.mayReset && session.hintedWithin(CALLED_FOR, now)));
-    put(reset.querySelector('kbd')!, 'hidden', document.activeElement !== reset && takesEnter(document.activeElement));
-    put(button('stop'), 'disabled', session.status !== 'open');
-    const lease = button('lease');
-    write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Take control' : 'Ask for control');
-    put(button('mode'), 'disabled', session.past);
-    put(lease, 'disabled', session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks));
-    put(lease.dataset, 'call', String(!session.yours && session.mayTake && !session.past));
-    const asked = session.asked();
-    put(element('asked', HTMLElement), 'hidden', !asked);
-    write(element('asked-words', HTMLElement), asked);
-    write(element('asked-until', HTMLElement), session.askedUntil(now));
+    this.#showLease(now);
     put(element('pairing', HTMLFormElement), 'hidden', session.paired || session.status !== 'open');
     const mayChoose = reached && session.mayTake;
-    put(element('playback', HTMLSelectElement), 'disabled', session.past || !session.mayTake);
-    this.#showAgain(session.past || !session.mayTake || session.state?.state === 'stopping' || session.state?.state === 'fault');
-    put(input('record'), 'disabled', !mayChoose);
-    put(button('add-box'), 'disabled', !mayChoose);
-    const plays = (state?.controls.playback ?? -1) >= 0;
-    put(button('carry-object'), 'disabled', !mayChoose || chosen === '' || plays);
-    put(button('remove-object'), 'disabled', !mayChoose || chosen === '');
-    for (const choice of this.#profiles) put(choice, 'disabled', !mayChoose);
-    const why = element('why-disabled', HTMLElement);
-    write(why, whyDisabled(session, reached));
-    put(why, 'hidden', why.textContent === '');
-    if (chosen !== this.#chosen || carried !== this.#carried || plays !== this.#plays) { // words that are made anew only then
-      this.#objectsHint = objectsHint(this.#chosen = chosen, this.#carried = carried, this.#plays = plays);
-      button('carry-object').textContent = carried ? 'Put down' : 'Take up';
-    }
-    write(element('objects-hint', HTMLElement), why.textContent || this.#objectsHint);
-    for (const slider of [...this.#weights, ...this.#sliders]) {
-      const { node } = slider, value = slider.read();
-      put(node, 'disabled', !mayChoose);
-      if (value === undefined) continue;
-      if (value !== slider.shown) {
-        slider.output.textContent = slider.label(value);
-        node.setAttribute('aria-valuetext', (slider.spoken ?? slider.label)(value));
-      }
-      slider.shown = value;
-      if (this.#isAnswered(node, now)) put(node, 'value', String(slider.place(value)));
-    }
+    this.#showChoices(mayChoose, whyDisabled(session, reached), chosen, carried);
+    this.#sliders.draw(mayChoose, now);
     if (!state) return;
     const profile = this.#profiles[state.controls.profile];
-    if (profile && this.#profiles.every((choice) => this.#isAnswered(choice, now))) put(profile, 'checked', true);
-    if (this.#isAnswered(input('record'), now)) put(input('record'), 'checked', state.recording);
+    if (profile && this.#profiles.every((choice) => this.#choices.isAnswered(choice, now))) put(profile, 'checked', true);
+    if (this.#choices.isAnswered(input('record'), now)) put(input('record'), 'checked', state.recording);
     this.#showRate(state, mayChoose, now);
     this.#showChanged(state, mayChoose);
     const list = element('playback', HTMLSelectElement);
-    if (this.#isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
+    if (this.#choices.isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
     write(element('playback-now', HTMLOutputElement), list.value === '' ? (session.yours ? 'none: you lead' : 'none') : motionTitle(list.value));
     if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
     this.#countersAt = now + COUNTERS_EVERY;
