@@ -18,7 +18,8 @@ import { Recordings } from './recordings';
 import type { Preset } from './scene/presets';
 import { Stage } from './scene/stage';
 import type { ServerMessage } from './protocol';
-import { ON_TOUCH, Session } from './session';
+import { ON_TOUCH } from './means';
+import { Session } from './session';
 import { DisplayDelay, StudyPanel } from './study';
 import { Tabs } from './tabs';
 

@@ -1,7 +1,10 @@
 import type { ConnectionStatus } from './connection';
 import { offText, partText, percentText, spanText } from './figures';
+import { isNotHeard, KeptHand } from './kept_hand';
+import { LateCount } from './late_count';
+import { ON_PAGE } from './means';
 import type { Refusal, ServerMessage, StateMessage, WelcomeMessage } from './protocol';
-import { Swing } from './swing';
+import { Spills } from './spills';
 
 /** s without a state after which the scene greys out: what is seen is old. */
 export const STALE_AFTER = 0.5;
@@ -28,20 +31,6 @@ const LEANS = 0.009;
 const RESET_WITHIN = 0.5;
 /** s for which a hint stands. */
 const HINTED_FOR = 4;
-/** s over which late commands are counted, and the share of them from which on the computer is too slow. */
-const COUNTED_OVER = 5, TOO_MANY_LATE = 0.01;
-/** Share of plans that come too late, from which on the page leaves the processor to them. */
-const TOO_MANY_LATE_PLANS = 0.02;
-/** s before a spill in which a late plan is what it came of. */
-const LATE_BEFORE = 1;
-/** Share of the liquid that is told of a profile beside another. */
-const TOLD_SHARE = 5e-4;
-/** s without a word of a held hand that the page itself was held up for; and for how long that explains that it was lost. */
-const TOO_LONG = 0.12, EXPLAINS_FOR = 1.5;
-/** s of such a gap that alone had the arm let go, near enough. */
-const LOSES = 0.2;
-/** s without another such gap, after which all is read that happened in it: what is held still is held. */
-const READ_AFTER = 0.1;
 /** s in which a grip is heard and answered. */
 const HEARD_AFTER = 0.4;
 
@@ -64,33 +53,11 @@ function demoReason({ reason, reason_code: code }: StateMessage, plays: boolean)
   return reason;
 }
 
-/** The arm did not hear of a hand. */
-const isNotHeard = (state: StateMessage | null): boolean => state?.reason_code === 'no_pose' || (state?.reason_code === 'silent' && state.reason_leader === 'person');
-
-/** How the operator does what the page advises. */
-export interface Means { lead: string; takeOver: string; pair: string; again: string; reset: string }
-
 /** To who turns the glass while it does not lean. */
 export const STAYS_UPRIGHT = 'The glass does not lean with the hand: raise “Tilt with the hand” to lean it.';
 
 /** To who turns a glass about its own axis. */
 export const LOOKS_THE_SAME = 'The glass turns about its own axis: being round, it looks the same.';
-
-export const ON_PAGE: Means = {
-  lead: 'Drag the glass, or hold a key, to lead the arm.', takeOver: 'Drag the glass, or hold a key, to take over.',
-  pair: 'To drive, enter the code from the terminal.', again: 'Let go, and take hold again.', reset: 'press “Reset”',
-};
-export const ON_TOUCH: Means = { ...ON_PAGE, lead: 'Drag the glass to lead the arm.', takeOver: 'Drag the glass to take over.' };
-export const IN_HEADSET: Means = {
-  lead: 'Squeeze the grip to lead the arm.', takeOver: 'Squeeze the grip to take over.',
-  pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again.', reset: 'press the thumbstick to reset',
-};
-
-/** The same with what stands for a controller's parts on this page. */
-export const IN_EMULATOR: Means = {
-  lead: 'Squeeze the grip (hold the mouse button in the picture) to lead the arm.', takeOver: 'Squeeze the grip (hold the mouse button in the picture) to take over.',
-  pair: 'To drive, leave VR and enter the code.', again: 'Let go, and squeeze again (the mouse button).', reset: 'press the thumbstick to reset (here: Enter)',
-};
 
 /** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */
 export class Session {
@@ -114,29 +81,11 @@ export class Session {
   failure = '';
   statesReceived = 0;
   #refilledAt = -Infinity;
-  /** Share of the liquid that was seen to go over the rim under each profile since the glass was full, by index. */
-  readonly #spilledUnder = new Map<number, number>();
-  readonly #swing = new Swing();
-  /** s, of the session's clock: when a plan, or a command, was late last. */
-  #lateAt = -Infinity;
-  /** The planner was late just before it spilled. */
-  #spilledLate = false;
-  /** The profile that led keeps nothing in: a full glass spills anew. */
-  #spilledAnyhow = false;
-  /** It was while the arm braked, or was stopped by its own controller. */
-  #spilledInStop = false;
+  readonly #spills = new Spills();
+  readonly #late = new LateCount();
+  readonly #kept = new KeptHand();
   #hint = { words: '', at: -Infinity };
   #stateAt = -Infinity;
-  /** Of the window that is counted, its first state; and the share of commands that were late in the one before. */
-  #counted: StateMessage | null = null;
-  #lateShare = 0;
-  #latePlans = 0;
-  /** s, of the page's clock: the browser kept the page from telling of the hand until then; and when the arm lost it. */
-  #keptUntil = -Infinity;
-  /** For so many s. */
-  #kept = 0;
-  #lostAt = -Infinity;
-  #resumedAfter = -Infinity;
   #ended = false;
   /** s, of the page's clock: when this page asked to reset the arm that has been at fault since; infinite: it did not. */
   #resetAt = Infinity;
@@ -169,14 +118,14 @@ export class Session {
       case 'cell': if (this.welcome) this.welcome = { ...this.welcome, cell: message.cell }; break;
       case 'state':
         if (this.state && this.#isRefilled(this.state, message)) this.#refilledAt = now;
-        this.#bookSpill(message);
+        this.#spills.book(this.state, message);
         if (this.state?.state === 'stopping' && message.state !== 'stopping') {
           this.#hint.at = -Infinity;
           this.#stoppedBy = 0;
         }
         if (message.state !== 'fault' && message.state !== 'idle') this.#resetAt = Infinity;
-        this.#countLate(message);
-        if (isNotHeard(message) && message.reason_code !== this.state?.reason_code) this.#lostAt = now;
+        this.#late.count(message);
+        this.#kept.take(this.state, message, now);
         this.state = message;
         this.#stateAt = now;
         ++this.statesReceived;
@@ -201,61 +150,25 @@ export class Session {
     }
   }
 
-  /** Each profile has what went over the rim by its swing. */
-  #bookSpill(message: StateMessage): void {
-    const { state: before } = this, { liquid } = message, profile = this.#swing.of(message.now_s, message.controls.profile, message.controls.no_spill);
-    const grew = (name: 'rejected_plans' | 'missed_deadlines'): boolean => before !== null && message[name] > before[name];
-    if (message.now_s < this.#lateAt) this.#lateAt = -Infinity; // another session
-    if (message.reason_code === 'planner_late' || grew('rejected_plans') || grew('missed_deadlines')) this.#lateAt = message.now_s;
-    if (!liquid.spilled) return this.#spilledUnder.clear();
-    if (!before) return;
-    if (!before.liquid.spilled) {
-      this.#spilledUnder.clear();
-      this.#spilledInStop = ['stopping', 'holding', 'fault'].includes(message.state);
-      this.#spilledAnyhow = !message.controls.no_spill;
-      this.#spilledLate = message.controls.no_spill && message.now_s - this.#lateAt < LATE_BEFORE;
-    }
-    const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0);
-    if (more > 0 || !before.liquid.spilled) this.#spilledUnder.set(profile, (this.#spilledUnder.get(profile) ?? 0) + Math.max(more, 0));
-  }
-
   /** The page told of the hand, `gap` s after the time before. @param held a way in has the hand */
   told(gap: number, held: boolean, now: number): void {
     if (held && this.yours) this.#hasHeld = true;
-    if (!held || gap <= TOO_LONG) return;
-    this.#keptUntil = now;
-    this.#kept = gap;
+    if (held) this.#kept.told(gap, now);
   }
 
   /** The arm lost the hand since this browser did not come to tell of it. */
-  get isLostByBrowser(): boolean { return isNotHeard(this.state) && Math.abs(this.#lostAt - this.#keptUntil) < EXPLAINS_FOR; }
+  get isLostByBrowser(): boolean { return this.#kept.explains(this.state); }
 
-  /** Once for each time that the browser lost the hand, soon after it: whoever holds on may lead on. */
-  mayResume(now: number): boolean {
-    const since = now - this.#keptUntil;
-    if (this.state?.state !== 'ready' || !this.isLostByBrowser || this.#kept < LOSES || since < READ_AFTER || since > EXPLAINS_FOR || this.#resumedAfter === this.#keptUntil) return false;
-    this.#resumedAfter = this.#keptUntil;
-    return true;
-  }
+  /** Whoever holds on may lead on. */
+  mayResume(now: number): boolean { return this.#kept.mayResume(this.state, now); }
 
   /** Plans or commands come late too often. */
-  get isLate(): boolean { return this.#lateShare > TOO_MANY_LATE || this.#latePlans > TOO_MANY_LATE_PLANS || this.state?.reason_code === 'planner_late'; }
-
-  #countLate(message: StateMessage): void {
-    const since = message.now_s - (this.#counted?.now_s ?? NaN);
-    if (since >= 0 && since < COUNTED_OVER) return;
-    const cycles = message.cycles - (this.#counted?.cycles ?? NaN);
-    // A program that began anew, or a gap in the news, tells nothing.
-    this.#lateShare = since < 2 * COUNTED_OVER && cycles > 0 ? (message.missed_deadlines - this.#counted!.missed_deadlines) / cycles : 0;
-    const plans = message.plans - (this.#counted?.plans ?? NaN);
-    this.#latePlans = since < 2 * COUNTED_OVER && plans > 0 ? (message.rejected_plans - this.#counted!.rejected_plans) / plans : 0;
-    this.#counted = message;
-  }
+  get isLate(): boolean { return this.#late.isLate || this.state?.reason_code === 'planner_late'; }
 
   /** That the computer of the program cannot keep up, and what that means; empty: it can. */
   slow(now: number): string {
-    if (this.past || this.isStale(now) || this.#lateShare < TOO_MANY_LATE) return '';
-    return `The computer is too slow now: ${percentText(this.#lateShare)} % of the commands come late.${this.hasGlass ? ' Any profile may spill.' : ''}`;
+    if (this.past || this.isStale(now) || !this.#late.isSlow) return '';
+    return `The computer is too slow now: ${percentText(this.#late.commands)} % of the commands come late.${this.hasGlass ? ' Any profile may spill.' : ''}`;
   }
 
   /** A glass that had spilled is full again, or has another level. */
@@ -276,17 +189,7 @@ export class Session {
 
   /** What was spilled, under which profiles, and of what where the computer was too slow; empty: nothing. */
   spill(): string {
-    const { state, welcome } = this;
-    if (this.past || !this.hasGlass || !state?.liquid.spilled) return '';
-    const whole = `Spilled ${percentText(state.liquid.spilled_share)} % of this glass`;
-    const parts = [...this.#spilledUnder].flatMap(([index, share]) => {
-      const label = welcome?.profiles.find((profile) => profile.index === index)?.label;
-      return label === undefined ? [] : [{ label, share }];
-    });
-    const told = parts.length > 1 ? parts.filter(({ share }) => share >= TOLD_SHARE) : parts;
-    const why = this.#spilledLate ? ': the planner was late' : this.#spilledInStop ? ', in a stop' : this.#spilledAnyhow ? ', which does not keep it in' : '';
-    if (told.length > 1) return `${whole}: ${told.map(({ label, share }) => `${percentText(share)} % under ${label}`).join(', ')}`;
-    return told.length > 0 ? `${whole} under ${told[0]!.label}${why}` : whole;
+    return this.past || !this.hasGlass || !this.state ? '' : this.#spills.told(this.state, this.welcome?.profiles);
   }
 
   /** The tool holds a glass. */

@@ -4,7 +4,8 @@ import { Hand } from '../src/hand';
 import type { ClientMessage, ServerMessage } from '../src/protocol';
 import { motionTitle } from '../src/demo_motions';
 import { Peak } from '../src/peak';
-import { IN_EMULATOR, IN_HEADSET, Session, STALE_AFTER, waveOf, waveText } from '../src/session';
+import { IN_EMULATOR, IN_HEADSET } from '../src/means';
+import { Session, STALE_AFTER, waveOf, waveText } from '../src/session';
 import { server } from './server_messages';
 
 class FakeSocket {

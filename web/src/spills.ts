@@ -1,0 +1,55 @@
+import { percentText } from './figures';
+import type { Profile, StateMessage } from './protocol';
+import { Swing } from './swing';
+
+/** s before a spill in which a late plan is what it came of. */
+const LATE_BEFORE = 1;
+/** Share of the liquid that is told of a profile beside another. */
+const TOLD_SHARE = 5e-4;
+
+/** What went over the rim since the glass was full, and of what. */
+export class Spills {
+  /** Share of the liquid that was seen to go over the rim under each profile since the glass was full, by index. */
+  readonly #under = new Map<number, number>();
+  readonly #swing = new Swing();
+  /** s, of the session's clock: when a plan, or a command, was late last. */
+  #lateAt = -Infinity;
+  /** The planner was late just before it spilled. */
+  #late = false;
+  /** The profile that led keeps nothing in: a full glass spills anew. */
+  #anyhow = false;
+  /** It was while the arm braked, or was stopped by its own controller. */
+  #inStop = false;
+
+  /** Each profile has what went over the rim by its swing. */
+  book(before: StateMessage | null, message: StateMessage): void {
+    const { liquid } = message, profile = this.#swing.of(message.now_s, message.controls.profile, message.controls.no_spill);
+    const grew = (name: 'rejected_plans' | 'missed_deadlines'): boolean => before !== null && message[name] > before[name];
+    if (message.now_s < this.#lateAt) this.#lateAt = -Infinity; // another session
+    if (message.reason_code === 'planner_late' || grew('rejected_plans') || grew('missed_deadlines')) this.#lateAt = message.now_s;
+    if (!liquid.spilled) return this.#under.clear();
+    if (!before) return;
+    if (!before.liquid.spilled) {
+      this.#under.clear();
+      this.#inStop = ['stopping', 'holding', 'fault'].includes(message.state);
+      this.#anyhow = !message.controls.no_spill;
+      this.#late = message.controls.no_spill && message.now_s - this.#lateAt < LATE_BEFORE;
+    }
+    const more = liquid.spilled_share - (before.liquid.spilled ? before.liquid.spilled_share : 0);
+    if (more > 0 || !before.liquid.spilled) this.#under.set(profile, (this.#under.get(profile) ?? 0) + Math.max(more, 0));
+  }
+
+  /** What was spilled, under which profiles, and of what where the computer was too slow; empty: nothing. */
+  told({ liquid }: StateMessage, profiles: readonly Profile[] = []): string {
+    if (!liquid.spilled) return '';
+    const whole = `Spilled ${percentText(liquid.spilled_share)} % of this glass`;
+    const parts = [...this.#under].flatMap(([index, share]) => {
+      const label = profiles.find((profile) => profile.index === index)?.label;
+      return label === undefined ? [] : [{ label, share }];
+    });
+    const told = parts.length > 1 ? parts.filter(({ share }) => share >= TOLD_SHARE) : parts;
+    const why = this.#late ? ': the planner was late' : this.#inStop ? ', in a stop' : this.#anyhow ? ', which does not keep it in' : '';
+    if (told.length > 1) return `${whole}: ${told.map(({ label, share }) => `${percentText(share)} % under ${label}`).join(', ')}`;
+    return told.length > 0 ? `${whole} under ${told[0]!.label}${why}` : whole;
+  }
+}
