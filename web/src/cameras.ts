@@ -1,5 +1,5 @@
 import { CameraView, canDecode } from './camera_view';
-import { element, put } from './element';
+import { element, made, put } from './element';
 import { offText } from './figures';
 import { Median } from './median';
 import { pictureHead, type CameraFacts } from './protocol';
@@ -47,13 +47,8 @@ export class Cameras {
     for (const view of this.views) view.close();
     this.views = cameras.map((facts) => new CameraView(facts));
     this.#drawnAt = cameras.map(() => NaN);
-    this.#words = cameras.map(() => document.createElement('span'));
-    this.#box.replaceChildren(...this.views.map((view, i) => {
-      const figure = document.createElement('figure'), caption = document.createElement('figcaption');
-      caption.append(Object.assign(document.createElement('strong'), { textContent: view.facts.name }), this.#words[i]!);
-      figure.append(view.canvas, caption);
-      return figure;
-    }));
+    this.#words = cameras.map(() => made('span'));
+    this.#box.replaceChildren(...this.views.map(({ canvas, facts }, i) => made('figure', {}, canvas, made('figcaption', {}, made('strong', {}, facts.name), this.#words[i]!))));
     put(this.#panel, 'hidden', cameras.length === 0);
   }
 

@@ -1,4 +1,5 @@
 import type { Busy } from './busy';
+import { made, press } from './element';
 
 /** What people may do with a recording. */
 export type Change = 'label' | 'rename' | 'delete';
@@ -27,16 +28,14 @@ export interface Acts { save(changes: [Change, string][]): void; cancel(): void;
 
 /** A recording's label and name, to be typed; what cannot be is said beside it. @param before its label @param called how people know it */
 export function editForm(edit: Edit, before: string, called: string, busy: Busy, acts: Acts): HTMLFormElement {
-  const form = document.createElement('form');
-  form.className = 'edit';
+  const form = made('form', { className: 'edit' });
   const key = `change ${edit.name}`;
   const field = (text: string, value: string, take: (value: string) => void): HTMLInputElement => {
-    const box = form.appendChild(document.createElement('label')), input = Object.assign(document.createElement('input'), { type: 'text', value, maxLength: 120 });
-    input.oninput = () => take(input.value);
-    box.append(`${text} `, input);
+    const input = made('input', { type: 'text', value, maxLength: 120, oninput: () => take(input.value) });
+    form.append(made('label', {}, `${text} `, input));
     return input;
   };
-  const hint = (textContent: string, className: string, hidden = false): HTMLParagraphElement => form.appendChild(Object.assign(document.createElement('p'), { textContent, className: `hint ${className}`, hidden }));
+  const hint = (textContent: string, className: string, hidden = false): HTMLParagraphElement => form.appendChild(made('p', { textContent, className: `hint ${className}`, hidden }));
   field('Label', edit.label, (value) => { edit.label = value; });
   const named = field('Name of the file', edit.to, (value) => { edit.to = value; });
   const rule = hint(NAME_RULE, 'rule');
@@ -45,17 +44,8 @@ export function editForm(edit: Edit, before: string, called: string, busy: Busy,
   const refusal = hint(edit.refusal, 'refusal', edit.refusal === '');
   refusal.setAttribute('role', 'alert');
   hint('Space stops the arm while it moves.', 'space', true).setAttribute('role', 'status');
-  const row = form.appendChild(document.createElement('div'));
-  row.className = 'row';
-  const press = (textContent: string, label: string, onclick: () => void): HTMLButtonElement => {
-    const made = Object.assign(document.createElement('button'), { type: 'button', textContent, onclick });
-    made.setAttribute('aria-label', label);
-    return made;
-  };
-  const load = Object.assign(document.createElement('a'), { href: `./sessions/${encodeURIComponent(edit.name)}/session.mcap`, download: `${edit.name}.mcap`, textContent: 'Download' });
-  load.setAttribute('aria-label', `Download ${edit.name} as MCAP`);
-  row.append(busy.sign(Object.assign(document.createElement('button'), { textContent: 'Save' }), key, 'Saving…'),
-    press('Cancel', `Leave ${edit.name} as it is`, acts.cancel), load, busy.sign(surely(called, edit, acts.remove), key, 'Deleting…'));
+  const load = made('a', { href: `./sessions/${encodeURIComponent(edit.name)}/session.mcap`, download: `${edit.name}.mcap`, ariaLabel: `Download ${edit.name} as MCAP` }, 'Download');
+  form.append(made('div', { className: 'row' }, busy.sign(made('button', {}, 'Save'), key, 'Saving…'), press('Cancel', `Leave ${edit.name} as it is`, acts.cancel), load, busy.sign(surely(called, edit, acts.remove), key, 'Deleting…')));
   form.onsubmit = (event) => {
     event.preventDefault();
     const changes = changesOf(edit, before);
@@ -73,7 +63,7 @@ const SURE_FOR = 15_000;
 
 /** A button that asks once more. @param called what is deleted */
 export function surely(called: string, asked: { sure: boolean }, act: () => void): HTMLButtonElement {
-  const gone = Object.assign(document.createElement('button'), { type: 'button' as const });
+  const gone = made('button', { type: 'button' });
   const show = (): void => {
     gone.textContent = asked.sure ? `Really delete “${called}”` : 'Delete';
     gone.setAttribute('aria-label', asked.sure ? `Really delete ${called}, for good` : `Delete ${called}`);

@@ -21,3 +21,13 @@ export function made<K extends keyof HTMLElementTagNameMap>(tag: K, properties: 
   element.append(...inside);
   return element;
 }
+
+/** A row of plots: what it is called, and the box for its plot. */
+export function plotRow(root: HTMLElement, title: string, unit: string, meaning: string): HTMLElement {
+  const box = made('div');
+  root.append(made('figure', {}, made('figcaption', { title: meaning }, made('strong', {}, title), made('span', {}, unit)), box));
+  return box;
+}
+
+/** A button. @param ariaLabel what it does, for who cannot see where it stands */
+export const press = (textContent: string, ariaLabel: string, onclick: () => void): HTMLButtonElement => made('button', { type: 'button', textContent, ariaLabel, onclick });

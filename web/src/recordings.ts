@@ -1,7 +1,7 @@
 import { Busy, openTab } from './busy';
 import { editForm, editOf, surely, type Change, type Edit } from './edit_form';
 import { compare } from './compared';
-import { element, made, onResize, put } from './element';
+import { element, made, onResize, press, put } from './element';
 import { KeptRecordings, type KeptRecording } from './kept';
 import type { Profile } from './protocol';
 import { beganOf, figures, grown, isFound, ordered, profilesOf, spillOf, wordsOf, type Order, type RecordedSession } from './recorded';
@@ -16,8 +16,6 @@ const SHOWN = 6, MORE = 20, FEW = 2;
 const TRIES = 20;
 /** s, after which the list is asked for again while a session is written. */
 const ANEW = 10;
-
-const button = (textContent: string, ariaLabel: string, onclick: () => void): HTMLButtonElement => made('button', { type: 'button', textContent, ariaLabel, onclick });
 
 /** The list of recorded sessions, and the one that is shown: its time line, its events, and another one beside it. */
 export class Recordings {
@@ -46,10 +44,10 @@ export class Recordings {
               private readonly change: (kind: Change, name: string, to?: string) => void, private readonly refusal: () => string = () => '',
               private readonly token: () => string = () => '') {
     this.#busy = new Busy(list);
-    const press = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
-    press('past-compared', () => this.#seeFigures());
-    press('past-alone', () => { this.replay.lay(null); this.#layOut(); });
-    press('past-close', () => this.close());
+    const when = (id: string, act: () => void): void => { element(id, HTMLButtonElement).onclick = act; };
+    when('past-compared', () => this.#seeFigures());
+    when('past-alone', () => { this.replay.lay(null); this.#layOut(); });
+    when('past-close', () => this.close());
     onResize(this.line, () => this.#measure());
     element('recordings-find', HTMLInputElement).oninput = () => this.#showList();
     element('recordings-order', HTMLSelectElement).onchange = () => this.#showList();
@@ -160,7 +158,7 @@ export class Recordings {
       };
       const row = made('div', { className: 'row' }, this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${called} in the scene`, () => this.open(name)), report);
       if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${called} beside the one that plays`, () => this.compare(name)));
-      row.append(this.#busy.sign(button('Edit', `Edit ${called}: label, rename, delete or download it`, () => {
+      row.append(this.#busy.sign(press('Edit', `Edit ${called}: label, rename, delete or download it`, () => {
         if (this.#busy.isRunning(`change ${name}`)) return;
         this.#edit = this.#edit?.name === name ? null : editOf(name, session.label);
         this.#showList();
@@ -177,12 +175,12 @@ export class Recordings {
   /** A button of what takes a while. */
   #slow(kind: string, words: string, name: string, text: string, label: string, act: () => Promise<unknown>): HTMLButtonElement {
     const key = `${kind} ${name}`;
-    return this.#busy.sign(button(text, label, () => void this.#busy.run(key, act)), key, words);
+    return this.#busy.sign(press(text, label, () => void this.#busy.run(key, act)), key, words);
   }
 
   /** A line beneath the sessions, and what it offers. */
-  #note(words: string, act: string, press: () => void): HTMLElement {
-    return made('li', { className: 'note' }, `${words} `, button(act, act, press));
+  #note(words: string, act: string, onclick: () => void): HTMLElement {
+    return made('li', { className: 'note' }, `${words} `, press(act, act, onclick));
   }
 
   /** While one is written only its size changes. */
@@ -199,7 +197,7 @@ export class Recordings {
   #keptItem(recording: KeptRecording): HTMLElement {
     const { name, state, downloaded } = recording;
     const words = made('p', {}, made('strong', {}, name), made('span'), ` · ${downloaded ? 'downloaded' : { open: 'being written', complete: 'gone with this page unless you download it', 'cut short': 'cut short; gone with this page unless you download it' }[state]}`);
-    const row = made('div', { className: 'row' }, button('Download', `Download ${name} as MCAP`, () => this.kept.download(recording)));
+    const row = made('div', { className: 'row' }, press('Download', `Download ${name} as MCAP`, () => this.kept.download(recording)));
     if (state !== 'open') row.append(surely(name, { sure: false }, () => this.kept.forget(recording)));
     return made('li', {}, words, row);
   }

@@ -1,4 +1,5 @@
 import * as THREE from 'three';
+import { made } from './element';
 import './study.css';
 import type { ServerMessage, StudyContent, StudyGoal } from './protocol';
 
@@ -57,27 +58,21 @@ export class StudyPanel {
     if (content.kind === 'question') this.#ask(content);
   }
 
-  #say(tag: string, text: string, name = '', parent: HTMLElement = this.#panel): void {
-    const element = document.createElement(tag);
-    element.textContent = text;
-    element.className = name;
-    parent.append(element);
+  #say(tag: 'p' | 'span', text: string, name = '', parent: HTMLElement = this.#panel): void {
+    parent.append(made(tag, { className: name }, text));
   }
 
   #ask(content: Extract<StudyContent, { kind: 'question' }>): void {
-    const answers = document.createElement('div');
-    answers.className = 'answers';
+    const answers = made('div', { className: 'answers' });
     const choices = answersOf(content);
     const words = choices.length === 2;
     if (!words) this.#say('span', content.low_text, 'end', answers);
     for (const value of choices) {
-      const button = document.createElement('button');
-      button.textContent = words ? (value === content.low ? content.low_text : content.high_text) : String(value);
-      button.onclick = () => {
+      const text = words ? (value === content.low ? content.low_text : content.high_text) : String(value);
+      answers.append(made('button', { onclick: () => {
         for (const each of answers.querySelectorAll('button')) each.disabled = true; // one answer, however often it is pressed
         this.reply(content.key, value);
-      };
-      answers.append(button);
+      } }, text));
     }
     if (!words) this.#say('span', content.high_text, 'end', answers);
     this.#panel.append(answers);

@@ -1,7 +1,7 @@
 import { motionTitle } from '../demo_motions';
 import type { Profile } from '../protocol';
 import { colorOf } from '../profiles';
-import { put } from '../element';
+import { made, put } from '../element';
 import { meanOffText, percentText, secondsText, sloshText } from '../figures';
 import { SETTLING } from '../swing';
 import type { History } from './history';
@@ -42,13 +42,10 @@ export class Comparison {
   /** @param note stands where several profiles led */
   constructor(table: HTMLElement, private readonly note: HTMLElement, private readonly profiles: readonly Profile[], private readonly motions: readonly string[]) {
     this.#rows = profiles.map((profile) => {
-      const row = document.createElement('tr'), name = document.createElement('th'), color = document.createElement('i');
-      name.scope = 'row';
+      const color = made('i'), cells = [0, 1, 2, 3, 4].map(() => made('td'));
       color.style.background = colorOf(profile);
-      name.append(color, profile.label.replace(/ \(.*\)$/, '')); // its number would break the line
-      row.append(name);
-      row.hidden = true;
-      return { row, cells: [0, 1, 2, 3, 4].map(() => row.appendChild(document.createElement('td'))), index: profile.index };
+      const name = made('th', { scope: 'row' }, color, profile.label.replace(/ \(.*\)$/, '')); // its number would break the line
+      return { row: made('tr', { hidden: true }, name, ...cells), cells, index: profile.index };
     });
     table.replaceChildren(...this.#rows.map(({ row }) => row));
   }

@@ -1,4 +1,4 @@
-import { put } from '../element';
+import { made, put } from '../element';
 import { partText, wholeText } from '../figures';
 import type { Robot, StateMessage } from '../protocol';
 
@@ -16,15 +16,10 @@ export class Joints {
     this.#sliding = robot.joints.map(({ type }) => type === 'prismatic');
     root.replaceChildren();
     this.#rows = robot.joints.map((joint, i) => {
-      const row = document.createElement('div'), name = document.createElement('span'), bar = document.createElement('span');
-      const at = document.createElement('i'), speed = document.createElement('b'), angle = document.createElement('output');
+      const name = partText(joint.name), at = made('i'), speed = made('b'), angle = made('output');
       const limits: [number, number] = [robot.position_min?.[i] ?? -Math.PI, robot.position_max?.[i] ?? Math.PI], fastest = robot.velocity_max?.[i] ?? 1;
-      name.textContent = partText(joint.name);
-      row.title = `${name.textContent}: from ${angleText(limits[0], this.#sliding[i]!)} to ${angleText(limits[1], this.#sliding[i]!)}; the line beneath is its speed, full at ${angleText(fastest, this.#sliding[i]!)}/s`;
-      bar.className = 'bar';
-      bar.append(at, speed);
-      row.append(name, bar, angle);
-      root.append(row);
+      const title = `${name}: from ${angleText(limits[0], this.#sliding[i]!)} to ${angleText(limits[1], this.#sliding[i]!)}; the line beneath is its speed, full at ${angleText(fastest, this.#sliding[i]!)}/s`;
+      root.append(made('div', { title }, made('span', {}, name), made('span', { className: 'bar' }, at, speed), angle));
       return { angle, at, speed, limits, fastest, shown: [NaN, NaN] };
     });
   }

@@ -1,6 +1,6 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { element, onResize, put } from '../element';
+import { element, made, onResize, plotRow, put } from '../element';
 import type { Measure, Profile, StateMessage } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { latencyText, offText, planningText, sloshText } from '../figures';
@@ -50,9 +50,7 @@ export class Plots {
     root.replaceChildren();
     const strip = this.#frame('states', 'States', '', 'As the lamp shows them; beneath: spills, limits that held the arm back, missed deadlines');
     strip.append(this.#strip.canvas);
-    const marks = document.createElement('output');
-    marks.append(...(['spill', 'limit', 'late'] as const).map((textContent) => Object.assign(document.createElement('span'), { textContent, className: `mark ${textContent}` })));
-    strip.previousElementSibling!.append(marks);
+    strip.previousElementSibling!.append(made('output', {}, ...['spill', 'limit', 'late'].map((name) => made('span', { className: `mark ${name}` }, name))));
     this.#strip.canvas.style.marginLeft = `${AXIS}px`;
     const perProfile = profiles.map((profile) => ({ label: profile.label, color: colorOf(profile) }));
     const spread = [{ label: 'median', color: 'var(--ink)' }, { label: 'p99', color: 'var(--muted)', dash: [3, 3] }];
@@ -66,13 +64,8 @@ export class Plots {
   }
 
   #frame(name: string, title: string, unit: string, meaning: string): HTMLElement {
-    const row = document.createElement('figure'), caption = document.createElement('figcaption');
-    row.dataset.chart = name;
-    caption.title = meaning;
-    caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
-    row.append(caption);
-    const box = row.appendChild(document.createElement('div'));
-    this.root.append(row);
+    const box = plotRow(this.root, title, unit, meaning);
+    box.parentElement!.dataset.chart = name;
     return box;
   }
 

@@ -1,3 +1,4 @@
+import { made } from '../element';
 import { offText, partText, percentText, sloshText } from '../figures';
 import { indexAt, type Motion } from './player';
 
@@ -97,15 +98,13 @@ export function keepCurves(chosen: ReadonlySet<Curve>): void {
 /** A box for each plot, in a fold. @param onChange another choice */
 export function showChoice(root: HTMLElement, chosen: Set<Curve>, onChange: () => void): void {
   root.replaceChildren(...CURVES.map((name) => {
-    const { title, unit, meaning } = KINDS[name], label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: chosen.has(name) });
-    Object.assign(label, { className: 'check', title: meaning });
+    const { title, unit, meaning } = KINDS[name], box = made('input', { type: 'checkbox', checked: chosen.has(name) });
     box.dataset.plot = name;
-    label.append(box, ` ${title}, ${unit}`);
     box.onchange = () => {
       if (box.checked) chosen.add(name); else chosen.delete(name);
       keepCurves(chosen);
       onChange();
     };
-    return label;
+    return made('label', { className: 'check', title: meaning }, box, ` ${title}, ${unit}`);
   }));
 }

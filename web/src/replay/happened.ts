@@ -1,3 +1,4 @@
+import { made } from '../element';
 import type { Player, StoryEvent } from './player';
 
 /** Events that are listed at most: the gravest kinds come first. */
@@ -87,11 +88,9 @@ export class Happened {
   show({ motion, begin }: Player): void {
     const listed = [...(motion.events ?? [])].sort((a, b) => GRAVE.indexOf(a.kind) - GRAVE.indexOf(b.kind)).slice(0, LISTED).sort((a, b) => a.t_s - b.t_s);
     this.#entries = folded(listed).map(({ event: { t_s, kind, what }, words }) => {
-      const item = document.createElement('li'), at = seenAt(t_s, begin);
+      const at = seenAt(t_s, begin), link = made('a', { href: `${this.address(motion.name)}t=${at.toFixed(2)}` }, fine(Math.max(0, t_s - begin)));
+      const item = made('li', { className: kind === 'state' || kind === 'spill' ? '' : 'minor', title: words }, link, ` ${words}`); // paper has room for few; a line shows its begin
       item.dataset.kind = kind === 'state' ? what : kind;
-      item.className = kind === 'state' || kind === 'spill' ? '' : 'minor'; // paper has room for few
-      item.title = words; // a line shows its begin
-      item.append(Object.assign(document.createElement('a'), { href: `${this.address(motion.name)}t=${at.toFixed(2)}`, textContent: fine(Math.max(0, t_s - begin)) }), ` ${words}`);
       return { item, at, kind };
     });
     if (!this.#isChosen) {
@@ -104,15 +103,13 @@ export class Happened {
     const counts = countsOf(motion.events ?? [], listed);
     this.kinds.hidden = counts.size < 2;
     this.kinds.replaceChildren(...[...counts].map(([kind, count]) => {
-      const label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', checked: !this.#hidden.has(kind) });
-      label.className = 'check';
-      label.append(box, ` ${kindText(kind)} (${count})`);
+      const box = made('input', { type: 'checkbox', checked: !this.#hidden.has(kind) });
       box.onchange = () => {
         this.#isChosen = true;
         if (box.checked) this.#hidden.delete(kind); else this.#hidden.add(kind);
         this.#hide();
       };
-      return label;
+      return made('label', { className: 'check' }, box, ` ${kindText(kind)} (${count})`);
     }));
     this.#hide();
   }

@@ -1,5 +1,5 @@
 import uPlot from 'uplot';
-import { onResize } from '../element';
+import { onResize, plotRow } from '../element';
 import type { Profile } from '../protocol';
 import { colorOf, resolved } from '../profiles';
 import { clock, offText, sloshText } from '../figures';
@@ -150,14 +150,8 @@ export class Track {
 
   /** @param words what is drawn, for who cannot see it */
   #frame(title: string, unit: string, words: string): HTMLElement {
-    const row = document.createElement('figure'), caption = document.createElement('figcaption');
-    caption.append(Object.assign(document.createElement('strong'), { textContent: title }), Object.assign(document.createElement('span'), { textContent: unit }));
-    row.append(caption);
-    caption.title = 'The wheel over the plots zooms about the pointer (with Ctrl where the page scrolls); double click shows all. Keys: + and − about the time that is shown, 0 for all.';
-    const box = row.appendChild(document.createElement('div'));
-    box.setAttribute('role', 'img');
-    box.setAttribute('aria-label', `${title}: ${words}`);
-    this.root.append(row);
+    const meaning = 'The wheel over the plots zooms about the pointer (with Ctrl where the page scrolls); double click shows all. Keys: + and − about the time that is shown, 0 for all.';
+    const box = Object.assign(plotRow(this.root, title, unit, meaning), { role: 'img', ariaLabel: `${title}: ${words}` });
     this.#boxes.push(box);
     return box;
   }
