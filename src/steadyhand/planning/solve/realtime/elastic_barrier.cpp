@@ -12,42 +12,6 @@ using std::abs;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Mean curvature of one node's Hessian as seen by an acceleration some steps before.
-double seen_by_acceleration(const NodeHessian& H, int n, double dt) {
-  constexpr double kSteps = 8.0, kSumOfSquares = 170.0;  // sum of k^2, k = 1..8
-  const double by_q = H.diagonal().head(n).mean(), by_v = H.diagonal().segment(n, n).mean();
-  const double by_u = H.diagonal().tail(n).mean();
-  return by_u + kSteps * dt * dt * by_v + kSumOfSquares * dt * dt * dt * dt * by_q;
-}
-
-/// What each weight of each objective adds to that curvature, at the robot's home.
-std::vector<JointVector> unit_curvatures(const Ocp& ocp) {
-  const int n = ocp.dof();
-  OcpInstance unit;
-  unit.x0 = StateVector::Zero(2 * n);
-  unit.x0.head(n) = ocp.model().home;
-  unit.reference.nodes = ocp.horizon();
-  unit.reference.p.fill(Vector3::Zero());
-  unit.reference.R.fill(Matrix3::Identity());
-  for (const auto& objective : ocp.objectives()) unit.weights.push_back(JointVector::Zero(objective->weight_count(n)));
-  Evaluation evaluation(ocp);
-  evaluation.set_instance(unit);
-  evaluation.set_node(0, unit.x0, JointVector::Zero(n));
-  evaluation.set_node(1, unit.x0, JointVector::Zero(n));
-
-  std::vector<JointVector> result = unit.weights;
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    for (int j = 0; j < result[i].size(); ++j) {
-      unit.weights[i][j] = 1.0;
-      NodeHessian H = NodeHessian::Zero(3 * n, 3 * n);
-      evaluation.add_objective_convex_hessian(ocp.acts(ocp.objectives()[i]->nodes(), 0) ? 0 : 1, 1.0, H);
-      result[i][j] = seen_by_acceleration(H, n, ocp.dt());
-      unit.weights[i][j] = 0.0;
-    }
-  }
-  return result;
-}
-
 /// Whether all its rows are limits or always in the working set.
 bool needs_no_watch(const Constraint& constraint) {
   for (int row = 0; row < constraint.rows(); ++row) {
@@ -62,26 +26,22 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
     : ocp_(ocp),
       n_(ocp.dof()),
       entries_(ocp.entries()),
-      horizon_(ocp.horizon()),
-      dt_(ocp.dt()),
       order_{ocp.horizon()},
       evaluation_(ocp),
       rows_(ocp),
-      unit_curvature_(unit_curvatures(ocp)),
-      levers_(JointVector::Zero(ocp.dof())),
-      z_(entries_, order_),
-      begun_(z_),
-      near_(rows_.size(), 0),
+      curvature_(ocp),
+      watch_{JointVector::Zero(ocp.dof()), true, NodeTable(entries_, order_), std::vector<char>(rows_.size(), 0)},
+      z_(watch_.begun),
       blocks_(order_.batches()),
       gradient_(order_.batches(), NodeGradientOf<Lanes>::Zero(entries_)),
       lagrangian_gradient_(gradient_),
-      slosh_hessian_(3 * ocp.dof(), 3 * ocp.dof()),
-      slosh_costates_(ocp.liquid() ? ocp.horizon() : 0) {
+      slosh_{
+          false, NodeHessianOf<Lanes>(3 * n_, 3 * n_), {}, std::vector<SloshState>(ocp.liquid() ? ocp.horizon() : 0)} {
   for (const auto& constraint : ocp.constraints()) {
     if (needs_no_watch(*constraint)) continue;
     const JointVector levers = constraint->levers();
-    all_known_ = all_known_ && levers.size() == n_;
-    if (levers.size() == n_) levers_ = levers_.cwiseMax(levers);
+    watch_.all_known = watch_.all_known && levers.size() == n_;
+    if (levers.size() == n_) watch_.levers = watch_.levers.cwiseMax(levers);
   }
   for (int r = 0; r < rows_.size(); ++r) {
     first_bounds_.push_back(rows_[r].bounds);
@@ -95,16 +55,12 @@ ElasticBarrier::ElasticBarrier(const Ocp& ocp)
 
 void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, const Multipliers* multipliers) {
   evaluation_.set_instance(instance);
-  slosh_ = ocp_.liquid() && instance.liquid.counts;
-  entries_ = slosh_ ? ocp_.entries() : 3 * n_;
-  hessian_.resize(entries_, entries_);
-  model_gradient_.resize(entries_);
+  slosh_.counts = ocp_.liquid() && instance.liquid.counts;
+  entries_ = slosh_.counts ? ocp_.entries() : 3 * n_;
+  model_.hessian.resize(entries_, entries_);
+  model_.gradient.resize(entries_);
   for (auto& gradient : gradient_) gradient.resize(entries_);
-  curvature_scale_ = 0.0;
-  for (std::size_t i = 0; i < unit_curvature_.size(); ++i) {
-    curvature_scale_ += unit_curvature_[i].dot(instance.weights[i]);
-  }
-  if (curvature_scale_ == 0.0) curvature_scale_ = 1.0;
+  curvature_scale_ = curvature_.of(instance.weights);
 
   for (auto& batch : blocks_) batch.clear();
   gradients_.clear();
@@ -114,21 +70,21 @@ void ElasticBarrier::begin(const OcpInstance& instance, const NodeTable& z, cons
   if (multipliers) {
     for (const int r : multipliers->stored()) {
       if (rows_[r].support.last > entries_) continue;  // of a liquid that does not count any more
-      near_[r] |= static_cast<char>(had_multiplier(*multipliers, r));
+      watch_.near[r] |= static_cast<char>(had_multiplier(*multipliers, r));
     }
   }
-  for (const int r : rows_.working_set()) near_[r] = 1;
+  for (const int r : rows_.working_set()) watch_.near[r] = 1;
   narrow_first(instance.x0);
   for_each_near([&](int r) { work_on(r, multipliers); });
   violation_ = violation_of_blocks();
-  begun_ = z_;
+  watch_.begun = z_;
 }
 
 void ElasticBarrier::narrow_first(const StateVector& x0) {
   for (const int r : interval_rows_) {
     const Row& row = rows_[r];
     first_bounds_[r] = ocp_.constraints()[row.id.constraint]->first_bounds(x0, row.id.row);
-    if (first_bounds_[r].lower > row.bounds.lower || first_bounds_[r].upper < row.bounds.upper) near_[r] = 1;
+    if (first_bounds_[r].lower > row.bounds.lower || first_bounds_[r].upper < row.bounds.upper) watch_.near[r] = 1;
   }
 }
 
@@ -138,13 +94,13 @@ void ElasticBarrier::watch() {
   for_each_near([&](int r) {
     if (!rows_.in_working_set(r)) take(r);
   });
-  begun_ = z_;
+  watch_.begun = z_;
 }
 
 bool ElasticBarrier::stayed_near(double share) const {
   for (int b = 0; b < evaluation_.acting_batches(Nodes::kStates); ++b) {
     Lanes moved = 0.0;
-    for (int i = 0; i < n_; ++i) moved += levers_[i] * abs(z_[i][b] - begun_[i][b]);
+    for (int i = 0; i < n_; ++i) moved += watch_.levers[i] * abs(z_[i][b] - watch_.begun[i][b]);
     if (any(moved > share)) return false;
   }
   return true;
@@ -157,11 +113,11 @@ void ElasticBarrier::set_point() {
 }
 
 void ElasticBarrier::find_near() {
-  std::fill(near_.begin(), near_.end(), 0);
+  std::fill(watch_.near.begin(), watch_.near.end(), 0);
   for (int c = 0, first = 0; c < std::ssize(ocp_.constraints()); ++c) {
     const Constraint& constraint = *ocp_.constraints()[c];
     for (int b = 0; b < evaluation_.acting_batches(constraint.nodes()); ++b) {
-      evaluation_.find_near(b, c, near_.data() + first);
+      evaluation_.find_near(b, c, watch_.near.data() + first);
     }
     first += constraint.rows();
   }
@@ -181,7 +137,8 @@ double ElasticBarrier::violation_of_blocks() const {
 
 bool ElasticBarrier::had_multiplier(const Multipliers& multipliers, int r) const {
   const double* numbers = multipliers.find(r);
-  return numbers && std::any_of(numbers, numbers + horizon_ + 1, [](double m) { return std::abs(m) > kNoMultiplier; });
+  return numbers &&
+         std::any_of(numbers, numbers + ocp_.horizon() + 1, [](double m) { return std::abs(m) > kNoMultiplier; });
 }
 
 void ElasticBarrier::work_on(int r, const Multipliers* multipliers) {
@@ -210,7 +167,7 @@ void ElasticBarrier::work_on(int r, const Multipliers* multipliers) {
     for (const double sign : {1.0, -1.0}) {
       const double limit = sign > 0.0 ? row.bounds.lower : row.bounds.upper;
       if (!std::isfinite(limit)) continue;
-      Side& side = block.sides[block.side_count++];
+      RowSide& side = block.sides[block.side_count++];
       side.sign = sign;
       side.limit = limit;
       for (int i = 0; i < kLanes; ++i) {
@@ -238,7 +195,7 @@ void ElasticBarrier::start_slacks(double mu) {
 
 void ElasticBarrier::start_slacks(RowBlock& block) const {
   for (int i = 0; i < block.side_count; ++i) {
-    Side& side = block.sides[i];
+    RowSide& side = block.sides[i];
     const Lanes g = block.inside(side), slack = max(g, std::min(mu_, 1e-2));
     side.slack = slack + mu_ / block.price;
     side.elastic = slack - g + mu_ / block.price;
@@ -270,7 +227,7 @@ void ElasticBarrier::differentiate_terms() {
       std::copy_n(gradient.data() + first, last - first, gradients_.data() + block.gradient);
     }
   }
-  if (slosh_) evaluation_.differentiate_slosh(z_);
+  if (slosh_.counts) evaluation_.differentiate_slosh(z_);
   differentiated_ = true;
 }
 
@@ -284,7 +241,7 @@ void ElasticBarrier::set_mu(double mu) {
 }
 
 /// How far the products of a bound are from mu.
-Lanes ElasticBarrier::off_centre(const RowBlock& block, const Side& side) const {
+Lanes ElasticBarrier::off_centre(const RowBlock& block, const RowSide& side) const {
   return max(abs(side.slack * side.multiplier - mu_), abs(side.elastic * (block.price - side.multiplier) - mu_));
 }
 
@@ -303,7 +260,7 @@ const Residuals& ElasticBarrier::differentiate() {
         for (int i = block.support.first; i < block.support.last; ++i) lagrangian[i] += multiplier * *gradient++;
       }
       for (int i = 0; i < block.side_count; ++i) {
-        const Side& side = block.sides[i];
+        const RowSide& side = block.sides[i];
         const Lanes g = block.inside(side), y = side.multiplier, w = block.price - y;
         if (block.soft) {
           complementarity = max(complementarity, max(y * g, -(w * g)));
@@ -317,16 +274,17 @@ const Residuals& ElasticBarrier::differentiate() {
   }
   residuals_ = {0.0, largest(violation), largest(complementarity), largest(centrality)};
 
+  const double dt = ocp_.dt();
   std::array<double, 2 * kMaxJoints> costate{};  // dL/dx_{k+1} of everything from node k + 1 on
   SloshState slosh = SloshState::Zero();         // the same by the liquid's state
-  for (int k = horizon_; k >= 0; --k) {
+  for (int k = ocp_.horizon(); k >= 0; --k) {
     const int b = order_.column(k) / kLanes, lane = order_.column(k) % kLanes;
     NodeGradient gradient(entries_);
     for (int i = 0; i < entries_; ++i) gradient[i] = lagrangian_gradient_[b][i][lane];
-    if (slosh_) {
-      if (k < horizon_) {
+    if (slosh_.counts) {
+      if (k < ocp_.horizon()) {
         const SloshStep& step = evaluation_.slosh_step(k);
-        slosh_costates_[k] = slosh;
+        slosh_.costates[k] = slosh;
         const Vector3 by_force = step.by_force.transpose() * slosh;
         for (int i = 0; i < 3 * n_; ++i) gradient[i] += step.by_motion.col(i).dot(by_force);
         slosh = step.pull_back(slosh);
@@ -335,11 +293,11 @@ const Residuals& ElasticBarrier::differentiate() {
     }
     for (int i = 0; i < n_; ++i) {
       double &by_q = costate[i], &by_v = costate[n_ + i];
-      if (k < horizon_) {
-        const double by_u = gradient[2 * n_ + i] + 0.5 * dt_ * dt_ * by_q + dt_ * by_v;
+      if (k < ocp_.horizon()) {
+        const double by_u = gradient[2 * n_ + i] + 0.5 * dt * dt * by_q + dt * by_v;
         residuals_.dual = std::max(residuals_.dual, std::abs(by_u));
       }
-      by_v += dt_ * by_q + gradient[n_ + i];
+      by_v += dt * by_q + gradient[n_ + i];
       by_q += gradient[i];
     }
   }
@@ -352,13 +310,13 @@ const Residuals& ElasticBarrier::differentiate() {
 // offset = (mu / y - slack) - (mu / w - elastic).
 
 void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& newton) {
-  newton.use_slosh(slosh_ ? &evaluation_.slosh_step(0) : nullptr);
-  if (!layout_.fits(hessian_)) {
-    layout_.set(n_, hessian_, &model_gradient_, newton);
-    if (slosh_) slosh_layout_.set(n_, slosh_hessian_, nullptr, newton);
+  newton.use_slosh(slosh_.counts ? &evaluation_.slosh_step(0) : nullptr);
+  if (!model_.layout.fits(model_.hessian)) {
+    model_.layout.set(n_, model_.hessian, &model_.gradient, newton);
+    if (slosh_.counts) slosh_.layout.set(n_, slosh_.hessian, nullptr, newton);
   }
-  NodeHessianOf<Lanes>& H = hessian_;
-  NodeGradientOf<Lanes>& g = model_gradient_;
+  NodeHessianOf<Lanes>& H = model_.hessian;
+  NodeGradientOf<Lanes>& g = model_.gradient;
   for (int b = 0; b < evaluation_.batches(); ++b) {
     for (int j = 0; j < entries_; ++j) {  // no term is of the liquid and of the arm
       for (int i = j < 3 * n_ ? 0 : 3 * n_; i <= j; ++i) H(i, j) = 0.0;
@@ -375,7 +333,7 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
     for (RowBlock& block : blocks_[b]) {
       Lanes stiffness = 0.0, force = 0.0;
       for (int i = 0; i < block.side_count; ++i) {
-        Side& side = block.sides[i];
+        RowSide& side = block.sides[i];
         const Lanes y = side.multiplier, w = block.price - y, yw = y * w;
         side.stiffness = yw / (side.slack * w + side.elastic * y);
         side.offset = mu_ * (w - y) / yw - side.slack + side.elastic;
@@ -400,26 +358,26 @@ void ElasticBarrier::model(Curvature curvature, double damping, NewtonSystem& ne
     for (int i = 2 * n_; i < 3 * n_; ++i) H(i, i) += damping;
     write_model(b, newton);
   }
-  if (slosh_ && curvature == Curvature::kExact) add_slosh(newton);
+  if (slosh_.counts && curvature == Curvature::kExact) add_slosh(newton);
 }
 
 /// The second derivatives of how the liquid goes.
 void ElasticBarrier::add_slosh(NewtonSystem& newton) {
   const auto z_entry = [n = n_](int i) { return i < n ? 2 * n + i : i - n; };  // of w = [u; q; dq]
-  for (int first = 0; first < horizon_; first += kLanes) {
-    evaluation_.find_slosh_hessian(first, z_, slosh_costates_, slosh_hessian_);
+  for (int first = 0; first < ocp_.horizon(); first += kLanes) {
+    evaluation_.find_slosh_hessian(first, z_, slosh_.costates, slosh_.hessian);
     std::array<double*, kLanes> models;
     for (int lane = 0; lane < kLanes; ++lane) {
       const int k = first + lane;
-      models[lane] = k < horizon_ ? newton.row(k, 0) : newton.padding();
-      if (k >= horizon_) continue;
+      models[lane] = k < ocp_.horizon() ? newton.row(k, 0) : newton.padding();
+      if (k >= ocp_.horizon()) continue;
       const SloshStep& step = evaluation_.slosh_step(k);
-      const SloshState by_vertical = step.curvature_by_vertical(slosh_costates_[k]);
+      const SloshState by_vertical = step.curvature_by_vertical(slosh_.costates[k]);
       for (int i = 0; i < 3 * n_; ++i) {
         Eigen::Map<SloshState>(newton.row(k, i) + 3 * n_) += step.by_motion(2, z_entry(i)) * by_vertical;
       }
     }
-    slosh_layout_.add(models, 3 * n_);
+    slosh_.layout.add(models, 3 * n_);
   }
 }
 
@@ -427,10 +385,10 @@ void ElasticBarrier::write_model(int b, NewtonSystem& newton) const {
   std::array<double*, kLanes> models;
   for (int lane = 0; lane < kLanes; ++lane) {
     const int column = b * kLanes + lane;
-    models[lane] = column <= horizon_ ? newton.row(order_.node(column), 0) : newton.padding();
+    models[lane] = column <= ocp_.horizon() ? newton.row(order_.node(column), 0) : newton.padding();
   }
   // Of node 0, whose state is given, only u counts.
-  layout_.write(models, order_.node(b * kLanes) == 0 ? n_ : entries_);
+  model_.layout.write(models, order_.node(b * kLanes) == 0 ? n_ : entries_);
 }
 
 double ElasticBarrier::complete(const NodeTable& step) {
@@ -449,7 +407,7 @@ double ElasticBarrier::complete(const NodeTable& step) {
     }
     change *= block.acts;
     for (int i = 0; i < block.side_count; ++i) {
-      Side& side = block.sides[i];
+      RowSide& side = block.sides[i];
       const Lanes slack = side.slack, elastic = side.elastic, y = side.multiplier, w = block.price - y;
       const Lanes dy = side.stiffness * (side.offset - side.sign * change);
       const Lanes by_multipliers = 1.0 / (y * w), by_slacks = 1.0 / (slack * elastic);
@@ -486,8 +444,8 @@ bool ElasticBarrier::meet_limits(const NodeTable& step) {
   return met;
 }
 
-double ElasticBarrier::phi(double cost_of_elastic, double logarithms) const {
-  const double result = objective_ + cost_of_elastic - mu_ * logarithms;
+double ElasticBarrier::phi(const Barrier& barrier) const {
+  const double result = objective_ + barrier.elastic - mu_ * barrier.logarithms;
   return std::isfinite(result) ? result : kInfinity;
 }
 
@@ -513,11 +471,10 @@ double ElasticBarrier::merit() {
         logarithms.add(block.sides[i].slack * block.sides[i].elastic);
       }
     });
-    cost_of_elastic_ = sum(elastic);
-    logarithms_ = logarithms.value();
+    barrier_ = {sum(elastic), logarithms.value()};
     merit_known_ = true;
   }
-  return phi(cost_of_elastic_, logarithms_);
+  return phi(barrier_);
 }
 
 double ElasticBarrier::try_step(const NodeTable& z, double scale) {
@@ -528,7 +485,7 @@ double ElasticBarrier::try_step(const NodeTable& z, double scale) {
   for_each_block([&](RowBlock& block, int b) {
     block.value = compute(block, b);
     for (int i = 0; i < block.side_count; ++i) {
-      Side& side = block.sides[i];
+      RowSide& side = block.sides[i];
       const Lanes slack = side.slack + scale * side.slack_step, elastic = side.elastic + scale * side.elastic_step;
       // What curvature leaves of g + elastic = slack goes into the slack while there is some, then into the elastic.
       const Lanes rest = block.inside(side) + elastic - slack, taken = max(rest, -0.5 * slack);
@@ -538,18 +495,16 @@ double ElasticBarrier::try_step(const NodeTable& z, double scale) {
       logarithms.add(side.new_slack * side.new_elastic);
     }
   });
-  tried_cost_of_elastic_ = sum(sum_of_excess);
-  tried_logarithms_ = logarithms.value();
-  return phi(tried_cost_of_elastic_, tried_logarithms_);
+  tried_barrier_ = {sum(sum_of_excess), logarithms.value()};
+  return phi(tried_barrier_);
 }
 
 void ElasticBarrier::accept() {
-  cost_of_elastic_ = tried_cost_of_elastic_;
-  logarithms_ = tried_logarithms_;
+  barrier_ = tried_barrier_;
   merit_known_ = true;
   for_each_block([&](RowBlock& block, int) {
     for (int i = 0; i < block.side_count; ++i) {
-      Side& side = block.sides[i];
+      RowSide& side = block.sides[i];
       side.slack = side.new_slack;
       side.elastic = side.new_elastic;
       side.multiplier += largest_dual_scale_ * side.multiplier_step;
@@ -558,7 +513,7 @@ void ElasticBarrier::accept() {
 }
 
 ElasticBarrier::Check ElasticBarrier::check_all_rows(double tolerance) {
-  if (all_known_ && differentiated_ && stayed_near(1.0)) {
+  if (watch_.all_known && differentiated_ && stayed_near(1.0)) {
     violation_ = residuals_.violation;
     return Check::kNothingNew;
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "steadyhand/planning/solve/realtime/batch_evaluation.hpp"
+#include "steadyhand/planning/solve/realtime/curvature_scale.hpp"
 #include "steadyhand/planning/solve/realtime/model_layout.hpp"
 #include "steadyhand/planning/solve/realtime/newton_system.hpp"
 #include "steadyhand/planning/solve/realtime/node_table.hpp"
@@ -12,6 +13,37 @@
 #include "steadyhand/planning/solve/solver.hpp"
 
 namespace steadyhand::realtime {
+
+/// One bound of a row at the nodes of a batch: g = sign * (c - limit).
+struct RowSide {
+  double sign;
+  Lanes limit;
+  Lanes slack, elastic, multiplier;
+  Lanes stiffness, offset;  ///< of the last model()
+  Lanes slack_step, elastic_step, multiplier_step;
+  Lanes new_slack, new_elastic;
+};
+/// A row of the working set at the nodes of a batch.
+struct RowBlock {
+  int row, entry;
+  EntryRange support;
+  double price;  ///< of the elastic variables
+  bool soft;     ///< it is the row's own
+  Lanes acts;    ///< 1 in lanes where the row acts, else 0
+  Lanes value;   ///< c at the point
+  std::array<RowSide, 2> sides;
+  int side_count;
+  std::size_t gradient;  ///< in those of all blocks, where dc/dz begins: the entries of the support, if it is no entry
+
+  /// g of a side; 1 in lanes where the row does not act.
+  Lanes inside(const RowSide& side) const { return select(acts > 0.0, side.sign * (value - side.limit), 1.0); }
+  /// As Solution::multipliers has it; 0 in lanes where the row does not act.
+  Lanes signed_multiplier() const {
+    Lanes total = 0.0;
+    for (int i = 0; i < side_count; ++i) total -= sides[i].sign * sides[i].multiplier;
+    return acts * total;
+  }
+};
 
 /// Distance of a point with its multipliers from the KKT conditions; the first three are the terms of kkt_error().
 struct Residuals {
@@ -97,48 +129,22 @@ class ElasticBarrier {
   static constexpr double kNoMultiplier = 1e-4;
   static constexpr double kClose = 0.1;  ///< share of its margin at which a limit is met
 
-  /// One bound of a row at the nodes of a batch: g = sign * (c - limit).
-  struct Side {
-    double sign;
-    Lanes limit;
-    Lanes slack, elastic, multiplier;
-    Lanes stiffness, offset;  ///< of the last model()
-    Lanes slack_step, elastic_step, multiplier_step;
-    Lanes new_slack, new_elastic;
-  };
-  /// A row of the working set at the nodes of a batch.
-  struct RowBlock {
-    int row, entry;
-    EntryRange support;
-    double price;  ///< of the elastic variables
-    bool soft;     ///< it is the row's own
-    Lanes acts;    ///< 1 in lanes where the row acts, else 0
-    Lanes value;   ///< c at the point
-    std::array<Side, 2> sides;
-    int side_count;
-    std::size_t gradient;  ///< where dc/dz begins in gradients_: the entries of the support, unless it is an entry
-
-    /// g of a side; 1 in lanes where the row does not act.
-    Lanes inside(const Side& side) const { return select(acts > 0.0, side.sign * (value - side.limit), 1.0); }
-    /// As Solution::multipliers has it; 0 in lanes where the row does not act.
-    Lanes signed_multiplier() const {
-      Lanes total = 0.0;
-      for (int i = 0; i < side_count; ++i) total -= sides[i].sign * sides[i].multiplier;
-      return acts * total;
-    }
+  /// What the slacks add to phi.
+  struct Barrier {
+    double elastic = 0.0, logarithms = 0.0;
   };
 
   void set_point();  ///< all that is known at z_
   void differentiate_terms();
   void find_near();
-  /// Calls f(row) with the rows of near_.
+  /// Calls f(row) with the rows of watch_.near.
   template <typename F>
   void for_each_near(const F& f) {
-    for (auto at = near_.begin(); (at = std::find(at, near_.end(), 1)) != near_.end(); ++at) {
-      f(static_cast<int>(at - near_.begin()));
+    for (auto at = watch_.near.begin(); (at = std::find(at, watch_.near.end(), 1)) != watch_.near.end(); ++at) {
+      f(static_cast<int>(at - watch_.near.begin()));
     }
   }
-  Lanes off_centre(const RowBlock& block, const Side& side) const;
+  Lanes off_centre(const RowBlock& block, const RowSide& side) const;
   double violation_of_blocks() const;
   double violation(int r) const;
   Lanes compute(const RowBlock& block, int b) const;
@@ -153,7 +159,7 @@ class ElasticBarrier {
   bool had_multiplier(const Multipliers& multipliers, int r) const;
   void add_slosh(NewtonSystem& newton);
   void write_model(int b, NewtonSystem& newton) const;
-  double phi(double cost_of_elastic, double logarithms) const;
+  double phi(const Barrier& barrier) const;
   double cost_of_prices() const;
   /// Calls f(block, batch) with every block.
   template <typename F>
@@ -164,39 +170,46 @@ class ElasticBarrier {
   }
 
   const Ocp& ocp_;
-  int n_, entries_, horizon_;
-  bool slosh_ = false;  ///< the liquid counts
-  double dt_;
+  int n_, entries_;
   NodeOrder order_;
   BatchEvaluation evaluation_;
   RowSet rows_;
-  std::vector<JointVector> unit_curvature_;  ///< of each objective and weight entry: curvature_scale_ is linear in them
+  CurvatureScale curvature_;
   double curvature_scale_ = 1.0;
   double mu_ = 1.0;
-
-  JointVector levers_;     ///< 1/rad, of the constraints that know them (Constraint::levers)
-  bool all_known_ = true;  ///< these are all with rows outside of the working set
 
   std::vector<int> interval_rows_;    ///< those that act at node 0
   std::vector<Bounds> first_bounds_;  ///< by row, at node 0
 
+  /// The rows outside of the working set.
+  struct Watch {
+    JointVector levers;      ///< 1/rad, of the constraints that know them (Constraint::levers)
+    bool all_known = true;   ///< these are all with rows outside of the working set
+    NodeTable begun;         ///< where begin() or watch() looked at all rows
+    std::vector<char> near;  ///< by row, see Constraint::find_near
+  } watch_;
+
   NodeTable z_;                                ///< the point
-  NodeTable begun_;                            ///< where begin() or watch() looked at all rows
-  std::vector<char> near_;                     ///< by row, see Constraint::find_near
   std::vector<std::vector<RowBlock>> blocks_;  ///< by batch
   std::vector<Lanes> gradients_;               ///< of the blocks
   double objective_ = 0.0, violation_ = 0.0;
-  bool differentiated_ = false;  ///< gradient_ and gradients_ are those of the point
-  bool merit_known_ = false;     ///< what follows is of the slacks
-  double cost_of_elastic_ = 0.0, logarithms_ = 0.0;
-  double tried_cost_of_elastic_ = 0.0, tried_logarithms_ = 0.0;  ///< by try_step()
-  std::vector<NodeGradientOf<Lanes>> gradient_;                  ///< of J by z, in each batch
+  bool differentiated_ = false;                  ///< gradient_ and gradients_ are those of the point
+  Barrier barrier_, tried_barrier_;              ///< tried: by try_step()
+  bool merit_known_ = false;                     ///< barrier_ is of the slacks
+  std::vector<NodeGradientOf<Lanes>> gradient_;  ///< of J by z, in each batch
   std::vector<NodeGradientOf<Lanes>> lagrangian_gradient_;
-  NodeHessianOf<Lanes> hessian_;            ///< of a batch, as model() makes it
-  NodeGradientOf<Lanes> model_gradient_;    ///< the same
-  NodeHessianOf<Lanes> slosh_hessian_;      ///< of what drives the liquid in kLanes intervals, by [q; dq; u]
-  ModelLayout layout_, slosh_layout_;       ///< of these
-  std::vector<SloshState> slosh_costates_;  ///< dL by the liquid's state at k + 1, of everything from there on
+  /// Of a batch, as model() makes it.
+  struct Model {
+    NodeHessianOf<Lanes> hessian;
+    NodeGradientOf<Lanes> gradient;
+    ModelLayout layout;
+  } model_;
+  struct Slosh {
+    bool counts = false;
+    NodeHessianOf<Lanes> hessian;      ///< of what drives the liquid in kLanes intervals, by [q; dq; u]
+    ModelLayout layout;                ///< of it
+    std::vector<SloshState> costates;  ///< dL by the liquid's state at k + 1, of everything from there on
+  } slosh_;
   Residuals residuals_;
   double largest_scale_ = 1.0, largest_dual_scale_ = 1.0;
   const NodeTable* step_ = nullptr;

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "steadyhand/planning/ocp/evaluation.hpp"
+
+namespace steadyhand::realtime {
+
+/// How much the objectives curve the cost by an acceleration, at the robot's home: linear in their weights.
+class CurvatureScale {
+ public:
+  explicit CurvatureScale(const Ocp& ocp);
+  /// 1 where nothing has a weight.
+  double of(const std::vector<JointVector>& weights) const;
+
+ private:
+  std::vector<JointVector> unit_;  ///< of each objective and weight entry
+};
+
+}  // namespace steadyhand::realtime
