@@ -132,6 +132,37 @@ bool is_part(const CellObject& object, const std::string& id) {
   return object.name == id || object.name.starts_with(id + "/");
 }
 
+/// Names of the object's parts in the cell.
+std::vector<std::string> parts_of(const Cell& cell, const std::string& id) {
+  std::vector<std::string> names;
+  for (const CellObject& each : cell.objects) {
+    if (is_part(each, id)) names.push_back(each.name);
+  }
+  return names;
+}
+
+Error refusal(const SceneObject& object, const std::string& reason) {
+  return Error{fmt::format("object '{}': {}", object.id, reason)};
+}
+
+/// attach() or detach(), of each of these.
+template <typename Act>
+Result<Cell> for_each_name(const std::vector<std::string>& names, Result<Cell> cell, const Act& act,
+                           const Kinematics& arm) {
+  for (std::size_t i = 0; cell && i < names.size(); ++i) cell = act(*std::move(cell), names[i], arm);
+  return cell;
+}
+
+/// The tool lets go of it, or of all where no object is named.
+Result<Cell> release(const SceneObject& object, Cell cell, const Kinematics& arm) {
+  std::vector<std::string> names;
+  for (const CellObject& each : cell.objects) {
+    if (object.id.empty() ? each.attached : is_part(each, object.id)) names.push_back(each.name);
+  }
+  if (names.empty() && !object.id.empty()) return refusal(object, "there is none");
+  return for_each_name(names, std::move(cell), detach, arm);
+}
+
 }  // namespace
 
 Result<SceneChange> read(const CollisionObjectMessage& message) {
@@ -197,112 +228,88 @@ Result<Cell> SceneKeeper::apply(const SceneChange& change, Cell given, const Kin
 }
 
 Result<Cell> SceneKeeper::apply(const SceneObject& object, Cell cell, const Kinematics& arm) {
-  using Operation = SceneObject::Operation;
-  const auto refuse = [&](const std::string& reason) {
-    return Error{fmt::format("object '{}': {}", object.id, reason)};
-  };
-  const auto parts = [&] {
-    std::vector<std::string> names;
-    for (const CellObject& each : cell.objects) {
-      if (is_part(each, object.id)) names.push_back(each.name);
-    }
-    return names;
-  };
+  const bool removes = object.operation == SceneObject::Operation::kRemove;
+  if (object.attached && removes) return release(object, std::move(cell), arm);
   const auto is_carried = [&](const CellObject& each) { return is_part(each, object.id) && each.attached; };
-
-  if (object.attached && object.operation == Operation::kRemove) {  // let go of
-    if (object.id.empty()) {
-      for (std::size_t i = 0; i < cell.objects.size(); ++i) {
-        if (!cell.objects[i].attached) continue;
-        const std::string name = cell.objects[i].name;
-        cell = *detach(std::move(cell), name, arm);
-      }
-      return cell;
-    }
-    if (parts().empty()) return refuse("there is none");
-    for (const std::string& name : parts()) {
-      Result<Cell> left = detach(cell, name, arm);
-      if (!left) return left.error();
-      cell = *std::move(left);
-    }
-    return cell;
-  }
   if (!object.attached && std::any_of(cell.objects.begin(), cell.objects.end(), is_carried)) {
-    return refuse("it is carried by the tool; detach it first");
+    return refusal(object, "it is carried by the tool; detach it first");
   }
-  if (object.operation == Operation::kRemove) {
-    if (object.id.empty()) {  // what came from elsewhere, and what is carried, stays
-      std::erase_if(cell.objects, [&](const CellObject& each) {
-        const auto mine = [&](const auto& known) { return is_part(each, known.first); };
-        return !each.attached && std::any_of(parts_.begin(), parts_.end(), mine);
-      });
-      std::erase_if(parts_, [&](const auto& known) {
-        return std::none_of(cell.objects.begin(), cell.objects.end(),
-                            [&](const CellObject& each) { return is_part(each, known.first); });
-      });
-      return cell;
-    }
-    if (parts().empty()) return refuse("there is none to remove");
-    for (const std::string& name : parts()) cell = *without(std::move(cell), name);
-    parts_.erase(object.id);
-    return cell;
-  }
-
+  if (removes) return remove(object, std::move(cell));
   const Result<Eigen::Isometry3d> frame = in_base(object.frame, arm);
-  if (!frame) return refuse(frame.error().message);
+  if (!frame) return refusal(object, frame.error().message);
   const Eigen::Isometry3d pose = *frame * object.pose;
-  if (object.operation == Operation::kMove) {
-    const auto known = parts_.find(object.id);
-    const std::vector<std::string> names = parts();
-    if (known == parts_.end() || known->second.size() != names.size()) return refuse("there is none to move");
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      const auto part = std::find_if(cell.objects.begin(), cell.objects.end(),
-                                     [&](const CellObject& each) { return each.name == names[i]; });
-      part->origin = pose * known->second[i];
-      part->in_root = false;
-    }
+  if (object.operation == SceneObject::Operation::kMove) return move(object, pose, std::move(cell));
+  if (!object.parts.empty()) {
+    add(object, pose, cell);
+  } else if (!object.attached) {
+    return refusal(object, "it has no shape");
+  }
+  return object.attached ? take_up(object, std::move(cell), arm) : cell;
+}
+
+Result<Cell> SceneKeeper::remove(const SceneObject& object, Cell cell) {
+  if (object.id.empty()) {  // what came from elsewhere, and what is carried, stays
+    std::erase_if(cell.objects, [&](const CellObject& each) {
+      const auto mine = [&](const auto& known) { return is_part(each, known.first); };
+      return !each.attached && std::any_of(parts_.begin(), parts_.end(), mine);
+    });
+    std::erase_if(parts_, [&](const auto& known) { return parts_of(cell, known.first).empty(); });
     return cell;
   }
+  const std::vector<std::string> names = parts_of(cell, object.id);
+  if (names.empty()) return refusal(object, "there is none to remove");
+  for (const std::string& name : names) cell = *without(std::move(cell), name);
+  parts_.erase(object.id);
+  return cell;
+}
 
-  if (!object.parts.empty()) {
-    std::vector<Eigen::Isometry3d>& origins = parts_[object.id];
-    std::size_t count = parts().size();
-    if (object.operation == Operation::kAdd) {
-      std::erase_if(cell.objects, [&](const CellObject& each) { return is_part(each, object.id); });
-      origins.clear();
-      count = 0;
-    }
-    for (CellObject part : object.parts) {
-      origins.push_back(part.origin);
-      part.name = count == 0 ? object.id : fmt::format("{}/{}", object.id, count + 1);
-      part.origin = pose * part.origin;
-      part.color = object.color;
-      cell.objects.push_back(std::move(part));
-      ++count;
-    }
-  } else if (!object.attached) {
-    return refuse("it has no shape");
+Result<Cell> SceneKeeper::move(const SceneObject& object, const Eigen::Isometry3d& pose, Cell cell) {
+  const auto known = parts_.find(object.id);
+  if (known == parts_.end() || known->second.size() != parts_of(cell, object.id).size()) {
+    return refusal(object, "there is none to move");
   }
-  if (!object.attached) return cell;
-  if (const std::string link = link_name(object.link); link != model_->link_names.back() && link != model_->tool.name) {
-    return refuse(fmt::format("link '{}' cannot carry it; {} can", object.link, prefix_ + model_->link_names.back()));
-  }
-  if (parts().empty()) return refuse("there is none to attach");
-  for (const std::string& name : parts()) {
-    for (CellObject& each : cell.objects) {
-      if (each.name != name) continue;
-      for (const std::string& link : object.touch_links) {
-        const auto& links = model_->link_names;
-        if (std::count(links.begin(), links.end(), link_name(link)) > 0) {
-          each.may_be_touched_by.push_back(link_name(link));
-        }
-      }
-    }
-    Result<Cell> taken = attach(cell, name, arm);
-    if (!taken) return taken.error();
-    cell = *std::move(taken);
+  auto origin = known->second.begin();
+  for (CellObject& part : cell.objects) {
+    if (!is_part(part, object.id)) continue;
+    part.origin = pose * *origin++;
+    part.in_root = false;
   }
   return cell;
+}
+
+void SceneKeeper::add(const SceneObject& object, const Eigen::Isometry3d& pose, Cell& cell) {
+  std::vector<Eigen::Isometry3d>& origins = parts_[object.id];
+  if (object.operation == SceneObject::Operation::kAdd) {
+    std::erase_if(cell.objects, [&](const CellObject& each) { return is_part(each, object.id); });
+    origins.clear();
+  }
+  std::size_t count = parts_of(cell, object.id).size();
+  for (CellObject part : object.parts) {
+    origins.push_back(part.origin);
+    part.name = count == 0 ? object.id : fmt::format("{}/{}", object.id, count + 1);
+    part.origin = pose * part.origin;
+    part.color = object.color;
+    cell.objects.push_back(std::move(part));
+    ++count;
+  }
+}
+
+Result<Cell> SceneKeeper::take_up(const SceneObject& object, Cell cell, const Kinematics& arm) const {
+  const std::vector<std::string>& links = model_->link_names;
+  if (const std::string link = link_name(object.link); link != links.back() && link != model_->tool.name) {
+    return refusal(object, fmt::format("link '{}' cannot carry it; {} can", object.link, prefix_ + links.back()));
+  }
+  const std::vector<std::string> names = parts_of(cell, object.id);
+  if (names.empty()) return refusal(object, "there is none to attach");
+  for (CellObject& each : cell.objects) {
+    if (!is_part(each, object.id)) continue;
+    for (const std::string& link : object.touch_links) {
+      if (std::count(links.begin(), links.end(), link_name(link)) > 0) {
+        each.may_be_touched_by.push_back(link_name(link));
+      }
+    }
+  }
+  return for_each_name(names, std::move(cell), attach, arm);
 }
 
 }  // namespace steadyhand

@@ -51,6 +51,10 @@ class SceneKeeper {
 
  private:
   Result<Cell> apply(const SceneObject& object, Cell cell, const Kinematics& arm);
+  Result<Cell> remove(const SceneObject& object, Cell cell);
+  Result<Cell> move(const SceneObject& object, const Eigen::Isometry3d& pose, Cell cell);
+  void add(const SceneObject& object, const Eigen::Isometry3d& pose, Cell& cell);
+  Result<Cell> take_up(const SceneObject& object, Cell cell, const Kinematics& arm) const;
   Result<Eigen::Isometry3d> in_base(const std::string& frame, const Kinematics& arm) const;
   std::string link_name(const std::string& name) const;
 
