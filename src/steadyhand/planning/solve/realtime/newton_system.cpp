@@ -111,79 +111,91 @@ struct Kernels {
     }
   };
 
-  /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
-  /// G of rank 3. The cost to go is P by [q; dq; state].
-  static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model, bool state_too) {
+  /// What the cost to go says of the liquid's state. It is P by [q; dq; state].
+  struct SloshCost {
     alignas(64) SloshRow P[s];             // by the liquid's state, both triangles, and the gradient
     alignas(64) SloshRow of_arm[2 * n];    // by the arm's and the liquid's; the gradient is pull_back()'s
     alignas(64) double of_state[s][kArm];  // the same, transposed, filled up with zeros
-    for (int i = 0; i < s; ++i) {
-      const double* row = next[3 * n + i] + 3 * n;
-      for (int j = i; j < kSlosh; ++j) P[i][j] = row[j];
-      for (int j = i + 1; j < s; ++j) P[j][i] = row[j];
-      for (int j = 2 * n; j < kArm; ++j) of_state[i][j] = 0.0;
-    }
-    for (int i = 0; i < 2 * n; ++i) {
-      const double* row = next[n + i] + 3 * n;
-      for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = row[j];
-      of_arm[i][s] = 0.0;
-    }
 
-    // F' P by the liquid, with F' p behind, and by the arm.
-    alignas(64) SloshRow by_force[3];
-    alignas(64) double arm_by_force[3][kArm];
-    const auto force_times = [&](const auto& rows, auto& products) {
-      for (int j = 0; j < std::ssize(products[0]); j += kLanes) {
-        std::array<Lanes, 3> sums{0.0, 0.0, 0.0};
-        for (int i = 0; i < s; ++i) {
-          const Lanes x = Lanes::load(rows[i] + j);
-          for (int m = 0; m < 3; ++m) sums[m] += step.by_force(i, m) * x;
+    explicit SloshCost(const Model& next) {
+      for (int i = 0; i < s; ++i) {
+        const double* row = next[3 * n + i] + 3 * n;
+        for (int j = i; j < kSlosh; ++j) P[i][j] = row[j];
+        for (int j = i + 1; j < s; ++j) P[j][i] = row[j];
+        for (int j = 2 * n; j < kArm; ++j) of_state[i][j] = 0.0;
+      }
+      for (int i = 0; i < 2 * n; ++i) {
+        const double* row = next[n + i] + 3 * n;
+        for (int j = 0; j < s; ++j) of_state[j][i] = of_arm[i][j] = row[j];
+        of_arm[i][s] = 0.0;
+      }
+    }
+  };
+
+  /// How the forces of an interval come into it, by rows of w = [u; q; dq].
+  struct SloshForce {
+    alignas(64) SloshRow by_force[3];                            // F' P by the liquid, with F' p behind
+    alignas(64) double G[3][kWidth] = {}, half[3][kWidth] = {};  // half: what with G makes its share of the Hessian
+
+    SloshForce(const SloshCost& cost, const SloshStep& step, double dt) {
+      alignas(64) double arm_by_force[3][kArm];
+      const auto force_times = [&](const auto& rows, auto& products) {
+        for (int j = 0; j < std::ssize(products[0]); j += kLanes) {
+          std::array<Lanes, 3> sums{0.0, 0.0, 0.0};
+          for (int i = 0; i < s; ++i) {
+            const Lanes x = Lanes::load(rows[i] + j);
+            for (int m = 0; m < 3; ++m) sums[m] += step.by_force(i, m) * x;
+          }
+          for (int m = 0; m < 3; ++m) sums[m].store(products[m] + j);
         }
-        for (int m = 0; m < 3; ++m) sums[m].store(products[m] + j);
-      }
-    };
-    force_times(P, by_force);
-    force_times(of_state, arm_by_force);
-
-    // By rows of w = [u; q; dq]: G, and what with G makes its share of the Hessian.
-    const double h = 0.5 * dt * dt;
-    alignas(64) double G[3][kWidth] = {}, half[3][kWidth] = {};
-    for (int m = 0; m < 3; ++m) {
-      for (int i = 0; i < n; ++i) {
-        G[m][i] = step.by_motion(m, 2 * n + i);
-        G[m][n + i] = step.by_motion(m, i);
-        G[m][2 * n + i] = step.by_motion(m, n + i);
-        half[m][i] = h * arm_by_force[m][i] + dt * arm_by_force[m][n + i];
-        half[m][n + i] = arm_by_force[m][i];
-        half[m][2 * n + i] = dt * arm_by_force[m][i] + arm_by_force[m][n + i];
-      }
-    }
-    for (int m = 0; m < 3; ++m) {
-      for (int b = 0; b < 3; ++b) {
-        double Q = 0.0;
-        for (int j = 0; j < s; ++j) Q += step.by_force(j, m) * by_force[b][j];
-        for (int j = 0; j < 3 * n; j += kLanes) {
-          (Lanes::load(half[m] + j) + 0.5 * Q * Lanes::load(G[b] + j)).store(half[m] + j);
+      };
+      force_times(cost.P, by_force);
+      force_times(cost.of_state, arm_by_force);
+      const double h = 0.5 * dt * dt;
+      for (int m = 0; m < 3; ++m) {
+        for (int i = 0; i < n; ++i) {
+          G[m][i] = step.by_motion(m, 2 * n + i);
+          G[m][n + i] = step.by_motion(m, i);
+          G[m][2 * n + i] = step.by_motion(m, n + i);
+          half[m][i] = h * arm_by_force[m][i] + dt * arm_by_force[m][n + i];
+          half[m][n + i] = arm_by_force[m][i];
+          half[m][2 * n + i] = dt * arm_by_force[m][i] + arm_by_force[m][n + i];
         }
       }
+      for (int m = 0; m < 3; ++m) {
+        for (int b = 0; b < 3; ++b) {
+          double Q = 0.0;
+          for (int j = 0; j < s; ++j) Q += step.by_force(j, m) * by_force[b][j];
+          for (int j = 0; j < 3 * n; j += kLanes) {
+            (Lanes::load(half[m] + j) + 0.5 * Q * Lanes::load(G[b] + j)).store(half[m] + j);
+          }
+        }
+      }
     }
+  };
 
+  /// The same for the liquid's state: what the cost to go says of it, pulled back through state+ = S state + F G w with
+  /// G of rank 3.
+  static void pull_back_slosh(const Model& next, const SloshStep& step, double dt, Model& model, bool state_too) {
+    const SloshCost cost(next);
+    const SloshForce force(cost, step, dt);
     const Turn turn(step);
+    const double h = 0.5 * dt * dt;
     for (int i = 0; i < (state_too ? 3 * n : n); ++i) {
       for (int j = block_of(i); j < 3 * n; j += kLanes) {
         Lanes sum = Lanes::load(model[i] + j);
         for (int m = 0; m < 3; ++m) {
-          sum += half[m][i] * Lanes::load(G[m] + j) + G[m][i] * Lanes::load(half[m] + j);
+          sum += force.half[m][i] * Lanes::load(force.G[m] + j) + force.G[m][i] * Lanes::load(force.half[m] + j);
         }
         sum.store(model[i] + j);
       }
       // By the liquid: E S with E = [B A]' P + G' F' P.
       const double of_q = i < n ? h : i < 2 * n ? 1.0 : dt, of_v = i < n ? dt : i < 2 * n ? 0.0 : 1.0;
-      const double *q = of_arm[i % n], *v = of_arm[n + i % n];
+      const double *q = cost.of_arm[i % n], *v = cost.of_arm[n + i % n];
       alignas(64) SloshRow E;
       for (int j = 0; j < kSlosh; j += kLanes) {
         Lanes sum = of_q * Lanes::load(q + j) + of_v * Lanes::load(v + j);
-        for (int m = 0; m < 3; ++m) sum += G[m][i] * Lanes::load(by_force[m] + j);
+        for (int m = 0; m < 3; ++m) sum += force.G[m][i] * Lanes::load(force.by_force[m] + j);
         sum.store(E + j);
       }
       double* row = model[i] + 3 * n;
@@ -195,7 +207,7 @@ struct Kernels {
     constexpr int kSwinging = 4 * kSloshModes;
     alignas(64) SloshRow turned[kSwinging];
     for (int i = 0; i < kSwinging; ++i) {
-      for (int j = 0; j < kSlosh; j += kLanes) turn.of(P[i], j).store(turned[i] + j);
+      for (int j = 0; j < kSlosh; j += kLanes) turn.of(cost.P[i], j).store(turned[i] + j);
     }
     for (int i = 0; i < kSwinging; ++i) {
       double* row = model[3 * n + i] + 3 * n;
