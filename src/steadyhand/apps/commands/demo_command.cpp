@@ -146,101 +146,81 @@ void add_arm_scene(const std::string& name, const std::string& tip, const RobotM
   }
 }
 
-Status run(Options options, int& exit_code) {
-  const Places places = Places::standard();
-  SessionSettings settings;
-  SettingsTable table = describe(settings);
-  if (Status s = options.settings.apply(table); !s) return s;
-  if (Status s = settings.resolve(table); !s) return s;
-  if (Status s = check(options, settings); !s) return s;
+/// What the session is of, chosen by options and settings.
+struct Chosen {
+  std::vector<NamedRecording> recordings;
+  RobotModel model;
+  std::vector<Profile> profiles;
+  int profile = 0;
+};
+
+/// Everything that can be wrong without an arm is looked at here.
+Result<Chosen> choose(Options& options, const Places& places, SettingsTable& table, SessionSettings& settings) {
+  Chosen chosen;
+  if (Status s = options.settings.apply(table); !s) return s.error();
+  if (Status s = settings.resolve(table); !s) return s.error();
+  if (Status s = check(options, settings); !s) return s.error();
   settings.server.page_folder = options.page;
   Result<std::vector<NamedRecording>> recordings = load_recordings(options, places);
   if (!recordings) return recordings.error();
+  chosen.recordings = *std::move(recordings);
   options.arm.complete(settings);
-  if (Status s = choose_task(options.arm, places, table, settings); !s) return s;
+  if (Status s = choose_task(options.arm, places, table, settings); !s) return s.error();
   Result<RobotModel> model = choose_robot(settings.robot, options.tip, places, options.no_fit);
   if (!model) return model.error();
-  if (!options.headless) add_arm_scene(settings.robot, options.tip, *model, places, settings.server);
+  chosen.model = *std::move(model);
+  if (!options.headless) add_arm_scene(settings.robot, options.tip, chosen.model, places, settings.server);
   Result<Cell> cell = open_cell(settings.cell, places);
   if (!cell) return cell.error();
-  settings.live.cell = in_base(*std::move(cell), *model);
-  if (Status s = take_task(*model, settings); !s) return s;
-  if (Status s = check_carried(settings.live.cell, at_home(*model)); !s) return s;
-  int chosen = 0;
-  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen);
+  settings.live.cell = in_base(*std::move(cell), chosen.model);
+  if (Status s = take_task(chosen.model, settings); !s) return s.error();
+  if (Status s = check_carried(settings.live.cell, at_home(chosen.model)); !s) return s.error();
+  Result<std::vector<Profile>> profiles = all_profiles(settings.profile, places, chosen.profile);
   if (!profiles) return profiles.error();
-  for (Profile& profile : *profiles) add_posture_where_redundant(profile.ocp, *model);
+  chosen.profiles = *std::move(profiles);
+  for (Profile& profile : chosen.profiles) add_posture_where_redundant(profile.ocp, chosen.model);
+  if (Status s = check_hand(options, settings); !s) return s.error();
+  if (Status s = prepare_arm(options.arm, chosen.model); !s) return s.error();
+  return chosen;
+}
 
-  if (Status s = check_hand(options, settings); !s) return s;
-  if (Status s = prepare_arm(options.arm, *model); !s) return s;
-
-  const StopSignals signals;
-  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
-  MonotonicClock clock;
-  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, *model, settings, clock);
-  if (!arm) return arm.error();
-  std::string without_cameras;
-  const auto cameras = open_cameras(options.cameras, settings.task, settings.camera, **arm, clock, without_cameras);
-  if (!cameras) return cameras.error();
-
-  const std::string hand = recordings->front().name;
-  ConsoleSettings console_settings{
+/// The console's part of the settings; of what the task places, where there is one.
+Result<ConsoleSettings> console_settings(const Options& options, const SessionSettings& settings,
+                                         const SettingsTable& table, const Chosen& chosen, Arm& arm, Cameras* cameras) {
+  ConsoleSettings console{
       .live = settings.live,
       .server = settings.server,
       .recording = settings.recording,
       .recording_place = settings.recording_place,
-      .profiles = *profiles,
-      .profile = chosen,
+      .profiles = chosen.profiles,
+      .profile = chosen.profile,
       .solver = settings.solver == "profile" ? "" : settings.solver,
-      .recordings = *std::move(recordings),
+      .recordings = chosen.recordings,
       .metadata = {{"settings", table.values()},
                    {"run", {{"arm", options.arm.arm}, {"speed", fmt::format("{}", options.arm.speed_scaling())}}}},
       .page = !options.headless,
       .browser = !options.no_browser,
       .things = {},
-      .cameras = cameras->get(),
+      .cameras = cameras,
       .report_program = "/proc/self/exe"};
   if (!settings.task.name.empty()) {
-    console_settings.task = &settings.task;
-    console_settings.scene = dynamic_cast<SimulatedScene*>(arm->get());
-    console_settings.metadata["task"] = describe_task(settings.task);
-    auto solids = solids_of(settings.task, *model);
+    console.task = &settings.task;
+    console.scene = dynamic_cast<SimulatedScene*>(&arm);
+    console.metadata["task"] = describe_task(settings.task);
+    auto solids = solids_of(settings.task, chosen.model);
     if (!solids) return solids.error();
-    console_settings.things = *std::move(solids);
+    console.things = *std::move(solids);
   }
-  console_settings.live.planning.first_speed_scaling = options.arm.first_speed_scaling();
-  Ros2Side ros2;
-  ConsoleCallbacks callbacks;
-  callbacks.say = [&out](const std::string& text) { out.say(text); };
-  callbacks.draw = [&out](std::string picture) { out.draw(std::move(picture)); };
-  callbacks.on_lease = [&ros2](std::uint64_t client) { ros2.lead_at_page(client != 0); };
-  auto made = LiveConsole::make(*model, std::move(console_settings), **arm, clock, std::move(callbacks));
-  if (!made) return made.error();
-  LiveConsole& console = **made;
-  LiveSession& session = console.session();
-  OperatorInterface& operator_interface = console.operator_interface();
-  const EndOfRos2 end_of_ros2{ros2};
-  for (const std::string& doubt : doubts_about(*model)) out.say("note: " + doubt + "\n");
-  if (!without_cameras.empty()) out.say("note: " + without_cameras + "\n");
-  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, console.profile().label, session.planner_rate_hz(),
-                      !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
-                      : options.headless          ? ", hand: " + hand + ", again and again"
-                                                  : ""));
+  console.live.planning.first_speed_scaling = options.arm.first_speed_scaling();
+  return console;
+}
 
-  if (Status s = ros2.open(options.arm, *model, settings, clock, session, operator_interface,
-                           [&out](const std::string& text) { out.say(text); });
-      !s)
-    return s;
-  // With a page too, so that there is something to see until somebody takes over. No real arm begins so, and no task.
-  const bool shows = !(*arm)->info().hardware && settings.task.name.empty();
-  const bool plays = (options.headless || shows) && settings.ros2.hand.empty();
-  if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
-  if (Status s = console.start(); !s) return s;
-  const Time begin = clock.now();
-  if (options.headless && settings.live.realtime) {
-    (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
-  }
-  const Time end = options.seconds > 0.0 ? begin + from_seconds(options.seconds) : Time::max();
+/// Until the time is over, a signal comes or the arm is halted. @return the exit code
+int lead(const Options& options, const std::string& hand, LiveConsole& console, Ros2Side& ros2,
+         const StopSignals& signals, const Clock& clock) {
+  LiveSession& session = console.session();
+  const Time end = options.seconds > 0.0 ? clock.now() + from_seconds(options.seconds) : Time::max();
+  int exit_code = 0;
   for (Time pause = LiveConsole::kPollPeriod; clock.now() < end && !signals.arrived_within(pause);) {
     const Time now = clock.now();
     pause = console.poll(now) - now;
@@ -249,10 +229,62 @@ Status run(Options options, int& exit_code) {
       exit_code = options.keep_going ? 0 : kHalted;
       if (!options.keep_going) break;
       if (session.stopped_at_rest()) session.ask_reset();
-    } else if (options.keep_going && operator_interface.controls().playback < 0) {
-      (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
+    } else if (options.keep_going && console.operator_interface().controls().playback < 0) {
+      (void)console.operator_interface().apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, now);
     }
   }
+  return exit_code;
+}
+
+Status run(Options options, int& exit_code) {
+  SessionSettings settings;
+  SettingsTable table = describe(settings);
+  const Result<Chosen> chosen = choose(options, Places::standard(), table, settings);
+  if (!chosen) return chosen.error();
+  const RobotModel& model = chosen->model;
+
+  const StopSignals signals;
+  OutputQueue out(STDOUT_FILENO);  // from here on nothing waits for who reads it
+  MonotonicClock clock;
+  const Result<std::unique_ptr<Arm>> arm = make_arm(options.arm, model, settings, clock);
+  if (!arm) return arm.error();
+  std::string without_cameras;
+  const auto cameras = open_cameras(options.cameras, settings.task, settings.camera, **arm, clock, without_cameras);
+  if (!cameras) return cameras.error();
+  auto console_of = console_settings(options, settings, table, *chosen, **arm, cameras->get());
+  if (!console_of) return console_of.error();
+  Ros2Side ros2;
+  ConsoleCallbacks callbacks;
+  callbacks.say = [&out](const std::string& text) { out.say(text); };
+  callbacks.draw = [&out](std::string picture) { out.draw(std::move(picture)); };
+  callbacks.on_lease = [&ros2](std::uint64_t client) { ros2.lead_at_page(client != 0); };
+  auto made = LiveConsole::make(model, *std::move(console_of), **arm, clock, std::move(callbacks));
+  if (!made) return made.error();
+  LiveConsole& console = **made;
+  LiveSession& session = console.session();
+  OperatorInterface& operator_interface = console.operator_interface();
+  const EndOfRos2 end_of_ros2{ros2};
+  for (const std::string& doubt : doubts_about(model)) out.say("note: " + doubt + "\n");
+  if (!without_cameras.empty()) out.say("note: " + without_cameras + "\n");
+  const std::string hand = chosen->recordings.front().name;
+  out.say(fmt::format("{}, {} at {} Hz{}\n", (*arm)->info().name, console.profile().label, session.planner_rate_hz(),
+                      !settings.ros2.hand.empty() ? ", hand: poses from " + settings.ros2.hand
+                      : options.headless          ? ", hand: " + hand + ", again and again"
+                                                  : ""));
+
+  if (Status s = ros2.open(options.arm, model, settings, clock, session, operator_interface,
+                           [&out](const std::string& text) { out.say(text); });
+      !s)
+    return s;
+  // With a page too, so that there is something to see until somebody takes over. No real arm begins so, and no task.
+  const bool shows = !(*arm)->info().hardware && settings.task.name.empty();
+  const bool plays = (options.headless || shows) && settings.ros2.hand.empty();
+  if (plays) (void)operator_interface.apply({OperatorRequest::Kind::kPlayback, hand, 0.0}, clock.now());
+  if (Status s = console.start(); !s) return s;
+  if (options.headless && settings.live.realtime) {
+    (void)make_realtime(kServerPriority);  // in the server's place, this thread plays the hand
+  }
+  exit_code = lead(options, hand, console, ros2, signals, clock);
   stop(session, signals, clock);
   console.close_page();
   ros2.close();

@@ -163,6 +163,21 @@ Status check(const ReplayOptions& options) {
   return Done{};
 }
 
+Result<std::vector<Profile>> load_profiles(const ReplayOptions& options, const Places& places,
+                                           const RobotModel& model) {
+  std::vector<Profile> profiles;
+  for (const std::string& name : options.profiles) {
+    Result<Profile> profile = load_profile(name, places);
+    if (!profile) return profile.error();
+    add_posture_where_redundant(profile->ocp, model);
+    for (const Profile& other : profiles) {
+      if (other.name == profile->name) return Error{"--profile: '" + other.name + "' is named twice; give each once"};
+    }
+    profiles.push_back(*std::move(profile));
+  }
+  return profiles;
+}
+
 Status run_replay(ReplayOptions options) {
   const Places places = Places::standard();
   if (options.recording.empty()) {
@@ -208,24 +223,16 @@ Status run_replay(ReplayOptions options) {
   const Cell cell = in_base(*opened, *model);
   if (Status s = check_carried(cell, at_home(*model)); !s) return s;
   for (const std::string& doubt : doubts_about(*model)) std::cout << "note: " << doubt << "\n";
-  std::vector<Profile> profiles;
-  for (const std::string& name : options.profiles) {
-    Result<Profile> profile = load_profile(name, places);
-    if (!profile) return profile.error();
-    add_posture_where_redundant(profile->ocp, *model);
-    for (const Profile& other : profiles) {
-      if (other.name == profile->name) return Error{"--profile: '" + other.name + "' is named twice; give each once"};
-    }
-    profiles.push_back(*std::move(profile));
-  }
+  const Result<std::vector<Profile>> profiles = load_profiles(options, places, *model);
+  if (!profiles) return profiles.error();
 
   ReportInput report;
   report.recording = recording->name;
   report.rate_hz = options.rate_hz;
   report.scale = options.retarget.scale;
   report.command = options.command;
-  ProgressBar bar(static_cast<int>(profiles.size()));
-  for (const Profile& profile : profiles) {
+  ProgressBar bar(static_cast<int>(profiles->size()));
+  for (const Profile& profile : *profiles) {
     Result<ProfileResult> result = run_profile(options, *model, cell, *recording, profile, bar);
     if (!result) return result.error();
     report.profiles.push_back(*std::move(result));
