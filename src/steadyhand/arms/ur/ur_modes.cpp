@@ -2,22 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string>
-#include <utility>
+
+#include "steadyhand/core/texts.hpp"
 
 namespace steadyhand {
-
-namespace {
-
-/// The text of a value in a table, or of one that is not there.
-template <typename Value, std::size_t size>
-std::string_view find(const std::pair<Value, std::string_view> (&table)[size], Value value, std::string_view other) {
-  const auto row = std::find_if(std::begin(table), std::end(table), [&](const auto& r) { return r.first == value; });
-  return row == std::end(table) ? other : row->second;
-}
-
-}  // namespace
 
 std::string_view why_not(UrRobotMode mode) {
   using enum UrRobotMode;
@@ -33,7 +22,7 @@ std::string_view why_not(UrRobotMode mode) {
       {kBackdrive, "the robot is being moved by hand (backdrive)"},
       {kUpdatingFirmware, "the robot is updating its firmware"},
   };
-  return find(kTexts, mode, "the robot is in a mode that this program does not know");
+  return text_of(kTexts, mode, "the robot is in a mode that this program does not know");
 }
 
 std::string_view why_not(UrSafety safety) {
@@ -62,7 +51,7 @@ std::string_view why_not(UrSafety safety) {
       {kProfisafeEmergencyStop, "emergency stop over PROFIsafe"},
       {kSafetyApiStop, "safeguard stop, asked for through the safety API"},
   };
-  return find(kTexts, safety, "the robot's safety system is in a state that this program does not know");
+  return text_of(kTexts, safety, "the robot's safety system is in a state that this program does not know");
 }
 
 std::string_view why_ended(UrProgramState state) {
@@ -73,7 +62,7 @@ std::string_view why_ended(UrProgramState state) {
       {kTooFar, "set-points were too far from where the arm stood"},
       {kMoved, "the arm did not follow its own program: it was paused and resumed, or slowed down"},
   };
-  return find(kTexts, state, "the program on the controller ended");
+  return text_of(kTexts, state, "the program on the controller ended");
 }
 
 RtdeRecipes UrReport::recipes() {

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "steadyhand/core/nearest.hpp"
+#include "steadyhand/core/texts.hpp"
 #include "steadyhand/geometry/robot/urdf_file.hpp"
 
 namespace steadyhand {
@@ -23,23 +24,12 @@ constexpr double kAxisTolerance = 0.01;
 
 bool moves(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
 
-const char* type_name(const urdf::Joint& joint) {
-  switch (joint.type) {
-    case urdf::Joint::REVOLUTE:
-      return "revolute";
-    case urdf::Joint::CONTINUOUS:
-      return "continuous";
-    case urdf::Joint::PRISMATIC:
-      return "prismatic";
-    case urdf::Joint::FLOATING:
-      return "floating";
-    case urdf::Joint::PLANAR:
-      return "planar";
-    case urdf::Joint::FIXED:
-      return "fixed";
-    default:
-      return "unknown";
-  }
+std::string_view type_name(const urdf::Joint& joint) {
+  static constexpr std::pair<int, std::string_view> kTypes[] = {
+      {urdf::Joint::REVOLUTE, "revolute"},   {urdf::Joint::CONTINUOUS, "continuous"},
+      {urdf::Joint::PRISMATIC, "prismatic"}, {urdf::Joint::FLOATING, "floating"},
+      {urdf::Joint::PLANAR, "planar"},       {urdf::Joint::FIXED, "fixed"}};
+  return text_of(kTypes, static_cast<int>(joint.type));
 }
 
 /// Joints from the root to a link.

@@ -3,39 +3,29 @@
 #include <algorithm>
 #include <cmath>
 
+#include "steadyhand/core/texts.hpp"
 #include "steadyhand/planning/plan/link_gaps.hpp"
 #include "steadyhand/planning/plan/straight_stop.hpp"
 
 namespace steadyhand {
 
 std::string_view to_string(PlanFault fault) {
-  switch (fault) {
-    case PlanFault::kNone:
-      return "none";
-    case PlanFault::kNotFinite:
-      return "not finite";
-    case PlanFault::kNotAtRest:
-      return "does not end at rest";
-    case PlanFault::kDiscontinuous:
-      return "discontinuous";
-    case PlanFault::kPosition:
-      return "beyond a position limit";
-    case PlanFault::kVelocity:
-      return "beyond a velocity limit";
-    case PlanFault::kAcceleration:
-      return "beyond an acceleration limit";
-    case PlanFault::kSelfCollision:
-      return "in self-collision";
-    case PlanFault::kObstacle:
-      return "in contact with an obstacle";
-    case PlanFault::kToolSpeed:
-      return "beyond the tool's speed limit";
-    case PlanFault::kElbowSpeed:
-      return "beyond the elbow's speed limit";
-    case PlanFault::kSpill:
-      return "a wave over the rim";
-  }
-  return "unknown";
+  using enum PlanFault;
+  static constexpr std::pair<PlanFault, std::string_view> kTexts[] = {
+      {kNone, "none"},
+      {kNotFinite, "not finite"},
+      {kNotAtRest, "does not end at rest"},
+      {kDiscontinuous, "discontinuous"},
+      {kPosition, "beyond a position limit"},
+      {kVelocity, "beyond a velocity limit"},
+      {kAcceleration, "beyond an acceleration limit"},
+      {kSelfCollision, "in self-collision"},
+      {kObstacle, "in contact with an obstacle"},
+      {kToolSpeed, "beyond the tool's speed limit"},
+      {kElbowSpeed, "beyond the elbow's speed limit"},
+      {kSpill, "a wave over the rim"},
+  };
+  return text_of(kTexts, fault);
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "steadyhand/core/texts.hpp"
 #ifdef STEADYHAND_FATROP
 #include "steadyhand/planning/solve/fatrop/fatrop.hpp"
 #endif
@@ -11,17 +12,14 @@
 namespace steadyhand {
 
 std::string_view to_string(SolveStatus status) {
-  switch (status) {
-    case SolveStatus::kSolved:
-      return "solved";
-    case SolveStatus::kFeasible:
-      return "feasible";
-    case SolveStatus::kInfeasible:
-      return "infeasible";
-    case SolveStatus::kInvalid:
-      return "invalid";
-  }
-  return "unknown";
+  using enum SolveStatus;
+  static constexpr std::pair<SolveStatus, std::string_view> kTexts[] = {
+      {kSolved, "solved"},
+      {kFeasible, "feasible"},
+      {kInfeasible, "infeasible"},
+      {kInvalid, "invalid"},
+  };
+  return text_of(kTexts, status);
 }
 
 void Solution::prepare(const Ocp& ocp) {

@@ -5,61 +5,29 @@
 
 namespace steadyhand {
 
-namespace {
-
-std::string_view of_policy(HandVerdict verdict) {
-  switch (verdict) {
-    case HandVerdict::kGood:
-      return "the policy's targets come";
-    case HandVerdict::kUntracked:
-      return "no target of the policy came for a while";
-    case HandVerdict::kEmulated:
-      return "the policy guesses";
-    case HandVerdict::kNotFinite:
-      return "the policy's target is not a number";
-    case HandVerdict::kJump:
-      return "the policy's target jumped";
-    case HandVerdict::kFarAway:
-      return "the policy's target came back elsewhere: give it its turn again";
-    case HandVerdict::kUnsettled:
-      return "the policy's targets have come back just now";
-    case HandVerdict::kOutOfOrder:
-      return "the policy's targets come out of order";
-    case HandVerdict::kStale:
-      return "the policy's targets come too late";
-    case HandVerdict::kClockStepped:
-      return "the policy's clock was set";
-  }
-  return "unknown";
-}
-
-}  // namespace
-
 std::string_view to_string(HandVerdict verdict, Leader leader) {
-  if (leader == Leader::kPolicy) return of_policy(verdict);
-  switch (verdict) {
-    case HandVerdict::kGood:
-      return "the hand is tracked";
-    case HandVerdict::kUntracked:
-      return "the device does not see the hand";
-    case HandVerdict::kEmulated:
-      return "the device guesses the hand's position";
-    case HandVerdict::kNotFinite:
-      return "the hand's pose is not a number";
-    case HandVerdict::kJump:
-      return "the hand's pose jumped";
-    case HandVerdict::kFarAway:
-      return "the hand came back elsewhere: release and grip again";
-    case HandVerdict::kUnsettled:
-      return "the hand has come back just now";
-    case HandVerdict::kOutOfOrder:
-      return "the hand's poses come out of order";
-    case HandVerdict::kStale:
-      return "the hand's poses come too late";
-    case HandVerdict::kClockStepped:
-      return "the device's clock was set";
-  }
-  return "unknown";
+  using enum HandVerdict;
+  struct Text {
+    HandVerdict verdict;
+    std::string_view hand, policy;
+  };
+  static constexpr Text kTexts[] = {
+      {kGood, "the hand is tracked", "the policy's targets come"},
+      {kUntracked, "the device does not see the hand", "no target of the policy came for a while"},
+      {kEmulated, "the device guesses the hand's position", "the policy guesses"},
+      {kNotFinite, "the hand's pose is not a number", "the policy's target is not a number"},
+      {kJump, "the hand's pose jumped", "the policy's target jumped"},
+      {kFarAway, "the hand came back elsewhere: release and grip again",
+       "the policy's target came back elsewhere: give it its turn again"},
+      {kUnsettled, "the hand has come back just now", "the policy's targets have come back just now"},
+      {kOutOfOrder, "the hand's poses come out of order", "the policy's targets come out of order"},
+      {kStale, "the hand's poses come too late", "the policy's targets come too late"},
+      {kClockStepped, "the device's clock was set", "the policy's clock was set"},
+  };
+  const auto text =
+      std::find_if(std::begin(kTexts), std::end(kTexts), [&](const Text& t) { return t.verdict == verdict; });
+  if (text == std::end(kTexts)) return "unknown";
+  return leader == Leader::kPolicy ? text->policy : text->hand;
 }
 
 namespace {

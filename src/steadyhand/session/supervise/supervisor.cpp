@@ -51,74 +51,39 @@ constexpr Transition kTransitions[] = {
     {State::kFault, Event::kResetAsked, State::kIdle, "reset"},
 };
 
-}  // namespace
+/// What an event is called in messages, and the row's reason where no person leads; empty: the same.
+struct EventTexts {
+  Event event;
+  ReasonCode code;
+  std::string_view of_policy = {};
+  std::string_view of_recording = {};  ///< which has nothing to release
+};
+constexpr EventTexts kEvents[] = {
+    {Event::kArmStopped, ReasonCode::kArmStopped},
+    {Event::kFailed, ReasonCode::kFailed},
+    {Event::kArmFollows, ReasonCode::kReady},
+    {Event::kArmLate, ReasonCode::kStarting},
+    {Event::kStopAsked, ReasonCode::kStopAsked},
+    {Event::kStalled, ReasonCode::kStalled},
+    {Event::kOffPath, ReasonCode::kOffPath},
+    {Event::kResetAsked, ReasonCode::kReset},
+    {Event::kSilence, ReasonCode::kSilent, "the policy went silent: give it its turn again",
+     "the demo motion was held up"},
+    {Event::kReleased, ReasonCode::kReleased, "the policy's turn is over", "the demo motion ended"},
+    {Event::kGripped, ReasonCode::kGripped, "the arm follows the policy", "the arm follows the demo motion"},
+    {Event::kHandLost, ReasonCode::kHandLost},
+    {Event::kHandBack, ReasonCode::kHandBack, "the policy's targets are back", "the demo motion goes on"},
+    {Event::kPlannerLate, ReasonCode::kPlannerLate},
+};
 
-namespace {
-
-/// The row's reason where a policy leads; empty: the same.
-std::string_view of_policy(Event event) {
-  switch (event) {
-    case Event::kGripped:
-      return "the arm follows the policy";
-    case Event::kSilence:
-      return "the policy went silent: give it its turn again";
-    case Event::kReleased:
-      return "the policy's turn is over";
-    case Event::kHandBack:
-      return "the policy's targets are back";
-    default:
-      return {};
-  }
-}
-
-/// The row's reason where a recorded hand leads, which has nothing to release; empty: the same.
-std::string_view of_recording(Event event) {
-  switch (event) {
-    case Event::kGripped:
-      return "the arm follows the demo motion";
-    case Event::kSilence:
-      return "the demo motion was held up";
-    case Event::kReleased:
-      return "the demo motion ended";
-    case Event::kHandBack:
-      return "the demo motion goes on";
-    default:
-      return {};
-  }
+const EventTexts& texts_of(Event event) {
+  return *std::find_if(std::begin(kEvents), std::end(kEvents), [&](const EventTexts& e) { return e.event == event; });
 }
 
 ReasonCode code_of(Event event, const HandReport& hand) {
-  switch (event) {
-    case Event::kArmStopped:
-      return ReasonCode::kArmStopped;
-    case Event::kFailed:
-      return ReasonCode::kFailed;
-    case Event::kArmFollows:
-      return ReasonCode::kReady;
-    case Event::kStopAsked:
-      return ReasonCode::kStopAsked;
-    case Event::kStalled:
-      return ReasonCode::kStalled;
-    case Event::kOffPath:
-      return ReasonCode::kOffPath;
-    case Event::kResetAsked:
-      return ReasonCode::kReset;
-    case Event::kSilence:
-      return ReasonCode::kSilent;
-    case Event::kReleased:
-      return hand.settings_wait ? ReasonCode::kProfileWaits : ReasonCode::kReleased;
-    case Event::kGripped:
-      return ReasonCode::kGripped;
-    case Event::kHandLost:
-      return hand.trusted ? ReasonCode::kNoPose : ReasonCode::kHandLost;
-    case Event::kHandBack:
-      return ReasonCode::kHandBack;
-    case Event::kPlannerLate:
-      return ReasonCode::kPlannerLate;
-    case Event::kArmLate:
-      break;
-  }
-  return ReasonCode::kStarting;
+  if (event == Event::kReleased && hand.settings_wait) return ReasonCode::kProfileWaits;
+  if (event == Event::kHandLost && hand.trusted) return ReasonCode::kNoPose;
+  return texts_of(event).code;
 }
 
 }  // namespace
@@ -187,8 +152,9 @@ const Transition* Supervisor::step(const SupervisionInput& input) {
     }
     if (cause_.code == ReasonCode::kProfileWaits)
       reason_ = "the new profile takes effect at rest: release and grip again";
-    const std::string_view reason = input.hand.leader == Leader::kPolicy      ? of_policy(row.event)
-                                    : input.hand.leader == Leader::kRecording ? of_recording(row.event)
+    const EventTexts& texts = texts_of(row.event);
+    const std::string_view reason = input.hand.leader == Leader::kPolicy      ? texts.of_policy
+                                    : input.hand.leader == Leader::kRecording ? texts.of_recording
                                                                               : std::string_view();
     if (!reason.empty()) reason_ = reason;
     if (row.to == State::kEngaged) ++engagements_;
