@@ -6,12 +6,6 @@
 
 namespace steadyhand {
 
-namespace {
-
-constexpr Time kRetry = std::chrono::milliseconds(500);
-
-}  // namespace
-
 UrConnections::~UrConnections() {
   running_ = false;
   wake();
@@ -25,6 +19,7 @@ Result<std::unique_ptr<RtdeClient>> UrConnections::open(const Dial& rtde, double
 }
 
 void UrConnections::start_thread() {
+  static constexpr Time kRetry = std::chrono::milliseconds(500);
   keeper_ = std::thread([this] {
     for (int seen = 0; running_;) {
       work_.wait(seen);
@@ -44,30 +39,18 @@ void UrConnections::keep() {
   script_.give_back(nullptr);
   if (rtde_wanted_ && running_) {
     try {
-      renew_rtde();
+      if (auto fresh = open(dial_rtde_, timeout_)) {
+        rtde_wanted_ = false;
+        rtde_.give(*std::move(fresh));
+      }
     } catch (const std::exception&) {  // no memory: it is tried again
     }
   }
   if (const int wish = script_wish_; wish != std::exchange(script_served_, wish) && running_) {
     try {
-      renew_script(wish);
-    } catch (const std::exception&) {
-      script_failed_ = wish;
+      if (auto fresh = dial_script_()) return script_.give(std::make_unique<Script>(*std::move(fresh), wish));
+    } catch (const std::exception&) {  // as one that could not be made
     }
-  }
-}
-
-void UrConnections::renew_rtde() {
-  auto fresh = open(dial_rtde_, timeout_);
-  if (!fresh) return;
-  rtde_wanted_ = false;
-  rtde_.give(*std::move(fresh));
-}
-
-void UrConnections::renew_script(int wish) {
-  if (auto fresh = dial_script_()) {
-    script_.give(std::make_unique<Script>(*std::move(fresh), wish));
-  } else {
     script_failed_ = wish;
   }
 }

@@ -67,8 +67,6 @@ class UrConnections {
 
  private:
   void wake();
-  void renew_rtde();
-  void renew_script(int wish);
 
   Dial dial_rtde_, dial_script_;
   double timeout_;
