@@ -15,7 +15,6 @@ from pathlib import Path
 warnings.filterwarnings("ignore", category=FutureWarning, module="casadi")
 
 import closed_loops
-import growth
 import history
 from comparison import LEGEND, as_json, compare, table
 from formulation import Arm, Formulation
@@ -70,7 +69,7 @@ def parse_arguments(argv):
     )
     parser.add_argument("--plot", metavar="FILE", type=Path, help="only draw the history as SVG")
     loops = parser.add_argument_group("closed loops", "our solver along easy and hard sequences, peers on a sample")
-    loops.add_argument("--only", choices=("problems", "closed-loops", "growth"), help="one part (default: all)")
+    loops.add_argument("--only", choices=("problems", "closed-loops"), help="one part (default: both)")
     loops.add_argument("--sequences", nargs="+", metavar="NAME", help="(default: all)")
     loops.add_argument("--horizons", nargs="+", type=int, metavar="N", help="(default: 8 16 32 64; --quick: 8)")
     loops.add_argument("--solves", type=int, metavar="COUNT", help="of each combination (default: 2000; --quick: 500)")
@@ -201,14 +200,6 @@ def bench_problems(workers, judge, blocks):
     return results
 
 
-def bench_growth(program, options, folder):
-    """Our solver alone, on problems of growing size."""
-    description = json.loads(run_program(program, "describe", "ur5e"))
-    print("\ngrowth of our solver's time")
-    loops = Path(program).with_name("bench_solvers")
-    return {"growth": growth.run(loops, description, ROOT / "robots" / "ur5e.yaml", options, folder)}
-
-
 def plot_history(options):
     try:
         runs = history.load(options.history)
@@ -225,13 +216,8 @@ def bench(options):
         plot_history(options)
         return
     program = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
-    results = {}
-    with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as temporary:
-        folder = Path(temporary)
-        if options.only != "growth":
-            results |= bench_against_peers(program, options, folder)
-        if options.only == "growth" or (options.only is None and not options.quick):
-            results |= bench_growth(program, options, folder)
+    with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as folder:
+        results = bench_against_peers(program, options, Path(folder))
     if options.json:
         options.json.write_text(json.dumps(results, indent=1) + "\n")
 

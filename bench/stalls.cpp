@@ -37,7 +37,8 @@ struct Hand {
   }
 };
 
-/// The parts of a file that are long enough and move; facing the arm as bench/hands.py and the files' README have it.
+/// The parts of a file that are long enough and move; facing the arm as bench/carrying.py and the files' README have
+/// it.
 void add_parts(const std::filesystem::path& path, const std::string& track, std::vector<Hand>& parts) {
   for (double from = 0.0;; from += kLong) {
     RecordingOptions options;

@@ -155,15 +155,3 @@ def test_names_the_sequences(tmp_path, capfd):
     options = ["--problems", str(tmp_path), "--profiles", "tracking", "--only", "closed-loops", "--sequences", "rest"]
     assert main([*options, "--solvers", "steadyhand-fatrop"]) == 2
     assert "the sequences are recording-20Hz" in capfd.readouterr().err
-
-
-@pytest.mark.long
-def test_growth(tmp_path):
-    """Each size is another problem, and all are solved; how fast is for the bench to say."""
-    figures = tmp_path / "growth.json"
-    assert main(["--only", "growth", "--profiles", "waiter", "--solves", "5", "--json", str(figures)]) == 0
-    growth = json.loads(figures.read_text())["growth"]
-    assert [len(growth[kind]) for kind in ("pairs", "joints", "horizon")] == [5, 7, 4]
-    assert all(f["unsolved"] == 0 for kind in growth.values() for f in kind)
-    description = json.loads(subprocess.check_output([PROGRAM, "describe", "ur5e"]))
-    assert growth["pairs"][-1]["size"] == len(description["pairs"])

@@ -7,7 +7,7 @@ namespace steadyhand {
 
 namespace {
 
-// Found on half of the hands of bench/predictors.py, and judged on the other half.
+// Found on half of the hands of bench/carrying.py, and judged on the other half.
 constexpr double kNoise = 0.002;             // m, of what is measured
 constexpr double kAcceleration = 6.0;        // m/s^2, RMS
 constexpr double kCorrelated = 0.4;          // s, in which accelerations decay
@@ -24,8 +24,8 @@ struct SpreadLaw {
     return std::hypot(noise, (rest + speed * velocity + change * acceleration) * std::pow(std::max(0.0, t), growth));
   }
 };
-// Found on the training hands of bench/hands.py at the scale of the tool, so that the shares inside 1 and 2 of them are
-// those of a normal distribution; bench/predictors.py has the shares on the others.
+// Found on the training hands of bench/carrying.py at the scale of the tool, so that the shares inside 1 and 2 of them
+// are those of a normal distribution; docs/reference/profiles.md has the shares on the others.
 constexpr SpreadLaw kAlong{0.135e-3, 0.0109, 0.306, 0.0756, 1.51}, kAcross{0.135e-3, 0.0083, 0.0868, 0.0640, 1.526};
 
 }  // namespace
