@@ -77,11 +77,6 @@ steadyhand_cold(write_sample)
 target_include_directories(write_sample PRIVATE tests)
 target_link_libraries(write_sample PRIVATE steadyhand_figures)
 
-# Prints kinematics of random states, for the test in Python that compares them with Pinocchio.
-add_executable(kinematics_dump EXCLUDE_FROM_ALL tests/tools/kinematics_dump.cpp)
-steadyhand_cold(kinematics_dump)
-target_link_libraries(kinematics_dump PRIVATE steadyhand_config)
-
 # What this build plans, for comparison with WebAssembly's.
 add_executable(closed_loop EXCLUDE_FROM_ALL tests/tools/closed_loop.cpp)
 steadyhand_cold(closed_loop)
@@ -142,7 +137,7 @@ if(STEADYHAND_SANITIZE)
 endif()
 # What tests/python runs, and installs.
 get_property(libraries GLOBAL PROPERTY steadyhand_libraries)
-add_dependencies(tests examples write_sample kinematics_dump fake_ur_controller ${libraries})
+add_dependencies(tests examples write_sample fake_ur_controller ${libraries})
 if(STEADYHAND_WITH_PYTHON)
   add_dependencies(tests steadyhand_module steadyhand_stub)
 endif()

@@ -126,12 +126,6 @@ def test_pretty_says_the_same(robot):
     assert json.loads(done.stdout) == robot
 
 
-def test_a_bare_urdf(settings):
-    done = run("describe", str(urdf_of(settings)))
-    robot = json.loads(done.stdout)
-    assert len(robot["joints"]) == 6 and robot["bodies"] == robot["spheres"] == robot["pairs"] == []
-
-
 def test_runs_from_any_folder(tmp_path, robot):
     assert json.loads(run("describe", "ur5e", cwd=tmp_path).stdout) == robot
 

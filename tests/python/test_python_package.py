@@ -179,8 +179,13 @@ def test_kinematics_agree_with_pinocchio(robot):
     tool, parent = settings["tool"], model.getFrameId(settings["tool"]["link"])
     placement = model.frames[parent].placement * pin.SE3(pin.rpy.rpyToMatrix(*tool["rpy"]), np.array(tool["xyz"]))
     frame = model.addFrame(pin.Frame("glass", model.frames[parent].parentJoint, parent, placement, pin.FrameType.OP_FRAME))
+    spheres = []
+    for sphere in settings["spheres"]:
+        link = model.frames[model.getFrameId(sphere["link"])]
+        at = link.placement * pin.SE3(np.eye(3), np.array(sphere["center"]))
+        spheres.append(model.addFrame(pin.Frame(sphere["name"], link.parentJoint, at, pin.FrameType.OP_FRAME)))
     data, aligned = model.createData(), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    states = np.random.default_rng(3).uniform(-np.pi, np.pi, (3, 200, 6))
+    states = np.random.default_rng(3).uniform(-1, 1, (3, 10_000, 6)) * np.array([2 * np.pi, np.pi, 15.0])[:, None, None]
     T, J, a = robot.fk(states[0]), robot.jacobian(states[0]), robot.local_acceleration(*states)
     for i, (q, dq, ddq) in enumerate(zip(*states)):
         pin.forwardKinematics(model, data, q, dq, ddq)
@@ -190,6 +195,7 @@ def test_kinematics_agree_with_pinocchio(robot):
         assert np.abs(J[i] - pin.computeFrameJacobian(model, data, q, frame, aligned)).max() < 1e-12
         acceleration = pin.getFrameClassicalAcceleration(model, data, frame, aligned).linear
         assert np.abs(a[i] - pose.rotation.T @ (acceleration + [0, 0, 9.81])).max() < 1e-9
+        assert np.abs(robot.body_centers(q) - [data.oMf[sphere].translation for sphere in spheres]).max() < 1e-12
     assert (robot.fk(states[0, 0]) == T[0]).all() and (robot.jacobian(states[0, 0]) == J[0]).all()
 
 
