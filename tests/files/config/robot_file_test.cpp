@@ -65,44 +65,6 @@ TEST(RobotFile, TheGlassStandsAcrossTheFlange) {
   EXPECT_NEAR(model.tool.origin.linear()(2, 2), 0.0, 1e-9);  // z of the glass in the flange's frame
 }
 
-/// On 100,000 random states: what holds for every rigid arm.
-TEST(RobotFile, TheUr5eMovesAsARigidArm) {
-  const RobotModel model = ur5e();
-  Kinematics at(model), ahead(model);
-  std::mt19937 random(3);
-  std::uniform_real_distribution<double> uniform(-2.0 * M_PI, 2.0 * M_PI);
-  const auto draw = [&]() -> JointVector {
-    return JointVector::NullaryExpr(6, [&](Eigen::Index) { return uniform(random); });
-  };
-  for (int s = 0; s < 100000; ++s) {
-    const JointVector q = draw(), direction = draw().normalized();
-    at.set_position(q);
-    ASSERT_LT((at.R() * at.R().transpose() - Matrix3::Identity()).norm(), 1e-12);
-    ASSERT_GT(at.R().determinant(), 0.0);
-
-    constexpr double h = 1e-6;
-    ahead.set_position(q + h * direction);
-    Vector3 dp = Vector3::Zero(), axis = Vector3::Zero();
-    for (int k = 0; k < 6; ++k) {
-      dp += at.dp(k) * direction[k];
-      axis += at.axis(k) * direction[k];
-    }
-    ASSERT_LT(((ahead.p() - at.p()) / h - dp).norm(), 1e-5);
-    const Eigen::AngleAxisd turn(ahead.R() * at.R().transpose());
-    ASSERT_LT((turn.angle() * turn.axis() / h - axis).norm(), 1e-5);
-
-    at.set_motion(JointVector::Zero(6), JointVector::Zero(6));  // at rest only gravity is felt
-    ASSERT_LT((at.local_acceleration() - at.R().transpose() * kGravity).norm(), 1e-12);
-
-    for (std::size_t i = 1; i < model.bodies.size(); ++i) {
-      const Body &a = model.bodies[i - 1], &b = model.bodies[i];
-      if (a.link != b.link) continue;
-      const double distance = (at.body(static_cast<int>(i)).p - at.body(static_cast<int>(i) - 1).p).norm();
-      ASSERT_NEAR(distance, (a.origin.translation() - b.origin.translation()).norm(), 1e-12);
-    }
-  }
-}
-
 TEST(RobotFile, ABareUrdfLoads) {
   const auto settings = load_robot_settings(kPlaces.data / "robots/ur5e.yaml", kPlaces);
   ASSERT_TRUE(settings) << settings.error().message;

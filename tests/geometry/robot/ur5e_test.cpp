@@ -46,15 +46,6 @@ TEST(Ur5e, AgreesWithTheManufacturersTable) {
   }
 }
 
-TEST(Ur5e, HasTheUrdfsLimits) {
-  const RobotModel model = load_ur5e();
-  EXPECT_TRUE(model.velocity_max.isApproxToConstant(M_PI, 1e-12));
-  for (int k = 0; k < 6; ++k) {
-    EXPECT_DOUBLE_EQ(model.position_max[k], k == 2 ? M_PI : 2.0 * M_PI);
-    EXPECT_DOUBLE_EQ(model.position_min[k], -model.position_max[k]);
-  }
-}
-
 TEST(Reach, HoldsEveryToolPositionAndIsTight) {
   const RobotModel model = load_ur5e();
   const Reach reach = compute_reach(model);
