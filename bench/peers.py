@@ -62,14 +62,6 @@ class Steadyhand:
         ]
 
 
-class SqpHpipm(Steadyhand):
-    """SQP with HPIPM on our terms and derivatives: what the method alone makes of the difference (sqp_hpipm.hpp)."""
-
-    def __init__(self, program):
-        self.name = "sqp-hpipm"
-        self.command = [str(Path(program).with_name("bench_sqp_hpipm"))]
-
-
 class Casadi:
     """The paper's stack: CasADi in Python with FATROP, one nlpsol for the whole horizon, exact Hessian.
 

@@ -11,9 +11,9 @@ import tempfile
 import traceback
 
 from formulation import Arm, Formulation, has_liquid
-from peers import Acados, Casadi, CompiledCasadi, PeerError, SqpHpipm, Steadyhand
+from peers import Acados, Casadi, CompiledCasadi, PeerError, Steadyhand
 
-SOLVERS = ("steadyhand-fatrop", "steadyhand-realtime", "sqp-hpipm", "casadi", "casadi-c", "acados-sqp", "acados-rti")
+SOLVERS = ("steadyhand-fatrop", "steadyhand-realtime", "casadi", "casadi-c", "acados-sqp", "acados-rti")
 PAPER = "casadi"  # the stack of the paper
 
 
@@ -22,8 +22,6 @@ def make_solver(name, formulation, liquid, tolerance, paths):
         return Casadi(formulation, liquid, tolerance)
     if name == "casadi-c":
         return CompiledCasadi(formulation, liquid, tolerance, paths["cache"])
-    if name == "sqp-hpipm":
-        return SqpHpipm(paths["program"])
     if name.startswith("acados"):
         return Acados(formulation, liquid, tolerance, paths["cache"], paths["acados"], rti=name == "acados-rti")
     return Steadyhand(paths["program"], name.removeprefix("steadyhand-"))

@@ -74,10 +74,10 @@ if(STEADYHAND_WITH_FATROP)
   set_target_properties(fatrop PROPERTIES IMPORTED_LOCATION "${site_packages}/casadi/libfatrop.so")
   add_library(blasfeo SHARED IMPORTED)
   set_target_properties(blasfeo PROPERTIES IMPORTED_LOCATION "${site_packages}/casadi/libblasfeo.so")
-  # Only headers of FATROP, BLASFEO and HPIPM (a peer of bench/): the wheel also carries an Eigen that must not shadow the system's.
+  # Only headers of FATROP and BLASFEO: the wheel also carries an Eigen that must not shadow the system's.
   set(casadi_headers "${PROJECT_BINARY_DIR}/casadi_headers")
   file(MAKE_DIRECTORY "${casadi_headers}")
-  file(GLOB wheel_headers "${site_packages}/casadi/include/blasfeo*.h" "${site_packages}/casadi/include/hpipm*.h"
+  file(GLOB wheel_headers "${site_packages}/casadi/include/blasfeo*.h"
        "${site_packages}/casadi/include/fatrop" "${site_packages}/casadi/include/coin-or")
   foreach(header ${wheel_headers})
     get_filename_component(name "${header}" NAME)
@@ -85,7 +85,4 @@ if(STEADYHAND_WITH_FATROP)
   endforeach()
   target_include_directories(fatrop SYSTEM INTERFACE "${casadi_headers}")
   target_link_libraries(fatrop INTERFACE blasfeo)
-  add_library(hpipm SHARED IMPORTED)
-  set_target_properties(hpipm PROPERTIES IMPORTED_LOCATION "${site_packages}/casadi/libhpipm.so")
-  target_link_libraries(hpipm INTERFACE fatrop)
 endif()

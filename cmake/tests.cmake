@@ -16,11 +16,6 @@ add_executable(bench_stalls EXCLUDE_FROM_ALL bench/stalls.cpp)
 steadyhand_cold(bench_stalls)
 target_link_libraries(bench_stalls PRIVATE steadyhand_config steadyhand_driver steadyhand_input steadyhand_live GTest::gtest)
 target_include_directories(bench_stalls PRIVATE tests)
-if(TARGET hpipm)
-  add_executable(bench_sqp_hpipm EXCLUDE_FROM_ALL bench/sqp_hpipm.cpp bench/sqp_hpipm_main.cpp)
-  target_compile_options(bench_sqp_hpipm PRIVATE $<$<CONFIG:Release>:-O3>)
-  target_link_libraries(bench_sqp_hpipm PRIVATE steadyhand_replay hpipm)
-endif()
 
 # A Universal Robots controller for tests, and as a program to try `--arm ur` with.
 file(GLOB fake_ur_sources CONFIGURE_DEPENDS tests/support/ur/*.cpp)

@@ -337,7 +337,7 @@ def main(words):
         if new:  # the build reads headers and libraries of packages
             for file in ROOT.glob("build/*/build.ninja"):
                 file.unlink()
-    targets = ["steadyhand"] + ["steadyhand_module"] * ("PYTHON" in parts) + ["bench_solvers", "bench_sqp_hpipm"] * (command == "bench")
+    targets = ["steadyhand"] + ["steadyhand_module"] * ("PYTHON" in parts) + ["bench_solvers"] * (command == "bench")
     print(*(f"-DSTEADYHAND_WITH_{part}=ON" for part in parts), *targets)
 
 

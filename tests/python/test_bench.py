@@ -110,20 +110,19 @@ def test_short_run(tmp_path):
     options = ["--quick", "--profiles", "waiter", "--problems", str(tmp_path), "--json", str(figures)]
     options += ["--sequences", "recording-500Hz", "jumps", "--solves", "100", "--sample", "2"]
     options += ["--history", str(tmp_path / "runs" / "history.jsonl")]
-    command = [sys.executable, str(ROOT / "bench" / "run.py"), *options, "--solvers", "steadyhand-fatrop", "sqp-hpipm", "casadi"]
+    command = [sys.executable, str(ROOT / "bench" / "run.py"), *options, "--solvers", "steadyhand-fatrop", "casadi"]
     result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     assert "waiter: 20 problems" in result.stdout
-    ours, sqp, paper = json.loads(figures.read_text())["waiter"]["solvers"]
-    assert (ours["solver"], sqp["solver"], paper["solver"]) == ("steadyhand-fatrop", "sqp-hpipm", "casadi")
-    assert sqp["same"] > 10
+    ours, paper = json.loads(figures.read_text())["waiter"]["solvers"]
+    assert (ours["solver"], paper["solver"]) == ("steadyhand-fatrop", "casadi")
     assert ours["same"] + ours["other_minimum"] == 20
     assert ours["violation"] < 1e-6
     loops = json.loads(figures.read_text())["closed_loops"]
     assert [loop["sequence"] for loop in loops] == ["recording-500Hz", "jumps"]
     for loop in loops:
         assert (loop["unsolved"], loop["compared"]) == (0, 2)
-        assert set(loop["peers_us"]) == {"steadyhand-fatrop", "sqp-hpipm", "casadi"}
+        assert set(loop["peers_us"]) == {"steadyhand-fatrop", "casadi"}
         assert 0.0 < loop["sampled_us"]
     assert "verdict: the worst solve" in result.stdout
     plot = tmp_path / "history.svg"
