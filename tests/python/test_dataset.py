@@ -230,28 +230,3 @@ def test_robomimics_file_has_the_same_numbers(recorded, tmp_path, capsys):
         assert make(recorded, "--out", tmp_path / out, "--format", "robomimic", *more) == 2
         assert words in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["set", "set.hdf5"]
-
-
-def test_what_is_appended_to_a_set_of_before_frames_said_who_led_does_not_say_it_either(recorded, tmp_path, capsys, monkeypatch):
-    from steadyhand.dataset import _lerobot
-
-    data = tmp_path / "set"
-    read = command.read_sessions
-
-    def as_it_was(*words):
-        episodes, left_out = read(*words)
-        return [_lerobot._without(each, list(_lerobot.ADDED)) for each in episodes], left_out
-
-    with monkeypatch.context() as before:
-        before.setattr(command, "read_sessions", as_it_was)
-        assert make(recorded, "--out", data, "--task", "wave") == 0
-    old = json.loads((data / "meta/info.json").read_text())
-    assert not set(_lerobot.ADDED) & set(old["features"])
-    capsys.readouterr()
-    assert make(recorded, "--out", data, "--task", "wave") == 0
-    assert "says nothing of policy and intervention either" in capsys.readouterr().err
-    info = json.loads((data / "meta/info.json").read_text())
-    assert info["features"] == old["features"] and info["total_episodes"] == 2 * old["total_episodes"]
-    assert "policy" not in frames(data).columns and len(frames(data)) == info["total_frames"]
-    assert make(recorded, "--out", data, "--task", "wave", "--fps", "25") == 2
-    assert "fps" in capsys.readouterr().err

@@ -82,22 +82,6 @@ def test_times_do_not_go_back(robot):
         planner.update(target(robot), 0.9)
 
 
-@pytest.mark.parametrize(
-    "arguments, kind, said",
-    [
-        (("ur55",), steadyhand.SteadyhandError, "robot 'ur55' is neither a file nor one of the names in robots/: fr3"),
-        (("no/such.urdf",), FileNotFoundError, "'no/such.urdf' is neither a file nor"),
-        ((None,), TypeError, "robot must be a name or the path of a file, not NoneType"),
-        (("ur5e", "wayter"), steadyhand.SteadyhandError, "'wayter' is neither a file nor one of the names in profiles/: anti-slosh, carry, follow, tracking, waiter"),
-        (("ur5e", "my.yaml"), FileNotFoundError, "'my.yaml'"),
-    ],
-)
-def test_unknown_names_say_what_there_is(arguments, kind, said):
-    with pytest.raises(kind) as refused:
-        steadyhand.Planner(*arguments)
-    assert said in str(refused.value)
-
-
 def test_two_threads_do_not_share_a_planner_and_others_run_meanwhile(robot):
     planner, T = steadyhand.Planner(robot, profile="waiter"), target(robot, x=0.1)
     planned, refused = [], []

@@ -188,23 +188,10 @@ def test_a_jump_for_one_frame_does_not_move_the_glass(tmp_path):
     assert max(math.dist(a, b) for a, b in zip(moved(tmp_path / "calm"), moved(tmp_path / "jump"))) < 0.002
 
 
-def edited(column, value, at=50):
-    return lambda i, row: [value if i == at and c == column else v for c, v in enumerate(row)]
-
-
-def without(column):
-    return lambda i, row: row[:column] + row[column + 1:]
-
-
 @pytest.mark.parametrize("name, make, words", [
-    ("missing columns", lambda p: write_csv(p, "t,px,py,pz,qx,qy,qz", without(7)), ["qw"]),
-    ("NaN", lambda p: write_csv(p, edit=edited(2, "nan")), ["52", "nan"]),
-    ("time going backwards", lambda p: write_csv(p, edit=edited(0, 0.1)), ["52"]),
-    ("quaternion of norm 0.5", lambda p: write_csv(p, edit=edited(7, 0.5)), ["52", "0.5"]),
-    ("empty file", lambda p: p.write_text("") or p, ["empty"]),
+    ("NaN", lambda p: write_csv(p, edit=lambda i, row: [*row[:2], "nan" if i == 50 else row[2], *row[3:]]), ["52", "nan"]),
     ("no such file", lambda p: p, []),
     ("times in ms", lambda p: write_csv(p, edit=lambda i, row: [1000 * row[0], *row[1:]]), ["11.1", "in ms", "in s"]),
-    ("only a header", lambda p: write_csv(p, count=0), []),
 ])
 def test_bad_recording(tmp_path, name, make, words):
     path = tmp_path / "hand.csv"
@@ -212,44 +199,6 @@ def test_bad_recording(tmp_path, name, make, words):
     result = run("replay", path, "--out", tmp_path / "out")
     assert result.returncode == 2 and result.stdout == ""
     for word in ["hand.csv", *words]:
-        assert word in result.stderr, result.stderr
-    assert not (tmp_path / "out").exists()
-
-
-def bundled_file():
-    deps = Path(os.environ.get("STEADYHAND_DEPS", ROOT / ".deps"))
-    return deps / "node_modules/super-hands/examples/physics/demo-recording.json"
-
-
-def test_truncated_json_and_wrong_track(tmp_path):
-    text = bundled_file().read_text()
-    cut = tmp_path / "cut.json"
-    cut.write_text(text[: len(text) // 2])
-    result = run("replay", cut, "--out", tmp_path / "out")
-    assert result.returncode == 2 and "cut.json" in result.stderr
-    result = run("replay", bundled_file(), "--track", "foot", "--out", tmp_path / "out")
-    assert result.returncode == 2
-    for key in ("foot", "camera", "rhand", "lhand"):
-        assert key in result.stderr
-
-
-PROFILE = "name: mine\nlabel: Mine\nweights:\n  position: 500\n"
-
-
-@pytest.mark.parametrize("text, words", [
-    (PROFILE + "  comfort: 1\n", ["mine.yaml:5", "comfort", "vertical"]),
-    (PROFILE + "  lateral: -1\n", ["mine.yaml:5", "lateral", "-1"]),
-    (PROFILE + "horizon: 0\n", ["horizon", "0"]),
-    (PROFILE + "dt: soon\n", ["dt", "soon"]),
-    (PROFILE + "solver: magic\n", ["magic", "fatrop"]),
-    ("weights: [", ["mine.yaml"]),
-])
-def test_bad_profile(tmp_path, text, words):
-    path = tmp_path / "mine.yaml"
-    path.write_text(text)
-    result = run("replay", "--profile", path, "--out", tmp_path / "out")
-    assert result.returncode == 2 and result.stdout == ""
-    for word in words:
         assert word in result.stderr, result.stderr
     assert not (tmp_path / "out").exists()
 
@@ -276,17 +225,6 @@ def test_bad_options(tmp_path, arguments, words):
     for word in words:
         assert word in result.stderr, result.stderr
     assert not (tmp_path / "out").exists()
-
-
-def test_home_in_self_collision(tmp_path):
-    text = (ROOT / "robots/ur5e.yaml").read_text()
-    start = text.index("home: [")
-    folded = text[:start] + "home: [0.0, -1.57, 2.9, 0.0, 0.0, 0.0]" + text[text.index("]", start) + 1:]
-    path = tmp_path / "folded.yaml"
-    path.write_text(folded)
-    result = run("replay", "--robot", path, "--out", tmp_path / "out")
-    assert result.returncode == 2
-    assert "home" in result.stderr and "mm" in result.stderr
 
 
 def urdf_folder(tmp_path):

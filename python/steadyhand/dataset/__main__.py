@@ -77,10 +77,8 @@ def tell_left_out(lines: list[str]) -> None:
 
 def append(folder: str | Path, episodes: list[Episode]) -> None:
     """Makes LeRobot's data set, or appends to it, and says what it has now."""
-    from ._lerobot import lacking, write
+    from ._lerobot import write
 
-    if names := lacking(folder):
-        print(f"steadyhand: {folder} is of before frames said who led: what is appended says nothing of {' and '.join(names)} either", file=sys.stderr)
     info = write(folder, episodes)
     print(f"{folder}: {len(episodes)} episodes, {sum(map(len, episodes))} frames; {info['total_episodes']} and {info['total_frames']} in all")
 

@@ -20,7 +20,6 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +33,6 @@ from ._episodes import Episode
 from ._video import QUANTILES, feature, together, write_video
 
 FORMAT = "v3.0"
-ADDED = ("policy", "intervention")
-"""Features that the first data sets did not have: what is appended to one that lacks them goes in without."""
 FILES_PER_CHUNK = 1000
 _INDICES = {"timestamp": "float32", "frame_index": "int64", "episode_index": "int64", "index": "int64", "task_index": "int64"}
 _ONE = {"shape": [1], "names": None}
@@ -82,8 +79,6 @@ def being_written(folder: Path) -> Iterator[tuple[Path, dict[str, Any] | None]]:
 def add(folder: Path, info: dict[str, Any], episodes: Sequence[Episode], where: str) -> None:
     """Appends the episodes, if there are any, to what is being written, and makes the statistics of all. `where`: what they must match, for people."""
     if episodes:
-        absent = [name for name in ADDED if name not in info.get("features", {})]
-        episodes = [_without(episode, absent) for episode in episodes]
         must_match(new_info(episodes[0]), info, "what is to be appended", where)
         _append(folder, info, episodes)
     frames = pa.concat_tables(pq.read_table(path) for path in sorted(folder.glob("data/*/*.parquet")))
@@ -112,18 +107,6 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
-
-
-def lacking(folder: str | os.PathLike[str]) -> list[str]:
-    """Which of ADDED the data set lacks; none, where there is none yet."""
-    folder = Path(folder)
-    if not is_there(folder):
-        return []
-    return [name for name in ADDED if name not in read_info(folder).get("features", {})]
-
-
-def _without(episode: Episode, names: list[str]) -> Episode:
-    return replace(episode, features={name: frames for name, frames in episode.features.items() if name not in names})
 
 
 def info_of(episodes: Sequence[Episode]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ Held to the truth by `study truth` (truth.py): coverage of the intervals, false 
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
 import warnings
@@ -142,12 +143,9 @@ def friedman(values: Array) -> Omnibus | None:
 
 def holm(p: Sequence[float]) -> list[float]:
     """Adjusted p values (Holm 1979)."""
-    order = np.argsort(p)
-    adjusted, largest = np.empty(len(p)), 0.0
-    for rank, i in enumerate(order):
-        largest = max(largest, min(1.0, (len(p) - rank) * p[i]))
-        adjusted[i] = largest
-    return adjusted.tolist()
+    from statsmodels.stats.multitest import multipletests
+
+    return multipletests(p, method="holm")[1].tolist() if p else []
 
 
 def pairs(values: Array, conditions: Sequence[str], chosen: Sequence[tuple[int, int]] | None = None) -> list[Pair]:
@@ -175,18 +173,9 @@ def power(effect: float, participants: int, df: float | None = None, alpha: floa
 
 def participants_for(effect: float, wanted: float = 0.8, most: int = 2000) -> int | None:
     """How many find a true effect d_z with this power; None: more than `most`."""
-    if not math.isfinite(effect) or effect == 0.0:
+    if not math.isfinite(effect) or effect == 0.0 or power(effect, most) < wanted:
         return None
-    low, high = 2, most
-    if power(abs(effect), high) < wanted:
-        return None
-    while low < high:
-        middle = (low + high) // 2
-        if power(abs(effect), middle) >= wanted:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+    return 2 + bisect.bisect_left(range(2, most), wanted, key=lambda n: power(effect, n))
 
 
 def detectable(participants: int, wanted: float = 0.8) -> float:
