@@ -24,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 import steadyhand
 from arm_meshes import ArmMeshes
-from steadyhand import Cell, Object, Pipeline, pose
+from steadyhand import Cell, Object, Pipeline
 
 PROFILES = ("tracking", "follow", "carry", "waiter", "anti-slosh")
 RATE, EPISODE = 500.0, 20.0  # Hz, s

@@ -5,14 +5,13 @@ import os
 import shutil
 import sys
 import tempfile
-from pathlib import Path
 
 os.environ["XDG_DATA_HOME"] = tempfile.mkdtemp(prefix="steadyhand-test-data-")
 atexit.register(shutil.rmtree, os.environ["XDG_DATA_HOME"], ignore_errors=True)
 
 # The Python package as the build leaves it: `import steadyhand`.
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+from places import PROGRAM
+
 sys.path.insert(0, str(PROGRAM.parent / "python"))
 
 

@@ -1,11 +1,10 @@
 """Where the program `write_sample` is, and what it writes: a recording and a report made by formulas."""
 
-import os
 import subprocess
 from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 ARTEFACTS = ROOT / "build/artefacts"
 
 

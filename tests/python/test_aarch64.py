@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 NATIVE = Path(os.environ.get("STEADYHAND_CLOSED_LOOP", ROOT / "build/asan/closed_loop"))
 FOREIGN = ROOT / "build/aarch64/closed_loop"
 EMULATOR = ["qemu-aarch64", "-L", str(ROOT / "build/aarch64-sysroot")]

@@ -2,13 +2,12 @@
 
 import graphlib
 import importlib.util
-import os
 import re
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 spec = importlib.util.spec_from_file_location("architecture", ROOT / "docs/pictures/architecture.py")
 figure = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(figure)

@@ -1,12 +1,10 @@
 """The pages of the arms and the fault tests say the same: each row of a page's table is a test, and each test has a row."""
 
-import os
 import re
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
 
 
 @pytest.mark.parametrize(

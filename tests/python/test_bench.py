@@ -1,17 +1,15 @@
 """bench/run.py: what it says about bad input, how it classes answers, and a short run."""
 
 import json
-import os
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 sys.path.insert(0, str(ROOT / "bench"))
 
 import history

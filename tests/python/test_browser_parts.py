@@ -2,11 +2,10 @@
 sockets, or of a library that is not headers alone. Quick, where compiling for WebAssembly takes minutes (test_site.py)."""
 
 import json
-import os
 import re
-from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 SOURCE = ROOT / "src"
 FORBIDDEN = re.compile(r"filesystem|fstream|thread|mutex|condition_variable|future|dlfcn\.h|pthread\.h|sched\.h|signal\.h|csignal"
                        r"|sys/.*|netinet/.*|arpa/.*|boost/.*|openssl/.*|urdf.*|tinyxml2\.h|yaml-cpp/.*|zstd\.h|assimp/.*|CLI/.*|qrencode\.h|fatrop/.*")

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
 
 
 def run(*arguments, **options):

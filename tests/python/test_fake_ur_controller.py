@@ -3,7 +3,6 @@ So what the fake does is not merely what our own client expects."""
 
 import contextlib
 import math
-import os
 import random
 import signal
 import subprocess
@@ -12,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+from places import PROGRAM
+
 FAKE = str(Path(PROGRAM).parent / "fake_ur_controller")
 
 

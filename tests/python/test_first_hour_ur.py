@@ -8,7 +8,8 @@ import subprocess
 import time
 
 import pytest
-from test_fake_ur_controller import PROGRAM, ROOT, controller
+from places import PROGRAM, ROOT
+from test_fake_ur_controller import controller
 
 PAGE = (ROOT / "docs/tutorials/ur.md").read_text()
 STEPS = re.findall(r"^## (\d)\. [^\n]*\n```\n(\./steadyhand [^\n]*)\n```\nSeen: ([^\n]*)\n", PAGE, re.MULTILINE)

@@ -1,14 +1,13 @@
 """The form of C++ sources and documents, see tests/format.py; what is wrong with one is put right by `./steadyhand format`."""
 
-import os
 import re
 import shutil
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 sys.path.insert(0, str(ROOT / "tests"))
 import format as form  # noqa: E402
 import words  # noqa: E402

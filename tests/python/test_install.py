@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 BUILD = PROGRAM.parent
 CONSUMER = ROOT / "tests/install/consumer"
 LEVELS = {"x86-64": [], "x86-64-v3": ["avx2"], "native": []}

@@ -4,13 +4,13 @@ finds what it is for."""
 import copy
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.writer import Writer
 
-ROOT = Path(__file__).resolve().parents[2]
+from places import ROOT
+
 sys.path.insert(0, str(ROOT / "tests/soak"))
 from judge import judge  # noqa: E402
 from motion_rules import command_steps  # noqa: E402

@@ -13,8 +13,8 @@ from steadyhand import dataset  # noqa: E402
 from steadyhand.dataset import Episode, Frames  # noqa: E402
 from steadyhand.dataset._video import lay  # noqa: E402
 from test_dataset_video import KEY, grey, video  # noqa: E402
+from places import ROOT
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
 READER = Path(os.environ.get("STEADYHAND_DEPS", ROOT / ".deps")) / "lerobot/bin/python"
 
 # What it finds, as JSON; in batches as a training loop takes them.

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import steadyhand
 from live_client import Demo
+from places import ROOT
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
 LEROBOT = os.environ.get("STEADYHAND_LEROBOT", "")
 LOOP = '''
 import sys, time

@@ -3,7 +3,6 @@ the tests; both are there with ./steadyhand test --long.
 """
 
 import json
-import os
 import subprocess
 
 import numpy as np

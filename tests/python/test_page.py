@@ -6,11 +6,11 @@ import shutil
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).parents[2]))
+from places import ROOT
+
 NODE = shutil.which("node") or shutil.which("nodejs")
 CHROMIUM = next((path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None)
 # Under the name firefox Ubuntu has but a stub that asks for snap. Without a screen Firefox draws no WebGL.

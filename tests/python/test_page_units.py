@@ -5,7 +5,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).parents[2]))
+from places import ROOT
+
 NODE = shutil.which("node") or shutil.which("nodejs")
 PACKAGES = Path(os.environ.get("STEADYHAND_DEPS", ROOT / ".deps")) / "node_modules"
 

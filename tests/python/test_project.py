@@ -1,6 +1,5 @@
 """What the repository says of itself: one version everywhere, and no link that leads nowhere."""
 
-import os
 import re
 import subprocess
 from pathlib import Path
@@ -8,7 +7,7 @@ from urllib.parse import unquote
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
 
 
 def text(name):

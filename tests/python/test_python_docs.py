@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import steadyhand
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(steadyhand.__file__).parents[1]), "MPLBACKEND": "agg"}
 
 

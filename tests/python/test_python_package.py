@@ -16,8 +16,8 @@ import pytest
 import steadyhand
 import yaml
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 PACKAGE = Path(steadyhand.__file__).parent
 HAND = ROOT / ".deps/node_modules/super-hands/examples/physics/demo-recording.json"
 QUAT_XYZW = ("qx", "qy", "qz", "qw")

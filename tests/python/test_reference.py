@@ -1,14 +1,13 @@
 """The reference of the C++ interface (docs/reference) is made without a complaint of Doxygen's."""
 
 import importlib.util
-import os
 import re
 import shutil
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 spec = importlib.util.spec_from_file_location("make_reference", ROOT / "docs/doxygen/make.py")
 reference = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(reference)

@@ -3,7 +3,6 @@
 import csv
 import json
 import os
-import re
 import struct
 import subprocess
 import sys
@@ -12,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+from places import PROGRAM
+
 PROFILES = ("tracking", "anti-slosh", "waiter")
 # Metres of the tool per metre of the hand: the hand goes as far as the arm reaches.
 ROBOTS = {"ur3e": 0.3, "fr3": 0.4, "gen3": 0.5, "so101": 0.3, "iiwa14": 0.5, "xarm7": 0.4}

@@ -22,8 +22,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 CONTROLLER = str(Path(PROGRAM).parent / "reference_controller")
 ECHO = str(Path(PROGRAM).parent / "ros2_echo")
 PEER_PYTHON = os.environ.get("STEADYHAND_ROS2_PYTHON", str(ROOT / ".deps/ros2/bin/python"))

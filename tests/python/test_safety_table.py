@@ -1,10 +1,8 @@
 """docs/reference/safety.md and the fault tests say the same: each row of its table is a test, and each test has a row."""
 
-import os
 import re
-from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
 
 
 def test_rows_and_tests_are_the_same():

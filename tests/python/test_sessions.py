@@ -3,7 +3,6 @@
 import http.client
 import json
 import math
-import os
 import re
 import resource
 import select
@@ -22,9 +21,8 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from live_client import Client, Demo
+from places import PROGRAM
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
 SECOND = 1_000_000_000
 
 

@@ -4,11 +4,11 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 sys.path.insert(0, str(ROOT / "setup"))
 import build  # noqa: E402
 import install  # noqa: E402

@@ -5,17 +5,15 @@ CasADi derives everything from docs/explanation/formulation.md and `steadyhand d
 
 import copy
 import json
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
-PROGRAM = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
+from places import PROGRAM, ROOT
+
 sys.path.insert(0, str(ROOT / "bench"))
 
 from formulation import Arm, Formulation, StackedProblem, initial_guess

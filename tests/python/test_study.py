@@ -23,7 +23,8 @@ from steadyhand.study.order import balanced_latin_square, orders, rows_of
 from steadyhand.study.report import render
 from steadyhand.study.study_file import StudyError, load_study
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 SMALL = """
 name: small
 seed: 3

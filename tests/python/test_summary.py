@@ -2,9 +2,8 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from places import ROOT
 
 CTEST = """<testsuite>
 <testcase name="core" classname="core" status="run"/>

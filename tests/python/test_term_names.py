@@ -1,11 +1,10 @@
 """A term's name stands in its own file and nowhere else in the program or its page, so that a term can be added, or renamed, by
 touching one file. Profiles, docs and tests may name terms."""
 
-import os
 import re
-from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 TERMS = "src/steadyhand/planning/ocp"
 # Other things of the same name, by file.
 OTHERS = {

@@ -1,10 +1,8 @@
 """What docs/how-to/troubleshooting.md quotes is what the program, its page and ./steadyhand say."""
 
-import os
 import re
-from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
 
 
 def sources():

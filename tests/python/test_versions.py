@@ -1,14 +1,13 @@
 """bench/versions.py: two builds of bench_problems beside each other, here stand-ins that answer what they are told."""
 
 import json
-import os
 import shlex
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 sys.path.insert(0, str(ROOT / "bench"))
 
 from versions import main

@@ -5,10 +5,9 @@ import bisect
 import functools
 import json
 import math
-import os
-from pathlib import Path
 
-ROOT = Path(os.environ.get("STEADYHAND_ROOT", Path(__file__).resolve().parents[2]))
+from places import ROOT
+
 RECORDINGS = ROOT / ".deps/node_modules/super-hands/examples"
 
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from session_log import HEARD, inside, merged
+from session_log import inside, merged
 
 REST_WITHIN = 1.5  # s, after whatever ended following
 SLACK = 0.15  # s, that a message may take to the control loop on a machine that is busy
