@@ -1,15 +1,11 @@
-"""How far apart the exposure of pictures and the times of joints are: a dial of a simulated scene shows the time, a camera films it.
-
-python bench/cameras.py [--seconds 20]      prints the skew, and leaves a contact sheet where --sheet says
-python bench/cameras.py --beside 1800 [600] instead has a recorded hand lead the arm of `carry` so long (s) with the task's two cameras, and then
-                                            without (as long, or the second number): missed deadlines, pictures lost, memory. On an idle machine.
+"""How far apart the exposure of pictures and the times of joints are: a dial of a simulated scene shows the time, a camera films it. Prints the skew, and leaves a
+contact sheet where --sheet says.
 """
 
 import argparse
 import base64
 import json
 import os
-import re
 import subprocess
 import tempfile
 from pathlib import Path
@@ -17,7 +13,6 @@ from pathlib import Path
 import av
 import numpy as np
 from mcap.reader import make_reader
-from soak import watch
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = Path(os.environ.get("STEADYHAND_PROGRAM", ROOT / "build/release/steadyhand"))
@@ -105,35 +100,11 @@ def contact_sheet(pictures, path, columns=6, rows=4):
     Image.fromarray(np.vstack([np.hstack(chosen[r * columns : (r + 1) * columns]) for r in range(rows)])).save(path)
 
 
-def load_beside(seconds, *options):
-    """A session that a recorded hand leads: its figures in words."""
-    with tempfile.TemporaryDirectory() as folder:
-        said, code, memory = watch([PROGRAM, "demo", "--headless", "--keep-going", "--arm", "mujoco", "--task", "carry", "--seconds", str(seconds), "--sessions", folder, *options])
-        size = sum(path.stat().st_size for path in Path(folder).iterdir())
-    if code:
-        raise SystemExit(f"demo ended with {code}:\n{said}")
-    cycles, missed, latest = re.search(r"^control +(\d+) cycles, (\d+) deadlines missed.*largest ([\d.]+) ms$", said, re.MULTILINE).groups()
-    settled = memory[min(10, len(memory) // 10):]  # the first seconds are warming up
-    begin, middle, end = (settled[k] / 1024 for k in (0, len(settled) // 2, -1))
-    yield f"missed deadlines   {60 * int(missed) / seconds:.2f} a minute ({missed} of {cycles}), woken late by at most {latest} ms"
-    yield f"memory             {begin:.1f}, {middle:.1f}, {end:.1f} MiB resident at the begin, in the middle, at the end; recorded {size / 2**20:.0f} MiB"
-    for name, whole, lost in re.findall(r"^camera (\S+) +(\d+) pictures, (\d+) dropped", said, re.MULTILINE):
-        yield f"camera {name:<11} {whole} pictures, {lost} lost ({100 * int(lost) / max(1, int(whole) + int(lost)):.2f} %)"
-    yield f"load               {os.getloadavg()[1]:.1f} in the last five minutes, of {os.cpu_count()} processors"
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=20.0, help="of the session")
     parser.add_argument("--sheet", help="PNG for a contact sheet of the pictures")
-    parser.add_argument("--beside", type=float, nargs="+", metavar="S", help="so long with two cameras, and without")
     arguments = parser.parse_args()
-    if arguments.beside:
-        for words, seconds, options in (("two cameras", arguments.beside[0], ()), ("without cameras", arguments.beside[-1], ("--camera", "none"))):
-            print(f"{words}, {seconds:g} s")
-            for line in load_beside(seconds, *options):
-                print(f"  {line}", flush=True)
-        return
     with tempfile.TemporaryDirectory() as folder:
         path, said = record(folder, arguments.seconds)
         errors = 1e3 * skew(path)

@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 """Many clients at once: one leads the arm, the others send hands just as often and have no lease.
 
-    bench/clients.py [--clients 64] [--hertz 90] [--seconds 20] [--flood N] [demo's other options]
+    bench/clients.py [--clients 64] [--hertz 90] [--seconds 20] [demo's other options]
 
-With --flood N more send as fast as they can, and connect again when they are thrown out. Prints, for one client and then for all, what the session came to. Exit code 1 if the program ends badly, a command is beyond a limit or
+Prints, for one client and then for all, what the session came to. Exit code 1 if the program ends badly, a command is beyond a limit or
 in contact, a hand without the lease is heard, the arm stops following, or the control loop misses 0.1 % more deadlines than with one client."""
 
 import argparse
 import math
-import multiprocessing
 import re
 import sys
 import tempfile
@@ -54,21 +53,7 @@ class Watcher:
             self.bytes += more
 
 
-def flood(port, end, thrown_out):
-    """Sends a hand without end; once thrown out, from a connection anew."""
-    run_soon(False)
-    many = 200 * frame('{"type":"sample","sequence":1,"t_s":0.0,"p":[0.5,0.5,0.5],"q":[0,0,0,1],"clutch":true,"tracked":true,"emulated":false}')
-    while time.monotonic() < end:
-        try:
-            socket = Client(port).socket
-            while time.monotonic() < end:
-                socket.sendall(many)
-        except (OSError, AssertionError):  # closed, or no room
-            with thrown_out.get_lock():
-                thrown_out.value += 1
-
-
-def run(clients, flooders, hertz, seconds, rest):
+def run(clients, hertz, seconds, rest):
     with tempfile.TemporaryDirectory() as folder:
         demo = Demo(folder, "--scale", 1, "--yaw", 0, *rest)
         run_soon(True)
@@ -76,10 +61,6 @@ def run(clients, flooders, hertz, seconds, rest):
         leader.grip()
         watchers = [Watcher(demo.port) for _ in range(clients - 1)]
         begin, tick, lost = time.monotonic(), 0, 0
-        thrown_out = multiprocessing.Value("i", 0)
-        floods = [multiprocessing.Process(target=flood, args=(demo.port, begin + seconds, thrown_out)) for _ in range(flooders)]
-        for process in floods:
-            process.start()
         while (now := time.monotonic()) < begin + seconds:
             leader.sample(hand(now - begin), True)
             tick += 1
@@ -94,11 +75,7 @@ def run(clients, flooders, hertz, seconds, rest):
         elapsed = time.monotonic() - begin
         watched = sum(w.bytes for w in watchers)
         run_soon(False)
-        for process in floods:
-            process.join()
         text = demo.end()
-    if flooders:
-        print(f"flood              {flooders} clients were thrown out {thrown_out.value} times")
     return text, leader.sequence, tick / elapsed, watched / elapsed / 1e6, lost
 
 
@@ -107,11 +84,10 @@ def main():
     parser.add_argument("--clients", type=int, default=64)
     parser.add_argument("--hertz", type=float, default=90.0)
     parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--flood", type=int, default=0)
     options, rest = parser.parse_known_args()
     missed, kept = [], True
-    for clients, flooders in ((1, 0), (options.clients, options.flood)):
-        text, sent, rate, megabytes, lost = run(clients, flooders, options.hertz, options.seconds, rest)
+    for clients in (1, options.clients):
+        text, sent, rate, megabytes, lost = run(clients, options.hertz, options.seconds, rest)
         heard = int(re.search(r"hand +(\d+) samples", text).group(1))
         # Until somebody takes the lease a recorded hand leads, whose samples count here too.
         missed.append(float(re.search(r"missed \(([0-9.]+) %\)", text).group(1)))

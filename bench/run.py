@@ -15,7 +15,6 @@ from pathlib import Path
 warnings.filterwarnings("ignore", category=FutureWarning, module="casadi")
 
 import closed_loops
-import history
 from comparison import LEGEND, as_json, compare, table
 from formulation import Arm, Formulation
 from kkt import Judge
@@ -60,14 +59,6 @@ def parse_arguments(argv):
         help=f"{QUICK_BLOCKS * BLOCK} problems of each profile, short closed loops, and no casadi-c unless asked for",
     )
     parser.add_argument("--json", metavar="FILE", type=Path, help="write all figures, problem by problem")
-    parser.add_argument(
-        "--history",
-        metavar="FILE",
-        type=Path,
-        default=ROOT / "build/bench/history.jsonl",
-        help="a line is appended for each run with closed loops (default: build/bench/history.jsonl)",
-    )
-    parser.add_argument("--plot", metavar="FILE", type=Path, help="only draw the history as SVG")
     loops = parser.add_argument_group("closed loops", "our solver along easy and hard sequences, peers on a sample")
     loops.add_argument("--only", choices=("problems", "closed-loops"), help="one part (default: both)")
     loops.add_argument("--sequences", nargs="+", metavar="NAME", help="(default: all)")
@@ -97,9 +88,8 @@ def parse_arguments(argv):
     for name in options.solvers:
         if name not in SOLVERS:
             raise InputError(f"--solvers: there is no {name!r}; there are {', '.join(SOLVERS)}")
-    for name, path in (("--json", options.json), ("--plot", options.plot)):
-        if path and not path.absolute().parent.is_dir():
-            raise InputError(f"{name}: the folder {path.parent} does not exist")
+    if options.json and not options.json.absolute().parent.is_dir():
+        raise InputError(f"--json: the folder {options.json.parent} does not exist")
     return options
 
 
@@ -200,21 +190,7 @@ def bench_problems(workers, judge, blocks):
     return results
 
 
-def plot_history(options):
-    try:
-        runs = history.load(options.history)
-    except OSError as error:
-        raise InputError(f"{options.history}: {error.strerror}; a run of the bench writes it") from None
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    options.plot.write_text(history.svg(runs))
-    print(f"{options.plot}: {len(runs)} runs")
-
-
 def bench(options):
-    if options.plot:
-        plot_history(options)
-        return
     program = os.environ.get("STEADYHAND_PROGRAM", str(ROOT / "build/release/steadyhand"))
     with tempfile.TemporaryDirectory(prefix="steadyhand-bench-") as folder:
         results = bench_against_peers(program, options, Path(folder))
@@ -247,7 +223,6 @@ def bench_against_peers(program, options, folder):
         peers = [worker for worker in workers if worker.name != OURS]
         loops = closed_loops.run(Path(program).with_name("bench_solvers"), options, peers, PAPER, folder)
         results["closed_loops"] = [{**loop.figures, "peers_us": loop.peers} for loop in loops]
-        history.append(options.history, ROOT, [loop.figures for loop in loops])
     for worker in workers:
         worker.close()
     return results

@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 from types import SimpleNamespace
-from xml.etree import ElementTree
 
 import pytest
 
@@ -12,7 +11,6 @@ from places import PROGRAM, ROOT
 
 sys.path.insert(0, str(ROOT / "bench"))
 
-import history
 from comparison import compare
 from kkt import Verdict
 from run import main
@@ -107,7 +105,6 @@ def test_short_run(tmp_path):
     figures = tmp_path / "bench.json"
     options = ["--quick", "--profiles", "waiter", "--problems", str(tmp_path), "--json", str(figures)]
     options += ["--sequences", "recording-500Hz", "jumps", "--solves", "100", "--sample", "2"]
-    options += ["--history", str(tmp_path / "runs" / "history.jsonl")]
     command = [sys.executable, str(ROOT / "bench" / "run.py"), *options, "--solvers", "steadyhand-fatrop", "casadi"]
     result = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
@@ -123,27 +120,6 @@ def test_short_run(tmp_path):
         assert set(loop["peers_us"]) == {"steadyhand-fatrop", "casadi"}
         assert 0.0 < loop["sampled_us"]
     assert "verdict: the worst solve" in result.stdout
-    plot = tmp_path / "history.svg"
-    assert main(["--history", str(tmp_path / "runs" / "history.jsonl"), "--plot", str(plot)]) == 0
-    assert plot.read_text().count("<polyline") == 2
-
-
-def test_history(tmp_path, capsys):
-    """Runs are added, none is lost; a line that is no run is named; what a run did not have is left out of the plot."""
-    path = tmp_path / "history.jsonl"
-    loop = {"sequence": "smooth", "profile": "waiter", "horizon": 8, "p50_us": 40.0}
-    history.append(path, ROOT, [loop])
-    history.append(path, ROOT, [{**loop, "p50_us": 20.0}, {**loop, "horizon": 64, "p50_us": 300.0}])
-    runs = history.load(path)
-    assert history.medians(runs) == {("smooth", "waiter", 8): [40.0, 20.0], ("smooth", "waiter", 64): [None, 300.0]}
-    assert all(run["commit"] and run["processor"] for run in runs)
-    drawn = ElementTree.fromstring(history.svg(runs))
-    assert len(drawn.findall("{http://www.w3.org/2000/svg}circle")) == 3
-    path.write_text(path.read_text() + "{\n")
-    assert main(["--history", str(path), "--plot", str(tmp_path / "plot.svg")]) == 2
-    assert "line 3 is no run" in capsys.readouterr().err
-    assert main(["--history", str(tmp_path / "none"), "--plot", str(tmp_path / "plot.svg")]) == 2
-    assert "No such file" in capsys.readouterr().err
 
 
 @pytest.mark.long

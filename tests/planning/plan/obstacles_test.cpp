@@ -447,7 +447,7 @@ TEST(Obstacles, ABoxThatLiesFlatOnAnotherHasItsCornersOnly) {
   }
 }
 
-/// Where it was let overlap by 2 mm a plan led a bottle 1.5 mm into the upper arm (bench/contacts.py, seed 43).
+/// Where it was let overlap by 2 mm a plan led a bottle 1.5 mm into the upper arm.
 TEST(Obstacles, WhatIsCarriedDoesNotTouchTheArmBetweenNodes) {
   Loop loop(10);
   const Plan plan = up_and_back(loop.model.home);
