@@ -1,5 +1,5 @@
-"""How far apart the exposure of pictures and the times of joints are: a dial of a simulated scene shows the time, a camera films it. Prints the skew, and leaves a
-contact sheet where --sheet says.
+"""How far apart the exposure of pictures and the times of joints are: a dial of a simulated scene shows the time, a camera films it.
+Prints the skew, and leaves a contact sheet where --sheet says.
 """
 
 import argparse

@@ -129,9 +129,9 @@ def test_a_second_file_may_begin_between_a_command_and_its_state(sheet, tmp_path
     write(tmp_path / "2.mcap", {topic: [m for m in messages if m[0] > (2.0 if topic == "/joint_command" else 2.003)]
                                for topic, messages in whole.items()})
     read = RecordedSession.read([tmp_path / "1.mcap", tmp_path / "2.mcap"])
-    assert [rule for rule, _, _ in command_steps(read, None)] == []
+    assert [rule for rule, _, _ in command_steps(read)] == []
     read.spans = read.spans[:1]  # the same commands, as if nothing had not been recorded
-    assert [rule for rule, _, _ in command_steps(read, None)] == ["command step"]
+    assert [rule for rule, _, _ in command_steps(read)] == ["command step"]
 
 
 def test_a_file_reads_as_what_was_written_also_when_it_is_cut_short(sheet, tmp_path):
@@ -273,17 +273,3 @@ ALLOWED = {
 def test_what_is_allowed_breaks_nothing(sheet, doctor):
     doctor(sheet)
     assert sheet.rules() == set()
-
-
-def test_meshes_of_the_ur5e_touch_where_it_bends_into_itself():
-    arm_model = pytest.importorskip("arm_model")
-    import subprocess
-
-    from live_client import PROGRAM
-
-    robot = json.loads(subprocess.run([PROGRAM, "describe", "ur5e"], capture_output=True, text=True, check=True).stdout)
-    home = np.array(robot["home"])
-    folded = home + [0, 0, 1.2, 0, 0, 0]  # the elbow closed until the wrist is in the upper arm
-    meshes = arm_model.Ur5eMeshes()
-    gap, bad = (meshes.smallest_gap(pose) for pose in arm_model.link_poses(robot, np.array([home, folded])))
-    assert gap > 0.005 and bad <= 0.0

@@ -20,7 +20,6 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 from episode import World  # noqa: E402
 from judge import judge  # noqa: E402
-from motion_rules import meshes_of  # noqa: E402
 from recorded_session import RecordedSession  # noqa: E402
 from session_log import SessionLog  # noqa: E402
 
@@ -32,7 +31,7 @@ def run_episode(folder, seed, seconds, counts):
     world.save(folder / "log.jsonl")
     session = RecordedSession.read(p for p in folder.glob("*.mcap") if "-fault-" not in p.name)
     log = SessionLog(world.entries)
-    violations = judge(session, log, meshes_of(session))
+    violations = judge(session, log)
     counts.update(world.counts)
     counts.update(sessions=1, commands=len(session.commands), states=len(session.states), stops=len(log.requests("stop")),
                   resets=len(log.requests("reset")), samples=len(log.of("sample")),

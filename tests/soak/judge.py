@@ -15,12 +15,12 @@ from recorded_session import RecordedSession, begin_on_clock  # noqa: E402
 from session_log import SessionLog  # noqa: E402
 
 
-def judge(session, log, meshes=None):
+def judge(session, log):
     """Every violation as (rule, time in the session, words)."""
     found = []
     if session.robot is not None and len(session.commands):
         for rule in motion_rules.RULES:
-            found += rule(session, meshes)
+            found += rule(session)
         found += motion_rules.profile_limits(session, log)
     log.begin = begin_on_clock(session.states, log.of("look"))
     if log.begin is not None:
@@ -36,7 +36,7 @@ def main():
         sys.exit(__doc__)
     log = SessionLog.load(sys.argv[1])
     session = RecordedSession.read(sys.argv[2:])
-    violations = judge(session, log, motion_rules.meshes_of(session))
+    violations = judge(session, log)
     for rule, t, words in violations:
         print(f"{t:9.3f} s  {rule}: {words}")
     print(f"{len(session.commands)} commands, {len(session.states)} states, {len(violations)} violations")

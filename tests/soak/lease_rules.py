@@ -176,7 +176,7 @@ def program_rules(session, log, found):
         kinds = {rule.split()[-1] for rule, _, _ in found}
         if int(said.group(2)) == 0 and kinds & {"position", "speed", "acceleration", "step"}:
             yield ("summary", at, "says 0 beyond a limit")
-        if int(said.group(3)) == 0 and kinds & {"bodies", "meshes"}:
+        if int(said.group(3)) == 0 and "bodies" in kinds:
             yield ("summary", at, "says 0 in contact")
     if not log.of("end"):
         yield ("ends", 0.0, "the log has no end")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from arm_model import Ur5eMeshes, link_poses, smallest_body_gaps
+from arm_model import smallest_body_gaps
 
 # Of our own, smaller than the program's: rounding of numbers, not of limits.
 POSITION = 2e-6  # rad
@@ -18,12 +18,6 @@ GAP = 0.005  # s, without a command: the servo was left to itself
 SETTLED = 0.06  # s, after that: it is led again
 BODIES = 2e-4  # m, that they may overlap
 BETWEEN = 0.002  # s, between configurations that are looked at
-MESH_PERIOD = 0.02  # s, between looks at meshes
-
-
-def meshes_of(session):
-    """The UR5e's, where it is the robot."""
-    return Ur5eMeshes() if session.robot is not None and session.robot["name"] == "ur5e" else None
 
 
 def worst(rule, t, excess, words):
@@ -39,7 +33,7 @@ def share(robot, key, part):
     return np.array(robot[key], dtype=float) * (1.0 + part)
 
 
-def command_limits(session, _):
+def command_limits(session):
     """Positions, and speeds and accelerations as they are told and as they come of differences, also over gaps."""
     robot, c = session.robot, session.commands
     low, high = np.array(robot["position_min"]), np.array(robot["position_max"])
@@ -60,7 +54,7 @@ def command_limits(session, _):
                      "by differences of positions beyond its limit")
 
 
-def command_steps(session, _):
+def command_steps(session):
     """A servo that gets no command continues for two cycles and then brakes at two thirds of its limit. After a gap the
     next command may be no further from where it was left than that leads, and a cycle."""
     c, change_max = session.commands, share(session.robot, "acceleration_max", COMMANDED)
@@ -88,7 +82,7 @@ def profile_limits(session, log):
         yield from worst("profile speed", c.t[judged], excess, f"beyond the share of {name}")
 
 
-def measured_limits(session, _):
+def measured_limits(session):
     robot, s = session.robot, session.states
     low, high = np.array(robot["position_min"]), np.array(robot["position_max"])
     speed_max, change_max = share(robot, "velocity_max", MEASURED_SPEED), share(robot, "acceleration_max", MEASURED_ACCELERATION)
@@ -141,7 +135,7 @@ def looked_at(track):
     return t[order], q[order]
 
 
-def distances(session, meshes):
+def distances(session):
     robot = session.robot
     for name, track in (("command", session.commands), ("measured", session.states)):
         if not len(track):
@@ -155,12 +149,6 @@ def distances(session, meshes):
             if gap[i] < -BODIES:
                 a, b = (robot["bodies"][k]["name"] for k in robot["pairs"][pair[i]])
                 yield (f"{name} bodies", float(t[i]), f"{a} and {b} overlap by {-1e3 * gap[i]:.3f} mm; {int((gap < -BODIES).sum())} times")
-        if meshes is None:
-            continue
-        due = np.flatnonzero(np.diff(np.floor(t / MESH_PERIOD), prepend=-1.0) > 0)
-        gaps = np.array([meshes.smallest_gap(pose) for pose in link_poses(robot, q[due])])
-        if len(gaps) and gaps.min() <= 0.0:
-            yield (f"{name} meshes", float(t[due[gaps.argmin()]]), f"solids touch, {1e3 * gaps.min():.3f} mm; {int((gaps <= 0).sum())} times")
 
 
 RULES = (command_limits, command_steps, measured_limits, distances)
