@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <optional>
 
 #include "steadyhand/files/input/recording.hpp"
 #include "support/virtual_session.hpp"

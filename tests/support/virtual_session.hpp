@@ -116,6 +116,13 @@ class VirtualSession {
     clutch = true;
     return run_until([&] { return state() == SupervisionState::kEngaged; }, 0.5);
   }
+  /// Grips with this hand, which moves already, and has the arm follow it for so long.
+  void lead(std::function<Pose(double t)> with, double seconds = 0.0) {
+    hand = std::move(with);
+    run(0.2);
+    ASSERT_TRUE(grip()) << view.reason;
+    run(seconds);
+  }
 
   void cycle() {
     const ArmState measured = arm_->receive();

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "geometry/robot/random_arm.hpp"
 #include "support/manual_clock.hpp"
 

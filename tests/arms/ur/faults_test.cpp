@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "geometry/robot/random_arm.hpp"
 #include "steadyhand/arms/ur/ur_dashboard.hpp"

@@ -1,7 +1,6 @@
 // Whether a link is fit, from arrivals that are made up; and the clock that such arrivals give.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 
 #include "steadyhand/arms/ur/ur_link_check.hpp"

@@ -3,7 +3,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "steadyhand/files/input/recording.hpp"

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "steadyhand/report/figures/past_session.hpp"
 #include "steadyhand/report/figures/session_story.hpp"

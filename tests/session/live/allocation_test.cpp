@@ -13,9 +13,7 @@ TEST(HotPath, ControlAndPlannerStepsDoNotAllocate) {
   other.horizon = 5;
   options.more = {{other}};
   VirtualSession session(options);
-  session.hand = sweeping({0.1, 0.15, 0.1});
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
+  session.lead(sweeping({0.1, 0.15, 0.1}));
   session.run(1.0);  // a solver may take memory at its first solves
   std::optional<AllocationGuard> guard;
   std::size_t control = 0, planner = 0, steps = 0;

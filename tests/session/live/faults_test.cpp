@@ -286,9 +286,7 @@ TEST(Budget, ASolverThatHasNoTimeIsAPlannerThatIsLate) {
   VirtualSession::Options options;
   options.budget.time_us = 1e-3;
   VirtualSession session(options);
-  session.hand = sweeping({0.15, 0.2, 0.1});
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
+  session.lead(sweeping({0.15, 0.2, 0.1}));
   const JointVector q = session.last_command.q;
   EXPECT_TRUE(session.run_until([&] { return session.state() == State::kHolding; }, 0.5));
   EXPECT_EQ(session.view.reason, "the planner is late");
@@ -403,10 +401,7 @@ TEST(Stalls, AControlLoopThatSleptStopsTheArm) {
     VirtualSession::Options options = VirtualSession::Options::at_rate(VirtualSession::usual_rate());
     options.arm.command_timeout = timeout;
     VirtualSession session(options);
-    session.hand = sweeping({0.15, 0.2, 0.1});
-    session.run(0.2);
-    ASSERT_TRUE(session.grip());
-    session.run(2.0);
+    session.lead(sweeping({0.15, 0.2, 0.1}), 2.0);
     session.clock().advance(0.15);
     session.cycle();
     EXPECT_EQ(session.state(), timeout > 0.15 ? State::kStopping : State::kFault) << session.view.reason;

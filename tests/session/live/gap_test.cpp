@@ -134,10 +134,7 @@ TEST_P(Gaps, OfAnyLengthAtAnySpeedInAnyStateCommandsGoOnWhereTheArmIs) {
 /// A planner that learns where the arm went has it following again within two of its periods.
 TEST(Gap, OfFiftyMillisecondsCostsLittleSpeed) {
   VirtualSession session(patient_arm());
-  session.hand = sweeping({0.15, 0.25, 0.1}, 3.0);
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
-  session.run(1.0);
+  session.lead(sweeping({0.15, 0.25, 0.1}, 3.0), 1.0);
   Receiver arm(session);
   for (int i = 0; i < 10; ++i) {
     session.run(0.1);
@@ -153,9 +150,7 @@ TEST(Gap, OfFiftyMillisecondsCostsLittleSpeed) {
 
 TEST(Gap, ThatStallsTheLoopRunsToRestWhereTheArmIs) {
   VirtualSession session(patient_arm());
-  session.hand = sweeping({0.15, 0.25, 0.1}, 3.0);
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
+  session.lead(sweeping({0.15, 0.25, 0.1}, 3.0));
   ASSERT_TRUE(session.run_until([&] { return session.last_command.dq.cwiseAbs().maxCoeff() > 1.8; }, 3.0));
   Receiver arm(session);
   sleep(session, 0.102);
@@ -176,9 +171,7 @@ TEST(Gap, OutdatesThePlansFromBefore) {
   VirtualSession::Options options = patient_arm();
   options.solve_time = 0.0;
   VirtualSession session(options);
-  session.hand = sweeping({0.15, 0.25, 0.1}, 3.0);
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
+  session.lead(sweeping({0.15, 0.25, 0.1}, 3.0));
   Receiver arm(session);
   for (int i = 0; i < 30; ++i) {
     session.run(0.2 + 0.002 * i);

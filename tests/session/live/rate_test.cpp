@@ -75,10 +75,7 @@ TEST(SustainedRate, IsMeasuredWithThePlannerThatIsUsed) {
 TEST(HandToCommand, TakesAPeriodAndTwoMillisecondsAtMostInTheMedian) {
   for (const double rate : {50.0, 100.0, 250.0, 500.0}) {
     VirtualSession session(VirtualSession::Options::at_rate(rate));
-    session.hand = sweeping({0.1, 0.1, 0.05});
-    session.run(0.2);
-    ASSERT_TRUE(session.grip());
-    session.run(1.5);
+    session.lead(sweeping({0.1, 0.1, 0.05}), 1.5);
     constexpr double kBin = 1.03;  // width of the histogram's bins
     const TimingSummary us = session.latency_us();
     EXPECT_LE(us.p50, kBin * (1e6 / rate + 2000.0)) << rate;

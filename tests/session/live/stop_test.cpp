@@ -50,10 +50,7 @@ TEST(AskedStop, SparesTheLiquidWithinHalfASecondMoreThanTheShortest) {
 /// The arm stands a little later than its commands say: who resets in between must not have it jump to where it is.
 TEST(AskedStop, IsResetOnceTheArmStands) {
   VirtualSession session;
-  session.hand = sweeping({0.1, 0.1, 0.1});
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
-  session.run(1.0);
+  session.lead(sweeping({0.1, 0.1, 0.1}), 1.0);
   session.ask_stop();
   session.ask_stop();
   double step = 0.0;
@@ -69,10 +66,7 @@ TEST(AskedStop, IsResetOnceTheArmStands) {
 
 TEST(AskedStop, WithoutAPlannerIsInTimeToo) {
   VirtualSession session;
-  session.hand = sweeping({0.1, 0.1, 0.1});
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
-  session.run(1.0);
+  session.lead(sweeping({0.1, 0.1, 0.1}), 1.0);
   session.planner_runs = false;
   const double shortest = stop_time(ur5e(), session.last_command.dq), begin = session.now();
   session.ask_stop();
@@ -83,10 +77,7 @@ TEST(AskedStop, WithoutAPlannerIsInTimeToo) {
 
 /// At rest in this state, with the hand closed as it was.
 void bring_to(VirtualSession& session, SupervisionState state) {
-  session.hand = sweeping({0.1, 0.1, 0.1});
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
-  session.run(0.5);
+  session.lead(sweeping({0.1, 0.1, 0.1}), 0.5);
   if (state == SupervisionState::kFault) {
     session.arm().trip("emergency button");
   } else {
@@ -124,10 +115,7 @@ TEST(AskedStop, BesideAResetAlwaysWinsAndStays) {
 
 TEST(AskedStop, EndsAResetThatStillWaitsForRest) {
   VirtualSession session;
-  session.hand = sweeping({0.1, 0.1, 0.1});
-  session.run(0.2);
-  ASSERT_TRUE(session.grip());
-  session.run(1.0);
+  session.lead(sweeping({0.1, 0.1, 0.1}), 1.0);
   session.ask_stop();
   session.cycle();
   ASSERT_FALSE(session.at_rest());
