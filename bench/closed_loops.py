@@ -4,21 +4,27 @@ import json
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from formulation import Arm, Formulation
+from kkt import Judge
 from peers import PeerError
+from workers import Worker
 
 PERIOD_US = 2000.0  # of the control loop that could have a new plan in each of its cycles
 PEER_HORIZON = 8  # the peers are built for this one
+VIOLATION, ERROR = 1e-6, 1e-5  # largest violation and KKT error (kkt.py) of what counts as a minimum
 
 
 @dataclass
 class Loop:
-    """One sequence under one profile and horizon; `peers`: mean us of each on the samples."""
+    """One sequence under one profile and horizon."""
 
     figures: dict  # as bench_solvers prints it
-    peers: dict
+    peers: dict  # mean us of each on the samples
+    short: dict  # how many answers of each are no minimum
 
     def ratio(self, peer):
         """Times of both on the sampled problems, ours the least of three solves of each."""
@@ -45,28 +51,34 @@ def run_loops(program, options, folder):
         raise PeerError(f"`{' '.join(map(str, command))}` ended with exit code {process.returncode}, see above")
 
 
-def run_peers(figures, workers, folder):
-    """Mean time in us of each worker on the problems that were sampled from one loop."""
-    if figures["horizon"] != PEER_HORIZON:
-        return {}
+def sampled(figures, folder):
+    """The problems that were sampled from a loop, for which the peers are built."""
     name = "-".join(str(figures[key]) for key in ("solver", "sequence", "profile", "horizon"))
-    problems = json.loads((folder / f"{name}.json").read_text())
-    if not problems:
-        return {}
-    return {worker.name: float(np.mean([a.time_us for a in worker.solve(problems)])) for worker in workers}
+    return json.loads((folder / f"{name}.json").read_text()) if figures["horizon"] == PEER_HORIZON else []
+
+
+def run_peers(problems, workers, judge):
+    """Mean time in us of each worker, and how many of its answers are no minimum, by one measure for all."""
+    times, short = {}, {}
+    for worker in workers:
+        answers = worker.solve(problems)
+        verdicts = [judge(problem, answer.x, answer.u) for problem, answer in zip(problems, answers)]
+        times[worker.name] = float(np.mean([answer.time_us for answer in answers]))
+        short[worker.name] = sum(not (v.violation <= VIOLATION and v.error <= ERROR) for v in verdicts)
+    return times, short
 
 
 def heading(peers):
     return (
         f"{'sequence':<17}{'profile':<12}{'N':>3}{'mean us':>9}{'p50':>8}{'p99':>8}{'p99.9':>9}{'worst':>9}"
         f"{'iterations':>12}{'unsolved':>9}{'infeasible':>11}{'same':>6}{'lower':>6}{'higher':>7}{'only F.':>8}"
-        + "".join(f"{peer + ' /':>21}" for peer in peers)
+        + "".join(f"{peer + ' /':>21}{'short':>7}" for peer in peers)
     )
 
 
 def line(loop, peers):
     f = loop.figures
-    ratios = "".join(" " * 20 + "-" if loop.ratio(p) is None else f"{loop.ratio(p):21.0f}" for p in peers)
+    ratios = "".join(f"{'-':>21}{'-':>7}" if loop.ratio(p) is None else f"{loop.ratio(p):21.0f}{loop.short[p]:7}" for p in peers)
     iterations = f"{f['iterations']:.1f} ({f['most_iterations']})"
     return (
         f"{f['sequence']:<17}{f['profile']:<12}{f['horizon']:>3}{f['mean_us']:9.1f}{f['p50_us']:8.1f}"
@@ -79,7 +91,8 @@ LEGEND = """\
 unsolved    not converged to the tolerance (infeasible: nor inside the constraints)
 same, lower, higher, only F.  of the sampled problems, solved by FATROP too, from a cold start: objective within 1e-4, lower, higher than
             FATROP's, feasible for FATROP only
-peer /      mean time of the peer / ours, on the sampled problems at N = 8; ours is the least of three solves of each"""
+peer /      mean time of the peer / ours, on the sampled problems at N = 8; ours is the least of three solves of each
+short       of the peer's answers, those that are no minimum: beyond a constraint, or of too large a KKT error (kkt.py)"""
 
 
 def summary(loops, paper):
@@ -111,19 +124,27 @@ def summary(loops, paper):
 COUNTS = ("solves", "unsolved", "infeasible", "compared", "same", "better", "worse", "only_fatrop", "only_ours")
 
 
-def run(program, options, workers, paper, folder):
+def run(options, description, names, paper, paths, folder):
     """Prints table and summary; returns the loops. The loops come first: no peer runs beside them."""
     loops = []
-    for figures in run_loops(program, options, folder):
-        loops.append(Loop(figures, {}))
+    for figures in run_loops(Path(paths["program"]).with_name("bench_solvers"), options, folder):
+        loops.append(Loop(figures, {}, {}))
         if sys.stderr.isatty():
             print(f"\rclosed loops: {len(loops)} done ", end="", file=sys.stderr, flush=True)
     if sys.stderr.isatty():
         print("\r" + " " * 40 + "\r", end="", file=sys.stderr)
-    peers = [worker.name for worker in workers]
-    print(heading(peers))
-    for loop in loops:
-        loop.peers = run_peers(loop.figures, workers, folder)
-        print(line(loop, peers), flush=True)
+    of_loops = [sampled(loop.figures, folder) for loop in loops]
+    problems = [problem for of_loop in of_loops for problem in of_loop]
+    workers = [Worker(name, description, problems, paths) for name in names if problems]
+    for worker in workers:
+        worker.wait_until_ready()
+    judge = Judge(Formulation(Arm.from_description(description), problems[0]["dt"], PEER_HORIZON)) if problems else None
+    print(heading(names))
+    for loop, of_loop in zip(loops, of_loops):
+        if of_loop:
+            loop.peers, loop.short = run_peers(of_loop, workers, judge)
+        print(line(loop, names), flush=True)
+    for worker in workers:
+        worker.close()
     print(f"\n{LEGEND}\n\n{summary(loops, paper)}")
     return loops

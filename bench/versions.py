@@ -22,7 +22,7 @@ LEGEND = """\
 ratio          of the means, new / old; p99.9/mean of the new
 higher, lower  of the problems that both solve: the new one's objective is so by more than 1e-6 (relative)
 apart          the largest relative difference of these objectives"""
-LEAST_OBJECTIVE = 1e-3  # smaller ones are compared as if they were this, as in comparison.py
+LEAST_OBJECTIVE = 1e-3  # smaller ones are compared as if they were this
 
 
 class InputError(Exception):
