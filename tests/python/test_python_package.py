@@ -576,8 +576,6 @@ sys.exit(main())
     (["dataset", "a.mcap", "--out", "set", "--format", "robomimic"], 2, ["pip install steadyhand[dataset]"]),
     (["study", "study.yaml", "--check"], 2, ["study: ", "pip install steadyhand[study]"]),
     (["study", "analyse", "out"], 2, ["pip install steadyhand[study]"]),
-    (["study", "operator"], 2, ["pip install steadyhand[study]"]),
-    (["study", "truth"], 2, ["pip install steadyhand[study]"]),
 ])  # fmt: skip
 def test_the_command_without_extras_names_them(tmp_path, words, code, said):
     environment = {**os.environ, "PYTHONPATH": str(Path(P.__file__).parents[1])}

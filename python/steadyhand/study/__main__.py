@@ -17,9 +17,6 @@ EXAMPLES = """examples:
   ./steadyhand study examples/studies/profiles.yaml --check            says what it would do, and whether it can
   ./steadyhand study analyse studies/profiles                          report.html, summary.csv, contrasts.csv
   ./steadyhand study delete studies/profiles P03                       all that is kept of a participant
-  ./steadyhand study operator                                          the simulated operator beside published figures
-  ./steadyhand study settling                                          how long the glass swings after a reach, under each profile
-  ./steadyhand study truth                                             the statistics on data whose truth is known
 Exit codes: 0 done; 1 something went wrong on the way; 2 bad input, with the reason on stderr."""
 
 
@@ -37,7 +34,7 @@ def _run(arguments: list[str]) -> int:
     parser = _parser("")
     parser.description = "A user study: conditions compared by participants, or by simulated operators (docs/how-to/user-study.md)."
     parser.epilog = EXAMPLES
-    parser.add_argument("study", metavar="STUDY.yaml", help="the study; or analyse, delete, operator, truth, see below")
+    parser.add_argument("study", metavar="STUDY.yaml", help="the study; or analyse, delete, see below")
     parser.add_argument("--simulated", type=_positive, metavar="N", help="so many simulated operators, in virtual time")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="where everything is kept; studies/NAME if it is not given")
     parser.add_argument("--jobs", type=_positive, default=1, metavar="N", help="processes that simulate side by side")
@@ -99,52 +96,7 @@ def _delete(arguments: list[str]) -> int:
     return 0
 
 
-def _operator(arguments: list[str]) -> int:
-    parser = _parser(" operator")
-    parser.add_argument("--operators", type=_positive, default=12)
-    parser.add_argument("--profile", default="follow")
-    parser.add_argument("--path", choices=("command", "display"), default="command")
-    parser.add_argument("--jobs", type=_positive, default=1)
-    parser.add_argument("--out", type=Path, default=Path("operator.png"), help="the plot")
-    given = parser.parse_args(arguments)
-    from . import validation
-
-    points = validation.model_figure()
-    print(validation.model_text(points))
-    rows = validation.lag_table(given.operators, given.profile, given.path, jobs=given.jobs)
-    print(validation.lag_text(rows))
-    validation.plot(points, rows, given.out)
-    print(f"plot: {given.out}")
-    return 0
-
-
-def _truth(arguments: list[str]) -> int:
-    parser = _parser(" truth")
-    parser.add_argument("--data-sets", type=_positive, default=1000)
-    parser.add_argument("--seed", type=_positive, default=1)
-    given = parser.parse_args(arguments)
-    from .truth import judge, table
-
-    print(table(judge(given.data_sets, seed=given.seed)), end="")
-    return 0
-
-
-def _settling(arguments: list[str]) -> int:
-    parser = _parser(" settling")
-    parser.add_argument("--rate", type=_positive, default=50, help="Hz, of plans")
-    given = parser.parse_args(arguments)
-    from .. import _native
-    from .trial import ONE_INSTANT_IK
-    from .validation import settling
-
-    print("from the end of a reach of 20 cm in half a second to where the glass stays within 10 mm of its place")
-    for profile in [*_native.names_in("profiles"), ONE_INSTANT_IK]:
-        seconds = settling(profile, float(given.rate))
-        print(f"{profile:16} {f'{seconds:.2f} s' if seconds < 5.4 else 'not within 5 s'}")
-    return 0
-
-
-COMMANDS = {"analyse": _analyse, "delete": _delete, "operator": _operator, "settling": _settling, "truth": _truth}
+COMMANDS = {"analyse": _analyse, "delete": _delete}
 
 
 def main(arguments: list[str] | None = None) -> int:

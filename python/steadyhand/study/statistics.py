@@ -1,6 +1,6 @@
 """The statistics of a within-subject study: one value of a measure for each participant and condition, its mean over trials.
 
-Held to the truth by `study truth` (truth.py): coverage of the intervals, false positives, power.
+tests/python/study_truth.py compares them with data whose truth is known: coverage of the intervals, false positives, power.
 """
 
 from __future__ import annotations

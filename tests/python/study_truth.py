@@ -1,15 +1,12 @@
 """Statistics held to the truth: data sets drawn from a model of trials whose effects are known, analysed as a study is."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from .._arrays import Array
-from .order import orders
-from .statistics import effect_size, friedman, mean, mixed_model, pairs, power
+from steadyhand.study.order import orders
+from steadyhand.study.statistics import effect_size, friedman, mean, mixed_model, pairs, power
 
 
 class World(NamedTuple):
@@ -39,7 +36,7 @@ class World(NamedTuple):
         return self.effect / (math.sqrt(2.0) * self.error)
 
 
-def draw(world: World, seed: int) -> tuple[Array, Array]:
+def draw(world: World, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """values, periods: (participants, conditions)."""
     rng = np.random.default_rng([seed, 21])
     n, k = world.participants, world.conditions
@@ -103,11 +100,3 @@ def _scatter(world: World) -> float:
     k = world.conditions
     places = 2.0 * (k * k - 1) / 12.0 * k / (k - 1)
     return math.sqrt(2.0 * world.error**2 + world.practice**2 * places)
-
-
-def table(verdict: Verdict) -> str:
-    lines = [f"{verdict.data_sets} data sets with the effect, as many without"]
-    for key, value in verdict._asdict().items():
-        if key != "data_sets":
-            lines.append(f"{key:24} {100 * value:6.1f} %")
-    return "\n".join(lines) + "\n"
