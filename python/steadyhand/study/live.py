@@ -202,7 +202,7 @@ class Leader:
         track, course = Track(), Course(task, self.start)
         self._follow(course, text, condition.display_latency, track)
         even = resampled(track)
-        trial = Trial(even, course.reached, liquid_share(even), 0, float("nan"))
+        trial = Trial(even, course.reached, liquid_share(even), 0)
         rows = [row for row in measure(task, course.reached, trial, STEP) if row.measure != "submovements"]
         self.folder.write_trial(planned, condition, rows, to_mcap(even, planned, condition, self.study))
 

@@ -75,8 +75,6 @@ class Trial:
     reached: list[Reached]
     spilled_share: float
     submovements: int
-    smallest_clearance: float
-    """m, between bodies that must stay apart; negative: they met, which only the baseline lets happen."""
 
 
 class Assisted:
@@ -112,7 +110,6 @@ def run_trial(
     view = View(glass, target, None)
     step_liquid, native = liquid._native.update, robot._native  # what they get here is good
     T_hand = np.eye(4)
-    clearance = np.inf
     machine.feed(T_hand, 0.0, True)  # the grip, which no latency delays: where the ghost is shown from the begin on
     cycles = round(STEP / CONTROL)
     k = 0
@@ -135,8 +132,6 @@ def run_trial(
             state = step_liquid(CONTROL, native.local_acceleration(q, dq, ddq))
         glass = native.fk(q)[:3, 3].copy()
         target = machine.target[:3, 3].copy()
-        if k % 5 == 0:
-            clearance = min(clearance, float(native.clearance(q)))
         goal = course.goal
         track.t.append(t)
         track.hand.append(hand)
@@ -149,7 +144,7 @@ def run_trial(
         track.freeboard.append(state[2])
         track.spilled_share.append(state[4])
         k += 1
-    return Trial(track, course.reached, liquid_share(track), operator.submovements, clearance)
+    return Trial(track, course.reached, liquid_share(track), operator.submovements)
 
 
 def liquid_share(track: Track) -> float:
