@@ -6,13 +6,21 @@ import shutil
 import sys
 import tempfile
 
+import pytest
+from places import PROGRAM
+
 os.environ["XDG_DATA_HOME"] = tempfile.mkdtemp(prefix="steadyhand-test-data-")
 atexit.register(shutil.rmtree, os.environ["XDG_DATA_HOME"], ignore_errors=True)
 
 # The Python package as the build leaves it: `import steadyhand`.
-from places import PROGRAM
-
 sys.path.insert(0, str(PROGRAM.parent / "python"))
+
+
+@pytest.fixture(scope="session")
+def robot():
+    import steadyhand
+
+    return steadyhand.Robot("ur5e")
 
 
 def pytest_configure(config):

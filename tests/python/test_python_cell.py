@@ -8,11 +8,6 @@ import steadyhand
 from steadyhand import Cell, Object, Planner, SteadyhandError, pose
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return steadyhand.Robot("ur5e")
-
-
 def ahead(robot, x=0.0, y=0.0, z=0.0):
     T = robot.fk(robot.home)
     T[:3, 3] += [x, y, z]

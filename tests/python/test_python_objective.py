@@ -48,11 +48,6 @@ class Given(steadyhand.Objective):
         return np.zeros((18, 18))
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return steadyhand.Robot("ur5e")
-
-
 def drive(planner, steps):
     T, rows = planner.robot.fk(planner.robot.home), []
     for i in range(steps):

@@ -35,11 +35,6 @@ def package(*arguments, **options):
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return steadyhand.Robot("ur5e")
-
-
-@pytest.fixture(scope="module")
 def replayed(tmp_path_factory):
     """What the program writes of 4 s of a hand."""
     out = tmp_path_factory.mktemp("out")

@@ -12,11 +12,6 @@ import pytest
 import steadyhand
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return steadyhand.Robot("ur5e")
-
-
 def target(robot, x=0.0, y=0.0, z=0.0):
     T = robot.fk(robot.home)
     T[:3, 3] += [x, y, z]

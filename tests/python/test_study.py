@@ -41,11 +41,6 @@ questionnaires: [nasa-tlx]
 """
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return steadyhand.Robot("ur5e")
-
-
 def write(folder, text, name="study.yaml"):
     path = folder / name
     path.write_text(text)
