@@ -38,11 +38,18 @@ class RecordedHand:
         return steadyhand.read_recording(self.path, track=self.track, until=self.until)
 
 
-def find_hands(paths, seconds):
-    """Those of the files, or those of the package that judge; the hands that do not move are left out."""
+def add_arguments(parser):
+    """What find_hands() takes."""
+    parser.add_argument("recordings", nargs="*", type=Path, help="instead of those of the package super-hands")
+    parser.add_argument("--seconds", type=float, default=20.0, help="of each recording")
+
+
+def find_hands(paths, seconds, training=False):
+    """Those of the files, or those of the package that judge, or are for training; the hands that do not move are left out."""
     gestures = sorted(BUNDLED.glob("machinima_tests/recordings/*.json"))
+    judging = [*gestures[1::2], *sorted(BUNDLED.glob("examples/*/demo-recording.json"))]
     found = []
-    for path in paths or [*gestures[1::2], *sorted(BUNDLED.glob("examples/*/demo-recording.json"))]:
+    for path in paths or (gestures[::2] if training else judging):
         for track in ("",) if path.suffix == ".csv" else ("lhand", "rhand"):
             try:
                 hand = steadyhand.read_recording(path, track=track, until=seconds)
@@ -80,15 +87,15 @@ class Targets:
         return T, self.engaged[after - 1] & self.engaged[after]
 
 
-def swing(force, factor=1.0):
-    """Largest height of the wave at the wall, m, by x'' = w^2 (f - (f_z / g) x) - 2 zeta w x' along both axes.
+def swing(force, factor=1.0, state=None):
+    """Largest height of the wave at the wall, m, by x'' = w^2 (f - (f_z / g) x) - 2 zeta w x' along both axes; and the state at the end.
 
-    force: (m, 3), specific force in the glass's frame, m/s^2; factor: of the liquid's frequency.
+    force: (m, 3), specific force in the glass's frame, m/s^2; factor: of the liquid's frequency; state: what an earlier call returned, or at rest.
     """
     k = 1.8411837813 / GLASS.radius
     omega = factor * np.sqrt(G * k * np.tanh(k * GLASS.fill))
     stiffness, damping = STEP * omega**2, STEP * 2 * ZETA * omega
-    x, y, u, v = force[0][0], force[0][1], 0.0, 0.0
+    x, y, u, v = (force[0][0], force[0][1], 0.0, 0.0) if state is None else state
     highest = 0.0
     for f, g, h in force.tolist():  # numbers of Python's: arrays of two take ten times as long
         weight = h / G
@@ -97,7 +104,7 @@ def swing(force, factor=1.0):
         x += STEP * u
         y += STEP * v
         highest = max(highest, ((SHARE * x + (1 - SHARE) * f) ** 2 + (SHARE * y + (1 - SHARE) * g) ** 2) ** 0.5)
-    return GLASS.radius / G * highest
+    return GLASS.radius / G * highest, (x, y, u, v)
 
 
 def spilled_share(force):
@@ -130,7 +137,7 @@ def judge(hand, tilt, robot, commands):
     target, engaged = targets.at(looked * STEP)
     target, tool = target[engaged], tool[looked][engaged]
     force = robot.local_acceleration(*commands)
-    wave = swing(force)
+    wave = swing(force)[0]
     error = np.linalg.norm(tool[:, :3, 3] - target[:, :3, 3], axis=1)
     turn = np.einsum("kij,kij->k", tool[:, :3, :3], target[:, :3, :3])
     steps = np.abs(np.diff(commands[2], axis=0)).max(axis=1)
@@ -141,7 +148,7 @@ def judge(hand, tilt, robot, commands):
         "tilt_deg": np.degrees(np.arccos(np.clip(tool[:, 2, 2], -1, 1)).max()),
         "lateral": np.hypot(force[:, 0], force[:, 1]).mean(),
         "wave_mm": 1e3 * wave,
-        "off_mm": 1e3 * max(swing(force, factor) for factor in OFF),
+        "off_mm": 1e3 * max(swing(force, factor)[0] for factor in OFF),
         "spilled_percent": 100 * spilled_share(force) if wave > GLASS.height - GLASS.fill else 0.0,
         "step": steps.max(),
         "step_99": np.percentile(steps[steps > 1e-9], 99) if steps.any() else 0.0,
@@ -182,8 +189,7 @@ def compare(results, first, others):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
-    parser.add_argument("recordings", nargs="*", type=Path, help="instead of those of the package super-hands")
-    parser.add_argument("--seconds", type=float, default=20.0, help="of each recording")
+    add_arguments(parser)
     parser.add_argument("--profile", nargs="+", default=["tracking", "follow", "waiter", "carry"])
     parser.add_argument("--rate", nargs="+", type=float, default=[20.0])
     parser.add_argument("--robot", default="ur5e")
