@@ -22,6 +22,17 @@ class CrowdTest : public ServerTest {
   static std::string frame(int head, const std::string& payload = "") {
     return std::string{static_cast<char>(head), static_cast<char>(0x80 | payload.size()), 0, 0, 0, 0} + payload;
   }
+  /// Comes, and reads no states: until one cannot be written, and the next ones replace each other.
+  bool reads_nothing(SocketClient& client) {
+    if (client.connect() != 101u) return false;
+    client.greet();
+    OperatorView snapshot;
+    snapshot.measured.q.setZero(6);
+    return wait_until([&] {
+      server_->publish(snapshot);
+      return server_->counters().states_skipped > 20;
+    });
+  }
   std::vector<std::unique_ptr<SocketClient>> crowd_;
 };
 
@@ -113,16 +124,7 @@ TEST_F(CrowdTest, AsManyFramesAsAreAllowedAreNoFlood) {
 TEST_F(CrowdTest, AFlooderThatDoesNotReadIsCutOff) {
   start();
   SocketClient flooder(server_->port(), 4096);
-  ASSERT_EQ(flooder.connect(), 101u);
-  flooder.greet();
-  ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
-  OperatorView snapshot;
-  snapshot.measured.q.setZero(6);
-  // States until one cannot be written: the next ones replace each other.
-  ASSERT_TRUE(wait_until([&] {
-    server_->publish(snapshot);
-    return server_->counters().states_skipped > 20;
-  }));
+  ASSERT_TRUE(reads_nothing(flooder));
   std::string flood;
   for (int i = 0; i < 4000; ++i) flood += frame(0x81, R"({"type":"release"})");
   flooder.say_bytes(flood);
@@ -152,15 +154,7 @@ TEST_F(CrowdTest, AFlooderThatDoesNotReadItsPongsIsCutOff) {
 TEST_F(CrowdTest, AStopBehindAPongThatNobodyReadsCounts) {
   start();
   SocketClient deaf(server_->port(), 4096);
-  ASSERT_EQ(deaf.connect(), 101u);
-  deaf.greet();
-  ASSERT_TRUE(wait_until([&] { return server_->counters().clients == 1; }));
-  OperatorView snapshot;
-  snapshot.measured.q.setZero(6);
-  ASSERT_TRUE(wait_until([&] {
-    server_->publish(snapshot);
-    return server_->counters().states_skipped > 20;
-  }));
+  ASSERT_TRUE(reads_nothing(deaf));
   deaf.say_bytes(frame(0x89, "x"));
   deaf.say({{"type", "request"}, {"kind", "stop"}});
   EXPECT_TRUE(wait_for([&] { return requests_.size() == 1; }));
