@@ -11,7 +11,8 @@ OTHERS = {
     # what holds the arm back: kinds of limits, of the constraint's and the arm's, in recordings and the protocol
     "src/steadyhand/planning/plan/active_constraint.hpp": {"position", "velocity", "acceleration", "self_collision"},
     "src/steadyhand/report/figures/session_story.cpp": {"position", "velocity", "acceleration", "self_collision"},
-    "web/src/protocol.ts": {"position", "velocity", "acceleration", "self_collision", "lateral"},
+    "web/src/protocol.ts": {"position", "velocity", "acceleration", "self_collision"},
+    "web/src/descriptions.ts": {"velocity"},
     "web/src/session.ts": {"position", "velocity", "acceleration", "self_collision"},
     "web/src/scene/stage.ts": {"self_collision"},
     "web/protocol/schema.json": {"no_spill", "position", "velocity", "acceleration", "self_collision", "lateral"},
@@ -21,8 +22,9 @@ OTHERS = {
     "src/steadyhand/files/record/problem_json.cpp": {"lean", "acceleration_step", "obstacles", "velocity"},
     "src/steadyhand/files/record/model_json.cpp": {"velocity"},
     "src/steadyhand/files/record/model_json.hpp": {"velocity"},
-    "src/steadyhand/operator/protocol/client_messages.cpp": {"velocity"},
-    "src/steadyhand/operator/protocol/messages.cpp": {"no_spill", "lateral"},
+    "src/steadyhand/operator/protocol/operator.hpp": {"no_spill"},
+    "src/steadyhand/operator/protocol/requests.hpp": {"velocity"},
+    "src/steadyhand/session/live/describe_snapshot.hpp": {"lateral"},
     # attributes of a reference and a plan in Python
     "src/steadyhand/apps/python/stages.cpp": {"velocity"},
     "src/steadyhand/core/describe.hpp": {"position"},
@@ -46,8 +48,8 @@ OTHERS = {
     # keys of a liquid, and which terms a profile has without naming them
     "src/steadyhand/files/config/profile_file.cpp": {"lean"},
     "src/steadyhand/planning/liquid/liquid.hpp": {"no_spill"},
-    "src/steadyhand/planning/ocp/objectives.hpp": {"posture"},
     "src/steadyhand/planning/ocp/ocp.cpp": {"posture"},
+    "src/steadyhand/planning/ocp/ocp.hpp": {"posture"},
     # an attribute of a mesh
     "web/src/scene/ribbon.ts": {"position"},
     "web/src/scene/surroundings.ts": {"position"},

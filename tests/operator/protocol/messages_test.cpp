@@ -1,5 +1,3 @@
-#include "steadyhand/operator/protocol/page_messages.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "steadyhand/operator/protocol/messages.hpp"
+#include "steadyhand/operator/protocol/page_messages.hpp"
 #include "support/reference.hpp"
 
 namespace steadyhand {

@@ -9,8 +9,8 @@
 #include "steadyhand/arms/driver/ros2_settings.hpp"
 #include "steadyhand/arms/ros2/joint_states.hpp"
 #include "steadyhand/arms/ros2/node.hpp"
-#include "steadyhand/core/clock.hpp"
 #include "steadyhand/core/latest_value.hpp"
+#include "steadyhand/core/time.hpp"
 
 namespace steadyhand {
 
