@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <thread>
 
 #include "steadyhand/session/live/live_session.hpp"
 #include "support/virtual_session.hpp"

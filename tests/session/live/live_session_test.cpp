@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include <stdexcept>
+#include <thread>
 
 #include "steadyhand/planning/pipeline/pipeline.hpp"
 #include "support/virtual_session.hpp"
