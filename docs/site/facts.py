@@ -1,4 +1,4 @@
-"""Tables of the site that the program itself prints: `<!-- facts: NAME -->` in a page stands for what NAME() returns, Markdown."""
+"""Tables of the site, from the program and the repository: `<!-- facts: NAME -->` in a page becomes what NAME() returns, Markdown."""
 
 import functools
 import json
@@ -150,6 +150,65 @@ def topics():
         described = json.loads(schema.data)
         out += [f"### {', '.join(names)}\n", f"Schema `{name}`. {cell(described.get('description', ''))}.\n", table(["member", "type", "meaning"], members(described["properties"]))]
     return "\n".join(out)
+
+
+def protocol(side):
+    """JSON schemas of the messages that "client" or "server" sends, by type."""
+    messages = json.loads((ROOT / "web/protocol/schema.json").read_text())["definitions"][side]["anyOf"]
+    return {each.get("anyOf", [each])[0]["properties"]["type"]["const"]: each for each in messages}
+
+
+def named(schema):
+    """Members that are not constant: the name, `?` if it may be absent, `[]` if it is a list, and the unit; the meaning; the schema."""
+    for name, each in schema["properties"].items():
+        if "const" not in each:
+            size = each["minItems"] if each.get("minItems") == each.get("maxItems", 0) else ""
+            what, unit = re.fullmatch(r"(.*?)(?:(?:, |^)((?:m|s|us|rad|Hz)(?:/s(?:\^2)?)?))?", each.get("description", "")).groups()
+            yield f"`{name}`{'?' * (name not in schema['required'])}{f'[{size}]' * ('items' in each)}{f' ({unit})' * bool(unit)}", what, each
+
+
+def in_a_row(members):
+    return "; ".join(" ".join(filter(None, [name, what, inside(each)])) for name, what, each in members)
+
+
+def inside(schema):
+    """Members of an object or of a list's objects: first those that all its cases have."""
+    cases = [each for each in schema.get("anyOf", [schema]) if "properties" in each]
+    if not cases:
+        return inside(schema["items"]) if "items" in schema else ""
+    common = [each for each in named(cases[0]) if all(each in named(case) for case in cases)]
+    parts = [in_a_row(common)]
+    for case in cases if len(cases) > 1 else []:
+        value = next(each["const"] for each in case["properties"].values() if "const" in each)
+        parts.append(f"of `{value}`: {in_a_row(each for each in named(case) if each not in common)}")
+    return f"{{ {'; '.join(parts)} }}"
+
+
+def messages(side):
+    apart = ("state", "request")
+    return table(["type", "members", ""], [[f"`{name}`", "see below" if name in apart else in_a_row(named(each)), each.get("description", "")] for name, each in protocol(side).items()])
+
+
+def client_messages():
+    return messages("client")
+
+
+def server_messages():
+    return messages("server")
+
+
+def requests():
+    cases = protocol("client")["request"]["anyOf"]
+    return table(["request", "members", ""], [[f"`{each['properties']['kind']['const']}`", in_a_row(named(each)), each["description"]] for each in cases])
+
+
+def state():
+    def rows(schema, prefix=""):
+        for name, what, each in named(schema):
+            yield [f"`{prefix}{name[1:]}", what]
+            yield from rows(each, f"{prefix}{name.split('`')[1]}.") if "properties" in each else []
+
+    return table(["member", "meaning"], rows(protocol("server")["state"]))
 
 
 def features():

@@ -226,6 +226,10 @@ TEST(Describe, TellsMembersTypesAndChoices) {
   EXPECT_EQ(tea["properties"]["weights"]["additionalProperties"], Json::parse(R"({"type": "number"})"));
   EXPECT_EQ(tea["additionalProperties"], false);
   EXPECT_EQ(tea["required"].size(), 12u);  // neither note nor slope
+  out.clear();
+  JsonWriter drinks(out);
+  write_schema(drinks, data_type_of<Drink>(), true);
+  EXPECT_EQ(Json::parse(out)["description"], "`water`, `tea` (which is hot)");
 }
 
 }  // namespace

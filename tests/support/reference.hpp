@@ -1,14 +1,12 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <set>
 #include <string>
 #include <vector>
 
 #include "steadyhand/core/data_type.hpp"
 
-/// Described types for people and for TypeScript.
+/// Described types for TypeScript.
 namespace steadyhand {
 
 inline std::string joined(const std::vector<std::string>& parts, const std::string& between) {
@@ -126,61 +124,6 @@ class TypeScript {
 
   std::string text_;
   std::set<std::string> declared_, known_;
-};
-
-/// Tables of documents.
-class Markdown {
- public:
-  /// Members in one cell: "`name`?[3] (unit): what; ..."
-  static std::string in_a_row(const std::vector<DataType::Member>& members, const std::string& but = {}) {
-    std::vector<std::string> all;
-    for (const auto& member : members) {
-      if (member.name == but) continue;
-      const std::string unit = member.unit.empty() ? "" : " (" + member.unit + ")";
-      const std::string nested = parts(member.type.front());
-      all.push_back(name_of(member) + unit + (member.what.empty() ? "" : " " + member.what) + nested);
-    }
-    return joined(all, "; ");
-  }
-  /// A row for each member, and for each of theirs.
-  static std::string rows(const std::vector<DataType::Member>& members, const std::string& before = {}) {
-    std::string all;
-    for (const auto& member : members) {
-      const DataType& type = member.type.front();
-      const std::string values = type.kind == DataType::Kind::kEnumerator ? names(type) : "";
-      all +=
-          fmt::format("| `{}{}`{} | {} | {}{} |\n", before, member.name, size(type), member.unit, member.what, values);
-      if (type.kind == DataType::Kind::kObject) all += rows(type.members, before + member.name + ".");
-    }
-    return all;
-  }
-  static std::string name_of(const DataType::Member& member) {
-    return "`" + member.name + "`" + (member.required ? "" : "?") + size(member.type.front());
-  }
-  /// ": `a` (what it is), `b`"
-  static std::string names(const DataType& type) {
-    std::vector<std::string> all;
-    for (const auto& entry : type.enumerators) {
-      all.push_back("`" + entry.name + "`" + (entry.what.empty() ? "" : " (" + entry.what + ")"));
-    }
-    return ": " + joined(all, ", ");
-  }
-
- private:
-  static std::string size(const DataType& type) {
-    if (type.kind != DataType::Kind::kList) return "";
-    return type.limits.least == type.limits.most ? fmt::format("[{}]", type.limits.most) : "[]";
-  }
-  static std::string parts(const DataType& type) {
-    if (type.kind == DataType::Kind::kList) return parts(type.items.front());
-    if (type.kind == DataType::Kind::kEnumerator) return names(type);
-    if (type.kind != DataType::Kind::kObject) return "";
-    std::string text = " { " + in_a_row(type.members, type.choice);
-    for (const auto& value : type.cases) {
-      text += "; of `" + value.value.name + "`: " + in_a_row(value.members);
-    }
-    return text + " }";
-  }
 };
 
 }  // namespace steadyhand

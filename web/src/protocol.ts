@@ -1,5 +1,5 @@
 /** The messages of docs/reference/protocol.md: SI units, radians; poses in robot axes (z up). This file is made of the
- * descriptions in src/steadyhand/operator/protocol/messages.hpp by tests/operator/protocol/protocol_files_test.cpp. */
+ * descriptions in src/steadyhand/operator/protocol/page_messages.hpp by tests/operator/protocol/protocol_files_test.cpp. */
 import type { Cell, Robot, StudyContent, StudyReply, Measure, Quat, Vec3 } from './descriptions';
 
 export * from './descriptions';

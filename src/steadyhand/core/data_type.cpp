@@ -1,13 +1,14 @@
 #include "steadyhand/core/data_type.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace steadyhand {
 namespace {
 
 using Kind = DataType::Kind;
 
-void write_type(JsonWriter& json, const DataType& type, bool closed, const std::string& description);
+void write_type(JsonWriter& json, const DataType& type, bool closed, std::string description);
 
 void write_kind(JsonWriter& json, std::string_view kind, bool null) {
   json.key("type");
@@ -31,6 +32,16 @@ void write_sizes(JsonWriter& json, const Limits& limits, std::string_view least,
 std::string description_of(const DataType::Member& member) {
   if (member.unit.empty() || member.what.empty()) return member.unit + member.what;
   return member.what + ", " + member.unit;
+}
+
+/// "what it is: `a` (the first), `b`"
+std::string with_values(std::string description, const DataType& type) {
+  std::string_view before = description.empty() ? "" : ": ";
+  for (const auto& [name, what] : type.enumerators) {
+    description.append(before).append("`" + name + "`" + (what.empty() ? "" : " (" + what + ")"));
+    before = ", ";
+  }
+  return description;
 }
 
 /// @param value of the choice, which the last of `members` is; null: there is none
@@ -90,8 +101,9 @@ void write_enumerator(JsonWriter& json, const DataType& type) {
   json.end_array();
 }
 
-void write_type(JsonWriter& json, const DataType& type, bool closed, const std::string& description) {
+void write_type(JsonWriter& json, const DataType& type, bool closed, std::string description) {
   json.begin_object();
+  if (closed && type.enumerators.size() > 1) description = with_values(std::move(description), type);
   if (!description.empty()) json.member("description", description);
   switch (type.kind) {
     case Kind::kNumber:

@@ -146,7 +146,8 @@ DataType data_type_of() {
   return DataTypeMaker<Style>::template make<T>();
 }
 
-/// JSON Schema (draft 7) of a type. @param closed whether members that it does not have are forbidden
+/// JSON Schema (draft 7) of a type. @param closed whether members that it does not have are forbidden, and descriptions
+/// name the values of enumerators
 void write_schema(JsonWriter& json, const DataType& type, bool closed);
 
 }  // namespace steadyhand

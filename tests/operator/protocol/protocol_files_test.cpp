@@ -192,7 +192,7 @@ TEST(ProtocolFiles, TypeScript) {
       "web/src/protocol.ts",
       fmt::format(
           R"(/** The messages of docs/reference/protocol.md: SI units, radians; poses in robot axes (z up). This file is made of the
- * descriptions in src/steadyhand/operator/protocol/messages.hpp by tests/operator/protocol/protocol_files_test.cpp. */
+ * descriptions in src/steadyhand/operator/protocol/page_messages.hpp by tests/operator/protocol/protocol_files_test.cpp. */
 import type {{ {} }} from './descriptions';
 
 export * from './descriptions';
@@ -218,40 +218,6 @@ export function decode(text: string): ServerMessage | null {{
 export const encode = (message: ClientMessage): string => JSON.stringify(message);
 )",
           known + ", Measure, Quat, Vec3", kProtocolVersion, out.text(), joined(names, ", ")));
-}
-
-/// The text between two marks, replaced.
-std::string replaced(const std::string& text, const std::string& mark, const std::string& by) {
-  const std::string begin = "<!-- " + mark + ": generated -->\n", end = "<!-- end -->";
-  const std::size_t from = text.find(begin);
-  if (from == std::string::npos) return text + "\nlacks " + begin;
-  return text.substr(0, from + begin.size()) + by + text.substr(text.find(end, from));
-}
-
-std::string message_table(const std::vector<DataType>& types) {
-  std::string table = "| type | members | |\n|---|---|---|\n";
-  for (const DataType& type : types) {
-    const bool below = type.name == "StateMessage" || type.name == "RequestMessage";
-    table += fmt::format("| `{}` | {} | {} |\n", type_name(type),
-                         below ? "see below" : Markdown::in_a_row(type.members, "type"), type.what);
-  }
-  return table;
-}
-
-TEST(ProtocolFiles, Tables) {
-  std::ifstream file(STEADYHAND_ROOT "/docs/reference/protocol.md", std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  text = replaced(text, "messages of clients", message_table(client_types()));
-  text = replaced(text, "messages of the server", message_table(server_types()));
-  std::string requests = "| request | members | |\n|---|---|---|\n";
-  for (const auto& value : data_type_of<OperatorRequest>().cases) {
-    requests +=
-        fmt::format("| `{}` | {} | {} |\n", value.value.name, Markdown::in_a_row(value.members), value.value.what);
-  }
-  text = replaced(text, "requests", requests);
-  text = replaced(text, "state",
-                  "| member | unit | |\n|---|---|---|\n" + Markdown::rows(data_type_of<OperatorView>().members));
-  expect_file("docs/reference/protocol.md", text);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 #include "steadyhand/operator/protocol/policy_hand.hpp"
 
 /// The messages of docs/reference/protocol.md. Each is described next to its struct; from these descriptions come its
-/// JSON, read and written, web/protocol/schema.json, web/src/protocol.ts and the tables of that document.
+/// JSON, read and written, web/protocol/schema.json (and from it the tables of that page) and web/src/protocol.ts.
 namespace steadyhand {
 
 /// Of docs/reference/protocol.md. A client of another version is refused.
