@@ -7,21 +7,21 @@ export * from './descriptions';
 export const PROTOCOL_VERSION = 2;
 
 /** first message. Another version is answered with error `version` and closed */
-export interface HelloMessage { type: 'hello'; version: number; /** of an earlier `paired` */ token?: string; }
+export interface HelloMessage { type: 'hello'; version: number; /** from an earlier `paired` */ token?: string; }
 
 /** answered with `paired` or error `code` */
 export interface PairMessage { type: 'pair'; code: string; }
 
-/** the lease. Refused with `unpaired` or `taken` */
+/** takes control. Refused with `unpaired` or `taken` */
 export interface TakeMessage { type: 'take'; }
 
-/** the lease; also withdraws an `ask` */
+/** releases control; also withdraws an `ask` */
 export interface ReleaseMessage { type: 'release'; }
 
-/** for the lease that another holds; where `take` would do it does the same. Refused with `unpaired` or `taken` (another asks already, or was refused just now) */
+/** asks the client that has control for it; if `take` would succeed, does the same. Refused with `unpaired` or `taken` (another client asks already, or this one was refused just now) */
 export interface AskMessage { type: 'ask'; }
 
-/** of the holder to who asks: true gives the lease, false keeps it; then who asked hears `taken` */
+/** the holder's answer to `ask`: true gives control, false keeps it; then the asking client gets `taken` */
 export interface AnswerMessage { type: 'answer'; grant: boolean; }
 
 /** the hand in the operator's frame */
@@ -34,7 +34,7 @@ export interface SampleMessage {
   /** the operator holds the arm engaged */ clutch: boolean;
   /** the device knows the pose */ tracked: boolean;
   /** WebXR's `emulatedPosition` */ emulated: boolean;
-  /** by which the pose was predicted, s */ lead_s?: number;
+  /** time by which the pose was predicted, s */ lead_s?: number;
   /** 0 open to 1 closed; absent: as it is */ gripper?: number;
 }
 
@@ -65,16 +65,16 @@ export type RequestMessage = { type: 'request'; } & (
   | { kind: 'label' | 'rename'; text: string; to: string }
 );
 
-/** what every page shows, `null` when the study is over: from a program of the user who runs this one, on the same machine, and of one at a time; and from the server at each change and to who comes later */
+/** content that every page shows, `null` when the study is over: from one program at a time, of the same user on the same machine; and from the server at each change and to clients that connect later */
 export interface StudyMessage { type: 'study'; content: StudyContent | null; }
 
-/** of a paired client, to the program that runs the study: an answer, `{key, value}` */
+/** a paired client's answer, `{key, value}`, to the program that runs the study */
 export interface ReplyMessage { type: 'reply'; content: StudyReply; }
 
-/** of a paired client, and of one at a time: it says where the tool is to be ([policies.md](../how-to/policies.md)). It may lead once the lease's holder requests it */
+/** from one paired client at a time, which then sends where the tool is to be ([policies.md](../how-to/policies.md)). It may move the arm once the client that has control requests it */
 export interface PolicyMessage { type: 'policy'; name: string; /** between targets, s */ period_s: number; }
 
-/** of the policy: where the tool is to be, in the base, when the next target is due. Dropped when the state is more than 0.5 s old */
+/** from the policy: where the tool is to be, in the base, when the next target is due. Dropped if the state is more than 0.5 s old */
 export interface TargetMessage {
   type: 'target';
   /** `now_s` of the state that it was made of, s */ of_s: number;
@@ -83,7 +83,7 @@ export interface TargetMessage {
   /** 0 open to 1 closed; absent: as it is */ gripper?: number;
 }
 
-/** of a paired client: the pictures of these come from now on, and of no others; `[]`: none. A name that is none of `welcome.cameras` is refused with `unknown`, and nothing changes */
+/** from a paired client: the pictures of these come from now on, and of no others; `[]`: none. A name that is none of `welcome.cameras` is refused with `unknown`, and nothing changes */
 export interface WatchMessage { type: 'watch'; /** names */ cameras: string[]; }
 
 /** answered with `pong` */
@@ -102,8 +102,8 @@ export interface WeightRange { min: number; max: number; /** by factors, and 0 a
 export interface Term {
   name: string;
   /** for people */ label: string;
-  /** of a weight */ unit: string;
-  /** of its weights */ count: number;
+  /** a weight's unit */ unit: string;
+  /** number of its weights */ count: number;
   /** weights to choose among */ range: WeightRange;
   /** whether its weight is for the operator to choose */ offered: boolean;
 }
@@ -112,7 +112,7 @@ export interface Profile {
   index: number;
   name: string;
   /** for people */ label: string;
-  /** of each of `welcome.terms` the largest */ weights: number[];
+  /** the largest weight of each of `welcome.terms` */ weights: number[];
 }
 
 /** A camera of the session. */
@@ -127,10 +127,10 @@ export interface CameraFacts {
 export interface GlassSize {
   /** inside, m */ radius: number;
   /** inside, m */ height: number;
-  /** of liquid, m */ fill: number;
+  /** level of liquid, m */ fill: number;
 }
 
-/** What is to be done in a simulated scene. */
+/** The task in a simulated scene. */
 export interface TaskFacts {
   name: string;
   /** for people */ instruction: string;
@@ -142,7 +142,7 @@ export interface TaskFacts {
 /** the answer to `hello` */
 export interface WelcomeMessage {
   type: 'welcome';
-  /** of the protocol */ version: number;
+  /** the protocol's */ version: number;
   /** your number */ client: number;
   /** its version */ program: string;
   /** objectives whose weights can be asked for */ terms: Term[];
@@ -174,10 +174,10 @@ export interface ActiveConstraint {
 export interface Pose { /** position, m */ p: Vec3; /** orientation x, y, z, w */ q: Quat; }
 
 export interface Liquid {
-  /** of the surface's normal about x and y, rad */ tilt: [Measure, Measure];
+  /** angles of the surface's normal about x and y, rad */ tilt: [Measure, Measure];
   /** from the surface's highest point to the rim, m */ freeboard: Measure;
-  /** until the arm is engaged afresh, is reset, or the glass is refilled */ spilled: boolean;
-  /** of the liquid */ spilled_share: number;
+  /** stays true until the arm is engaged again, is reset, or the glass is refilled */ spilled: boolean;
+  /** share of the liquid */ spilled_share: number;
   /** since the glass was filled, m */ least_freeboard: Measure;
   /** lateral specific force on it, the largest of the last 20 ms, m/s^2 */ lateral: Measure;
 }
@@ -196,31 +196,31 @@ export interface TaskProgress {
   /** a bit for each of `welcome.task.conditions` */ held: number;
   /** share of the liquid */ spilled: number;
   /** null: not decided */ success: boolean | null;
-  /** of each of `welcome.task.things` x, y, z (m) and quaternion, base frame */ things: [Measure, Measure, Measure, Measure, Measure, Measure, Measure][];
+  /** x, y, z (m) and quaternion of each of `welcome.task.things`, base frame */ things: [Measure, Measure, Measure, Measure, Measure, Measure, Measure][];
 }
 
 /** The one that runs, or ran last. */
 export interface Episode {
   running: boolean;
   /** from 1; 0: there was none */ number: number;
-  /** that it has run, s */ time: number;
+  /** time that it has run, s */ time: number;
   /** episodes, recorded */ kept: number;
   /** episodes, recorded */ discarded: number;
   /** episodes that are not recorded to their end */ lost: number;
   /** null: not decided */ success: boolean | null;
 }
 
-/** What is in force of what the operator has chosen. */
+/** The operator's choices that are in force. */
 export interface Controls {
   /** index of `welcome.profiles` */ profile: number;
   /** index of `welcome.recordings`, which moves the arm; -1: none */ playback: number;
   /** name of the one that is connected; empty: none */ policy: string;
   /** it moves the arm whenever no person does */ policy_turn: boolean;
-  /** of each of `welcome.terms` the largest */ weights: number[];
+  /** the largest weight of each of `welcome.terms` */ weights: number[];
   /** metres of the tool for each metre of the hand */ scale: number;
   /** turn of the operator's axes about the base's z, rad */ yaw: number;
   /** how far the glass may lean with the hand, rad */ tilt: number;
-  /** of liquid in the glass, m */ fill: number;
+  /** level of liquid in the glass, m */ fill: number;
   /** plans spill nothing */ no_spill: boolean;
   /** added on purpose between the hand's gate and the planner, s */ latency: number;
 }
@@ -245,18 +245,18 @@ export interface StateMessage {
   /** whose hand the arm follows; null: none */ leader: Leader | null;
   /** specific force on the glass, in its frame, m/s^2 */ local_acceleration: [Measure, Measure, Measure];
   /** target to tool; null without a grip, m */ tracking_error: Measure;
-  /** of the nearest pair of bodies, m */ clearance: Measure;
-  /** that pair */ nearest: [number, number];
-  /** of the tool at the plan's nodes, in the base, m */ path: Vec3[];
+  /** distance of the nearest pair of bodies, m */ clearance: Measure;
+  /** the nearest pair of bodies */ nearest: [number, number];
+  /** positions of the tool at the plan's nodes, in the base, m */ path: Vec3[];
   /** where the hand is expected at the nodes of the horizon: x, y, z and standard deviations along and across its way (0: not known); none without a grip, m */ prediction: [number, number, number, number, number][];
   /** in the glass, simulated */ liquid: Liquid;
-  /** of the planner, us */ solve_us: Timing;
-  /** hand to command, us */ latency_us: Timing;
-  /** followed */ plans: number;
-  /** of control */ cycles: number;
-  /** of control */ missed_deadlines: number;
-  /** late, or failed their check */ rejected_plans: number;
-  /** of the hand */ samples: number;
+  /** time of a planning step, us */ solve_us: Timing;
+  /** from hand to command, us */ latency_us: Timing;
+  /** plans that were followed */ plans: number;
+  /** control cycles */ cycles: number;
+  /** control cycles that were missed */ missed_deadlines: number;
+  /** plans that were late, or failed their check */ rejected_plans: number;
+  /** samples of the hand */ samples: number;
   /** planning steps a second, Hz */ planner_rate_hz: number;
   /** it follows what the machine sustains */ planner_rate_automatic: boolean;
   /** the session is being recorded */ recording: boolean;
@@ -268,14 +268,14 @@ export interface StateMessage {
 /** it has changed */
 export interface CellMessage { type: 'cell'; /** as in `welcome` */ cell: Cell; }
 
-/** at each change, and to who comes later */
+/** at each change, and to clients that connect later */
 export interface CamerasMessage {
   type: 'cameras';
-  /** of each camera why no more pictures come, `""`: they do */ ended: string[];
+  /** for each camera why no more pictures come, `""`: they do */ ended: string[];
 }
 
 /** to the program that runs the study */
-export interface RepliedMessage { type: 'reply'; /** whose answer it is */ client: number; content: StudyReply; }
+export interface RepliedMessage { type: 'reply'; /** the client that answers */ client: number; content: StudyReply; }
 
 export interface PairedMessage { type: 'paired'; /** for `hello` after a reconnection */ token: string; }
 
@@ -290,10 +290,10 @@ export interface LeaseMessage {
 }
 
 /** a client asked for a stop; to all clients, ten a second at most */
-export interface StoppedMessage { type: 'stopped'; /** who asked for it */ client: number; }
+export interface StoppedMessage { type: 'stopped'; /** the client that asked for it */ client: number; }
 
 /** the answer to `ping` */
-export interface PongMessage { type: 'pong'; /** of the ping, s */ t_s: number; /** the session's clock, s */ now_s: number; }
+export interface PongMessage { type: 'pong'; /** from the ping, s */ t_s: number; /** the session's clock, s */ now_s: number; }
 
 export type Refusal = 'malformed' | 'version' | 'unpaired' | 'code' | 'no_lease' | 'taken' | 'too_many' | 'full' | 'late' | 'unknown';
 

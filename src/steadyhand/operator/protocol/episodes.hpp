@@ -24,7 +24,7 @@ void describe(V& v, EpisodeView& e) {
   v.type("Episode", "The one that runs, or ran last.");
   v.add("running", "", "", e.running);
   v.add("number", "", "from 1; 0: there was none", e.number, at_least(0));
-  v.add("time", "s", "that it has run", e.time);
+  v.add("time", "s", "time that it has run", e.time);
   v.add("kept", "", "episodes, recorded", e.kept, at_least(0));
   v.add("discarded", "", "episodes, recorded", e.discarded, at_least(0));
   v.add("lost", "", "episodes that are not recorded to their end", e.lost, at_least(0));

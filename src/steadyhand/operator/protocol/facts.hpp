@@ -59,8 +59,8 @@ void describe(V& v, ServerFacts::Term& t) {
   v.type("Term", "An objective that the arm's motion is weighed by.");
   v.add("name", "", "", t.name);
   v.add("label", "", "for people", t.label);
-  v.add("unit", "", "of a weight", t.unit);
-  v.add("count", "", "of its weights", t.count, at_least(1));
+  v.add("unit", "", "a weight's unit", t.unit);
+  v.add("count", "", "number of its weights", t.count, at_least(1));
   v.group("range", "WeightRange", "weights to choose among", [&](auto& inner) {
     inner.add("min", "", "", t.min);
     inner.add("max", "", "", t.max);
@@ -74,18 +74,18 @@ void describe(V& v, ServerFacts::Profile& p) {
   v.add("index", "", "", p.index, at_least(0));
   v.add("name", "", "", p.name);
   v.add("label", "", "for people", p.label);
-  v.add("weights", "", "of each of `welcome.terms` the largest", p.weights, sized(0, kMaxObjectives));
+  v.add("weights", "", "the largest weight of each of `welcome.terms`", p.weights, sized(0, kMaxObjectives));
 }
 template <typename V>
 void describe(V& v, ServerFacts::Glass& g) {
   v.type("GlassSize", "The glass and its liquid.");
   v.add("radius", "m", "inside", g.radius, above(0.0));
   v.add("height", "m", "inside", g.height, above(0.0));
-  v.add("fill", "m", "of liquid", g.fill, above(0.0));
+  v.add("fill", "m", "level of liquid", g.fill, above(0.0));
 }
 template <typename V>
 void describe(V& v, ServerFacts::Task& t) {
-  v.type("TaskFacts", "What is to be done in a simulated scene.");
+  v.type("TaskFacts", "The task in a simulated scene.");
   v.add("name", "", "", t.name);
   v.add("instruction", "", "for people", t.instruction);
   v.add("time_limit", "s", "", t.time_limit);

@@ -35,17 +35,17 @@ struct SessionControls {
 
 template <typename V>
 void describe(V& v, SessionControls& c) {
-  v.type("Controls", "What is in force of what the operator has chosen.");
+  v.type("Controls", "The operator's choices that are in force.");
   v.add("profile", "", "index of `welcome.profiles`", c.profile, at_least(0));
   v.add("playback", "", "index of `welcome.recordings`, which moves the arm; -1: none", c.playback, at_least(-1));
   v.add("policy", "", "name of the one that is connected; empty: none", c.policy);
   v.add("policy_turn", "", "it moves the arm whenever no person does", c.policy_turn);
-  v.add("weights", "", "of each of `welcome.terms` the largest",
+  v.add("weights", "", "the largest weight of each of `welcome.terms`",
         std::span(c.weights).first(static_cast<std::size_t>(c.objectives)), sized(0, kMaxObjectives));
   v.add("scale", "", "metres of the tool for each metre of the hand", c.scale);
   v.add("yaw", "rad", "turn of the operator's axes about the base's z", c.yaw);
   v.add("tilt", "rad", "how far the glass may lean with the hand", c.tilt);
-  v.add("fill", "m", "of liquid in the glass", c.fill);
+  v.add("fill", "m", "level of liquid in the glass", c.fill);
   v.add("no_spill", "", "plans spill nothing", c.no_spill);
   v.add("latency", "s", "added on purpose between the hand's gate and the planner", c.latency, at_least(0.0));
 }
@@ -66,7 +66,7 @@ void describe(V& v, TaskView& t) {
     const Pose& at = thing.X_base_thing;
     return std::array{at.p.x(), at.p.y(), at.p.z(), at.q.x(), at.q.y(), at.q.z(), at.q.w()};
   };
-  v.add("things", "", "of each of `welcome.task.things` x, y, z (m) and quaternion, base frame",
+  v.add("things", "", "x, y, z (m) and quaternion of each of `welcome.task.things`, base frame",
         t.things | std::views::transform(place), sized(0, kMaxThings).or_null());
 }
 

@@ -33,7 +33,7 @@ template <typename V>
 void describe(V& v, HelloMessage& m) {
   v.type("HelloMessage", "first message. Another version is answered with error `version` and closed");
   v.add("version", "", "", m.version, within(0, 1e6));
-  v.add("token", "", "of an earlier `paired`", m.token, sized(0, 64).or_absent());
+  v.add("token", "", "from an earlier `paired`", m.token, sized(0, 64).or_absent());
 }
 
 struct PairMessage {
@@ -51,7 +51,7 @@ struct TakeMessage {
 };
 template <typename V>
 void describe(V& v, TakeMessage&) {
-  v.type("TakeMessage", "the lease. Refused with `unpaired` or `taken`");
+  v.type("TakeMessage", "takes control. Refused with `unpaired` or `taken`");
 }
 
 struct ReleaseMessage {
@@ -59,7 +59,7 @@ struct ReleaseMessage {
 };
 template <typename V>
 void describe(V& v, ReleaseMessage&) {
-  v.type("ReleaseMessage", "the lease; also withdraws an `ask`");
+  v.type("ReleaseMessage", "releases control; also withdraws an `ask`");
 }
 
 /// Asks the lease's holder for it.
@@ -69,8 +69,8 @@ struct AskMessage {
 template <typename V>
 void describe(V& v, AskMessage&) {
   v.type("AskMessage",
-         "for the lease that another holds; where `take` would do it does the same. Refused with `unpaired` or `taken` "
-         "(another asks already, or was refused just now)");
+         "asks the client that has control for it; if `take` would succeed, does the same. Refused with `unpaired` or "
+         "`taken` (another client asks already, or this one was refused just now)");
 }
 
 /// Of the holder to who asks for the lease.
@@ -81,7 +81,7 @@ struct AnswerMessage {
 template <typename V>
 void describe(V& v, AnswerMessage& m) {
   v.type("AnswerMessage",
-         "of the holder to who asks: true gives the lease, false keeps it; then who asked hears `taken`");
+         "the holder's answer to `ask`: true gives control, false keeps it; then the asking client gets `taken`");
   v.add("grant", "", "", m.grant);
 }
 
@@ -101,7 +101,7 @@ void describe(V& v, SampleMessage& m) {
   v.add("clutch", "", "the operator holds the arm engaged", m.sample.clutch);
   v.add("tracked", "", "the device knows the pose", m.sample.tracked);
   v.add("emulated", "", "WebXR's `emulatedPosition`", m.sample.emulated);
-  v.add("lead_s", "s", "by which the pose was predicted", m.sample.look_ahead, within(0.0, 0.1).or_absent());
+  v.add("lead_s", "s", "time by which the pose was predicted", m.sample.look_ahead, within(0.0, 0.1).or_absent());
   v.add("gripper", "", "0 open to 1 closed; absent: as it is", m.sample.gripper, within(0.0, 1.0));
 }
 
@@ -123,8 +123,8 @@ struct StudyMessage {
 template <typename V>
 void describe(V& v, StudyMessage& m) {
   v.type("StudyMessage",
-         "what every page shows, `null` when the study is over: from a program of the user who runs this one, on the "
-         "same machine, and of one at a time; and from the server at each change and to who comes later");
+         "content that every page shows, `null` when the study is over: from one program at a time, of the same user "
+         "on the same machine; and from the server at each change and to clients that connect later");
   v.add("content", "", "", m.content, known_as("StudyContent").or_null());
 }
 
@@ -135,7 +135,7 @@ struct ReplyMessage {
 };
 template <typename V>
 void describe(V& v, ReplyMessage& m) {
-  v.type("ReplyMessage", "of a paired client, to the program that runs the study: an answer, `{key, value}`");
+  v.type("ReplyMessage", "a paired client's answer, `{key, value}`, to the program that runs the study");
   v.add("content", "", "", m.content, known_as("StudyReply"));
 }
 
@@ -147,9 +147,8 @@ struct PolicyMessage {
 template <typename V>
 void describe(V& v, PolicyMessage& m) {
   v.type("PolicyMessage",
-         "of a paired client, and of one at a time: it says where the tool is to be "
-         "([policies.md](../how-to/policies.md)). It "
-         "may lead once the lease's holder requests it");
+         "from one paired client at a time, which then sends where the tool is to be "
+         "([policies.md](../how-to/policies.md)). It may move the arm once the client that has control requests it");
   v.add("name", "", "", m.policy.name, sized(1, 64));
   v.add("period_s", "s", "between targets", m.policy.period, within(PolicyHand::kFastest, PolicyHand::kSlowest));
 }
@@ -167,7 +166,7 @@ struct TargetMessage {
 template <typename V>
 void describe(V& v, TargetMessage& m) {
   v.type("TargetMessage",
-         "of the policy: where the tool is to be, in the base, when the next target is due. Dropped when the state is "
+         "from the policy: where the tool is to be, in the base, when the next target is due. Dropped if the state is "
          "more than 0.5 s old");
   v.add("of_s", "s", "`now_s` of the state that it was made of", m.of, within(-kLongest, kLongest));
   v.add("p", "m", "null: it has no numbers", m.p, within(-kFarthest, kFarthest).or_null());
@@ -184,7 +183,7 @@ struct WatchMessage {
 template <typename V>
 void describe(V& v, WatchMessage& m) {
   v.type("WatchMessage",
-         "of a paired client: the pictures of these come from now on, and of no others; `[]`: none. A name that is "
+         "from a paired client: the pictures of these come from now on, and of no others; `[]`: none. A name that is "
          "none of `welcome.cameras` is refused with `unknown`, and nothing changes");
   v.add("cameras", "", "names", m.cameras, sized(0, 32));
 }
@@ -230,7 +229,7 @@ struct WelcomeMessage {
 template <typename V>
 void describe(V& v, WelcomeMessage& m) {
   v.type("WelcomeMessage", "the answer to `hello`");
-  v.add("version", "", "of the protocol", m.version);
+  v.add("version", "", "the protocol's", m.version);
   v.add("client", "", "your number", m.client);
   describe(v, m.facts);
 }
@@ -251,8 +250,8 @@ struct CamerasMessage {
 };
 template <typename V>
 void describe(V& v, CamerasMessage& m) {
-  v.type("CamerasMessage", "at each change, and to who comes later");
-  v.add("ended", "", "of each camera why no more pictures come, `\"\"`: they do", m.ended);
+  v.type("CamerasMessage", "at each change, and to clients that connect later");
+  v.add("ended", "", "for each camera why no more pictures come, `\"\"`: they do", m.ended);
 }
 
 /// To who leads the study.
@@ -264,7 +263,7 @@ struct RepliedMessage {
 template <typename V>
 void describe(V& v, RepliedMessage& m) {
   v.type("RepliedMessage", "to the program that runs the study");
-  v.add("client", "", "whose answer it is", m.client);
+  v.add("client", "", "the client that answers", m.client);
   v.add("content", "", "", m.content, known_as("StudyReply"));
 }
 
@@ -308,7 +307,7 @@ struct StoppedMessage {
 template <typename V>
 void describe(V& v, StoppedMessage& m) {
   v.type("StoppedMessage", "a client asked for a stop; to all clients, ten a second at most");
-  v.add("client", "", "who asked for it", m.client);
+  v.add("client", "", "the client that asked for it", m.client);
 }
 
 struct PongMessage {
@@ -319,7 +318,7 @@ struct PongMessage {
 template <typename V>
 void describe(V& v, PongMessage& m) {
   v.type("PongMessage", "the answer to `ping`");
-  v.add("t_s", "s", "of the ping", m.t, Limits{}.formatted("{:.9g}"));
+  v.add("t_s", "s", "from the ping", m.t, Limits{}.formatted("{:.9g}"));
   v.add("now_s", "s", "the session's clock", m.now);
 }
 

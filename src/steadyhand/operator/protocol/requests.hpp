@@ -9,7 +9,7 @@
 #include "steadyhand/geometry/collision/shape_names.hpp"
 #include "steadyhand/geometry/robot/cell.hpp"
 
-/// What clients may ask for, as docs/reference/protocol.md has it.
+/// Requests of clients, as docs/reference/protocol.md has it.
 namespace steadyhand {
 
 // A hand that is further away than this, or a clock that far from its zero, is a mistake.
@@ -17,7 +17,7 @@ constexpr double kFarthest = 1000.0;     // m
 constexpr double kLongest = 1e9;         // s
 constexpr double kLargestRequest = 1e6;  // weights, scale, yaw, rate
 
-/// What an operator asks for beside moving the hand. Any client may stop; the rest needs the lease.
+/// Requests of an operator, in addition to moving the hand. Any client may stop; the rest needs control.
 struct OperatorRequest {
   enum class Kind : std::uint8_t {  ///< names_of says what each does
     kStop,
@@ -56,7 +56,7 @@ constexpr auto names_of(OperatorRequest::Kind) {
   return named(
       "RequestKind",
       {Name{kStop, "stop", "from any client: the arm stops at once"},
-       Name{kReset, "reset", "after a stop or a fault, from the lease's holder"},
+       Name{kReset, "reset", "after a stop or a fault, from the client that has control"},
        Name{kProfile, "profile",
             "Weights, prediction and tilt change while the arm moves. If the profile differs in any other key, the "
             "hand is released, and the whole profile takes effect when the arm has stopped; grip again then. Refused "
@@ -77,10 +77,10 @@ constexpr auto names_of(OperatorRequest::Kind) {
        Name{kLatency, "latency",
             "added on purpose between the hand's gate and the planner, 0 to 1; a release acts at once all the same"},
        Name{kPlayback, "playback",
-            "one of `welcome.recordings` moves the arm, repeatedly, until the lease ends or the arm is stopped; "
+            "one of `welcome.recordings` moves the arm, repeatedly, until control ends or the arm is stopped; "
             "empty: none. Refused while the arm is stopped"},
        Name{kPolicy, "policy",
-            "1: the policy that is connected has its turn, until a person takes over, 0, a stop, or the lease's end. "
+            "1: the policy that is connected has its turn, until a person takes over, 0, a stop, or control's end. "
             "Refused while the arm is stopped or an operator moves it"},
        Name{kRecord, "record",
             "0 or 1. A recording that began less than 2 s ago ends 2 s after its begin, and continues if 1 follows "
@@ -90,11 +90,11 @@ constexpr auto names_of(OperatorRequest::Kind) {
             "may touch it stay"},
        Name{kAttach, "attach",
             "the tool takes the object of this name where it is: from now on it moves with the arm, as a part of it. "
-            "Refused for what is no object, a half-space, or in the arm"},
+            "Refused for an unknown name, a half-space, or an object in the arm"},
        Name{kDetach, "detach", "the tool releases it where it is"},
        Name{kEpisode, "episode",
-            "an episode for a data set begins, ends wanted or unwanted (also afterwards, thought better of), or no "
-            "more than is said of it. `begin` is refused within an episode and where the session is not recorded; "
+            "an episode for a data set begins, ends wanted or unwanted (also changed afterwards), or gets remarks "
+            "only. `begin` is refused within an episode and where the session is not recorded; "
             "everything else once the recording that the episode began in has ended"},
        Name{kSetUp, "set_up",
             "the simulated scene again, its things where this seed has them; without one: the next. Not in an episode"},
@@ -129,7 +129,7 @@ void describe(V& v, PlacedShape& s) {
   v.choose("shape", "", s.kind, [&](ShapeKind kind) {
     if (kind == ShapeKind::kBox) {
       v.add("size", "m", "", s.size, up_to(kFarthest));
-      v.add("rounding", "m", "of its edges; absent: 0", s.rounding, within(0.0, kFarthest).or_absent());
+      v.add("rounding", "m", "radius of its edges; absent: 0", s.rounding, within(0.0, kFarthest).or_absent());
     } else if (kind != ShapeKind::kHalfSpace) {
       v.add("radius", "m", "", s.radius, up_to(kFarthest));
       if (kind != ShapeKind::kSphere) v.add("length", "m", "", s.length, within(0.0, kFarthest));
@@ -186,10 +186,10 @@ void describe(V& v, OperatorRequest& r) {
       case Kind::kDetach:
         return text("its name", 1);
       case Kind::kEpisode:
-        v.add("text", "", "what is said", r.episode.kind);
+        v.add("text", "", "what to do", r.episode.kind);
         v.add("success", "", "absent: as the simulated task says", r.episode.success);
         v.add("task", "", "what is to be done, in words", r.episode.task, sized(0, 256).or_absent());
-        v.add("notes", "", "of any number of lines", r.episode.notes, sized(0, 1000).or_absent().with_lines());
+        v.add("notes", "", "any number of lines", r.episode.notes, sized(0, 1000).or_absent().with_lines());
         return;
       case Kind::kSetUp:
         r.value = -1.0;

@@ -29,15 +29,15 @@ void describe_motion(V& v, SessionSnapshot& s) {
   v.add("leader", "", "whose hand the arm follows; null: none", leader, kOrNull);
   v.add("local_acceleration", "m/s^2", "specific force on the glass, in its frame", s.local_acceleration, kOrNull);
   v.add("tracking_error", "m", "target to tool; null without a grip", s.tracking_error, kOrNull);
-  v.add("clearance", "m", "of the nearest pair of bodies", s.clearance, kOrNull);
-  v.add("nearest", "", "that pair", s.nearest);
+  v.add("clearance", "m", "distance of the nearest pair of bodies", s.clearance, kOrNull);
+  v.add("nearest", "", "the nearest pair of bodies", s.nearest);
 }
 
 /// what it is going to do,
 template <typename V>
 void describe_plan(V& v, SessionSnapshot& s) {
   const int nodes = std::clamp(s.path_nodes, 0, static_cast<int>(s.path.size()));
-  v.add("path", "m", "of the tool at the plan's nodes, in the base",
+  v.add("path", "m", "positions of the tool at the plan's nodes, in the base",
         std::span(s.path).first(static_cast<std::size_t>(nodes)) | std::views::transform(&Pose::p),
         sized(0, kMaxHorizon + 1));
   const auto expected = [&](int k) {
@@ -54,10 +54,11 @@ void describe_plan(V& v, SessionSnapshot& s) {
 /// the liquid,
 template <typename V>
 void describe_liquid(V& v, LiquidState& liquid) {
-  v.add("tilt", "rad", "of the surface's normal about x and y", std::array{liquid.tilt_x, liquid.tilt_y}, kOrNull);
+  v.add("tilt", "rad", "angles of the surface's normal about x and y", std::array{liquid.tilt_x, liquid.tilt_y},
+        kOrNull);
   v.add("freeboard", "m", "from the surface's highest point to the rim", liquid.freeboard, kOrNull);
-  v.add("spilled", "", "until the arm is engaged afresh, is reset, or the glass is refilled", liquid.spilled);
-  v.add("spilled_share", "", "of the liquid", liquid.spilled_share);
+  v.add("spilled", "", "stays true until the arm is engaged again, is reset, or the glass is refilled", liquid.spilled);
+  v.add("spilled_share", "", "share of the liquid", liquid.spilled_share);
   v.add("least_freeboard", "m", "since the glass was filled", liquid.least_freeboard, kOrNull);
   v.add("lateral", "m/s^2", "lateral specific force on it, the largest of the last 20 ms", liquid.lateral, kOrNull);
 }
@@ -65,13 +66,13 @@ void describe_liquid(V& v, LiquidState& liquid) {
 /// and what was counted.
 template <typename V>
 void describe_counts(V& v, SessionSnapshot& s) {
-  v.add("solve_us", "us", "of the planner", s.solve_us);
-  v.add("latency_us", "us", "hand to command", s.latency_us);
-  v.add("plans", "", "followed", s.plans);
-  v.add("cycles", "", "of control", s.cycles);
-  v.add("missed_deadlines", "", "of control", s.missed_deadlines);
-  v.add("rejected_plans", "", "late, or failed their check", s.rejected_plans);
-  v.add("samples", "", "of the hand", s.samples);
+  v.add("solve_us", "us", "time of a planning step", s.solve_us);
+  v.add("latency_us", "us", "from hand to command", s.latency_us);
+  v.add("plans", "", "plans that were followed", s.plans);
+  v.add("cycles", "", "control cycles", s.cycles);
+  v.add("missed_deadlines", "", "control cycles that were missed", s.missed_deadlines);
+  v.add("rejected_plans", "", "plans that were late, or failed their check", s.rejected_plans);
+  v.add("samples", "", "samples of the hand", s.samples);
   v.add("planner_rate_hz", "Hz", "planning steps a second", s.planner_rate_hz);
   v.add("planner_rate_automatic", "", "it follows what the machine sustains", s.planner_rate_automatic);
 }
