@@ -37,6 +37,13 @@ def test_what_follows_from_other_lines_is_not_drawn():
     assert set(figure.edges({"a": [], "b": ["a"], "c": ["a", "b"]})) == {("b", "a"), ("c", "b")}
 
 
+def test_no_two_types_have_one_name():
+    """All are in namespace steadyhand: of two definitions of one name the linker would take either."""
+    texts = [path.read_text() for path in (ROOT / "src").rglob("*.hpp")]
+    names = [name for text in texts for name in re.findall(r"^(?:struct|class|enum class) (\w+)(?= (?:final )?(?:: [^{;]*)?\{)", text, re.MULTILINE)]
+    assert len(names) > 400 and sorted(name for name in set(names) if names.count(name) > 1) == []
+
+
 def test_no_two_headers_have_one_name():
     names = [path.name for path in (ROOT / "src").rglob("*.hpp")]
     assert sorted(name for name in set(names) if names.count(name) > 1) == []

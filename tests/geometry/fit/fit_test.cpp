@@ -70,7 +70,7 @@ TEST(NearestPoints, OfCubesAreThoseOfPlanesAndCorners) {
 
 TEST(Prove, GrowsUntilEachPieceIsHeld) {
   const Surface plate = box_surface({0.4, 0.1, 0.02});
-  std::vector<Solid> solids(2);
+  std::vector<FittedSolid> solids(2);
   for (int i = 0; i < 2; ++i) {
     solids[i].shape = Shape::sphere(0.05);
     solids[i].origin.translation().x() = i == 0 ? -0.1 : 0.1;
@@ -79,7 +79,7 @@ TEST(Prove, GrowsUntilEachPieceIsHeld) {
   prove(plate, solids);
   EXPECT_TRUE(is_covered(plate, solids));
   EXPECT_LT(solids[0].shape.radius, 0.13);
-  for (Solid& solid : solids) {
+  for (FittedSolid& solid : solids) {
     solid.shape.radius -= 1e-3;
     EXPECT_FALSE(is_covered(plate, solids));
     solid.shape.radius += 1e-3;
@@ -92,7 +92,7 @@ TEST(Cover, OfALineAndOfNeedlesHasFewPieces) {
     for (int i = 0; i < count; ++i) {
       line.push_back({Vector3(0, 0, 0), Vector3(0, 0, 1.0), Vector3(height, 0, 0.8 * i / count)});
     }
-    std::vector<Probe> probes;  // all along it
+    std::vector<CoverProbe> probes;  // all along it
     for (int i = -2; i <= 12; ++i) {
       for (const double side : {-1.0, 1.0}) {
         probes.push_back({Vector3(0.05 * side, 0.0, 0.1 * i), 0.05, 0.01, 0.05, 0.1});
@@ -138,9 +138,9 @@ TEST(LoadMesh, RefusesAFaceOfVeryManyCorners) {
 }
 
 TEST(Cover, IsReadAsItIsWritten) {
-  Solid solid{Shape::capsule(0.1, 0.03)};
+  FittedSolid solid{Shape::capsule(0.1, 0.03)};
   solid.origin = Eigen::Isometry3d(Eigen::Translation3d(0.1, 0.2, 0.3)) * Eigen::AngleAxisd(0.4, Vector3::UnitY());
-  const Solid once = rounded(solid);
+  const FittedSolid once = rounded(solid);
   EXPECT_EQ(as_written(once), as_written(rounded(once)));
   EXPECT_NEAR(once.shape.core.z(), 0.1, 2e-5);
   solid.shape = Shape::box({0.1, 0.05, 0.02}, 0.01);

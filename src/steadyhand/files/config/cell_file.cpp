@@ -32,7 +32,7 @@ std::string read_color(YamlMap& object) {
 CellObject read_object(YamlMap& map, double margin) {
   CellObject object;
   object.name = map.text("name");
-  const PlacedShape read = read_shape(map, ShapesFor::kWorld);
+  const ShapeEntry read = read_shape(map, ShapesFor::kWorld);
   object.shape = read.shape;
   object.origin = read.origin;
   object.margin = map.number("margin", kMargins, margin);
@@ -45,7 +45,7 @@ CellObject read_object(YamlMap& map, double margin) {
 /// The outside of a box, for the tool: a half-space beyond each of its faces.
 void add_keep_in(YamlMap map, double margin, Cell& cell) {
   margin = map.number("margin", kMargins, margin);
-  const PlacedShape read = read_shape(map, ShapesFor::kWorld);
+  const ShapeEntry read = read_shape(map, ShapesFor::kWorld);
   if (read.shape.kind != ShapeKind::kBox || read.shape.radius > 0.0) {
     map.fail("box", "must be there, without 'rounding': the tool is kept in a box");
     return;

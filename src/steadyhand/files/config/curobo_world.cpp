@@ -26,7 +26,7 @@ Eigen::Isometry3d read_pose(YamlMap& map) {
   return Eigen::Translation3d(n[0], n[1], n[2]) * q.normalized();
 }
 
-PlacedShape read_kind(const std::string& kind, YamlMap& map) {
+ShapeEntry read_kind(const std::string& kind, YamlMap& map) {
   const auto size = [&](const char* key) { return map.number(key, Interval::positive()); };
   if (kind == "cuboid") {
     const std::vector<double> dims = map.numbers("dims", Interval::positive(), 3);
@@ -39,7 +39,7 @@ PlacedShape read_kind(const std::string& kind, YamlMap& map) {
     return {sphere, Eigen::Isometry3d(Eigen::Translation3d(read_vector(map, "position")))};
   }
   const Vector3 base = read_vector(map, "base"), way = read_vector(map, "tip") - base;
-  PlacedShape capsule{Shape::capsule(0.5 * way.norm(), size("radius")), Eigen::Isometry3d::Identity()};
+  ShapeEntry capsule{Shape::capsule(0.5 * way.norm(), size("radius")), Eigen::Isometry3d::Identity()};
   if (map.has("pose")) capsule.origin = read_pose(map);
   capsule.origin = capsule.origin * Eigen::Translation3d(base + 0.5 * way);
   if (way.norm() > 0.0) capsule.origin = capsule.origin * turn_between(Vector3::UnitZ(), way);
@@ -63,7 +63,7 @@ void read_curobo_world(YamlMap& map, Cell& cell) {
         return;
       }
       YamlMap solid = named.map(name);
-      const PlacedShape placed = read_kind(kind, solid);
+      const ShapeEntry placed = read_kind(kind, solid);
       CellObject& object = cell.objects.emplace_back();
       object.name = name;
       object.shape = placed.shape;

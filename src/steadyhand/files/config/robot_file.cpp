@@ -61,7 +61,7 @@ void read_bodies(YamlMap& robot, RobotSettings& settings) {
   if (robot.has("bodies") || robot.has("spheres") || robot.has("pairs")) settings.pairs.reset();
   if (robot.has("bodies")) {
     for (YamlMap& body : robot.maps("bodies")) {
-      const PlacedShape read = read_shape(body, ShapesFor::kArm);
+      const ShapeEntry read = read_shape(body, ShapesFor::kArm);
       settings.bodies.push_back({body.text("name"), body.text("link"), read.shape, read.origin});
     }
   }

@@ -13,37 +13,37 @@ namespace {
 
 constexpr double kTiny = 1e-9;  // m
 
-PlacedShape read_sphere(YamlMap sphere) {
+ShapeEntry read_sphere(YamlMap sphere) {
   return {Shape::sphere(sphere.number("radius", Interval::positive())),
           Eigen::Isometry3d(Eigen::Translation3d(read_vector(sphere, "center", Vector3::Zero())))};
 }
 
 /// Of what has two ends: the shape's z along them, its origin half-way.
-PlacedShape between_ends(YamlMap& solid, double& half_length) {
+ShapeEntry between_ends(YamlMap& solid, double& half_length) {
   const Vector3 from = read_vector(solid, "from"), to = read_vector(solid, "to"), way = to - from;
   half_length = 0.5 * way.norm();
-  PlacedShape placed;
+  ShapeEntry placed;
   placed.origin.translation() = 0.5 * (from + to);
   if (half_length > kTiny) placed.origin.linear() = turn_between(Vector3::UnitZ(), way).toRotationMatrix();
   return placed;
 }
 
-PlacedShape read_capsule(YamlMap capsule) {
+ShapeEntry read_capsule(YamlMap capsule) {
   double half = 0.0;
-  PlacedShape placed = between_ends(capsule, half);
+  ShapeEntry placed = between_ends(capsule, half);
   placed.shape = Shape::capsule(half, capsule.number("radius", Interval::positive()));
   return placed;
 }
 
-PlacedShape read_cylinder(YamlMap cylinder) {
+ShapeEntry read_cylinder(YamlMap cylinder) {
   double half = 0.0;
-  PlacedShape placed = between_ends(cylinder, half);
+  ShapeEntry placed = between_ends(cylinder, half);
   if (half <= kTiny) cylinder.fail("to", "must be another point than 'from'");
   placed.shape = Shape::cylinder(cylinder.number("radius", Interval::positive()), std::max(half, kTiny));
   return placed;
 }
 
-PlacedShape read_box(YamlMap box) {
+ShapeEntry read_box(YamlMap box) {
   const std::vector<double> size = box.numbers("size", Interval::positive(), 3);
   const double rounding = box.number("rounding", Interval::not_negative(), 0.0);
   const Vector3 core = 0.5 * Vector3(size[0], size[1], size[2]) - Vector3::Constant(rounding);
@@ -52,9 +52,9 @@ PlacedShape read_box(YamlMap box) {
           Eigen::Translation3d(read_vector(box, "center", Vector3::Zero())) * read_rpy(box, "rpy")};
 }
 
-PlacedShape read_half_space(YamlMap half_space) {
+ShapeEntry read_half_space(YamlMap half_space) {
   const Vector3 point = read_vector(half_space, "point"), normal = read_vector(half_space, "normal", Vector3::UnitZ());
-  PlacedShape placed{Shape::half_space(), Eigen::Isometry3d(Eigen::Translation3d(point))};
+  ShapeEntry placed{Shape::half_space(), Eigen::Isometry3d(Eigen::Translation3d(point))};
   if (normal.norm() <= kTiny) {
     half_space.fail("normal", "must not be 0");
   } else {
@@ -77,10 +77,10 @@ Quaternion read_rpy(YamlMap& map, const std::string& key) {
          Eigen::AngleAxisd(rpy[0], Vector3::UnitX());
 }
 
-PlacedShape read_shape(YamlMap& solid, ShapesFor whose) {
+ShapeEntry read_shape(YamlMap& solid, ShapesFor whose) {
   const struct {
     const char* kind;
-    PlacedShape (*read)(YamlMap);
+    ShapeEntry (*read)(YamlMap);
   } kinds[] = {{"sphere", read_sphere},
                {"capsule", read_capsule},
                {"box", read_box},

@@ -6,7 +6,7 @@
 namespace steadyhand {
 
 /// A shape and where it is, in the frame that its file says.
-struct PlacedShape {
+struct ShapeEntry {
   Shape shape;
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< of the shape's frame
 };
@@ -21,6 +21,6 @@ enum class ShapesFor { kArm, kWorld };
 
 /// The one key of `solid` that names a shape, with what it holds: docs/how-to/add-a-robot.md, "Bodies". What is wrong
 /// is told by the mapping's finish(); the shape is then a harmless one.
-PlacedShape read_shape(YamlMap& solid, ShapesFor whose);
+ShapeEntry read_shape(YamlMap& solid, ShapesFor whose);
 
 }  // namespace steadyhand

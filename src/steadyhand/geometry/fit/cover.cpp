@@ -14,7 +14,7 @@ namespace steadyhand {
 
 namespace {
 
-constexpr double kStep = Solid::kStep, kLeastCore = Solid::kLeastCore;
+constexpr double kStep = FittedSolid::kStep, kLeastCore = FittedSolid::kLeastCore;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Sum of uniforms: the standard library's normal distribution differs from library to library.
@@ -80,8 +80,8 @@ struct Ball {
   double radius = 0.0;
 };
 
-Solid to_solid(const Ball& ball) {
-  Solid solid;
+FittedSolid to_solid(const Ball& ball) {
+  FittedSolid solid;
   solid.origin.translation() = ball.core.center;
   solid.origin.linear() = ball.core.R;
   const double radius = std::max(ball.radius, kStep);
@@ -98,7 +98,7 @@ Solid to_solid(const Ball& ball) {
   return solid;
 }
 
-Ball to_ball(const Solid& solid) {
+Ball to_ball(const FittedSolid& solid) {
   return {{solid.shape.kind, solid.origin.translation(), solid.origin.linear(), solid.shape.core}, solid.shape.radius};
 }
 
@@ -194,7 +194,7 @@ struct Mesh : Pieces {
 
 class LinkCover {
  public:
-  LinkCover(const Mesh& mesh, const std::vector<Probe>& probes, const CoverSettings& settings)
+  LinkCover(const Mesh& mesh, const std::vector<CoverProbe>& probes, const CoverSettings& settings)
       : mesh_(mesh), settings_(settings), random_(settings.seed), directions_(even_directions(150)) {
     Points points;
     for (Numbers* numbers : {&gaps_, &shares_, &limits_, &slopes_}) {
@@ -508,8 +508,8 @@ class LinkCover {
 
 }  // namespace
 
-Cover cover(const Surface& surface, const std::vector<Probe>& probes, const CoverSettings& settings,
-            const std::vector<Solid>& last) {
+Cover cover(const Surface& surface, const std::vector<CoverProbe>& probes, const CoverSettings& settings,
+            const std::vector<FittedSolid>& last) {
   const Mesh mesh(small_triangles(surface));
   LinkCover link(mesh, probes, settings);
   Cover best;
@@ -524,7 +524,7 @@ Cover cover(const Surface& surface, const std::vector<Probe>& probes, const Cove
   std::vector<Ball> fewer;
   int count = 1;
   if (!last.empty()) {
-    for (const Solid& solid : last) fewer.push_back(to_ball(solid));
+    for (const FittedSolid& solid : last) fewer.push_back(to_ball(solid));
     const auto found = link.improve(fewer);
     fewer = found.second;
     take(found);
@@ -539,7 +539,7 @@ Cover cover(const Surface& surface, const std::vector<Probe>& probes, const Cove
   prove(surface, best.solids);
   // What was grown for one triangle may hold all that another was there for.
   for (std::size_t i = best.solids.size(); i-- > 0 && best.solids.size() > 1;) {
-    std::vector<Solid> others = best.solids;
+    std::vector<FittedSolid> others = best.solids;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
     if (is_covered(surface, others)) best.solids = std::move(others);
   }

@@ -11,7 +11,7 @@ namespace steadyhand {
 
 /// Where room counts that a cover takes. The ball about `point` (m, link's frame) is `gap` outside of what is to be
 /// covered; a cover that takes t (m) of that costs share * min(1, t / limit)^n + slope * t, n as in CoverSettings.
-struct Probe {
+struct CoverProbe {
   Vector3 point;
   double gap = 0.0;
   double share = 0.0, limit = 1.0;  ///< limit: m
@@ -29,14 +29,15 @@ struct CoverSettings {
 };
 
 struct Cover {
-  std::vector<Solid> solids;  ///< with numbers as they are written (as_written), so that reading them changes nothing
-  double cost = 0.0;          ///< room taken from the probes
+  std::vector<FittedSolid>
+      solids;         ///< with numbers as they are written (as_written), so that reading them changes nothing
+  double cost = 0.0;  ///< room taken from the probes
 };
 
 /// Few solids of which one holds each triangle, or each of the pieces into which the triangle is cut: proven for the
 /// numbers that are written.
 /// @param last solids to begin from, beside others; may be none
-Cover cover(const Surface& surface, const std::vector<Probe>& probes, const CoverSettings& settings,
-            const std::vector<Solid>& last = {});
+Cover cover(const Surface& surface, const std::vector<CoverProbe>& probes, const CoverSettings& settings,
+            const std::vector<FittedSolid>& last = {});
 
 }  // namespace steadyhand

@@ -43,13 +43,13 @@ bool inside(const Hull& hull, const Vector3& p) {
 }
 
 /// Volumes by even sampling of the box about all.
-void measure(const Surface& surface, const std::vector<Solid>& solids, FittedLink& link) {
+void measure(const Surface& surface, const std::vector<FittedSolid>& solids, FittedLink& link) {
   constexpr int kSamples = 40;  // along each axis
   Points corners;
   for (const Triangle& t : surface) corners.insert(corners.end(), t.begin(), t.end());
   link.hull = convex_hull(corners).volume;
   Vector3 low = Vector3::Constant(1e9), high = -low;
-  for (const Solid& solid : solids) {
+  for (const FittedSolid& solid : solids) {
     low = low.cwiseMin(solid.origin.translation() - Vector3::Constant(solid.shape.extent()));
     high = high.cwiseMax(solid.origin.translation() + Vector3::Constant(solid.shape.extent()));
   }
@@ -58,7 +58,8 @@ void measure(const Surface& surface, const std::vector<Solid>& solids, FittedLin
     const Vector3 share((i % kSamples + 0.5) / kSamples, (i / kSamples % kSamples + 0.5) / kSamples,
                         (i / kSamples / kSamples + 0.5) / kSamples);
     const Vector3 p = low + share.cwiseProduct(high - low);
-    if (std::none_of(solids.begin(), solids.end(), [&](const Solid& s) { return s.distance(p) <= 0.0; })) continue;
+    if (std::none_of(solids.begin(), solids.end(), [&](const FittedSolid& s) { return s.distance(p) <= 0.0; }))
+      continue;
     ++covered;
     filled += std::any_of(link.parts.begin(), link.parts.end(), [&](const Hull& hull) { return inside(hull, p); });
   }
@@ -170,7 +171,7 @@ class Fitter {
   struct Row {
     Surface surface;
     bool exact = false;  ///< the URDF says what its solids are
-    std::vector<Solid> solids;
+    std::vector<FittedSolid> solids;
   };
 
   std::string file() const { return settings_.urdf.string(); }
@@ -271,7 +272,7 @@ class Fitter {
     };
     for (std::size_t row = 0; row < rows_.size(); ++row) {
       if (!rows_[row].exact) continue;
-      for (Solid& solid : rows_[row].solids) solid = rounded(solid);
+      for (FittedSolid& solid : rows_[row].solids) solid = rounded(solid);
       prove(rows_[row].surface, rows_[row].solids);
       bodies_[row] = take(row);
     }
@@ -299,7 +300,7 @@ class Fitter {
   Cover cover_of(std::size_t row, int round) const {
     const FittedLink& link = result_.links[row];
     const Surface& surface = rows_[row].surface;
-    std::vector<Probe> probes =
+    std::vector<CoverProbe> probes =
         probes_of(row, parts_, round == 0 ? std::vector<std::vector<Fitted>>(rows_.size()) : bodies_, free_, left_out_,
                   frame(link.link), settings_.seed);
     add_probes_around(link.parts, settings_.seed, probes);
@@ -323,7 +324,7 @@ class Fitter {
   void take_bodies() {
     for (std::size_t row = 0; row < rows_.size(); ++row) {
       FittedLink& link = result_.links[row];
-      const std::vector<Solid>& solids = rows_[row].solids;
+      const std::vector<FittedSolid>& solids = rows_[row].solids;
       measure(rows_[row].surface, solids, link);
       for (std::size_t i = 0; i < solids.size(); ++i) {
         const ShapeKind kind = solids[i].shape.kind;

@@ -127,9 +127,9 @@ RowPairs links_apart(const RobotModel& model, const std::vector<Part>& parts) {
   return apart;
 }
 
-std::vector<Fitted> cores_of(const std::vector<Solid>& solids, std::size_t row, const UrdfChain::Frame& frame) {
+std::vector<Fitted> cores_of(const std::vector<FittedSolid>& solids, std::size_t row, const UrdfChain::Frame& frame) {
   std::vector<Fitted> fitted;
-  for (const Solid& solid : solids) {
+  for (const FittedSolid& solid : solids) {
     Fitted one;
     one.link = frame.link;
     one.row = row;
@@ -151,15 +151,15 @@ std::vector<Fitted> cores_of(const std::vector<Solid>& solids, std::size_t row, 
   return fitted;
 }
 
-std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
-                             const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
-                             const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed) {
-  std::vector<Probe> probes;
+std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& parts,
+                                  const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
+                                  const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed) {
+  std::vector<CoverProbe> probes;
   for (const Poses& poses : free) {
     const Eigen::Isometry3d X_frame_base = (poses[frame.link] * frame.X_link_frame).inverse();
     for (std::size_t other = 0; other < bodies.size(); ++other) {
       if (left_out.contains({row, other}) || left_out.contains({other, row})) continue;
-      Probe nearest;
+      CoverProbe nearest;
       nearest.limit = std::numeric_limits<double>::infinity();
       for (const Part& own : parts) {
         if (own.row != row) continue;
@@ -199,14 +199,14 @@ std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
     }
     probes.resize(kProbes);
   }
-  for (Probe& probe : probes) {
+  for (CoverProbe& probe : probes) {
     probe.share = all / static_cast<double>(probes.size()) / static_cast<double>(free.size());
     probe.slope = 0.05 * probe.share / kNear;
   }
   return probes;
 }
 
-void add_probes_around(const std::vector<Hull>& parts, std::uint32_t seed, std::vector<Probe>& probes) {
+void add_probes_around(const std::vector<Hull>& parts, std::uint32_t seed, std::vector<CoverProbe>& probes) {
   struct Facet {
     const Triangle* triangle;
     double until;  // area of it and those before

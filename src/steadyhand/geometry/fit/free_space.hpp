@@ -53,16 +53,16 @@ struct Fitted : Part {
   double radius = 0.0;
 };
 
-std::vector<Fitted> cores_of(const std::vector<Solid>& solids, std::size_t row, const UrdfChain::Frame& frame);
+std::vector<Fitted> cores_of(const std::vector<FittedSolid>& solids, std::size_t row, const UrdfChain::Frame& frame);
 
 /// Where other links come near one of them: near their bodies, where they have some, else near their convex parts.
 /// @param bodies by row
-std::vector<Probe> probes_of(std::size_t row, const std::vector<Part>& parts,
-                             const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
-                             const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed);
+std::vector<CoverProbe> probes_of(std::size_t row, const std::vector<Part>& parts,
+                                  const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,
+                                  const RowPairs& left_out, const UrdfChain::Frame& frame, std::uint32_t seed);
 
 /// Probes evenly over the surface of the convex parts.
-void add_probes_around(const std::vector<Hull>& parts, std::uint32_t seed, std::vector<Probe>& probes);
+void add_probes_around(const std::vector<Hull>& parts, std::uint32_t seed, std::vector<CoverProbe>& probes);
 
 /// Configurations that the bodies refuse.
 int count_refused(const std::vector<std::vector<Fitted>>& bodies, const std::vector<Poses>& free,

@@ -18,7 +18,7 @@ namespace steadyhand {
 struct LinkGeometry {
   std::string source;
   std::vector<Surface> pieces;
-  std::vector<Solid> exact;  ///< the same as solids, if all of it are spheres and boxes
+  std::vector<FittedSolid> exact;  ///< the same as solids, if all of it are spheres and boxes
 };
 
 /// Reads that of links: their collision geometry, what settings name instead, or the visual one.

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kSpare = 1e-4;   // m, by which solids hold more than they must
 constexpr double kFinest = 2e-5;  // m, edges of pieces of triangles
-constexpr double kStep = Solid::kStep, kLeastCore = Solid::kLeastCore;
+constexpr double kStep = FittedSolid::kStep, kLeastCore = FittedSolid::kLeastCore;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double round_to(double value, double step) { return std::round(value / step) * step + 0.0; }
@@ -24,7 +24,7 @@ Vector3 round_to(const Vector3& v, double step) {
   return {round_to(v.x(), step), round_to(v.y(), step), round_to(v.z(), step)};
 }
 
-std::pair<Vector3, Vector3> ends_of(const Solid& solid) {
+std::pair<Vector3, Vector3> ends_of(const FittedSolid& solid) {
   const Vector3 way = solid.shape.core.z() * solid.origin.linear().col(2);
   return {solid.origin.translation() - way, solid.origin.translation() + way};
 }
@@ -48,20 +48,21 @@ std::string list(const Vector3& v, int digits) {
   return fmt::format("[{}, {}, {}]", number(v.x()), number(v.y()), number(v.z()));
 }
 
-bool holds(const Solid& solid, const Triangle& triangle, double spare) {
+bool holds(const FittedSolid& solid, const Triangle& triangle, double spare) {
   return std::all_of(triangle.begin(), triangle.end(), [&](const Vector3& p) { return solid.distance(p) <= -spare; });
 }
 
 /// Pieces of triangles that no solid holds whole, each with its corners; cut down to `finest`.
 template <typename Take>
-bool each_open_piece(const Triangle& triangle, const std::vector<Solid>& solids, double spare, const Take& take) {
-  if (std::any_of(solids.begin(), solids.end(), [&](const Solid& solid) { return holds(solid, triangle, spare); })) {
+bool each_open_piece(const Triangle& triangle, const std::vector<FittedSolid>& solids, double spare, const Take& take) {
+  if (std::any_of(solids.begin(), solids.end(),
+                  [&](const FittedSolid& solid) { return holds(solid, triangle, spare); })) {
     return true;
   }
   const auto& [a, b, c] = triangle;
   const double longest = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
   const bool stands_out = std::any_of(triangle.begin(), triangle.end(), [&](const Vector3& p) {
-    return std::all_of(solids.begin(), solids.end(), [&](const Solid& s) { return s.distance(p) > -spare; });
+    return std::all_of(solids.begin(), solids.end(), [&](const FittedSolid& s) { return s.distance(p) > -spare; });
   });
   if (longest < kFinest || (stands_out && longest < 1e-3)) return take(triangle);
   const Vector3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
@@ -73,13 +74,13 @@ bool each_open_piece(const Triangle& triangle, const std::vector<Solid>& solids,
 
 }  // namespace
 
-double Solid::distance(const Vector3& point) const {
+double FittedSolid::distance(const Vector3& point) const {
   const Vector3 q = (origin.linear().transpose() * (point - origin.translation())).cwiseAbs() - shape.core;
   return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - shape.radius;
 }
 
-Solid rounded(const Solid& solid) {
-  Solid result = solid;
+FittedSolid rounded(const FittedSolid& solid) {
+  FittedSolid result = solid;
   if (solid.shape.kind == ShapeKind::kCapsule) {
     auto [from, to] = ends_of(solid);
     from = round_to(from, kStep);
@@ -98,7 +99,7 @@ Solid rounded(const Solid& solid) {
   return result;
 }
 
-std::string as_written(const Solid& solid) {
+std::string as_written(const FittedSolid& solid) {
   const double r = solid.shape.radius;
   switch (solid.shape.kind) {
     case ShapeKind::kCapsule: {
@@ -114,16 +115,16 @@ std::string as_written(const Solid& solid) {
   }
 }
 
-void prove(const Surface& surface, std::vector<Solid>& solids) {
-  const auto grow = [&](Solid& solid, double by) {
+void prove(const Surface& surface, std::vector<FittedSolid>& solids) {
+  const auto grow = [&](FittedSolid& solid, double by) {
     solid.shape.radius = std::ceil((solid.shape.radius + by) / kStep - 1e-6) * kStep;
   };
-  for (Solid& solid : solids) grow(solid, 0.0);
+  for (FittedSolid& solid : solids) grow(solid, 0.0);
   for (const Triangle& triangle : surface) {
     (void)each_open_piece(triangle, solids, kSpare, [&](const Triangle& piece) {
-      Solid* best = nullptr;
+      FittedSolid* best = nullptr;
       double least = kInfinity;
-      for (Solid& solid : solids) {
+      for (FittedSolid& solid : solids) {
         double need = -kInfinity;
         for (const Vector3& p : piece) need = std::max(need, solid.distance(p));
         if (need < least) {
@@ -137,7 +138,7 @@ void prove(const Surface& surface, std::vector<Solid>& solids) {
   }
 }
 
-bool is_covered(const Surface& surface, const std::vector<Solid>& solids) {
+bool is_covered(const Surface& surface, const std::vector<FittedSolid>& solids) {
   return std::all_of(surface.begin(), surface.end(), [&](const Triangle& triangle) {
     return each_open_piece(triangle, solids, 0.0, [](const Triangle&) { return false; });
   });
