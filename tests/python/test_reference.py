@@ -1,6 +1,7 @@
 """The reference of the C++ interface (docs/reference) is made without a complaint of Doxygen's."""
 
 import importlib.util
+import os
 import re
 import shutil
 
