@@ -354,7 +354,8 @@ TEST(FirstInterval, IsBoundedJustAsThePositionLimitAsks) {
 TEST(OwnTerms, AreWeighedBesideTheOthers) {
   std::mt19937 random(8);
   const RobotModel model = random_arm(6, random);
-  const OcpSettings settings = test::with_objectives(9);
+  const int own = static_cast<int>(default_objectives().size());
+  const OcpSettings settings = test::with_objectives(own + 3);
   ASSERT_TRUE(Ocp::check(settings));
   const Ocp ocp(model, settings);
   Evaluation evaluation(ocp);
@@ -366,7 +367,7 @@ TEST(OwnTerms, AreWeighedBesideTheOthers) {
   trajectory.x[1].tail(6).setConstant(0.5);
   trajectory.x[2].tail(6).setConstant(-1.0);
   evaluation.set_trajectory(trajectory);
-  for (int i = 6; i < 9; ++i) EXPECT_NEAR(evaluation.objective_share(i), ocp.dt() * (i + 1) * 6 * 1.25, 1e-12);
+  for (int i = own; i < own + 3; ++i) EXPECT_NEAR(evaluation.objective_share(i), ocp.dt() * (i + 1) * 6 * 1.25, 1e-12);
 }
 
 TEST(OwnTerms, AConstraintOfTheCallersActsBesideTheOthers) {
@@ -401,9 +402,9 @@ TEST(OwnTerms, ListsThatAreNoProblemAreRefused) {
     EXPECT_NE(status.error().message.find(why), std::string::npos) << status.error().message;
   };
   expect_refused(test::with_objectives(kMaxObjectives + 1), "17 objectives; a problem has at most 16");
-  OcpSettings settings = test::with_objectives(7);
+  OcpSettings settings = test::with_objectives(static_cast<int>(default_objectives().size()) + 1);
   settings.objectives.push_back(settings.objectives.back());
-  expect_refused(settings, "two are called 'extra_6'");
+  expect_refused(settings, "two are called '" + settings.objectives.back()->name() + "'");
   settings.objectives.back() = nullptr;
   expect_refused(settings, "one is null");
   for (const char* name : {"", "9th", "Speed", "a b", "a,b", "_a", "\xc3\xa4"}) {
