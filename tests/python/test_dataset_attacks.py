@@ -112,7 +112,7 @@ def test_a_camera_that_says_no_size_and_a_picture_that_is_none_are_named(filmed,
         rewritten(tmp_path / "odd.mcap", metadata, change)
         assert make(tmp_path / "odd.mcap", "--out", tmp_path / "set", "--episodes", "session") == 2
         said = capsys.readouterr().err
-        assert "odd.mcap: /camera/table has a message that is no picture" in said and "Traceback" not in said
+        assert "odd.mcap: /camera/table has a message that is not a frame" in said and "Traceback" not in said
 
 
 def test_a_conversion_that_is_killed_leaves_the_set_as_it_was_and_the_next_one_tidies_up(by_robot, tmp_path):

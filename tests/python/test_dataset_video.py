@@ -84,16 +84,16 @@ def test_pauses_and_what_begins_too_late_are_refused():
     t = 0.5 + np.arange(20) / 30
     exposed = np.arange(30) / 15
     lost = np.delete(exposed, [12])  # one picture
-    with pytest.raises(ValueError, match="camera front has no picture for 133 ms"):
+    with pytest.raises(ValueError, match="camera front has no frame for 133 ms"):
         lay("front", video(lost), t)
     assert lay("front", video(lost), t, longest=0.15).skew == pytest.approx(1 / 15, abs=0.02)
-    with pytest.raises(ValueError, match="camera front has no picture for"):
+    with pytest.raises(ValueError, match="camera front has no frame for"):
         lay("front", video(exposed[:12]), t)  # unplugged
-    with pytest.raises(ValueError, match="camera front has no picture"):
+    with pytest.raises(ValueError, match="camera front has no frame"):
         lay("front", Video(64, 48, 15.0), t)
     whole = video(exposed)
     headless = Video(64, 48, 15.0, whole.t[6:], whole.packets[6:])
-    with pytest.raises(ValueError, match="camera front has no key picture before"):
+    with pytest.raises(ValueError, match="camera front has no key frame before"):
         lay("front", headless, t)
 
 

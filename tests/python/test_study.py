@@ -107,7 +107,7 @@ GATES = "tasks:\n  - {kind: gates, gates: [[0, 0, 0], [0, 5, 0]]}\n"
         (("count: 3", "count: 4"), ["count is 4", "odd"]),
         (("kind: carry", "kind: juggle"), ["juggle", "targets, gates, carry"]),
         (("width: 0.05", "width: 0.5"), ["width is 0.5"]),
-        (("name: late", "name: tracking"), ["'tracking' stands twice"]),
+        (("name: late", "name: tracking"), ["'tracking' occurs twice"]),
         (("name: small", "name: ../up"), ["'../up'"]),
         (("questionnaires: [nasa-tlx]", "questionnaires: [mood]"), ["mood", "nasa-tlx, nasa-tlx-weighted, sus"]),
         (("seed: 3", "seed: 3\nreference: P9"), ["P9", "tracking, late"]),

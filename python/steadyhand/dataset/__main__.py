@@ -31,21 +31,21 @@ def _frames_a_second(text: str) -> int:
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand dataset",
-        description="Makes a data set in LeRobot's format v3.0, robomimic's or Rerun's, of recorded sessions, or appends them to one; merges data sets (docs/how-to/record-data.md).",
-        epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, with the reason on stderr.",
+        description="Makes a data set from recorded sessions, in the format of LeRobot (v3.0), robomimic or Rerun; appends to data sets and merges them (docs/how-to/record-data.md).",
+        epilog="Exit codes: 0 done, omitted parts are listed on stderr; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )
-    parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, a folder of them, or a data set of LeRobot's format, which is merged with the others, before all sessions")
-    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; appended to if it is there. With other formats a new file (robomimic) or folder (rerun)")
+    parser.add_argument("sessions", nargs="+", metavar="SESSION", help="MCAP of a session, a folder of them, or a LeRobot data set; data sets are merged before all sessions")
+    parser.add_argument("--out", required=True, metavar="DIR", help="the data set; an existing one is extended. Other formats need a new file (robomimic) or folder (rerun)")
     parser.add_argument("--format", choices=("lerobot", "robomimic", "rerun"), default="lerobot", help="LeRobot's v3.0, one HDF5 file as robomimic reads it, without pictures, or a recording of each episode (.rrd) as Rerun shows it (lerobot)")
-    parser.add_argument("--fps", default="30", metavar="N", help="frames a second, 1 to 500 (30)")
-    parser.add_argument("--action", choices=ACTIONS, default="joints", help="what an action is: joint positions, their change, the tool's pose, or positions and velocities (joints)")
-    parser.add_argument("--task", default="", metavar="TEXT", help="what was to be done, in words, where a session does not say it")
-    parser.add_argument("--episodes", choices=EPISODES, default="auto", help="those that were marked and kept, from each grip to its release, or all of a session (auto: marked where a session has marks, else grips)")
-    parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="leave out what is shorter, s (1)")
-    parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
-    parser.add_argument("--picture-pause", type=float, default=PICTURE_PAUSE, metavar="S", help="leave out an episode in which a camera has no picture for longer, s; meanwhile frames show the nearest (0.1)")
-    parser.add_argument("--no-video", action="store_true", help="leave the cameras' pictures out")
+    parser.add_argument("--fps", default="30", metavar="N", help="frames per second, 1 to 500 (30)")
+    parser.add_argument("--action", choices=ACTIONS, default="joints", help="content of an action: joint positions, their change, the tool's pose, or positions and velocities (joints)")
+    parser.add_argument("--task", default="", metavar="TEXT", help="the task in words, for sessions without one")
+    parser.add_argument("--episodes", choices=EPISODES, default="auto", help="kept episodes, from engaging to release, or the whole session (auto: marked if a session has marks, otherwise grips)")
+    parser.add_argument("--shortest", type=float, default=1.0, metavar="S", help="shortest episode, s (1)")
+    parser.add_argument("--robot", metavar="ROBOT", help="robot of the sessions, by name or file (default: as recorded)")
+    parser.add_argument("--picture-pause", type=float, default=PICTURE_PAUSE, metavar="S", help="longest gap between frames of a camera, s; episodes with longer gaps are left out (0.1)")
+    parser.add_argument("--no-video", action="store_true", help="leave out camera video")
     add_workers(parser, "read sessions")
     return parser
 

@@ -88,7 +88,7 @@ def read_videos(path: str | os.PathLike[str]) -> dict[str, Video]:
             said = json.loads(data)
             exposed, packet = said["timestamp"]["sec"] + 1e-9 * said["timestamp"]["nsec"], base64.b64decode(said["data"], validate=True)
         except (ValueError, KeyError, TypeError) as error:
-            raise ValueError(f"{topic} has a message that is no picture: {error!r}") from None
+            raise ValueError(f"{topic} has a message that is not a frame: {error!r}") from None
         videos[name].t.append(exposed)
         videos[name].packets.append(packet)
     return videos
@@ -104,12 +104,12 @@ def lay(name: str, video: Video, t: Array, longest: float = PICTURE_PAUSE) -> Fi
     inside = exposed[rows[0] : rows[-1] + 1] if len(exposed) else exposed
     pause = max([2.0 * skew, *np.diff(inside)])
     if not np.isfinite(pause):
-        raise ValueError(f"camera {name} has no picture; --no-video does without")
+        raise ValueError(f"camera {name} has no frame; --no-video leaves out video")
     if pause > longest:
-        raise ValueError(f"camera {name} has no picture for {1e3 * pause:.0f} ms, longer than {1e3 * longest:.0f}; --picture-pause {np.ceil(10 * pause) / 10:g} takes it, --no-video does without")
+        raise ValueError(f"camera {name} has no frame for {1e3 * pause:.0f} ms, longer than {1e3 * longest:.0f}; --picture-pause {np.ceil(10 * pause) / 10:g} accepts it, --no-video leaves out video")
     first = next((k for k in range(rows[0], -1, -1) if _KEY.search(video.packets[k])), None)
     if first is None:
-        raise ValueError(f"camera {name} has no key picture before")
+        raise ValueError(f"camera {name} has no key frame before")
     return Film(video.width, video.height, video.packets[first : rows[-1] + 1], rows - first, skew, exposed[first : rows[-1] + 1] - t[0])
 
 

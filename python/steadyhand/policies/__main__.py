@@ -15,15 +15,15 @@ from ._live import lead
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand policy",
-        description="A policy of a Python file leads the arm of the program that runs on this machine, in turns with a person (docs/how-to/policies.md).",
-        epilog="Exit codes: 0 it ended, or was interrupted; 1 the program has gone; 2 bad input, with the reason on stderr.",
+        description="Runs a policy of a Python file. It controls the arm of the running session, in turns with a person (docs/how-to/policies.md).",
+        epilog="Exit codes: 0 the policy ended or was interrupted; 1 the session ended; 2 bad input, with the reason on stderr.",
         allow_abbrev=False,
     )
-    parser.add_argument("policy", metavar="FILE.py:CLASS", help="makes the policy: a class, or a function, of this file")
-    parser.add_argument("arguments", nargs="*", metavar="ARG", help="what that is called with, as text")
-    parser.add_argument("--port", type=int, default=8642, metavar="N", help="of the program's page (8642)")
-    parser.add_argument("--turn", action="store_true", help="take the arm, if nobody has it, and give the policy its turn; else a person does so at the page")
-    parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    parser.add_argument("policy", metavar="FILE.py:CLASS", help="class or function of this file that makes the policy")
+    parser.add_argument("arguments", nargs="*", metavar="ARG", help="its arguments, as text")
+    parser.add_argument("--port", type=int, default=8642, metavar="N", help="port of the program's page (8642)")
+    parser.add_argument("--turn", action="store_true", help="take control if no client has it, and start the policy's turn; by default a person does so at the page")
+    parser.add_argument("--seconds", type=float, metavar="S", help="end after this time, s")
     return parser
 
 

@@ -21,16 +21,16 @@ from ._scores import Score, score, table
 def _parser() -> Parser:
     parser = Parser(
         prog="steadyhand score",
-        description="Scores recorded sessions, as they were or as other profiles would plan the same hands: a row for each session and profile.",
-        epilog="Exit codes: 0 done, and what was left out stands on stderr; 2 bad input, or nothing could be scored, with the reason on stderr.",
+        description="Scores recorded sessions, as recorded or planned again under other profiles: one row for each session and profile.",
+        epilog="Exit codes: 0 done, omitted parts are listed on stderr; 2 bad input, or nothing could be scored, with the reason on stderr.",
         allow_abbrev=False,
     )
     parser.add_argument("sessions", nargs="+", metavar="SESSION", help="a session's MCAP, or a folder of them")
-    parser.add_argument("--profile", nargs="+", default=[], metavar="NAME", help="plan the hands anew under these profiles, names or files (score what was recorded)")
-    parser.add_argument("--rate", type=float, metavar="HZ", help="of these plans (each session's)")
-    parser.add_argument("--keep", metavar="DIR", help="keep what was planned anew there, as SESSION-PROFILE.mcap, which `dataset` and `report` read")
-    parser.add_argument("--out", metavar="FILE", help="the rows as CSV, with every figure")
-    parser.add_argument("--robot", metavar="ROBOT", help="the robot of the sessions, by name or file (what each session names)")
+    parser.add_argument("--profile", nargs="+", default=[], metavar="NAME", help="plan the hands again under these profiles, names or files (default: score the recording)")
+    parser.add_argument("--rate", type=float, metavar="HZ", help="plans per second (default: as recorded)")
+    parser.add_argument("--keep", metavar="DIR", help="folder for the new plans, as SESSION-PROFILE.mcap, for `dataset` and `report`")
+    parser.add_argument("--out", metavar="FILE", help="write all figures as CSV")
+    parser.add_argument("--robot", metavar="ROBOT", help="robot of the sessions, by name or file (default: as recorded)")
     add_workers(parser, "score sessions")
     return parser
 
@@ -75,13 +75,13 @@ def run(words: list[str]) -> int:
     if arguments.rate is not None and not 1.0 <= arguments.rate <= 500.0:
         raise ValueError(f"--rate is {arguments.rate:g}; it must be from 1 to 500 Hz")
     if not arguments.profile and (arguments.keep or arguments.rate is not None):
-        raise ValueError(f"--{'keep' if arguments.keep else 'rate'}: nothing is planned anew without --profile")
+        raise ValueError(f"--{'keep' if arguments.keep else 'rate'}: --profile is missing; it selects the profiles of new plans")
     if twice := [name for k, name in enumerate(arguments.profile) if Path(name).stem in {Path(other).stem for other in arguments.profile[:k]}]:
         raise ValueError(f"--profile: '{twice[0]}' is named twice; give each once")
     files = sessions_of(arguments.sessions)
     keep = Path(arguments.keep).resolve() if arguments.keep else None
     if keep and len({path.stem for path in files}) < len(files):
-        raise ValueError("--keep: two of the sessions have the same name; keep those of each folder in a folder of its own")
+        raise ValueError("--keep: two of the sessions have the same name; run the command once for each folder")
     if keep:
         keep.mkdir(parents=True, exist_ok=True)
     profiles = [str(Path(name).resolve()) if Path(name).is_file() else name for name in arguments.profile]

@@ -12,12 +12,12 @@ from .._command_line import Shown, lacks, printable
 BAD_INPUT = 2
 
 EXAMPLES = """examples:
-  ./steadyhand study examples/studies/profiles.yaml                    leads an experimenter and participants through it
+  ./steadyhand study examples/studies/profiles.yaml                    guides experimenter and participants
   ./steadyhand study examples/studies/profiles.yaml --simulated 24     simulated operators instead, in virtual time
-  ./steadyhand study examples/studies/profiles.yaml --check            says what it would do, and whether it can
+  ./steadyhand study examples/studies/profiles.yaml --check            checks the study and prints its schedule
   ./steadyhand study analyse studies/profiles                          report.html, summary.csv, contrasts.csv
-  ./steadyhand study delete studies/profiles P03                       all that is kept of a participant
-Exit codes: 0 done; 1 something went wrong on the way; 2 bad input, with the reason on stderr."""
+  ./steadyhand study delete studies/profiles P03                       deletes the data of a participant
+Exit codes: 0 done; 1 an error during the study; 2 bad input, with the reason on stderr."""
 
 
 def _parser(command: str) -> argparse.ArgumentParser:
@@ -32,14 +32,14 @@ def _positive(text: str) -> int:
 
 def _run(arguments: list[str]) -> int:
     parser = _parser("")
-    parser.description = "A user study: conditions compared by participants, or by simulated operators (docs/how-to/user-study.md)."
+    parser.description = "Runs a user study that compares conditions, with participants or simulated operators (docs/how-to/user-study.md)."
     parser.epilog = EXAMPLES
-    parser.add_argument("study", metavar="STUDY.yaml", help="the study; or analyse, delete, see below")
-    parser.add_argument("--simulated", type=_positive, metavar="N", help="so many simulated operators, in virtual time")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="where everything is kept; studies/NAME if it is not given")
-    parser.add_argument("--jobs", type=_positive, default=1, metavar="N", help="processes that simulate side by side")
-    parser.add_argument("--check", action="store_true", help="only says what would be done")
-    parser.add_argument("--port", type=int, default=8642, choices=range(65536), metavar="N", help="of the operator's page; 0: any free one")
+    parser.add_argument("study", metavar="STUDY.yaml", help="study file; or analyse, delete (see below)")
+    parser.add_argument("--simulated", type=_positive, metavar="N", help="number of simulated operators, in virtual time")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (studies/NAME)")
+    parser.add_argument("--jobs", type=_positive, default=1, metavar="N", help="number of processes that simulate")
+    parser.add_argument("--check", action="store_true", help="print the schedule only")
+    parser.add_argument("--port", type=int, default=8642, choices=range(65536), metavar="N", help="port of the operator's page; 0: any free one")
     given = parser.parse_args(arguments)
     from .analysis import analyse, write_tables
     from .report import write_report

@@ -168,7 +168,7 @@ class Leader:
                     controls = state["controls"]
                     if self.profiles[controls["profile"]] == condition.profile and all(abs(controls[kind] - value) < 1e-6 for kind, value in wanted.items()):
                         return
-        raise StudyError(f"steadyhand does not take condition {condition.name!r}; is a hand still leading the arm?")
+        raise StudyError(f"steadyhand does not take condition {condition.name!r}; is the arm still engaged?")
 
     def _show_goals(self, course: Course, text: str, display_latency: float) -> None:
         def shown(goal: Goal | None) -> dict[str, Any] | None:
@@ -198,7 +198,7 @@ class Leader:
     def trial(self, planned: Planned, condition: Condition, task: Task) -> None:
         text = TEXTS[task.kind] + (" This is a training." if planned.repetition == 0 else "")
         start = Course(_Start(self.start), self.start)
-        self._follow(start, "Lead the glass to the start and hold it there.", condition.display_latency)
+        self._follow(start, "Move the glass to the start and hold it there.", condition.display_latency)
         track, course = Track(), Course(task, self.start)
         self._follow(course, text, condition.display_latency, track)
         even = resampled(track)
@@ -224,7 +224,7 @@ class _Start:
 
 TEXTS = {
     "targets": "Bring the glass into the ball, hold it until the next one shows, and go on, as fast as you can without missing.",
-    "gates": "Lead the glass through the rings, one behind the other, as fast as you can.",
+    "gates": "Move the glass through the rings, one after the other, as fast as you can.",
     "carry": "Carry the glass to the ball and hold it there until the next one shows. Do not spill.",
 }
 
@@ -285,8 +285,8 @@ def lead(study: Study, out: Path, port: int) -> int:
     only_simulated = [c.name for c in study.conditions if c.profile == ONE_INSTANT_IK]
     if only_simulated:
         raise StudyError(
-            f"{study.path}: condition {only_simulated[0]!r} is inverse kinematics of one instant, which knows no collisions and is there for simulated "
-            "operators alone: leave it out, or use --simulated"
+            f"{study.path}: condition {only_simulated[0]!r} is differential inverse kinematics without collision avoidance, for simulated "
+            "operators only: leave it out, or use --simulated"
         )
     late = [c for c in study.conditions if c.command_latency > MOST_LATENCY]
     if late:

@@ -33,7 +33,7 @@ MEASURES = (
     Measure("smoothness", "Smoothness (SPARC)", "", 1, False),
     Measure("spilled_share", "Spilled share of the liquid", "", -1, False, 0.0, 1.0),
     Measure("tracking_error", "Tracking error, RMS", "m", -1, True),
-    Measure("held_back", "Share of time held back by limits", "", -1, False, 0.0, 1.0),
+    Measure("held_back", "Share of time with an active limit", "", -1, False, 0.0, 1.0),
     Measure("collisions_prevented", "Collisions prevented", "", -1, False, 0.0),
     Measure("missed", "Goals missed", "", -1, False, 0.0),
     Measure("submovements", "Submovements", "", -1, False, 0.0),

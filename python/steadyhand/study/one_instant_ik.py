@@ -1,4 +1,4 @@
-"""The baseline: inverse kinematics of one instant, as most VR teleoperation solves it. In simulation only.
+"""The baseline: differential inverse kinematics, as most VR teleoperation solves it. In simulation only.
 
 Each pose of the hand is a target for the tool; damped least squares (Nakamura & Hanafusa 1986) finds joints for it that are near the
 last ones; a first-order low-pass smooths them; speeds and accelerations are cut at the robot's limits. There is no horizon: it knows

@@ -214,7 +214,7 @@ def methods(results: Results) -> str:
             tasks.append(f"{task.name}: {task.count} targets of {1e3 * task.width:.0f} mm on a circle of {1e3 * task.distance:.0f} mm, reached across it in turn "
                          f"(ISO 9241-411); a target was reached once the glass had stayed in it for {task.dwell:g} s, which the movement time leaves out")  # fmt: skip
         elif task.kind == "gates":
-            tasks.append(f"{task.name}: the glass was led through {len(task.gates)} gates with a radius of {1e3 * task.radius:.0f} mm")
+            tasks.append(f"{task.name}: the glass was moved through {len(task.gates)} gates with a radius of {1e3 * task.radius:.0f} mm")
         else:
             tasks.append(f"{task.name}: the glass was carried to {len(task.places)} places in turn and held within {1e3 * task.radius:.0f} mm of each for "
                          f"{task.holding:g} s")  # fmt: skip
@@ -239,7 +239,7 @@ def methods(results: Results) -> str:
 
 
 def _describe(c: Any) -> str:
-    profile = "inverse kinematics of one instant" if c.profile == ONE_INSTANT_IK else f"profile {html.escape(c.profile)}"
+    profile = "differential inverse kinematics" if c.profile == ONE_INSTANT_IK else f"profile {html.escape(c.profile)}"
     latency = f", {1e3 * c.latency:.0f} ms of latency added on {'both paths' if c.path == 'both' else f'the {c.path} path'}" if c.latency else ""
     return f"{html.escape(c.name)} ({profile}, scale {c.scale:g}{latency})"
 
@@ -255,7 +255,7 @@ def render(results: Results) -> str:
     if results.missing > 0:
         body += f'<p class="note">Not finished: {results.missing} trials of the schedule are not there. n: from how many participants a mean is.</p>\n'
     if simulated:
-        body += '<p class="note">Nobody was in the room: these are simulated operators. What is said of them is to be shown with people.</p>\n'
+        body += '<p class="note">All operators are simulated. The results must be confirmed with people.</p>\n'
     if along:
         body += f"<h2>Best at each {along}</h2>\n<p class=note>Named where the interval of the difference to the next leaves out 0 (not corrected for "
         body += "how many there are; the tables below are).</p>\n" + best_by_level(results, along)

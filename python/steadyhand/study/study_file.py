@@ -67,7 +67,7 @@ class _Section:
 
     def __init__(self, where: str, value: Any) -> None:
         if not isinstance(value, Mapping):
-            raise StudyError(f"{where}: {_shown(value)} stands there; it must be a mapping of keys to values")
+            raise StudyError(f"{where}: {_shown(value)} is not valid; it must be a mapping of keys to values")
         self.where, self._left = where, dict(value)
 
     def at(self, key: str) -> str:
@@ -122,7 +122,7 @@ def checked(where: str, value: Any, low: float, high: float, unit: str = "") -> 
 
 def _point(where: str, value: Any) -> tuple[float, float, float]:
     if not isinstance(value, list) or len(value) != 3:
-        raise StudyError(f"{where} is {_shown(value)}; it must be three numbers: x, y, z from where the glass stands at home, m")
+        raise StudyError(f"{where} is {_shown(value)}; it must be three numbers: x, y, z from the glass's home position, m")
     x, y, z = (checked(where, each, -3.0, 3.0, "m") for each in value)
     return x, y, z
 
@@ -290,7 +290,7 @@ def _likert(value: Any, where: str) -> tuple[Likert, ...]:
 def _unique(where: str, names: list[str]) -> None:
     for name in names:
         if sum(_file_name(name) == _file_name(other) for other in names) > 1:
-            raise StudyError(f"{where}: the name {name!r} stands twice; give each a name of its own")
+            raise StudyError(f"{where}: the name {name!r} occurs twice; give each its own name")
 
 
 def _file_name(name: str) -> str:
@@ -323,6 +323,6 @@ def _check_reach(study: Study) -> None:
             away = float(np.linalg.norm(robot.fk(q)[:3, 3] - goal.p))
             place = f"{study.path}: task {task.name!r}: goal {goal.index} at {np.round(goal.p - home[:3, 3], 3).tolist()} m from home"
             if away > REACH_TOLERANCE:
-                raise StudyError(f"{place} is out of the arm's reach: it comes to {1e3 * away:.0f} mm of it; move it nearer to home")
+                raise StudyError(f"{place} is out of the arm's reach: the tool reaches {1e3 * away:.0f} mm of it; move it nearer to home")
             if robot.clearance(q) < 0.0:
                 raise StudyError(f"{place} cannot be held: parts of the arm would touch there; move it")

@@ -63,7 +63,7 @@ class SteadyhandTeleoperator(Teleoperator):
         action = {f"tool.{name}": float(value) for name, value in zip(POSE, pose)}
         if self.config.gripper:
             if seen.gripper_command is None:
-                raise ValueError("the arm that steadyhand leads has no gripper; --teleop.gripper says otherwise")
+                raise ValueError("the arm has no gripper; leave out --teleop.gripper")
             action["gripper.pos"] = float(seen.gripper_command)
         return action
 
