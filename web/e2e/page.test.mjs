@@ -244,7 +244,7 @@ test('keys lead the arm; Space stops it; profile and weight change while it move
   assert.equal(later.planner_rate_automatic, false);
   await page.selectOption('#rate', { label: 'automatic' });
   await until(async () => (await state(page)).planner_rate_automatic, 'the rate that the machine sustains');
-  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Slosh protection, sideways', 'Slosh protection, up and down']);
+  assert.deepEqual(await page.$$eval('#weights label', (labels) => labels.map((label) => label.firstChild.textContent.trim())), ['Weight of lateral specific force', 'Weight of vertical specific force']);
   await page.fill('#weight-lateral', '200'); // the last of its steps
   await until(async () => (await weight(page, 'lateral')) === 20, 'the weight');
   await page.waitForSelector('#changed:not([hidden])');
@@ -356,19 +356,19 @@ test('a recording appears in the list, its report opens, and it replays in the s
   const drawn = await page.$$eval('#track [role=img]', (boxes) => boxes.map((box) => box.getAttribute('aria-label')));
   assert.equal(drawn.length, 4);
   assert.match(drawn[0], /^State: .*engaged for \d/);
-  assert.match(drawn[1], /^Slosh: at most \d+\.\d\d m\/s², at 0:/);
+  assert.match(drawn[1], /^Lateral: at most \d+\.\d\d m\/s², at 0:/);
   assert.match(drawn[2], /^To the rim: at least \d+(\.\d)? mm, at 0:/);
-  assert.match(drawn[3], /^Off target: at most \d+ mm, at 0:/);
+  assert.match(drawn[3], /^Tracking error: at most \d+ mm, at 0:/);
   const titles = () => page.$$eval('#track figure strong', (all) => all.map(({ textContent }) => textContent));
   await page.check('#past-plots [data-plot=speed]');
-  assert.deepEqual(await titles(), ['State', 'Slosh', 'To the rim', 'Off target', 'Joint speed']);
+  assert.deepEqual(await titles(), ['State', 'Lateral', 'To the rim', 'Tracking error', 'Joint speed']);
   const tip = async () => { await (await page.$('#track figure:last-of-type .u-over')).hover(); return page.textContent('#track .tip'); };
   await until(async () => /joint speed \d+\.\d\d \((shoulder|elbow|wrist)[^_]*\) rad\/s/.test(await tip()), 'the fastest joint by its name');
   await findsNothing(page, 'a replay whose plots are being chosen');
   await page.click('#past-plots [data-plot=speed]');
-  assert.deepEqual(await titles(), ['State', 'Slosh', 'To the rim', 'Off target']);
+  assert.deepEqual(await titles(), ['State', 'Lateral', 'To the rim', 'Tracking error']);
   await page.click('#past-choice summary');
-  await until(async () => /engaged, Carry, scale 0\.5, slosh \d+\.\d\d m\/s², off target \d+ mm/.test(await page.getAttribute('#past-at', 'aria-valuetext')) || (await page.click('#past-on'), false), 'the words of that time');
+  await until(async () => /engaged, Carry, scale 0\.5, lateral \d+\.\d\d m\/s², tracking error \d+ mm/.test(await page.getAttribute('#past-at', 'aria-valuetext')) || (await page.click('#past-on'), false), 'the words of that time');
   const seek = (at) => page.evaluate((t) => {
     const range = document.querySelector('#past-at');
     range.value = String(t * Number(range.max));
@@ -481,9 +481,9 @@ test('a recording appears in the list, its report opens, and it replays in the s
   await until(() => page.isVisible('#past'), 'the first one');
   await page.click('#recordings li:first-child button:has-text("Compare")');
   await until(() => page.evaluate(() => globalThis.steadyhand.stage.base.children.filter((part) => part.visible && part.tool).length === 2), 'a second arm');
-  assert.match(await page.textContent('#past-figures'), /^Compared.*Slosh mean.*Spilled.*Held by a limit/);
+  assert.match(await page.textContent('#past-figures'), /^Compared.*Lateral mean.*Spilled.*Active limits/);
   assert.match(await page.textContent('#past-name'), /^Today \d\d:/);
-  assert.match(await page.textContent('#past-figures'), /Held by a limit\d+ ×, \d+\.\d a minute/);
+  assert.match(await page.textContent('#past-figures'), /Active limits\d+ ×, \d+\.\d a minute/);
   await page.click('#past-compared');
   await page.click('#past-close');
   assert.ok(!(await page.isVisible('#past-compare')), 'no heading without figures');

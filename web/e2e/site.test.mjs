@@ -101,12 +101,12 @@ test('what it records is downloaded as MCAP, which the program opens', IN_CHROMI
 
 test('files that are missing, of another kind or cut short are named, with what to do', IN_CHROMIUM, async () => {
   await advice(/The planner \(steadyhand\.wasm\) is missing on the server \(404\): publish/, answer('steadyhand.wasm', (route) => route.fulfill({ status: 404 })));
-  await advice(/The planner \(steadyhand\.wasm\) came as text\/html/, answer('steadyhand.wasm', (route) => route.fulfill({ contentType: 'text/html', body: '<p>' })));
+  await advice(/The planner \(steadyhand\.wasm\) has type text\/html/, answer('steadyhand.wasm', (route) => route.fulfill({ contentType: 'text/html', body: '<p>' })));
   const page = await advice(/The robot \(robots\/ur5e\.json\) is cut short: 20 of \d+ bytes/,
     answer('robots/ur5e.json', (route) => route.fulfill({ contentType: 'application/json', body: '{"robot":{"name":"ur' })));
   await page.screenshot({ path: picture('site_cut_short'), timeout: PATIENCE });
   await advice(/site\.json\) is missing/, answer('site.json', (route) => route.fulfill({ status: 404 })));
-  await advice(/The planner \(steadyhand\.wasm\) could not be fetched/, answer('steadyhand.wasm', (route) => route.abort()));
+  await advice(/The planner \(steadyhand\.wasm\) could not be loaded/, answer('steadyhand.wasm', (route) => route.abort()));
 });
 
 test('a robot that cannot be is refused with its key', IN_CHROMIUM, async () => {

@@ -235,7 +235,7 @@ test('a lease that comes while the grip is held moves nothing; a fresh grip does
   await say(page, { type: 'take' });
   await until(async () => (await facts(page)).yours, 'the lease');
   await staysPut(watcher, 700, 'the grip began before the lease');
-  await until(async () => (await page.textContent('#advice')).includes('Let go'), 'the words');
+  await until(async () => (await page.textContent('#advice')).includes('Release'), 'the words');
   await page.keyboard.up('KeyQ');
   await lead(watcher, key(page, 'KeyQ'), () => isEngaged(watcher), 'a fresh grip');
   await page.keyboard.up('KeyQ');
@@ -371,7 +371,7 @@ test('a code that is mistyped and a headset that refuses are told', { ...IN_CHRO
   await page.click('#pairing button');
   await page.waitForSelector('#refusal:not([hidden])');
   assert.match(await page.textContent('#refusal'), /code/);
-  await until(async () => /^You are watching( somebody drive)?\. (This|A) code/.test(await page.textContent('#advice')), 'the words over the scene');
+  await until(async () => /^You are watching( another operator)?\. (This|A) code/.test(await page.textContent('#advice')), 'the words over the scene');
   const code = new URLSearchParams(new URL(newestAddress()).hash.slice(1)).get('code');
   await page.fill('#code', ` ${code.toUpperCase()} `);
   assert.ok(await page.isVisible('#refusal'), 'what is below stays where it is until it is pressed');
@@ -433,7 +433,7 @@ test('the arm passes to who asks: granted, refused, and when nothing has led it 
     await holder.waitForSelector('#asked:not([hidden])');
   };
   await ask(other, page);
-  assert.match(await page.textContent('#asked-words'), /Somebody else asks/);
+  assert.match(await page.textContent('#asked-words'), /Another client asks/);
   await page.click('#grant');
   await until(async () => (await facts(other)).yours, 'the arm to change hands');
   // A hand that leads is not taken away, however long somebody asks; once it rests it is.

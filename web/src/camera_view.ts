@@ -37,7 +37,7 @@ export class CameraView {
     this.canvas.width = facts.width;
     this.canvas.height = facts.height;
     this.canvas.setAttribute('role', 'img');
-    this.canvas.setAttribute('aria-label', `What camera ${facts.name} sees`);
+    this.canvas.setAttribute('aria-label', `View of camera ${facts.name}`);
     this.#context = this.canvas.getContext('2d', { alpha: false })!;
   }
 

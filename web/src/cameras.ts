@@ -10,7 +10,7 @@ const MEASURED = 120;
 /** s without a picture from which on that is said. */
 const QUIET_AFTER = 2;
 
-const CANNOT = 'This browser cannot decode the cameras’ pictures: it lacks WebCodecs with H.264, or the page came over plain HTTP from another machine.';
+const CANNOT = 'This browser cannot decode camera video: it has no WebCodecs with H.264, or the page was loaded over plain HTTP from another machine.';
 
 /** The cameras of the session, as a panel of the page. Their pictures come only while somebody may see them. */
 export class Cameras {
@@ -101,7 +101,7 @@ export class Cameras {
     for (let i = 0; i < this.views.length; ++i) {
       const view = this.views[i]!;
       const quiet = wanted && !cannot && now - this.#drawnAt[i]! > QUIET_AFTER;
-      put(this.#words[i]!, 'textContent', view.ended ? `ended: ${view.ended}` : quiet ? 'no picture now' : '');
+      put(this.#words[i]!, 'textContent', view.ended ? `ended: ${view.ended}` : quiet ? 'no frame now' : '');
       put(view.canvas.dataset, 'old', String(view.ended !== '' || quiet));
     }
   }

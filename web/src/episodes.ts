@@ -14,7 +14,7 @@ const decided = (success: boolean | null): string => (success === null ? '' : su
 export function taskText(task: Omit<NonNullable<WelcomeMessage['task']>, 'things'>, now: Omit<NonNullable<StateMessage['task']>, 'things'>, glass = true): string {
   const holds = task.conditions.filter((_, i) => (now.held >> i) & 1).length;
   const waits = now.success === null && now.time === 0;
-  const end = waits ? `${task.time_limit.toFixed(0)} s from Begin or the first grip on` : now.success === null ? `${now.time.toFixed(1)} of ${task.time_limit.toFixed(0)} s` : `${now.success ? 'Done' : 'Time is over'} after ${now.time.toFixed(1)} s`;
+  const end = waits ? `${task.time_limit.toFixed(0)} s from Begin or from first engaging` : now.success === null ? `${now.time.toFixed(1)} of ${task.time_limit.toFixed(0)} s` : `${now.success ? 'Done' : 'Time is over'} after ${now.time.toFixed(1)} s`;
   const missing = task.conditions.filter((_, i) => !((now.held >> i) & 1));
   const open = now.success !== null || !missing.length ? '' : `; to do: ${missing.join(', ')}`;
   return `${end}. ${holds} of ${task.conditions.length} hold${open}.${glass ? ` Spilled ${percentText(now.spilled)} %.` : ''}`;

@@ -74,17 +74,17 @@ const CALLED_FOR = 1.2;
 
 /** Why the controls cannot be used, and what to do; empty: they can. */
 function whyDisabled(session: Session, reached: boolean): string {
-  if (session.past) return 'A recording is shown: what is grey acts on now. “Back to now” brings it back.';
+  if (session.past) return 'A recording is shown, so grey controls are off. “Back to now” enables them.';
   if (!reached) return 'There is no connection to the arm: nothing that is grey can reach it.';
-  if (!session.paired) return 'You are watching: to use what is grey, enter the code from the terminal.';
-  return session.mayTake ? '' : 'Somebody else drives: to use what is grey, ask for control.';
+  if (!session.paired) return 'You are watching. To use the grey controls, enter the code from the terminal.';
+  return session.mayTake ? '' : 'Another client has control. To use the grey controls, ask for control.';
 }
 
 /** What objects are for. @param chosen the one that the buttons act on; empty: none @param plays a demo motion leads */
 function objectsHint(chosen: string, carried: boolean, plays: boolean): string {
-  if (carried) return `The arm carries ${chosen}, as far from the tool as it was taken, and keeps it clear of all else.${plays ? ' To put it down, lead the arm yourself: a demo motion does now.' : ''}`;
-  if (plays) return 'Drag them over the floor: the arm keeps away. To take or put one down, lead the arm yourself: a demo motion does now.';
-  return `Drag them over the floor: the arm keeps away. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
+  if (carried) return `The arm carries ${chosen} and keeps its distance from other obstacles.${plays ? ' To put it down, end the demo motion first.' : ''}`;
+  if (plays) return 'Drag obstacles over the floor; the arm keeps its distance. To take one up or put it down, end the demo motion first.';
+  return `Drag obstacles over the floor; the arm keeps its distance. ${chosen ? `The buttons act on ${chosen}.` : 'Add or drag one, to take or remove it.'}`;
 }
 
 /** What a request says beside its kind. */
@@ -219,7 +219,7 @@ export class Panel {
       this.#profiles[profile.index] = choice;
     }
     const list = element('playback', HTMLSelectElement);
-    show(list, [new Option('none: you lead', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
+    show(list, [new Option('none: you control the arm', ''), ...welcome.recordings.map((name) => new Option(motionText(name), name))]);
   }
 
   /** The profile that leads. */
@@ -375,7 +375,7 @@ export class Panel {
     this.#showChanged(state, mayChoose);
     const list = element('playback', HTMLSelectElement);
     if (this.#choices.isAnswered(list, now)) list.value = session.welcome?.recordings[state.controls.playback] ?? '';
-    write(element('playback-now', HTMLOutputElement), list.value === '' ? (session.yours ? 'none: you lead' : 'none') : motionTitle(list.value));
+    write(element('playback-now', HTMLOutputElement), list.value === '' ? (session.yours ? 'none: you control the arm' : 'none') : motionTitle(list.value));
     if (now < this.#countersAt) return; // figures that nobody follows, in a paragraph
     this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';

@@ -3,9 +3,9 @@ import type { Profile } from './protocol';
 /** What the project's own profiles are for, in a line; P1 to P3 are those of the paper. Profiles of the user's own have a name only. */
 const PURPOSE: Readonly<Record<string, string>> = {
   tracking: 'Follows the hand as closely as the arm can; ignores the liquid, and spills.',
-  'anti-slosh': 'Keeps the liquid as calm as at rest; comes late.',
-  waiter: 'Calm sideways, freer up and down; less late.',
-  carry: 'The closest that spills nothing while it leads; a stop may.',
+  'anti-slosh': 'Keeps the liquid almost still; follows late.',
+  waiter: 'Little lateral force, more vertical; follows less late.',
+  carry: 'Follows as closely as possible without spilling; a stop may spill.',
   follow: 'Closer than Tracking, and rougher; ignores the liquid.',
 };
 

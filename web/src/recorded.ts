@@ -86,7 +86,7 @@ export function figures(session: RecordedSession, now: number | null = null, pro
   const label = profilesOf(session, profiles);
   if (label) words.push(label);
   const number = (key: string): number => Number.parseFloat(summary[key] ?? '');
-  if (number('engaged_s') >= 0.05) words.push(`led ${spanText(number('engaged_s'))}`);
+  if (number('engaged_s') >= 0.05) words.push(`engaged ${spanText(number('engaged_s'))}`);
   if (number('latency_p50_ms') > 0) words.push(`latency ${latencyText(number('latency_p50_ms'))} ms`);
   if (spill) words.push(...[spillOf(session, profiles)].filter(Boolean));
   words.push(`${(session.bytes / 1e6).toFixed(session.bytes < 1e7 ? 1 : 0)}\u00a0MB`);

@@ -157,7 +157,7 @@ export class Recordings {
         void this.#busy.run(`report ${name}`, () => opened);
       };
       const row = made('div', { className: 'row' }, this.#slow('replay', 'Reading…', name, 'Replay', `Replay ${called} in the scene`, () => this.open(name)), report);
-      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${called} beside the one that plays`, () => this.compare(name)));
+      if (this.player && this.player.motion.name !== name) row.append(this.#slow('compare', 'Reading…', name, 'Compare', `Compare: show ${called} next to the current replay`, () => this.compare(name)));
       row.append(this.#busy.sign(press('Edit', `Edit ${called}: label, rename, delete or download it`, () => {
         if (this.#busy.isRunning(`change ${name}`)) return;
         this.#edit = this.#edit?.name === name ? null : editOf(name, session.label);

@@ -48,8 +48,8 @@ export const waveText = ({ now, most, room }: Wave): string => `wave ${offText(n
 
 /** Between two rounds of a demo motion, and after the last one. @param plays it goes on by itself */
 function demoReason({ reason, reason_code: code }: StateMessage, plays: boolean): string {
-  if ((code === 'released' || code === 'profile_waits') && plays) return 'the demo motion begins anew';
-  if (code === 'silent') return plays ? 'the demo motion was held up, and goes on' : 'the demo motion ended';
+  if ((code === 'released' || code === 'profile_waits') && plays) return 'the demo motion starts again';
+  if (code === 'silent') return plays ? 'the demo motion was delayed, and continues' : 'the demo motion ended';
   return reason;
 }
 
@@ -57,7 +57,7 @@ function demoReason({ reason, reason_code: code }: StateMessage, plays: boolean)
 export const STAYS_UPRIGHT = 'The glass does not lean with the hand: raise “Tilt with the hand” to lean it.';
 
 /** To who turns a glass about its own axis. */
-export const LOOKS_THE_SAME = 'The glass turns about its own axis: being round, it looks the same.';
+export const LOOKS_THE_SAME = 'The glass turns about its axis; it is round, so it looks the same.';
 
 /** What the page knows of the session; messages in, facts out. Knows neither the DOM nor the network. */
 export class Session {
@@ -168,7 +168,7 @@ export class Session {
   /** That the computer of the program cannot keep up, and what that means; empty: it can. */
   slow(now: number): string {
     if (this.past || this.isStale(now) || !this.#late.isSlow) return '';
-    return `The computer is too slow now: ${percentText(this.#late.commands)} % of the commands come late.${this.hasGlass ? ' Any profile may spill.' : ''}`;
+    return `The computer is too slow now: ${percentText(this.#late.commands)} % of the commands are late.${this.hasGlass ? ' Any profile may spill.' : ''}`;
   }
 
   /** A glass that had spilled is full again, or has another level. */
@@ -180,7 +180,7 @@ export class Session {
   hint(words: string, now: number): void { this.#hint = { words, at: now }; }
   /** The operator turns the view; before a hand of this page has led, that may have been meant to. */
   turnsView(now: number): void {
-    if (!this.#hasHeld && this.mayLead(now)) this.hint('That turns the view. To lead the arm, take hold of the glass, or of an arrow.', now);
+    if (!this.#hasHeld && this.mayLead(now)) this.hint('That turns the view. To move the arm, drag the glass or an arrow.', now);
   }
   /** This page asks to reset the arm. */
   resets(now: number): void { this.#resetAt = now; }
@@ -245,7 +245,7 @@ export class Session {
   get whyNoMotion(): string {
     if (this.status !== 'open') return 'There is no connection to the arm.';
     if (!this.paired) return 'You are watching: enter the code from the terminal to drive.';
-    return this.isAnothers ? 'Somebody else drives: ask for control first.' : '';
+    return this.isAnothers ? 'Another client has control: ask for control first.' : '';
   }
 
   /** The glass stays upright, however the hand leans. */
@@ -288,7 +288,7 @@ export class Session {
     if (this.isStale(now)) return 'no news';
     if (this.past) return 'recording';
     const state = this.state?.state ?? '';
-    if (state === 'ready' && this.#isMoving) return 'coming to rest';
+    if (state === 'ready' && this.#isMoving) return 'stopping';
     return this.rests && state === 'stopping' ? 'stopped' : state;
   }
 
@@ -302,30 +302,30 @@ export class Session {
     const { means } = this;
     if (this.status === 'refused') return this.lastError?.message ?? 'This page is of another version: reload it.';
     if (this.failure) return this.failure;
-    if (this.status !== 'open' && this.#ended) return 'The program has ended, and left the arm at rest. Start it again, and this page goes on.';
+    if (this.status !== 'open' && this.#ended) return 'The program has ended with the arm stationary. Start it again, and this page continues.';
     if (this.status !== 'open') return 'Not connected: you cannot stop the arm from here, and it may move. Trying again…';
-    if (this.isStale(now)) return 'No news from the arm. What you see is old, and it may move.';
+    if (this.isStale(now)) return 'No data from the arm. The view is outdated, and the arm may move.';
     const stops = this.state?.state === 'stopping', itself = stops && this.rests ? 'stopped' : this.state?.state ?? 'elsewhere';
     if (this.past) return `You see a recording. The arm itself is ${itself}; ${this.mayResetNow ? '“Back to now” has its Reset.' : 'only Stop acts on it.'}`;
-    if (!this.paired) return `${this.holder ? 'You are watching somebody drive.' : 'You are watching.'} ${stops ? 'Whoever drives can reset the arm. ' : ''}${this.#codeRefused || means.pair}`;
-    if (this.asks) return `You asked for the arm. ${this.#granted(now)}`;
-    if (this.isAnothers) return 'Somebody else drives. You are watching; you may stop the arm.';
+    if (!this.paired) return `${this.holder ? 'You are watching another operator.' : 'You are watching.'} ${stops ? 'The operator can reset the arm. ' : ''}${this.#codeRefused || means.pair}`;
+    if (this.asks) return `You asked for control. ${this.#granted(now)}`;
+    if (this.isAnothers) return 'Another client has control. You are watching; you can stop the arm.';
     if (now - this.#hint.at < HINTED_FOR) return this.#hint.words;
-    const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A demo motion leads the arm. ${means.takeOver}`;
+    const plays = (this.state?.controls.playback ?? -1) >= 0, takeOver = `A demo motion controls the arm. ${means.takeOver}`;
     switch (this.state?.state) {
       case 'idle': return 'The arm does not follow yet.';
       case 'ready':
         if (plays) return takeOver;
-        if (this.yours && heldFor > HEARD_AFTER) return `${this.isLostByBrowser ? 'The arm let go, as this browser is too slow.' : 'You have the arm now.'} ${means.again}`;
+        if (this.yours && heldFor > HEARD_AFTER) return `${this.isLostByBrowser ? 'The arm was released, because this browser is too slow.' : 'You have control.'} ${means.again}`;
         return this.yours ? means.lead : `No operator. ${means.lead}`;
       case 'engaged':
         if (plays) return takeOver;
-        return this.yours ? 'The arm follows. Let go to leave it there.' : 'The arm follows a hand from elsewhere.';
+        return this.yours ? 'The arm follows. Release to stop it.' : 'The arm follows a hand from elsewhere.';
       case 'holding': return plays ? takeOver : `The arm holds. ${means.again}`;
       case 'stopping':
-        if (!this.rests) return 'The arm comes to rest.';
-        return `${this.#isStoppedByAnother ? 'Somebody else stopped the arm' : 'Stopped'}: ${means.reset}.`;
-      case 'fault': return now - this.#resetAt > RESET_WITHIN ? `The fault is still there: see to its reason, then ${means.reset}.` : `Fault. Look at the arm, then ${means.reset}.`;
+        if (!this.rests) return 'The arm stops.';
+        return `${this.#isStoppedByAnother ? 'Another client stopped the arm' : 'Stopped'}: ${means.reset}.`;
+      case 'fault': return now - this.#resetAt > RESET_WITHIN ? `The fault remains: remove its cause, then ${means.reset}.` : `Fault. Look at the arm, then ${means.reset}.`;
       default: return '';
     }
   }
@@ -344,15 +344,15 @@ export class Session {
 
   #granted(now: number): string {
     const left = this.grantIn(now);
-    return Number.isNaN(left) ? 'Something leads it now.' : `If nothing leads it, it is yours in ${left} s.`;
+    return Number.isNaN(left) ? 'The arm is engaged now.' : `If the arm is not engaged until then, you get control in ${left} s.`;
   }
 
   /** That somebody asks this client for the arm; empty: nobody does. */
-  asked(): string { return this.yours && this.asker ? 'Somebody else asks for the arm.' : ''; }
+  asked(): string { return this.yours && this.asker ? 'Another client asks for control.' : ''; }
   /** When they get it all the same. */
   askedUntil(now: number): string {
     const left = this.grantIn(now);
-    return !this.asked() || Number.isNaN(left) ? '' : `Theirs in ${left} s if nothing leads it.`;
+    return !this.asked() || Number.isNaN(left) ? '' : `It gets control in ${left} s if the arm is not engaged until then.`;
   }
 
   /** Which limit holds the arm back, for people; empty: none. */
@@ -365,7 +365,7 @@ export class Session {
     const solid = (i: number): string => (i < CARRIED ? partText(bodies?.[i]?.name ?? `${i}`) : objects?.[i - CARRIED]?.name ?? `${i}`);
     switch (c.kind) {
       case 'none': return '';
-      case 'position': return `${joint} is at the end of its travel`;
+      case 'position': return `${joint} is at its position limit`;
       case 'velocity': return `${joint} is at its top speed`;
       case 'acceleration': return `${joint} is at its top acceleration`;
       case 'self_collision': return `${solid(c.first)} is close to ${solid(c.second)}`;

@@ -32,8 +32,8 @@ export const areChanged = (own: readonly number[], now: readonly number[]): bool
 export interface Words { label: string; low: string; high: string }
 
 const PLAIN: Readonly<Record<string, Words>> = {
-  lateral: { label: 'Slosh protection, sideways', low: '0: lets it slosh', high: 'calm, comes late' },
-  vertical: { label: 'Slosh protection, up and down', low: '0: moves freely', high: 'calm, comes late' },
+  lateral: { label: 'Weight of lateral specific force', low: '0: lets it slosh', high: 'calm, follows late' },
+  vertical: { label: 'Weight of vertical specific force', low: '0: moves freely', high: 'calm, follows late' },
 };
 
 /** Terms that the page does not know keep their label. */

@@ -10,7 +10,7 @@ it('tells what of a task is still to do, and how it ended', () => {
 });
 
 it('waits for the first grip, and knows no spill of a gripper', () => {
-  expect(taskText(task, { time: 0, held: 0b10, spilled: 0, success: null }, false)).toBe('30 s from Begin or the first grip on. 1 of 2 hold; to do: glass at mark.');
+  expect(taskText(task, { time: 0, held: 0b10, spilled: 0, success: null }, false)).toBe('30 s from Begin or from first engaging. 1 of 2 hold; to do: glass at mark.');
 });
 
 it('tells how the episodes stand', () => {

@@ -104,9 +104,9 @@ describe('whole demo motions', () => {
     const shown = new Shown();
     shown.run(0);
     expect(shown.runs.compared).toBeNull();
-    expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Whole so far: Carry: Carrying; Tracking: none.');
+    expect(noteOf(null, [0, 1], shown.runs, name, title)).toContain('Complete so far: Carry: Carrying; Tracking: none.');
     expect(noteOf(null, [0], shown.runs, name, title)).toBe('');
-    expect(noteOf(null, [], shown.runs, name, title)).toBe('This page has seen nothing lead the arm in the last minute.');
+    expect(noteOf(null, [], shown.runs, name, title)).toBe('The arm was not engaged in the last minute.');
     shown.run(1, 0);
     shown.run(1, 1, 'silent');
     expect(shown.runs.compared).toBeNull();

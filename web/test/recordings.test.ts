@@ -119,7 +119,7 @@ describe('list', () => {
   it('says length and figures, and what is missing it leaves out', () => {
     expect(clock(605.4)).toBe('10:05');
     const session = { name: 'x', duration_s: 61, bytes: 2_340_000, complete: true, run: { label: 'Waiter' }, summary: { engaged_s: '59.2', latency_p50_ms: '9.6', spilled: 'no' } };
-    expect(figures(session)).toBe('1:01 · Waiter · led 59.2 s · latency 9.6 ms · 2.3\u00a0MB');
+    expect(figures(session)).toBe('1:01 · Waiter · engaged 59.2 s · latency 9.6 ms · 2.3\u00a0MB');
     const profiles = [{ index: 0, name: 'tracking', label: 'Tracking (P1)', weights: [] }];
     expect(figures({ ...session, summary: { profiles: 'tracking, own' } }, null, profiles)).toBe('1:01 · Tracking (P1), own · 2.3\u00a0MB');
     expect(figures({ ...session, summary: { spilled: 'yes', spilled_share: '0.744' } })).toBe('1:01 · Waiter · spilled 74.4 % · 2.3\u00a0MB');
@@ -233,18 +233,18 @@ describe('figures of a session', () => {
   it('are means over the time that was led, gaps left out', () => {
     const figures = new Map(summaryOf(new Player(some([1, 1, 1, 1, 1]))).map(([what, text]) => [what, text]));
     expect(figures.get('Length')).toBe('0:10');
-    expect(Number(figures.get('Slosh mean, m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
-    expect(figures.get('Slosh peak, m/s²')).toBe('4.00');
-    expect(figures.get('Off target, mm')).toBe('20.0');
-    expect(figures.get('Led')).toBe('10.0 s');
+    expect(Number(figures.get('Lateral mean, m/s²'))).toBeCloseTo((1 + 3 + 4) / 3, 2);
+    expect(figures.get('Lateral peak, m/s²')).toBe('4.00');
+    expect(figures.get('Tracking error, mm')).toBe('20.0');
+    expect(figures.get('Engaged')).toBe('10.0 s');
     expect(figures.get('Spilled')).toBe('at 0:01');
-    expect(figures.get('Held by a limit')).toBe('1 ×, 6.0 a minute');
+    expect(figures.get('Active limits')).toBe('1 ×, 6.0 a minute');
   });
   it('are of what was measured, where that was recorded', () => {
     const measured: Motion = { ...some([1, 1, 1, 1, 1]), felt: { t_s: [5, 5.1, 5.2, 5.3], mean: [0.5, 1, 1.5, 1], largest: [1, 2, 6, 3] }, slosh: { mean: 1.2, largest: 6 } };
     const figures = new Map(summaryOf(new Player(measured)).map(([what, text]) => [what, text])), player = new Player(measured);
-    expect(figures.get('Slosh mean, m/s²')).toBe('1.20');
-    expect(figures.get('Slosh peak, m/s²')).toBe('6.00');
+    expect(figures.get('Lateral mean, m/s²')).toBe('1.20');
+    expect(figures.get('Lateral peak, m/s²')).toBe('6.00');
     player.seek(0.25);
     expect(player.felt).toBe(6);
     expect(curveOf(measured, 'slosh', 5)[1]).toEqual([1, 2, 6, 3]);
@@ -252,8 +252,8 @@ describe('figures of a session', () => {
   it('are the report\'s of what was measured, not counted anew from times that are rounded', () => {
     const felt = { t_s: [5, 6.0001], mean: [2, 90], largest: [2, 90], count: [1, 1] };
     const of = (slosh: NonNullable<Motion['slosh']> | null) => new Map(summaryOf(new Player({ ...some([1, 1, 1, 1, 1]), felt, slosh })).map(([what, text]) => [what, text]));
-    expect(['mean', 'peak'].map((what) => of({ mean: 5.684, largest: 12.3 }).get(`Slosh ${what}, m/s²`))).toEqual(['5.68', '12.30']);
-    expect(['mean', 'peak'].map((what) => of(null).get(`Slosh ${what}, m/s²`))).toEqual(['–', '–']);
+    expect(['mean', 'peak'].map((what) => of({ mean: 5.684, largest: 12.3 }).get(`Lateral ${what}, m/s²`))).toEqual(['5.68', '12.30']);
+    expect(['mean', 'peak'].map((what) => of(null).get(`Lateral ${what}, m/s²`))).toEqual(['–', '–']);
   });
   it('tell each spill with how much, and which of two did better', () => {
     const spilling = (...spills: [number, number][]): Player => new Player({ ...some([1]), events: [{ t_s: 5, kind: 'state', what: 'engaged', why: '' }, ...spills.map(([t_s, amount]) => ({ t_s, kind: 'spill', what: '', why: '', amount }))] });
@@ -265,7 +265,7 @@ describe('figures of a session', () => {
   });
   it('are compared by the minute that was led, not by counts', () => {
     const led = (seconds: number, limits: number): Player => new Player({ ...motion, t_s: [0, seconds], q: [[0], [1]], events: [{ t_s: 0, kind: 'state', what: 'engaged', why: '' }, ...Array.from({ length: limits }, (_, i) => ({ t_s: i, kind: 'limit', what: 'reach', why: '' }))] });
-    const held = [led(196, 124), led(796, 467)].map((player) => summaryOf(player).find(([what]) => what === 'Held by a limit')!);
+    const held = [led(196, 124), led(796, 467)].map((player) => summaryOf(player).find(([what]) => what === 'Active limits')!);
     expect(held.map(([, text]) => text)).toEqual(['124 ×, 38.0 a minute', '467 ×, 35.2 a minute']);
     expect(betterOf(held[0]!, held[1]!)).toBe(1);
     expect(rateText(2, 0)).toBe('2 ×');
@@ -283,9 +283,9 @@ describe('figures of a session', () => {
     expect([alikeFor(led(0.2, 0), led(0.2, 7)), alikeFor(led(0, 0), led(0, 0)), alikeFor(led(0.2, 0), new Player(motion))]).toEqual([null, null, null]);
     const spill = [{ t_s: 3, kind: 'spill', what: '', why: '', amount: 0.4 }];
     const told = (one: Player, other: Player): string => verdictOf([one, other], ['First', 'Second'], [summaryOf(one), summaryOf(other)]);
-    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('“Second” did better: it spilled nothing in 8.0\u00a0s that a hand led. “First” spilled once, 40.0 % of a glass, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first grip on.');
+    expect(told(led(0.2, 0, spill), led(0.2, 0))).toBe('“Second” did better: it spilled nothing in 8.0\u00a0s while engaged. “First” spilled once, 40.0 % of a glass, in 8.0\u00a0s. Both hands made the same motion for 7.9\u00a0s from their first engagement.');
     const idle = new Player({ ...some([0, 0, 0, 0, 0]), off_target_mm: null });
-    expect(told(led(0.2, 0, spill), idle)).toBe('“Second” was led by no hand: there is nothing to compare.');
+    expect(told(led(0.2, 0, spill), idle)).toBe('“Second” was never engaged: there is nothing to compare.');
     expect(summaryOf(idle).every(([, , value]) => value === null)).toBe(true);
     expect(told(led(0.2, 0), led(0.1, 0))).toBe('Neither spilled. The hands moved differently, which may be why.');
     expect(told(led(0.2, 0, spill), led(0.2, 0, [...spill, ...spill]))).toMatch(/^“First” did better: it spilled once, 40\.0 % of a glass, in 8\.0\u00a0s .* “Second” spilled 2 times, 80\.0 % of a glass in all, in 8\.0\u00a0s\./);
@@ -356,7 +356,7 @@ describe('figures of a session', () => {
   });
   it('are none where nobody led', () => {
     const of = (player: Player, wanted: string) => summaryOf(player).find(([what]) => what === wanted)![1];
-    expect(of(new Player(some([0, 0, 0, 0, 0])), 'Slosh mean, m/s²')).toBe('–');
+    expect(of(new Player(some([0, 0, 0, 0, 0])), 'Lateral mean, m/s²')).toBe('–');
     expect(of(new Player(motion), 'Spilled')).toBe('no');
   });
 });

@@ -40,11 +40,11 @@ describe('the head of a report', () => {
     const metrics = { spills: null, spilled_share: null, spills_per_minute: null, lateral_mean: 1, lateral_max: 2, position_mean: 0.01, position_rms: 0.02, solve_mean: 50 };
     const result = { metrics, led_s: 61.5 } as Result, session = { has_glass: true } as Session;
     const rows = (of: Result, during?: Session) => rowsOf({ profiles: [of], ...(during && { session: during }) }, of).map(([what, value]) => `${what}: ${value}`);
-    expect(rows(result)).toEqual(['slosh, mean: 1.00', 'position error, RMS: 20.0', 'solve time, mean: 50']);
-    expect(rows(result, session)).toEqual(['led: 1:01.50', 'slosh, mean: 1.00', 'slosh, peak: 2.00', 'off target, mean: 10.0', 'solve time, mean: 50']);
-    expect(rows(result, { ...session, has_glass: false })).toEqual(['led: 1:01.50', 'off target, mean: 10.0', 'solve time, mean: 50']);
+    expect(rows(result)).toEqual(['lateral specific force, mean: 1.00', 'tracking error, RMS: 20.0', 'solve time, mean: 50']);
+    expect(rows(result, session)).toEqual(['engaged: 1:01.50', 'lateral specific force, mean: 1.00', 'lateral specific force, peak: 2.00', 'tracking error, mean: 10.0', 'solve time, mean: 50']);
+    expect(rows(result, { ...session, has_glass: false })).toEqual(['engaged: 1:01.50', 'tracking error, mean: 10.0', 'solve time, mean: 50']);
     const spilled = { ...result, metrics: { ...metrics, spills: 2, spilled_share: 0.5, spills_per_minute: 1.95 } };
-    expect(rows(spilled, session).slice(1, 3)).toEqual(['spilled: 2 ×, at most 50.0 %', 'spills per minute led: 1.95']);
+    expect(rows(spilled, session).slice(1, 3)).toEqual(['spilled: 2 ×, at most 50.0 %', 'spills per minute engaged: 1.95']);
   });
 
   it('says how curves came about', () => {

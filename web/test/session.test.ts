@@ -62,7 +62,7 @@ describe('words of a session', () => {
     session.take(state({ state: 'idle' }), 1.1);
     expect(session.advice(1.1)).toContain('does not follow yet');
     session.take(state({ state: 'fault' }), 1.7);
-    expect(session.advice(1.7)).toBe('The fault is still there: see to its reason, then press “Reset”.');
+    expect(session.advice(1.7)).toBe('The fault remains: remove its cause, then press “Reset”.');
     session.take(state({ state: 'ready' }), 2);
     session.take(state({ state: 'fault' }), 3);
     expect(session.advice(3)).toBe('Fault. Look at the arm, then press “Reset”.');
@@ -95,7 +95,7 @@ describe('words of a session', () => {
     expect(waveOf(0, 1, 1)).toBeNull();
   });
   it('say of a demo motion what is true of it, and how old the news are', () => {
-    const session = open(), reason = 'the hand fell silent: release and grip again', { controls } = server.state as { controls: object };
+    const session = open(), reason = 'the device stopped sending: release and engage again', { controls } = server.state as { controls: object };
     session.yours = true;
     session.told(0.01, true, 0);
     session.take(state({ reason, reason_code: 'silent', controls: { ...controls, playback: -1 } }), 1);
@@ -104,8 +104,8 @@ describe('words of a session', () => {
     expect(session.reason(2)).toBe(reason);
     const demo = (reason_code: string, playback: number) => { session.take(state({ reason: 'in its words', reason_code, reason_leader: 'recording', controls: { ...controls, playback } }), 2); return session.reason(2); };
     expect(demo('released', -1)).toBe('in its words');
-    for (const code of ['released', 'profile_waits']) expect(demo(code, 0)).toBe('the demo motion begins anew');
-    expect(demo('silent', 0)).toBe('the demo motion was held up, and goes on');
+    for (const code of ['released', 'profile_waits']) expect(demo(code, 0)).toBe('the demo motion starts again');
+    expect(demo('silent', 0)).toBe('the demo motion was delayed, and continues');
     expect(demo('silent', -1)).toBe('the demo motion ended');
     expect(demo('gripped', 0)).toBe('in its words');
     session.connectionBecame('lost');
@@ -155,7 +155,7 @@ describe('words of a session', () => {
     session.connectionBecame('lost');
     expect(session.advice(2)).toContain('it may move');
     session.connectionBecame('lost', true);
-    expect(session.advice(2)).toMatch(/program has ended, and left the arm at rest/);
+    expect(session.advice(2)).toMatch(/program has ended with the arm stationary/);
     session.connectionBecame('open');
     expect(session.advice(2)).not.toContain('ended');
   });
@@ -174,7 +174,7 @@ describe('words of a session', () => {
     expect([IN_EMULATOR.lead, IN_EMULATOR.again, IN_EMULATOR.reset].every((words) => /mouse|Enter/.test(words))).toBe(true);
   });
   it('tell a newcomer nothing of a hand that was not theirs', () => {
-    const session = open(), reason = 'the hand fell silent: release and grip again';
+    const session = open(), reason = 'the device stopped sending: release and engage again';
     session.take(state({ state: 'ready', reason, reason_code: 'silent' }), 1);
     expect(session.reason(1)).toBe('');
     session.yours = true;
@@ -239,8 +239,8 @@ describe('words of a session', () => {
   it('call an arm that nobody leads and that still moves what it is', () => {
     const session = open(), still = Array<number>(6).fill(0);
     session.take(state({ state: 'ready', dq: [0.1, 0, 0, 0, 0, 0], reason: 'released', reason_code: 'released' }), 1);
-    expect([session.title(1), session.reason(1)]).toEqual(['coming to rest', 'released']);
-    session.take(state({ state: 'ready', dq: still, reason: 'grip to move the arm', reason_code: 'ready' }), 1.1);
+    expect([session.title(1), session.reason(1)]).toEqual(['stopping', 'released']);
+    session.take(state({ state: 'ready', dq: still, reason: 'engage to move the arm', reason_code: 'ready' }), 1.1);
     expect([session.title(1.1), session.reason(1.1)]).toEqual(['ready', '']); // the advice says how
   });
   it('say in the scene why a code lets nobody in, and why no motion can be asked for', () => {
@@ -251,7 +251,7 @@ describe('words of a session', () => {
     expect(session.advice(1)).toBe('You are watching. This code is used up; the terminal shows the next one.');
     expect(session.whyNoMotion).toContain('enter the code');
     session.take(state({ state: 'stopping' }), 1);
-    expect(session.advice(1)).toContain('Whoever drives can reset');
+    expect(session.advice(1)).toContain('The operator can reset');
     session.past = true;
     session.take(state({ state: 'stopping', dq: Array<number>(6).fill(0) }), 1);
     expect(session.advice(1)).toContain('The arm itself is stopped; only Stop acts on it');
@@ -260,7 +260,7 @@ describe('words of a session', () => {
     session.past = false;
     session.take(server.paired!, 1);
     session.take({ type: 'lease', holder: 7, yours: false, takeable: false, asker: 0, grant_s: null }, 1);
-    expect(session.whyNoMotion).toContain('Somebody else drives');
+    expect(session.whyNoMotion).toContain('Another client has control');
     session.take({ type: 'lease', holder: 0, yours: false, takeable: true, asker: 0, grant_s: null }, 1);
     expect(session.whyNoMotion).toBe('');
   });
@@ -277,7 +277,7 @@ describe('words of a session', () => {
     session.take({ ...server.welcome!, robot: { ...welcome.robot, gripper: { closes_in: 0.6 } } } as ServerMessage, 1);
     session.paired = session.yours = true;
     session.take(state({ state: 'ready', controls: { ...(server.state as { controls: object }).controls, playback: -1 } }), 1);
-    expect([session.hasGlass, session.advice(1)]).toEqual([false, 'Drag the gripper, or hold a key, to lead the arm.']);
+    expect([session.hasGlass, session.advice(1)]).toEqual([false, 'Drag the gripper, or hold a key, to move the arm.']);
   });
 });
 
@@ -568,13 +568,13 @@ describe('session', () => {
     };
     const none = { asker: 0, grant_s: null };
     const nobody = { holder: 0, yours: false, takeable: true, ...none }, another = { holder: 7, yours: false, takeable: false, ...none }, me = { holder: 3, yours: true, takeable: false, ...none };
-    expect(advice('engaged', 0, nobody)).toContain('demo motion leads');
-    expect(advice('engaged', 0, me)).toContain('demo motion leads');
-    expect(advice('engaged', 0, another)).toContain('Somebody else drives');
-    expect(advice('engaged', -1, me)).toContain('Let go');
-    expect(advice('engaged', -1, nobody)).not.toContain('Let go');
+    expect(advice('engaged', 0, nobody)).toContain('demo motion controls');
+    expect(advice('engaged', 0, me)).toContain('demo motion controls');
+    expect(advice('engaged', 0, another)).toContain('Another client has control');
+    expect(advice('engaged', -1, me)).toContain('Release');
+    expect(advice('engaged', -1, nobody)).not.toContain('Release');
     expect(advice('ready', -1, nobody)).toContain('No operator');
-    expect(advice('stopping', -1, nobody)).toContain('comes to rest');
+    expect(advice('stopping', -1, nobody)).toContain('The arm stops');
     session.take({ ...(server.state as object), state: 'stopping', dq: [0, 0, 0, 0, 0, 0] } as unknown as ServerMessage, 1);
     expect([session.title(1), session.advice(1)]).toEqual(['stopped', 'Stopped: press “Reset”.']);
   });
@@ -589,9 +589,9 @@ describe('session', () => {
     become('engaged');
     stop(me + 1);
     become('stopping');
-    expect(session.advice(1)).toBe('Somebody else stopped the arm: press “Reset”.');
+    expect(session.advice(1)).toBe('Another client stopped the arm: press “Reset”.');
     stop(me); // once more does not make it theirs
-    expect(session.advice(1)).toContain('Somebody else');
+    expect(session.advice(1)).toContain('Another client');
     become('ready');
     stop(me);
     become('stopping');
@@ -606,7 +606,7 @@ describe('session', () => {
     session.connectionBecame('open');
     for (const message of [server.paired!, server.lease!, { ...(server.state as object), state: 'ready', controls: { playback: -1 } }]) session.take(message as ServerMessage, 1);
     expect(session.advice(1, 0.1)).toContain('Drag the glass');
-    expect(session.advice(1, 1)).toContain('Let go');
+    expect(session.advice(1, 1)).toContain('Release');
     session.means = IN_HEADSET;
     expect(session.advice(1)).toContain('Squeeze');
   });
@@ -642,12 +642,12 @@ describe('session', () => {
     const own = session.welcome!.client;
     lease({ asker: own, grant_s: null });
     expect([session.asks, session.mayTake]).toEqual([true, false]);
-    expect(session.advice(20)).toContain('leads it now');
+    expect(session.advice(20)).toContain('is engaged now');
     lease({ asker: own, grant_s: 7.5 });
-    expect(session.advice(20.2)).toContain('yours in 8 s');
+    expect(session.advice(20.2)).toContain('you get control in 8 s');
     expect(session.asked()).toBe('');
     lease({ holder: own, yours: true, asker: 5, grant_s: 3 });
-    expect([session.asks, session.asked()]).toEqual([false, 'Somebody else asks for the arm.']);
+    expect([session.asks, session.asked()]).toEqual([false, 'Another client asks for control.']);
     expect(session.askedUntil(21.5)).toContain('in 2 s');
     lease({ holder: own, yours: true, asker: 5 });
     expect(session.askedUntil(21.5)).toBe('');

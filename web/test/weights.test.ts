@@ -36,8 +36,8 @@ describe('weights', () => {
     expect(weightText(500)).toBe('500');
     expect(weightText(0.012345)).toBe('0.0123');
     expect(weightText(0)).toBe('0');
-    const words = { label: 'Slosh protection', low: '0: ignores the liquid', high: 'calm, comes late' };
+    const words = { label: 'Weight of lateral specific force', low: '0: ignores the liquid', high: 'calm, follows late' };
     expect(spokenWeight(factors, 0, words)).toBe('0, ignores the liquid');
-    expect(spokenWeight(even, 500, words)).toMatch(/^500, \d+ % of the way to: calm, comes late$/);
+    expect(spokenWeight(even, 500, words)).toMatch(/^500, \d+ % of the way to: calm, follows late$/);
   });
 });

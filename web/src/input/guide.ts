@@ -2,7 +2,7 @@ import * as THREE from 'three';
 import { Words } from './board';
 
 /** What a controller's parts do; each is told at the controller until it was used once. */
-const PARTS = { lead: 'Grip: lead the arm', forward: 'A: forward is where you look', stop: 'B: stop', stick: 'Stick: scale ↕, menu ↔', point: 'Trigger: press on the board, move it' } as const;
+const PARTS = { lead: 'Grip: move the arm', forward: 'A: forward is where you look', stop: 'B: stop', stick: 'Stick: scale ↕, menu ↔', point: 'Trigger: press on the board, move it' } as const;
 const LEFT: Readonly<Record<string, string>> = { forward: 'X: forward is where you look', stop: 'Y: stop' };
 
 export type Part = keyof typeof PARTS;

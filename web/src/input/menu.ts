@@ -52,8 +52,8 @@ export function itemsOf(session: Session, asks: Asks): Item[] {
   const lateral = welcome.terms.findIndex(({ name, offered }) => name === 'lateral' && offered), weight = state.controls.weights[lateral];
   if (weight !== undefined) {
     const less = LEVELS.filter((level) => level < weight - 1e-9).at(-1), more = LEVELS.find((level) => level > weight + 1e-9);
-    if (less !== undefined) add(`Slosh protection ${weightText(weight)}`, 'less', false, () => asks.command('weight', { text: 'lateral', value: less }));
-    if (more !== undefined) add(`Slosh protection ${weightText(weight)}`, 'more', false, () => asks.command('weight', { text: 'lateral', value: more }));
+    if (less !== undefined) add(`Lateral weight ${weightText(weight)}`, 'less', false, () => asks.command('weight', { text: 'lateral', value: less }));
+    if (more !== undefined) add(`Lateral weight ${weightText(weight)}`, 'more', false, () => asks.command('weight', { text: 'lateral', value: more }));
   }
   add('Demo motion', 'none', state.controls.playback < 0, () => asks.command('playback', { text: '' }));
   welcome.recordings.slice(0, SHOWN).forEach((text, i) => {

@@ -312,7 +312,7 @@ export class Headset {
     this.#advise();
     if (!this.#isScaled) {
       this.connection.send({ type: 'request', kind: 'scale', value: 1 });
-      this.facts.hint('Forward is where you look. The glass goes as far as your hand (1:1) from now on; the stick changes that.', performance.now() / 1000);
+      this.facts.hint('Forward is where you look. Motion scale is now 1:1; the stick changes it.', performance.now() / 1000);
     }
     this.#isScaled = true;
   }
@@ -361,7 +361,7 @@ export class Headset {
     this.board.write(
       title.charAt(0).toUpperCase() + title.slice(1),
       `#${(present ? STATE_COLORS[state.state] : STATE_COLORS.idle).toString(16).padStart(6, '0')}`,
-      !live ? 'what you see is old, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || facts.spill() || (facts.wasRefilled(now) ? 'full glass again' : ''),
+      !live ? 'the view is outdated, the arm may move' : !present ? '' : `${facts.asked()} ${facts.askedUntil(now)}`.trim() || facts.constraint() || facts.spill() || (facts.wasRefilled(now) ? 'full glass again' : ''),
       [facts.reason(now),
         facts.advice(now, this.hand.heldFor),
         present ? `Latency ${ms(p50)} ms, p99 ${ms(p99)} ms · scale ${scaleText(state.controls.scale)}` : '',

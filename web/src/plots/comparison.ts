@@ -75,10 +75,10 @@ export function noteOf(motion: number | null, led: readonly number[], runs: Runs
     const missing = led.filter((profile) => !runs.of(motion, profile));
     return `Each over its last whole run of the demo motion ${title(motion)}.${missing.length > 0 ? ` ${missing.map(name).join(', ')}: no whole run yet.` : ''}`;
   }
-  if (led.length === 0) return 'This page has seen nothing lead the arm in the last minute.';
+  if (led.length === 0) return 'The arm was not engaged in the last minute.';
   if (led.length === 1) return '';
   const whole = (profile: number): string => `${name(profile)}: ${runs.motionsOf(profile).map(title).join(', ') || 'none'}`;
-  return `To compare, play one demo motion to its end under each. Whole so far: ${led.map(whole).join('; ')}.`;
+  return `To compare, play one demo motion to its end under each profile. Complete so far: ${led.map(whole).join('; ')}.`;
 }
 
 /** Gathers what comes between two rows of the history. */

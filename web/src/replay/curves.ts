@@ -13,10 +13,10 @@ export interface Kind { title: string; unit: string; meaning: string; reach: num
 
 /** In the order in which they stand. */
 export const KINDS: Readonly<Record<Curve, Kind>> = {
-  slosh: { title: 'Slosh', unit: 'm/s²', meaning: 'Sideways force on the liquid', reach: 1, write: sloshText, byDefault: true },
+  slosh: { title: 'Lateral', unit: 'm/s²', meaning: 'Lateral specific force', reach: 1, write: sloshText, byDefault: true },
   rim: { title: 'To the rim', unit: 'mm', meaning: 'The least of each wave that was left of the glass above the liquid', reach: 1, write: offText, least: true, byDefault: true },
-  off: { title: 'Off target', unit: 'mm', meaning: 'From the target to the glass', reach: 1, write: offText, byDefault: true },
-  speed: { title: 'Joint speed', unit: 'rad/s', meaning: 'Of the joint that turns fastest at that time; its name stands by the pointer', reach: 0.5, write: sloshText },
+  off: { title: 'Tracking error', unit: 'mm', meaning: 'Distance from the target to the glass', reach: 1, write: offText, byDefault: true },
+  speed: { title: 'Joint speed', unit: 'rad/s', meaning: 'The joint with the highest speed at that time; its name is at the pointer', reach: 0.5, write: sloshText },
   height: { title: 'Height', unit: 'm', meaning: 'How high the hand wanted the glass, above the base', reach: 0.1, write: (value) => value.toFixed(3) },
   spilled: { title: 'Spilled', unit: '%', meaning: 'How much of the liquid had gone over the rim', reach: 1, write: (value) => percentText(value / 100) },
 };

@@ -86,13 +86,13 @@ export function summaryOf(player: Player): Figure[] {
   const perMinute = (sum: number): number | null => (led > 0 ? (60 * sum) / led : null);
   return [
     ['Length', clock(duration), null, ''],
-    ['Led', spanText(led), null, 'How long a hand led the arm'],
-    ['Slosh mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean sideways acceleration of the liquid while a hand led'],
-    ['Slosh peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
-    ['Off target, mm', off === null ? '–' : meanOffText(off), off, 'Mean distance from the target to the glass'],
-    ['Spilled', spillText(spills, begin, led), perMinute(lost), 'How often the liquid went over the rim, how much of a glass, and when; compared is what was lost per minute led'],
-    ['Held by a limit', rateText(count('limit'), led), perMinute(count('limit')), 'How often a limit of the arm, or something near it, held it back; compared is how often per minute led'],
-    ['Stops', String(stopsOf(events)), null, 'How often somebody or something stopped the arm'],
+    ['Engaged', spanText(led), null, 'Time engaged'],
+    ['Lateral mean, m/s²', felt.known ? sloshText(felt.mean) : '–', felt.known ? felt.mean : null, 'Mean lateral specific force while engaged'],
+    ['Lateral peak, m/s²', felt.known ? sloshText(felt.most) : '–', felt.known ? felt.most : null, 'Its largest value'],
+    ['Tracking error, mm', off === null ? '–' : meanOffText(off), off, 'Mean distance from the target to the glass'],
+    ['Spilled', spillText(spills, begin, led), perMinute(lost), 'Number, share and times of spills; the comparison uses the spilled share per minute engaged'],
+    ['Active limits', rateText(count('limit'), led), perMinute(count('limit')), 'Number of times that a limit was active; the comparison uses the number per minute engaged'],
+    ['Stops', String(stopsOf(events)), null, 'Number of stops'],
   ];
 }
 
@@ -140,17 +140,17 @@ function spilledIn(player: Player): string {
 /** Which of two spilled less, for each minute led. */
 function lessSpilled(players: readonly [Player, Player], names: readonly [string, string], spilled: readonly [Figure, Figure]): string {
   const idle = players.findIndex((player) => ledFor(player) === 0);
-  if (idle >= 0) return `“${names[idle]}” was led by no hand: there is nothing to compare.`;
+  if (idle >= 0) return `“${names[idle]}” was never engaged: there is nothing to compare.`;
   const less = betterOf(...spilled), lost = spilled.map(([, , perMinute]) => perMinute);
-  if (less >= 0) return `“${names[less]}” did better: it spilled ${spilledIn(players[less]!)} that a hand led. “${names[1 - less]}” spilled ${spilledIn(players[1 - less]!)}.`;
+  if (less >= 0) return `“${names[less]}” did better: it spilled ${spilledIn(players[less]!)} while engaged. “${names[1 - less]}” spilled ${spilledIn(players[1 - less]!)}.`;
   if (lost.every((each) => each === 0)) return 'Neither spilled.';
-  return 'Both spilled about as much for each minute led.';
+  return 'Both spilled about as much per minute engaged.';
 }
 
 /** What a reader wants to know first of two. @param names what they are called @param figures of each */
 export function verdictOf(players: readonly [Player, Player], names: readonly [string, string], figures: readonly [readonly Figure[], readonly Figure[]]): string {
   const spilled = (which: 0 | 1): Figure => figures[which].find(([what]) => what === 'Spilled')!, words = lessSpilled(players, names, [spilled(0), spilled(1)]);
   const alike = alikeFor(...players);
-  const motion = alike === null ? '' : alike > 0 ? `Both hands made the same motion for ${whole(alike)} from their first grip on.` : 'The hands moved differently, which may be why.';
+  const motion = alike === null ? '' : alike > 0 ? `Both hands made the same motion for ${whole(alike)} from their first engagement.` : 'The hands moved differently, which may be why.';
   return [words, motion].filter(Boolean).join(' ');
 }

@@ -279,6 +279,6 @@ export class Track {
   /** What the curves are at the time that is shown. */
   values(): string {
     const { felt, off } = this.player;
-    return [felt !== null && `slosh ${sloshText(felt)} m/s²`, off !== null && `off target ${offText(off)} mm`].filter(Boolean).join(', ');
+    return [felt !== null && `lateral ${sloshText(felt)} m/s²`, off !== null && `tracking error ${offText(off)} mm`].filter(Boolean).join(', ');
   }
 }

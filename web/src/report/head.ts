@@ -72,15 +72,15 @@ export function spillsText(count: number, most: number): string {
 export type Row = [what: string, value: string, unit: string, number?: number | null, first?: number | null];
 export function rowsOf(report: Pick<Report, 'profiles' | 'session'>, { metrics: m, led_s }: Result): Row[] {
   const first = report.profiles[0]!.metrics, solve: Row = ['solve time, mean', (m.solve_mean ?? 0).toFixed(0), 'µs', m.solve_mean, first.solve_mean];
-  const slosh: Row = ['slosh, mean', sloshText(m.lateral_mean), 'm/s²', m.lateral_mean, first.lateral_mean];
-  if (!report.session) return [slosh, ['position error, RMS', (1e3 * (m.position_rms ?? 0)).toFixed(1), 'mm', m.position_rms, first.position_rms], solve];
+  const slosh: Row = ['lateral specific force, mean', sloshText(m.lateral_mean), 'm/s²', m.lateral_mean, first.lateral_mean];
+  if (!report.session) return [slosh, ['tracking error, RMS', (1e3 * (m.position_rms ?? 0)).toFixed(1), 'mm', m.position_rms, first.position_rms], solve];
   const known = (of: (each: Result['metrics']) => boolean): boolean => report.profiles.some(({ metrics }) => of(metrics));
   return [ // in the words and figures of the operator's page
-    ['led', timeText(led_s), ''],
+    ['engaged', timeText(led_s), ''],
     ...(known(({ spills }) => spills !== null) ? [['spilled', spillsText(m.spills ?? 0, m.spilled_share ?? 0), ''] as Row] : []),
-    ...(known(({ spills }) => (spills ?? 0) > 0) ? [['spills per minute led', sloshText(m.spills_per_minute), '', m.spills_per_minute, first.spills_per_minute] as Row] : []),
-    ...(hasGlass(report) ? [slosh, ['slosh, peak', sloshText(m.lateral_max), 'm/s²', m.lateral_max, first.lateral_max] as Row] : []),
-    ['off target, mean', meanOffText(1e3 * (m.position_mean ?? NaN)), 'mm', m.position_mean, first.position_mean],
+    ...(known(({ spills }) => (spills ?? 0) > 0) ? [['spills per minute engaged', sloshText(m.spills_per_minute), '', m.spills_per_minute, first.spills_per_minute] as Row] : []),
+    ...(hasGlass(report) ? [slosh, ['lateral specific force, peak', sloshText(m.lateral_max), 'm/s²', m.lateral_max, first.lateral_max] as Row] : []),
+    ['tracking error, mean', meanOffText(1e3 * (m.position_mean ?? NaN)), 'mm', m.position_mean, first.position_mean],
     solve,
   ];
 }
@@ -103,9 +103,6 @@ export function cardsOf(report: Report, onChoice: (profile: number, shown: boole
   });
 }
 
-/** What drives a glass's liquid has one name on the operator's page and here. */
-const labelOf = (report: Report, label: string): string => (hasGlass(report) ? label.replace(/^Lateral specific force/, 'Slosh') : label);
-
 /** One table per group of rows. */
 export function tablesOf(report: Report): HTMLElement[] {
   const groups = new Map<string, FigureRow[]>();
@@ -118,20 +115,20 @@ export function tablesOf(report: Report): HTMLElement[] {
       return head;
     });
     const table = made('table', {}, made('thead', {}, made('tr', {}, made('th', { scope: 'col' }, group), ...heads)), made('tbody', {}, ...rows.map((row) => made('tr', {},
-      made('th', { scope: 'row' }, labelOf(report, row.label), ...(row.unit ? [' ', made('span', { className: 'unit' }, row.unit)] : [])),
+      made('th', { scope: 'row' }, row.label, ...(row.unit ? [' ', made('span', { className: 'unit' }, row.unit)] : [])),
       ...row.texts.map((text, i) => (i === row.best ? made('td', { className: 'best' }, text, made('span', { className: 'unseen' }, ' (best)')) : made('td', {}, text)))))));
     table.dataset.group = group;
     return table;
   });
 }
 
-export const meaningsOf = (report: Report): HTMLElement[] => report.figures.flatMap(({ label, meaning }) => [made('dt', {}, labelOf(report, label)), made('dd', {}, meaning)]);
+export const meaningsOf = (report: Report): HTMLElement[] => report.figures.flatMap(({ label, meaning }) => [made('dt', {}, label), made('dd', {}, meaning)]);
 
 /** How curves and figures come about. */
 export function noteOf({ session, steps_per_point: steps, commands_per_point: commands }: Pick<Report, 'session' | 'steps_per_point' | 'commands_per_point'>): string {
   return [
-    session && 'Curves of the motion are those of the plans; the time line, what was led, and the slosh in figures are as measured.',
-    steps > 1 && `A point of a curve stands for ${steps} planning steps: the worst of them where worse has a meaning, the first otherwise.`,
+    session && 'Curves of the motion show the plans. The time line, times engaged and lateral specific forces are measured.',
+    steps > 1 && `A point of a curve represents ${steps} planning steps: the worst of them, or the first if none is worse.`,
     commands > 1 && `A point of a joint's speed is the largest of ${commands} commands.`,
     'The figures in the tables use every sample that was recorded.',
   ].filter(Boolean).join(' ');

@@ -33,7 +33,7 @@ function showHead(): void {
   if (session?.knows_liquid) by('verdict').append(verdictOf(session.motion?.events?.filter(({ kind }) => kind === 'spill') ?? [], session.zero_s));
   by('rate').textContent = `${report.rate_hz} Hz`;
   by('scale').textContent = report.scales;
-  by('length').textContent = session ? `${timeText(session.end - session.begin)}, ${timeText(session.led_s)} of it led` : `${length.toFixed(1)} s`;
+  by('length').textContent = session ? `${timeText(session.end - session.begin)}, ${timeText(session.led_s)} engaged` : `${length.toFixed(1)} s`;
   by('cards').append(...cardsOf(report, (profile, shown) => {
     charts.show(profile, shown);
     for (const figure of document.querySelectorAll<HTMLElement>(`[data-of-profile="${profile}"]`)) figure.hidden = !shown;

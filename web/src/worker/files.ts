@@ -2,11 +2,11 @@
 export async function file(url: URL, what: string, type?: string): Promise<Response> {
   const name = url.pathname.split('/').pop() ?? url.pathname;
   const answer = await fetch(url).catch(() => null);
-  if (!answer) throw new Error(`${what} (${name}) could not be fetched: is the network there? It is tried again.`);
-  if (!answer.ok) throw new Error(`${what} (${name}) is missing on the server (${answer.status}): publish the site's folder anew, all of it.`);
+  if (!answer) throw new Error(`${what} (${name}) could not be loaded: check the network. The page tries again.`);
+  if (!answer.ok) throw new Error(`${what} (${name}) is missing on the server (${answer.status}): publish all files of the site's folder again.`);
   const given = (answer.headers.get('content-type') ?? '').split(';')[0]!.trim();
   if (type && given && given !== type && given !== 'application/octet-stream' && given.startsWith('text/')) {
-    throw new Error(`${what} (${name}) came as ${given}, not as ${type}: the server answers with another page, or does not know the type.`);
+    throw new Error(`${what} (${name}) has type ${given} instead of ${type}: check the server's configuration.`);
   }
   return answer;
 }
@@ -14,7 +14,7 @@ export async function file(url: URL, what: string, type?: string): Promise<Respo
 /** Refuses what is not as long as the site's list says. */
 export function whole(bytes: ArrayBuffer, expected: number | undefined, what: string): ArrayBuffer {
   if (expected !== undefined && bytes.byteLength !== expected) {
-    throw new Error(`${what} is cut short: ${bytes.byteLength} of ${expected} bytes. Publish the site's folder anew, all of it.`);
+    throw new Error(`${what} is cut short: ${bytes.byteLength} of ${expected} bytes. Publish all files of the site's folder again.`);
   }
   return bytes;
 }

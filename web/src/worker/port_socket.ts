@@ -18,7 +18,7 @@ export class PortSocket implements Socket {
   constructor(begin: Begin, private readonly onFailure: (why: string) => void, private readonly onKept: (kept: Kept) => void) {
     this.#worker = new Worker(new URL('./worker.ts', import.meta.url), { type: 'module' });
     this.#worker.onmessage = (event: MessageEvent<string | null | Failure | Kept>) => this.#take(event.data);
-    this.#worker.onerror = () => this.#end('The planner’s Worker did not start: publish the site’s folder anew, or use a newer browser.');
+    this.#worker.onerror = () => this.#end('The planner’s Worker did not start: publish all files of the site’s folder again, or use a newer browser.');
     if (hasWebAssembly()) this.#worker.postMessage(begin);
     else setTimeout(() => this.#end('This browser runs no WebAssembly, which the planner is made of: switch it on (a lockdown mode switches it off), or use another browser.'));
   }

@@ -59,7 +59,7 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
   const planner = get(name, 'The planner', 'application/wasm');
   planner.catch(() => {}); // heard below
   const told = (await (await file(new URL('site.json', site), "The site's list")).json().catch(() => {
-    throw new Error("The site's list (site.json) is no JSON: publish the site's folder anew, all of it.");
+    throw new Error("The site's list (site.json) is not JSON: publish all files of the site's folder again.");
   })) as Site;
   const wanted = robot || told.robots[0]!;
   if (!told.robots.includes(wanted)) throw new Error(`This site has no robot “${wanted}”; it has ${told.robots.join(', ')}.`);
