@@ -85,7 +85,7 @@ test('the first opening says what this is, shows a motion, and comes once; keys 
   assert.equal(await page.isHidden('#first-steps'), true, 'seen is seen');
   const visitor = SITE ? null : await open({ first: true, watch: true });
   if (visitor) {
-    await until(async () => await visitor.textContent('#first-why') === 'You are watching: enter the code from the terminal to drive.', 'the reason');
+    await until(async () => await visitor.textContent('#first-why') === 'You are watching: enter the code from the terminal to control the arm.', 'the reason');
     assert.deepEqual([await visitor.isDisabled('#first-demo'), await visitor.isVisible('#first-steps .who-watches'), await visitor.isVisible('#first-steps .who-drives')], [true, true, false]);
   }
   assert.deepEqual(page.complaints, []);

@@ -6,7 +6,7 @@ export function motionTitle(name: string): string {
 
 /** What the bundled ones show. */
 const SHOWS: Readonly<Record<string, string>> = {
-  'carrying': 'carries things about', 'events-demo-recording': 'grabs and stretches, fast',
+  'carrying': 'carries things around', 'events-demo-recording': 'grabs and stretches, fast',
   'mouse-demo-recording': 'points and clicks, fast', 'physics-demo-laser': 'points, throws, fast',
 };
 

@@ -51,7 +51,7 @@ export class FirstSteps {
     put(this.#first.dataset, 'plays', String(plays));
     put(this.#first.dataset, 'watches', String(watches));
     put(this.#first.dataset, 'waits', String(why !== ''));
-    const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Begin it anew' : 'Show me a motion';
+    const demo = element('first-demo', HTMLButtonElement), does = plays ? 'Start it again' : 'Show me a motion';
     put(demo, 'disabled', why !== '');
     put(demo, 'textContent', does);
     const words = element('first-why', HTMLElement);

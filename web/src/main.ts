@@ -170,7 +170,7 @@ const enter = (mode: 'immersive-vr' | 'immersive-ar') => () => {
     firstSteps.closeHelp();
   }, (error: unknown) => {
     const why = error instanceof Error ? error.message : String(error);
-    session.lastError = { code: 'unknown', message: `The headset was not entered: ${why} Put it on, allow this page to use it, and try again.` };
+    session.lastError = { code: 'unknown', message: `The headset did not start: ${why} Put it on, allow this page to use it, and try again.` };
   });
 };
 element('enter-vr', HTMLButtonElement).onclick = enter('immersive-vr');

@@ -75,7 +75,7 @@ const CALLED_FOR = 1.2;
 /** Why the controls cannot be used, and what to do; empty: they can. */
 function whyDisabled(session: Session, reached: boolean): string {
   if (session.past) return 'A recording is shown, so grey controls are off. “Back to now” enables them.';
-  if (!reached) return 'There is no connection to the arm: nothing that is grey can reach it.';
+  if (!reached) return 'There is no connection to the arm, so grey controls are off.';
   if (!session.paired) return 'You are watching. To use the grey controls, enter the code from the terminal.';
   return session.mayTake ? '' : 'Another client has control. To use the grey controls, ask for control.';
 }
@@ -304,7 +304,7 @@ export class Panel {
     put(reset.querySelector('kbd')!, 'hidden', document.activeElement !== reset && takesEnter(document.activeElement));
     put(button('stop'), 'disabled', session.status !== 'open');
     const lease = button('lease');
-    write(lease, session.yours ? 'Give up control' : session.asks ? 'Ask no more' : session.mayTake || !session.holder ? 'Take control' : 'Ask for control');
+    write(lease, session.yours ? 'Give up control' : session.asks ? 'Cancel request' : session.mayTake || !session.holder ? 'Take control' : 'Ask for control');
     put(button('mode'), 'disabled', session.past);
     put(lease, 'disabled', session.past || !session.paired || (!session.mayTake && session.asker !== 0 && !session.asks));
     put(lease.dataset, 'call', String(!session.yours && session.mayTake && !session.past));
@@ -380,6 +380,6 @@ export class Panel {
     this.#countersAt = now + COUNTERS_EVERY;
     const trip = Number.isFinite(this.connection.roundTrip) ? `${(this.connection.roundTrip * 1000).toFixed(0)} ms` : '–';
     write(element('counters', HTMLElement),
-      `${state.plans} plans, ${state.rejected_plans} too late; ${state.cycles} commands, ${state.missed_deadlines} late. Network there and back ${trip}.`);
+      `${state.plans} plans, ${state.rejected_plans} late; ${state.cycles} commands, ${state.missed_deadlines} late. Network round trip ${trip}.`);
   }
 }

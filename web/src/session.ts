@@ -204,7 +204,7 @@ export class Session {
   /** Why it does what it does; of a connection that is gone, since when. */
   reason(now: number): string {
     if (this.past) return '';
-    if (this.status !== 'open' || this.isStale(now)) return this.state ? `last news ${spanText(now - this.#stateAt)} ago` : '';
+    if (this.status !== 'open' || this.isStale(now)) return this.state ? `last data ${spanText(now - this.#stateAt)} ago` : '';
     const { state } = this;
     if (!state) return '';
     // The advice says how to take hold; and nobody who watches a recorded hand has anything to release.
@@ -244,7 +244,7 @@ export class Session {
   /** Why no demo motion can be asked for; empty: one can. */
   get whyNoMotion(): string {
     if (this.status !== 'open') return 'There is no connection to the arm.';
-    if (!this.paired) return 'You are watching: enter the code from the terminal to drive.';
+    if (!this.paired) return 'You are watching: enter the code from the terminal to control the arm.';
     return this.isAnothers ? 'Another client has control: ask for control first.' : '';
   }
 
@@ -285,7 +285,7 @@ export class Session {
   title(now: number): string {
     if (this.status === 'connecting') return 'connecting';
     if (this.status !== 'open') return 'not connected';
-    if (this.isStale(now)) return 'no news';
+    if (this.isStale(now)) return 'no data';
     if (this.past) return 'recording';
     const state = this.state?.state ?? '';
     if (state === 'ready' && this.#isMoving) return 'stopping';

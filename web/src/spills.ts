@@ -48,7 +48,7 @@ export class Spills {
       return label === undefined ? [] : [{ label, share }];
     });
     const told = parts.length > 1 ? parts.filter(({ share }) => share >= TOLD_SHARE) : parts;
-    const why = this.#late ? ': the planner was late' : this.#inStop ? ', in a stop' : this.#anyhow ? ', which does not keep it in' : '';
+    const why = this.#late ? ': the planner was late' : this.#inStop ? ', in a stop' : this.#anyhow ? ', which does not prevent spills' : '';
     if (told.length > 1) return `${whole}: ${told.map(({ label, share }) => `${percentText(share)} % under ${label}`).join(', ')}`;
     return told.length > 0 ? `${whole} under ${told[0]!.label}${why}` : whole;
   }

@@ -112,7 +112,7 @@ describe('whole demo motions', () => {
     expect(shown.runs.compared).toBeNull();
     shown.run(1);
     expect(shown.runs.compared).toBe(0);
-    expect(noteOf(0, [0, 1], shown.runs, name, title)).toBe('Each over its last whole run of the demo motion Carrying.');
+    expect(noteOf(0, [0, 1], shown.runs, name, title)).toBe('Each profile over its last complete run of the demo motion Carrying.');
     const { led, felt, off, spilt } = shown.runs.of(0, 1)!;
     expect([led, felt, off, spilt]).toEqual([expect.closeTo(2, 5), expect.closeTo(3, 5), expect.closeTo(10, 5), expect.closeTo(0.1, 5)]);
     for (let i = 0; i < 700; ++i) shown.say('ready', 1, 'released', -1);

@@ -109,7 +109,7 @@ describe('words of a session', () => {
     expect(demo('silent', -1)).toBe('the demo motion ended');
     expect(demo('gripped', 0)).toBe('in its words');
     session.connectionBecame('lost');
-    expect(session.reason(6.04)).toBe('last news 4.0 s ago');
+    expect(session.reason(6.04)).toBe('last data 4.0 s ago');
   });
   it('say under which profile the liquid went over the rim, also after another was chosen', () => {
     const session = open(), { controls } = server.state as { controls: object }, { profiles } = server.welcome as { profiles: { index: number; label: string }[] };
@@ -129,7 +129,7 @@ describe('words of a session', () => {
     const at = (now_s: number, profile: number, no_spill: boolean, spilled_share: number) => session.take(state({ now_s, state: 'engaged', controls: { ...controls, profile, no_spill }, liquid: { ...liquid(true), spilled_share } }), now_s);
     at(100, 1, false, 0.5);
     at(100.1, 0, true, 0.6);
-    expect(session.spill()).toBe(`Spilled 60.0 % of this glass under ${label(1)}, which does not keep it in`); // what the other took over swinging
+    expect(session.spill()).toBe(`Spilled 60.0 % of this glass under ${label(1)}, which does not prevent spills`); // what the other took over swinging
     under(0, false, 101);
     session.take(state({ state: 'stopping', liquid: liquid(true) }), 6);
     expect(session.spill()).toMatch(/, in a stop$/);

@@ -59,7 +59,7 @@ export class Comparison {
       put(row, 'hidden', !totals || totals.led <= 0);
       if (!totals || row.hidden) continue;
       const { led: s, felt, most, off, spilt } = totals;
-      put(cells[3]!, 'title', spilt > 1 ? `${spilt.toFixed(1)} glasses, filled again and again` : '');
+      put(cells[3]!, 'title', spilt > 1 ? `${spilt.toFixed(1)} glasses, with refills` : '');
       [sloshText(felt), sloshText(most), meanOffText(off), spilt > 0 ? percentText(Math.min(spilt, 1)).replace('less than ', '< ') : '0', secondsText(s)].forEach((text, k) => put(cells[k]!, 'textContent', text));
     }
     const name = (wanted: number): string => this.profiles.find(({ index }) => index === wanted)?.label ?? '';
@@ -73,7 +73,7 @@ export class Comparison {
 export function noteOf(motion: number | null, led: readonly number[], runs: Runs, name: (profile: number) => string, title: (motion: number) => string): string {
   if (motion !== null) {
     const missing = led.filter((profile) => !runs.of(motion, profile));
-    return `Each over its last whole run of the demo motion ${title(motion)}.${missing.length > 0 ? ` ${missing.map(name).join(', ')}: no whole run yet.` : ''}`;
+    return `Each profile over its last complete run of the demo motion ${title(motion)}.${missing.length > 0 ? ` ${missing.map(name).join(', ')}: no complete run yet.` : ''}`;
   }
   if (led.length === 0) return 'The arm was not engaged in the last minute.';
   if (led.length === 1) return '';

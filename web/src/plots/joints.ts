@@ -18,7 +18,7 @@ export class Joints {
     this.#rows = robot.joints.map((joint, i) => {
       const name = partText(joint.name), at = made('i'), speed = made('b'), angle = made('output');
       const limits: [number, number] = [robot.position_min?.[i] ?? -Math.PI, robot.position_max?.[i] ?? Math.PI], fastest = robot.velocity_max?.[i] ?? 1;
-      const title = `${name}: from ${angleText(limits[0], this.#sliding[i]!)} to ${angleText(limits[1], this.#sliding[i]!)}; the line beneath is its speed, full at ${angleText(fastest, this.#sliding[i]!)}/s`;
+      const title = `${name}: from ${angleText(limits[0], this.#sliding[i]!)} to ${angleText(limits[1], this.#sliding[i]!)}; the line below is its speed, full at ${angleText(fastest, this.#sliding[i]!)}/s`;
       root.append(made('div', { title }, made('span', {}, name), made('span', { className: 'bar' }, at, speed), angle));
       return { angle, at, speed, limits, fastest, shown: [NaN, NaN] };
     });

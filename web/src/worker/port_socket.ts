@@ -20,7 +20,7 @@ export class PortSocket implements Socket {
     this.#worker.onmessage = (event: MessageEvent<string | null | Failure | Kept>) => this.#take(event.data);
     this.#worker.onerror = () => this.#end('The planner’s Worker did not start: publish all files of the site’s folder again, or use a newer browser.');
     if (hasWebAssembly()) this.#worker.postMessage(begin);
-    else setTimeout(() => this.#end('This browser runs no WebAssembly, which the planner is made of: switch it on (a lockdown mode switches it off), or use another browser.'));
+    else setTimeout(() => this.#end('This browser runs no WebAssembly, which the planner needs: enable it (a lockdown mode disables it), or use another browser.'));
   }
 
   send(text: string): void { if (this.readyState === WebSocket.OPEN) this.#worker.postMessage(text); }

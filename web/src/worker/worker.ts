@@ -68,7 +68,7 @@ async function begin({ site, robot, simd }: Begin): Promise<void> {
   const loaded = await Module.load(code, {
     send: (_client, text, isState) => (isState ? sendState(text) : port.postMessage(text)),
     keep: (recording, bytes) => port.postMessage({ recording, bytes }, [bytes.buffer]),
-    close: () => fail(new Error('The session closed this page: too many messages that it could not read. Reload it.')),
+    close: () => fail(new Error('The session closed this page: too many unreadable messages. Reload it.')),
   });
   loaded.begin(new TextDecoder().decode(setup));
   loaded.join(PAGE, now());
