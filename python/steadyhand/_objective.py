@@ -61,7 +61,7 @@ class Node:
 
 
 class Objective:
-    """Base class of your own objective: inherit, and implement value(). The planner minimises the sum over the horizon of dt times all
+    """Base class of a custom objective: inherit, and implement value(). The planner minimises the sum over the horizon of dt times all
     terms. A term is linear in its weights. Planner(weights={name: ...}) sets them; the default is 0.
 
     name: lower-case letters, digits and underscores. weight_count: number of weights; 0: one for each joint.

@@ -1,4 +1,4 @@
-"""Policies that lead the arm in turns with a person: in this process in virtual time, or beside the running program (docs/how-to/policies.md)."""
+"""Policies that control the arm in turns with a person: in this process in virtual time, or with a live session (docs/how-to/policies.md)."""
 
 from ._link import Link
 from ._live import lead

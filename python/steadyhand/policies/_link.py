@@ -1,4 +1,4 @@
-"""A connection to the running program on a thread of its own, for loops that must not wait for it."""
+"""A connection to a live session, with its own thread, for loops that must not wait for it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _NEWS = 1.0  # s without a state after which the connection counts as lost
 
 
 class Link:
-    """The newest observation of the program on this machine, and a way to say targets. Any thread.
+    """The newest observation of the session on this machine, and a way to send targets. Any thread.
 
-    policy: its name, if what is said by send() may lead; period: s, from one action to the next.
+    policy: its name, if act() may control the arm; period: s, from one action to the next.
     """
 
     def __init__(self, port: int = 8642, *, policy: str = "", period: float = 1 / 30, patience: float = 10.0) -> None:
@@ -33,7 +33,7 @@ class Link:
         while self._state is None:
             if not self._thread.is_alive() or time.monotonic() > deadline:
                 self.close()
-                raise ConnectionError(self._error or "steadyhand says nothing")
+                raise ConnectionError(self._error or "steadyhand sends nothing")
             time.sleep(0.005)
 
     def _listen(self) -> None:
@@ -54,39 +54,39 @@ class Link:
 
     @property
     def alive(self) -> bool:
-        """The program is there and goes on telling."""
+        """Whether the program still sends states."""
         return self._thread.is_alive() and time.monotonic() - self._heard < _NEWS
 
     @property
     def state(self) -> dict[str, Any]:
-        """The newest, as docs/reference/protocol.md has it. Raises ConnectionError where there is none any more."""
+        """The newest state message (docs/reference/protocol.md). Raises ConnectionError when the program sends no more."""
         if not self.alive or self._state is None:
-            raise ConnectionError(self._error or "steadyhand says nothing any more")
+            raise ConnectionError(self._error or "steadyhand has stopped sending")
         return self._state
 
     def observe(self) -> Observation:
-        """The newest. Raises as state."""
+        """The newest observation. Raises ConnectionError like state."""
         return _observation(self.state, self._things)
 
     def act(self, action: Action) -> None:
-        """Says where the tool is to be, of what was seen newest. It is done in the policy's turn only."""
+        """Sends a target for the tool, for the newest state. The arm follows it only in the policy's turn."""
         message = _target(action, self.state["now_s"])
         with self._lock:
             self._client.send(**message)
 
     def take_turn(self) -> None:
-        """Takes the arm, if nobody has it, and gives the policy its turn."""
+        """Takes control, if no client has it, and gives the policy its turn."""
         with self._lock:
             self._client.send(type="take")
             self._client.send(type="request", kind="policy", value=1)
 
     def end_turn(self) -> None:
-        """Ends it, where this program gave it."""
+        """Ends the turn, if this program gave it."""
         with self._lock:
             self._client.send(type="request", kind="policy", value=0)
 
     def close(self) -> None:
-        """The turn ends with the connection."""
+        """Closes the connection, which ends the turn."""
         self._ends = True
         self._thread.join(1.0)
         self._client.close()

@@ -1,4 +1,4 @@
-"""A policy beside the running program, over its page's protocol (docs/reference/protocol.md)."""
+"""A policy of a live session, over the page's protocol (docs/reference/protocol.md)."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ def _target(action: Action, of: float) -> dict[str, Any]:
 
 
 def lead(policy: Policy, port: int = 8642, *, name: str = "", turn: bool = False, seconds: float | None = None, say: Callable[[str], None] = print) -> None:
-    """Connects the policy to the program on this machine, and acts until that ends, or for so long.
+    """Connects the policy to the session on this machine, and acts until that ends, or for this many seconds.
 
-    It acts at its own pace on the newest state. A person at the page gives it its turn; with turn=True this program takes the
-    arm if nobody has it, and gives it itself: then who started it stands for it, and may stop it by Ctrl-C.
-    say: gets lines for people. Raises steadyhand._page_client.Lost, a ConnectionError, where the program ends.
+    It acts at its own pace on the newest state. A person at the page gives it its turn; with turn=True this program takes
+    control if no client has it, and gives the turn itself: then the user who started it is responsible, and can stop it with Ctrl-C.
+    say: gets lines for people. Raises steadyhand._page_client.Lost, a ConnectionError, when the program ends.
     """
     client = PageClient(port)
     try:

@@ -1,4 +1,4 @@
-"""What a policy sees, and what it says."""
+"""Observations and actions of a policy."""
 
 from __future__ import annotations
 
@@ -10,42 +10,42 @@ from .._arrays import Array
 
 @dataclass(frozen=True)
 class Observation:
-    """One look at a session."""
+    """The state of a session at one time."""
 
     t: float
     """s, of the session's clock."""
     state: str
-    """What supervision is in: idle, ready, engaged, holding, stopping or fault."""
+    """State of supervision: idle, ready, engaged, holding, stopping or fault."""
     reason: str
-    """Why, in words."""
+    """Reason of the state, in words."""
     leader: str | None
-    """Whose hand the arm follows: person, recording or policy; None: nobody's."""
+    """Source of the hand that the arm follows: person, recording or policy; None: the arm is not engaged."""
     q: Array
-    """(n,), measured, rad (m)."""
+    """(n,), measured joint positions, rad (m)."""
     dq: Array
-    """(n,), rad/s (m/s)."""
+    """(n,), measured joint velocities, rad/s (m/s)."""
     command: Array
-    """(n,), joints as they are commanded, rad (m)."""
+    """(n,), commanded joint positions, rad (m)."""
     gripper: float | None
     """0 open to 1 closed, measured; None: the arm has none."""
     gripper_command: float | None
-    """What it is told."""
+    """0 open to 1 closed, commanded; None: the arm has none."""
     T_base_tool: Array
-    """(4, 4): where the tool is."""
+    """(4, 4): measured pose of the tool frame in the base."""
     T_base_target: Array
-    """(4, 4): where whoever leads wants it."""
+    """(4, 4): target of the tool frame in the base."""
     things: dict[str, Array]
-    """By name of what the simulated task looks at, (4, 4): where it is in the base; empty without a task."""
+    """(4, 4): pose in the base of each thing of the simulated task, by name; empty without a task."""
 
 
 @dataclass(frozen=True)
 class Action:
-    """Where the tool is to be when the policy's next action is due."""
+    """Target of the tool for the time when the policy's next action is due."""
 
     T_base_tool: Array
-    """(4, 4). What is not finite holds the arm."""
+    """(4, 4), in the base. The arm holds if a number is not finite."""
     gripper: float | None = None
-    """0 open to 1 closed; None: as it is."""
+    """0 open to 1 closed; None: unchanged."""
 
 
 class Policy(Protocol):
@@ -55,5 +55,5 @@ class Policy(Protocol):
     """s, from one action to the next: 0.004 to 0.5."""
 
     def act(self, observation: Observation) -> Action:
-        """What to do next."""
+        """The next action, for the newest observation."""
         ...

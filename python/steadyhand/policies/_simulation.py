@@ -15,10 +15,10 @@ from ._policy import Action, Observation, Policy
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run of a task went so far."""
+    """Result of a run of a task so far."""
 
     success: bool | None
-    """None: it is not decided."""
+    """None: not decided yet."""
     time: float
     """s, since the scene was set up or until it was decided."""
     spilled: float
@@ -30,14 +30,14 @@ class Outcome:
     over: bool
     """Done, out of time, or the arm was stopped."""
     reason: str
-    """Of the session's state, or what failed."""
+    """Reason of the session's state, or the failed condition."""
 
 
 class Simulation:
     """A task of steadyhand (docs/reference/tasks.md) in virtual time, as fast as the machine can. One thread.
 
-    task, robot, profile: by name or file; without a robot that of the task. rate: Hz, plans.
-    Raises SteadyhandError for what is refused, with the reason, and where this build has no MuJoCo.
+    task, robot, profile: name or file; the default robot is that of the task. rate: plans per second, Hz.
+    Raises SteadyhandError with the reason for invalid input, and if this build has no MuJoCo.
     """
 
     def __init__(self, task: str, *, profile: str = "tracking", robot: str = "", rate: float = 50.0) -> None:
@@ -47,7 +47,7 @@ class Simulation:
         self._began = False
 
     def begin(self, seed: int) -> Observation:
-        """Sets the scene up as this seed (0 or more) has it; the arm is ready, and nobody leads."""
+        """Sets the scene up with this seed (0 or more); the arm is ready, and not engaged."""
         self._native.begin(int(seed))
         self._began = True
         return self.observe()
@@ -58,51 +58,51 @@ class Simulation:
         return self._native
 
     def observe(self) -> Observation:
-        """What there is to see now."""
+        """The current observation."""
         return Observation(**self._running().observe())
 
     def advance(self, seconds: float) -> Observation:
-        """Time goes on by so much, or until all is over."""
+        """Advances time by this many seconds, or until the run is over."""
         self._running().advance(number("seconds", seconds, "s"))
         return self.observe()
 
     @property
     def outcome(self) -> Outcome:
-        """How it went so far."""
+        """The result so far."""
         return Outcome(**self._running().outcome())
 
     @property
     def instruction(self) -> str:
-        """What is to be done, in words."""
+        """The task in words."""
         return str(self._native.instruction)
 
     # ---- a policy
     def connect(self, name: str, period: float) -> None:
-        """A policy is there, with s from one target to the next."""
+        """Connects a policy. period: s, from one target to the next."""
         self._running().connect(text("name", name), number("period", period, "s"))
 
     def disconnect(self) -> None:
-        """It has gone."""
+        """Disconnects the policy."""
         self._running().disconnect()
 
     def turn(self, on: bool = True) -> None:
-        """A person gives the policy its turn, or ends it. Refused while the arm is stopped or a person leads."""
+        """Gives the policy its turn, or ends it, as a person does. Refused while the arm is stopped or a person is engaged."""
         self._running().turn(bool(on))
 
     @property
     def policy_turn(self) -> bool:
-        """The policy leads wherever no person does."""
+        """Whether the policy has its turn: it controls the arm while no person is engaged."""
         return bool(self._running().policy_turn)
 
     def target(self, action: Action) -> None:
-        """What the policy wants now."""
+        """Sends the policy's target."""
         T = np.ascontiguousarray(action.T_base_tool, dtype=np.float64)
         if T.shape != (4, 4):
             raise ValueError(f"T_base_tool has shape {T.shape}; it must be (4, 4)")
         self._running().target(T, None if action.gripper is None else float(action.gripper))
 
     def run(self, policy: Policy, seconds: float | None = None) -> Outcome:
-        """The policy, in its turn, until all is over or for so long."""
+        """Runs the policy, in its turn, until the run is over or for this many seconds."""
         if not self.policy_turn:
             self.connect(type(policy).__name__, policy.period)
             self.turn()
@@ -114,26 +114,26 @@ class Simulation:
 
     # ---- a person
     def hold(self, T_base_hand: ArrayLike, gripper: float | None = None) -> None:
-        """A person's hand is closed here from now on; its motion from then is the tool's."""
+        """Engages a person's hand at this pose; from now on the tool follows its motion."""
         self._running().hold(array("T_base_hand", T_base_hand, (4, 4)), gripper)
 
     def operate(self, in_the_middle: bool = False) -> None:
-        """The scripted operator of the task is the person from now on. in_the_middle: it goes on where the task stands."""
+        """The task's scripted operator is the person from now on. in_the_middle: it continues from the current state of the task."""
         self._running().operate(bool(in_the_middle))
 
     @property
     def operating(self) -> bool:
-        """The scripted operator has moves left."""
+        """Whether the scripted operator has moves left."""
         return bool(self._running().operating)
 
     def let_go(self) -> None:
-        """The person's hand opens."""
+        """Releases the person's hand."""
         self._running().let_go()
 
     def stop(self) -> None:
-        """Somebody stops the arm."""
+        """Stops the arm."""
         self._running().stop()
 
     def reset(self) -> None:
-        """And somebody undoes that; refused until the arm is at rest."""
+        """Resets the stop; refused until the arm is stationary."""
         self._running().reset()
