@@ -59,7 +59,7 @@ class Analysed:
 
     @property
     def counts(self) -> list[int]:
-        """Of each condition: from how many participants it is."""
+        """Number of participants of each condition."""
         return [int(n) for n in np.isfinite(self.values).sum(axis=0)]
 
     def shown(self, estimate: st.Estimate) -> st.Estimate:

@@ -1,4 +1,4 @@
-"""A study led with people: the experimenter at the terminal, the participant at the page."""
+"""A study with people: the experimenter at the terminal, the participant at the page."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Again(Exception):
 
 
 def _end_with_parent() -> None:
-    """As by Ctrl-C, when whoever leads the study is killed: nobody would lead the participant."""
+    """Ends the program like Ctrl-C when the process of the study is killed."""
     pr_set_pdeathsig = 1
     ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGINT)
 
@@ -83,7 +83,7 @@ class Program:
 
 
 class Leader:
-    """Leads one participant."""
+    """Guides one participant through a study."""
 
     def __init__(self, study: Study, folder: Folder, who: str, program: Program) -> None:
         self.study, self.folder, self.who = study, folder, who
@@ -246,7 +246,7 @@ def _append(track: Track, t: float, state: dict[str, Any], course: Course) -> No
 
 
 def resampled(track: Track) -> Track:
-    """Every STEP: numbers on lines between the states that came, words as of the last one."""
+    """Samples every STEP: numbers interpolated linearly between received states, words from the last one."""
     t = np.array(track.t)
     even = np.arange(0.0, t[-1] + 1e-9, STEP)
     last = np.clip(np.searchsorted(t, even + 1e-9) - 1, 0, len(t) - 1)

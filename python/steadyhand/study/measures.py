@@ -1,4 +1,4 @@
-"""What a trial comes to, in numbers. All are of where the glass is, from the first goal's being shown to the last one's end."""
+"""Measures of a trial. All use the motion of the glass, from the time the first goal is shown to the end of the last."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ UNDEFINED = ("throughput", "smoothness")
 
 
 class Row(NamedTuple):
-    """Of a trial's tidy CSV. goal: -1, of the whole trial."""
+    """A row of a trial's tidy CSV. goal: -1 for the whole trial."""
 
     goal: int
     measure: str

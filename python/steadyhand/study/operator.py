@@ -4,12 +4,12 @@ The model is the stochastic optimized-submovement model (Meyer, Abrams, Kornblum
 an aimed movement is a primary submovement and as many corrections as are needed; where a submovement ends scatters with a standard
 deviation that grows with its mean speed (signal-dependent noise, SD = noise * distance / duration); and its duration is the one for
 which the expected time to the goal is smallest, which is the choice between speed and accuracy. Every submovement has the
-minimum-jerk form (Flash & Hogan 1985). Before a correction the operator waits until what the last submovement came to is seen ("move
-and wait", Ferrell 1965). What is seen is old by the visual delay, 150 to 250 ms; the operator knows by how much, as people do after a
+minimum-jerk form (Flash & Hogan 1985). Before a correction the operator waits until the result of the last submovement is seen ("move
+and wait", Ferrell 1965). The seen scene is old by the visual delay, 150 to 250 ms; the operator knows the delay, as people do after a
 training, to within an error of timing.
 
-The page draws the glass, and as a ghost of it the target, where the hand wants the glass. The operator aims with the ghost, which
-follows at once; where the glass has come to rest beside it, the operator makes up for that.
+The page draws the glass, and its target as a ghost. The operator aims with the ghost, which
+follows at once; if the glass stops next to the goal, the operator corrects the difference.
 
 The hand keeps its orientation. Fatigue, learning and care for what is in the glass are not in the model.
 """
@@ -77,7 +77,7 @@ class Person:
     strength: float = 22.0
     """m/s^2, the hand's largest acceleration. At 22, 0.4 m take 0.32 s at least; to a goal of 51 mm people took 0.39 s (Fitts 1954)."""
     watching: float = 0.3
-    """s for which the glass must be seen at rest beside its goal before that is corrected."""
+    """s for which the glass must be seen stationary next to its goal before the operator corrects."""
 
     @staticmethod
     def draw(rng: np.random.Generator) -> Person:

@@ -71,7 +71,7 @@ class TrialRow(NamedTuple):
 
 
 def trial_rows(path: Path) -> list[TrialRow]:
-    """Of a trial's CSV. Raises StudyError with file and line for what does not fit, and of a file that was cut short."""
+    """Rows of a trial's CSV. Raises StudyError with file and line for an invalid or truncated row."""
     found = []
     try:
         text = path.read_text(encoding="utf-8")

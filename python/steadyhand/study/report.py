@@ -100,7 +100,7 @@ def plot_conditions(each: Analysed, names: Sequence[str]) -> str:
 
 
 def plot_factors(each: Analysed, results: Results, along: str, lines: Sequence[str]) -> str:
-    """Of two factors: one along the axis, a line for each level of the other."""
+    """Plot of two factors: one along the axis, a line for each level of the other."""
     figure, axes = _figure(6.2, 3.6)
     levels = list(dict.fromkeys(dict(c.factors)[along] for c in results.study.conditions))
     for n, line in enumerate(lines):

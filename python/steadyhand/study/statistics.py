@@ -44,7 +44,7 @@ class Pair(NamedTuple):
     a: str
     b: str
     difference: Estimate
-    """Of the means, a less b, by Student's t on the participants' differences."""
+    """Difference of the means, a minus b, by Student's t on the participants' differences."""
     dz: Estimate
     """The mean difference over the standard deviation of the differences (Cohen's d_z)."""
     p: float
@@ -149,7 +149,7 @@ def holm(p: Sequence[float]) -> list[float]:
 
 
 def pairs(values: Array, conditions: Sequence[str], chosen: Sequence[tuple[int, int]] | None = None) -> list[Pair]:
-    """Of all pairs of conditions, or the chosen ones."""
+    """Compares all pairs of conditions, or the chosen ones."""
     found: list[Any] = []
     for i, j in chosen if chosen is not None else itertools.combinations(range(len(conditions)), 2):
         both = np.isfinite(values[:, i]) & np.isfinite(values[:, j])
@@ -164,7 +164,7 @@ def pairs(values: Array, conditions: Sequence[str], chosen: Sequence[tuple[int, 
 
 
 def power(effect: float, participants: int, df: float | None = None, alpha: float = 0.05) -> float:
-    """Of a two-sided t test that finds a true effect d_z. df: of the error; participants - 1, if it is not given."""
+    """Power of a two-sided t test for a true effect d_z. df: degrees of freedom of the error; default: participants - 1."""
     df = participants - 1 if df is None else df
     t, ncp = stats.t.ppf(1 - alpha / 2, df), min(abs(effect) * math.sqrt(participants), 20.0)  # beyond that it is 1
     other_side = float(stats.nct.cdf(-t, df, ncp)) if ncp < 5.0 else 0.0  # scipy's is no number for large ones

@@ -1,7 +1,7 @@
-"""What a participant is asked to do: goals for the glass, in the base's frame, one after another.
+"""Tasks of a participant: goals for the glass, in the base's frame, one after another.
 
-Every task has `goals(start)`: the Goals of a trial, m in the base, where start (3,) is where the glass stands at home. Course follows
-the glass and says which goal is shown, the same for people and simulated operators.
+Every task has `goals(start)`: the Goals of a trial, m in the base, where start (3,) is the home position of the glass. Course follows
+the glass and selects the goal that is shown, the same for people and simulated operators.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Targets:
 
     name: str
     distance: float
-    """m, the circle's diameter, which is the amplitude of a reach but for a little."""
+    """m, the circle's diameter, nearly the amplitude of a reach."""
     width: float
     """m, a target's diameter."""
     count: int = 9
@@ -64,7 +64,7 @@ class Gates:
 
     name: str
     gates: tuple[tuple[float, float, float], ...]
-    """m, their centres, from where the glass stands at home."""
+    """m, their centres, from the glass's home position."""
     radius: float = 0.04
     """m."""
     timeout: float = 10.0
@@ -88,7 +88,7 @@ class Carry:
 
     name: str
     places: tuple[tuple[float, float, float], ...]
-    """m, from where the glass stands at home."""
+    """m, from the glass's home position."""
     radius: float = 0.02
     """m: so near the glass's centre is to be."""
     holding: float = 1.0
@@ -131,7 +131,7 @@ class Reached:
 
 
 class Course:
-    """A task under way. take() is told where the glass is; goal and following are what is to be shown."""
+    """A task in progress. take() gets the position of the glass; goal and following are the goals to show."""
 
     def __init__(self, task: Task, start: Array) -> None:
         self.task = task

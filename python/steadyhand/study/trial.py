@@ -22,7 +22,7 @@ PATHS = ("command", "display", "both")
 
 @dataclass(frozen=True)
 class Condition:
-    """What is compared. name: for people. profile: a profile's name or file, or "one-instant-ik".
+    """A condition of the comparison. name: for people. profile: a profile's name or file, or ONE_INSTANT_IK.
 
     latency: s, added on purpose; path: which way it delays: "command", from the hand's gate to the retargeting, "display", from the
     arm to the picture, or "both", each by all of it.
@@ -34,7 +34,7 @@ class Condition:
     latency: float = 0.0
     path: str = "command"
     factors: tuple[tuple[str, str], ...] = ()
-    """Of a factorial study: names of factors and this condition's levels."""
+    """Factors and this condition's levels, in a factorial study."""
 
     @property
     def command_latency(self) -> float:
