@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Shape = tuple[int | str, ...]
-"""Letters stand for any length."""
+"""Letters mean any length."""
 
 
 def array(name: str, value: ArrayLike, *shapes: Shape, what: str = "") -> Array:

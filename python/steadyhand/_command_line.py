@@ -1,4 +1,4 @@
-"""What the package's commands have in common."""
+"""Functions that all commands of the package use."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Shown:
 
 
 class Parser(argparse.ArgumentParser):
-    """Bad arguments are a ValueError, which the command tells as any other bad input."""
+    """Bad arguments are a ValueError, which the command reports like other bad input."""
 
     def error(self, message: str) -> NoReturn:
         raise ValueError(message)
@@ -47,7 +47,7 @@ def lacks(error: ModuleNotFoundError, extra: str) -> str:
 
 
 def exit_code(command: Callable[[list[str]], int], words: list[str]) -> int:
-    """That of the command; bad input is told, and is 2."""
+    """The exit code of the command; bad input is printed to stderr and returns 2."""
     with contextlib.redirect_stdout(Shown(sys.stdout)), contextlib.redirect_stderr(Shown(sys.stderr)):
         try:
             return command(words)

@@ -35,7 +35,7 @@ def csv_of(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
 
 
 def umask() -> int:
-    """Of this process."""
+    """The umask of this process."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

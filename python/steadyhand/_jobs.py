@@ -20,11 +20,11 @@ from ._replay import Session
 Answer = TypeVar("Answer")
 _MOST_WORKERS = 64
 _RETRIES = 2
-"""Of a job whose process or machine was lost: on a cluster, by whom it may be is not known."""
+"""Retries of a job whose process or machine was lost; a cluster does not report the cause."""
 
 
 class Workers(NamedTuple):
-    """Who does the jobs."""
+    """Processes or cluster for the jobs."""
 
     processes: int = 1
     """On this machine."""
@@ -33,24 +33,24 @@ class Workers(NamedTuple):
 
 
 def add_workers(parser: Parser, what: str) -> None:
-    """The options that say who does the jobs."""
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help=f"processes that {what} side by side (1)")
+    """Adds the options that select processes or a cluster."""
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help=f"processes that {what} in parallel (1)")
     parser.add_argument("--ray", metavar="ADDRESS", help=f'a Ray cluster whose machines {what} instead, HOST:PORT, or "auto" for the one of this machine (pip install steadyhand[ray])')
 
 
 def workers_of(arguments: Namespace) -> Workers:
-    """Raises ValueError for what cannot be."""
+    """Raises ValueError for invalid values."""
     if not 1 <= arguments.workers <= _MOST_WORKERS:
         raise ValueError(f"--workers is {arguments.workers}; it must be from 1 to {_MOST_WORKERS}")
     if arguments.ray is not None and arguments.workers != 1:
-        raise ValueError("--workers and --ray were both given; the cluster has workers of its own: leave out --workers")
+        raise ValueError("--workers and --ray were both given; the cluster has its own workers: leave out --workers")
     if arguments.ray == "":
         raise ValueError('--ray is empty; it must be HOST:PORT of a Ray cluster, or "auto"')
     return Workers(arguments.workers, arguments.ray)
 
 
 def _repeats(path: Path) -> bool:
-    """It is what led to a fault (docs/reference/recordings.md) of a session that is beside it, and would be there twice."""
+    """Whether it holds the seconds before a fault (docs/reference/recordings.md) of a session in the same folder, which has them too."""
     session, fault, number = path.stem.rpartition("-fault-")
     return bool(fault) and number.isdigit() and path.with_stem(session).exists()
 
@@ -121,7 +121,7 @@ def _run(places: list[str], job: bytes, path: Path) -> Any:
 
 
 def _must_answer(address: str) -> None:
-    """Where nobody answers Ray itself tries for minutes. Raises OSError."""
+    """Checks that the address answers, because Ray itself tries for minutes. Raises OSError."""
     if named := re.fullmatch(r"(?:ray://)?\[?(.+?)\]?:(\d{1,5})", address):
         socket.create_connection((named[1], int(named[2])), timeout=5.0).close()
 

@@ -91,7 +91,7 @@ def _merge(folder: str, sets: list[str], episodes: list[Episode]) -> None:
 
 
 def _writer(format: str) -> Callable[[str, list[Episode]], int] | None:
-    """Of a format that is made anew each time; None: LeRobot's, which can be appended to."""
+    """Writer of a format that is written in full each time; None: LeRobot's, which can be appended to."""
     if format == "robomimic":
         from ._robomimic import write_robomimic
 
@@ -149,7 +149,7 @@ def run(words: list[str]) -> int:
 
 
 def main(words: list[str]) -> int:
-    """The command's exit code; bad input is told."""
+    """The command's exit code; bad input is printed to stderr."""
     return exit_code(run, words)
 
 

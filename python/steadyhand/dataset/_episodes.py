@@ -45,11 +45,11 @@ class Episode:
     task: str
     """What was to be done, in words."""
     features: dict[str, Frames]
-    """By LeRobot's names: observation.state, observation.tool, operator.target (where the hand wanted the tool; no policy has it), action;
-    policy and intervention (whether a policy led, and whether a person did in its turn);
-    of a simulated scene observation.environment_state (its things), and of marked episodes next.success."""
+    """By LeRobot's names: observation.state, observation.tool, operator.target (the target of the tool; no policy has it), action;
+    policy and intervention (whether a policy controlled the arm, and whether a person did in its turn);
+    with a simulated scene observation.environment_state (its things), and in marked episodes next.success."""
     success: bool | None = None
-    """Whether it did what it was to do; None: nobody knows."""
+    """Whether the task succeeded; None: not known."""
     notes: str = ""
     films: dict[str, Film] = field(default_factory=dict)
     """By LeRobot's names, observation.images.CAMERA."""
@@ -176,7 +176,7 @@ def _scene_features(session: Session, t: Array) -> dict[str, Frames]:
 
 
 def _leaders(session: Session, t: Array) -> dict[str, Frames]:
-    """Who led at the frames' times: the newest sample before each that had its hand closed, while the arm followed."""
+    """Source of the hand at each frame's time: the newest sample before it with a closed hand, while the arm followed."""
     hand, steps = session.hand, session.steps
     if hand.leader is None or hand.intervention is None:
         return {}
@@ -204,8 +204,8 @@ def cut(
     """The episodes of a session, and a line on each stretch that was left out.
 
     robot: the one that moved; its joints must be the session's. fps: frames a second, 1 to 500. action: a key of ACTIONS.
-    task: what was to be done, in words, where the session does not say it. episodes: "marked", those that somebody began and kept;
-    "grips", from each grip of the hand to its release; "session", all of it; "auto", marked where the session has marks, else grips.
+    task: the task in words, for a session without one. episodes: "marked", those that were marked and kept;
+    "grips", from engaging to release; "session", all of it; "auto", marked if the session has marks, otherwise grips.
     shortest: s; what is shorter is left out. Every stream is sampled at the frames' times, between its own samples along lines.
     videos: of its cameras, see read_videos; each frame takes the picture that was exposed nearest. picture_pause: s; where a camera has none for
     longer the episode is left out.

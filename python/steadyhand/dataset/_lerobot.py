@@ -110,7 +110,7 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 def info_of(episodes: Sequence[Episode]) -> dict[str, Any]:
-    """Of a new data set of these. Raises ValueError where they do not fit together."""
+    """Content of info.json for a new data set of these. Raises ValueError if they do not fit together."""
     first = new_info(episodes[0])
     for episode in episodes:
         must_match(new_info(episode), first, f"{episode.session} at {episode.start:.1f} s", "the first episode")
@@ -238,7 +238,7 @@ def _next_file(folder: Path, per_chunk: int) -> dict[str, int]:
 
 
 def next_number(folder: Path, per_chunk: int) -> int:
-    """Of a file that no kind has yet, counted through the chunks: what others made has more files of one kind than of another."""
+    """Chunk and file number that no kind has yet: data sets of other programs have more files of one kind than of another."""
     taken = [re.fullmatch(r"chunk-(\d+)/file-(\d+)\.\w+", f"{path.parent.name}/{path.name}") for path in folder.glob("**/chunk-*/file-*")]
     return max((int(match[1]) * per_chunk + int(match[2]) + 1 for match in taken if match), default=0)
 
@@ -259,7 +259,7 @@ def _table(episode: Episode, number: int, first: int, task: int) -> pa.Table:
 
 
 def statistics(table: pa.Table) -> dict[str, dict[str, list[float]]]:
-    """Of each number of each column."""
+    """Statistics of each number of each column."""
     found = {}
     for name in table.column_names:
         column = table.column(name).combine_chunks()
@@ -270,7 +270,7 @@ def statistics(table: pa.Table) -> dict[str, dict[str, list[float]]]:
 
 
 def link(source: str, target: str) -> None:
-    """What is there already is never changed in place, so both may share it."""
+    """Links a file, or copies it: existing files are never changed in place, so both data sets may share it."""
     try:
         os.link(source, target)
     except OSError:
@@ -278,7 +278,7 @@ def link(source: str, target: str) -> None:
 
 
 def _replace(path: Path, write_to: Any) -> None:
-    """Anew: the file that was there may be shared with the data set as it was."""
+    """Writes a new file: the existing one may be shared with the previous data set."""
     path.unlink(missing_ok=True)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_to(path)

@@ -1,4 +1,4 @@
-"""Finished data sets as one: rows renumbered, statistics made anew, videos taken as they are."""
+"""Finished data sets as one: rows renumbered, statistics computed again, videos unchanged."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class _Set:
         return {int(index): str(words) for words, index in tasks["task_index"].items()}
 
     def _lengths(self, rows: list[dict[str, Any]], kind: str) -> dict[tuple[int, int], int]:
-        """Of each file of a kind how many frames the episodes have that are in it."""
+        """Number of frames in each file of a kind, from its episodes."""
         lengths: dict[tuple[int, int], int] = {}
         for row in rows:
             place = row[f"{kind}/chunk_index"], row[f"{kind}/file_index"]

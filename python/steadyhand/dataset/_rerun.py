@@ -5,7 +5,7 @@
     observation.images.NAME                     video, as it was encoded, at the times of exposure
     recording properties                        session, start_s, task, success, notes
 
-Timelines: episode (from frame 0) and, but for the cameras, frame.
+Timelines: episode (from frame 0) and, except for cameras, frame.
 """
 
 from __future__ import annotations
@@ -70,5 +70,5 @@ def _write(path: Path, episode: Episode) -> None:
 
 
 def _poses(names: Sequence[str], values: Array) -> dict[str, Array]:
-    """Of those numbers that are poses, by whose: (m, 7)."""
+    """The poses among the numbers, by name: (m, 7)."""
     return {name.removesuffix(".x"): values[:, k : k + 7] for k, name in enumerate(names) if name.endswith(".x") and names[k + 6 : k + 7] == (f"{name.removesuffix('.x')}.qw",)}

@@ -95,7 +95,7 @@ def read_videos(path: str | os.PathLike[str]) -> dict[str, Video]:
 
 
 def lay(name: str, video: Video, t: Array, longest: float = PICTURE_PAUSE) -> Film:
-    """Of each frame, at t (s of the session's time), the picture that was exposed nearest. Raises ValueError where they pause for longer, s."""
+    """The image that was exposed nearest to each frame, at t (s of the session's time). Raises ValueError for a gap above longest, s."""
     exposed = np.array(video.t)
     rows = np.clip(np.searchsorted(exposed, t), 1, max(1, len(exposed) - 1)) if len(exposed) > 1 else np.zeros(len(t), int)
     if len(exposed) > 1:
@@ -155,7 +155,7 @@ QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 
 
 def _statistics(pictures: Array) -> dict[str, Any]:
-    """Of each colour, from 0 to 1, in the shape (3, 1, 1) that LeRobot broadcasts."""
+    """Statistics of each colour, from 0 to 1, in the shape (3, 1, 1) that LeRobot broadcasts."""
     values = pictures.reshape(-1, 3) / 255.0
     found = {key: getattr(values, key)(axis=0) for key in ("min", "max", "mean", "std")} | dict(zip(QUANTILES, np.quantile(values, list(QUANTILES.values()), axis=0)))
     return {key: value.reshape(3, 1, 1).tolist() for key, value in found.items()} | {"count": [len(pictures)]}

@@ -102,7 +102,7 @@ def run(words: list[str]) -> int:
 
 
 def main(words: list[str]) -> int:
-    """The command's exit code; bad input is told."""
+    """The command's exit code; bad input is printed to stderr."""
     return exit_code(run, words)
 
 

@@ -30,12 +30,12 @@ class Score(NamedTuple):
     followed_s: float
     """s, in which the arm followed the hand; what follows is of those."""
     position_rms_mm: float
-    """Of the tool off where the hand wanted it."""
+    """Tracking error of the tool's position, RMS."""
     orientation_rms_deg: float
     lateral_mean_m_s2: float
     """Specific force across the glass, mean."""
     spilled_percent: float
-    """Of the liquid of a glass as `steadyhand.Liquid()` has it, over all commands."""
+    """Share of the liquid spilled from a glass like `steadyhand.Liquid()`, over all commands."""
     speed_percent: float
     """Largest joint speed, of its limit, over all commands."""
     bend_max: float
@@ -46,7 +46,7 @@ class Score(NamedTuple):
     """Smallest, between bodies, over all plans."""
     plans: int
     refused: int
-    """Of those: where the last one stood."""
+    """Refused plans: the arm then followed the previous one."""
     solve_us: float
     """Median time of the solver."""
     episodes: int
