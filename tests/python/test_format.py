@@ -72,7 +72,7 @@ def test_documents_are_wrapped_but_for_tables_code_and_links():
 LIMITS = {
     "documents": (1.0, 14, 24),
     "program": (8.0, 14, 24),
-    "page": (19.6, 14, 24),
+    "page": (1.0, 14, 24),
     "docstrings": (11.8, 14, 24),
 }
 
