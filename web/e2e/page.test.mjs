@@ -358,15 +358,15 @@ test('a recording appears in the list, its report opens, and it replays in the s
   assert.match(drawn[0], /^State: .*engaged for \d/);
   assert.match(drawn[1], /^Lateral: at most \d+\.\d\d m\/s², at 0:/);
   assert.match(drawn[2], /^To the rim: at least \d+(\.\d)? mm, at 0:/);
-  assert.match(drawn[3], /^Tracking error: at most \d+ mm, at 0:/);
+  assert.match(drawn[3], /^Error: at most \d+ mm, at 0:/);
   const titles = () => page.$$eval('#track figure strong', (all) => all.map(({ textContent }) => textContent));
   await page.check('#past-plots [data-plot=speed]');
-  assert.deepEqual(await titles(), ['State', 'Lateral', 'To the rim', 'Tracking error', 'Joint speed']);
+  assert.deepEqual(await titles(), ['State', 'Lateral', 'To the rim', 'Error', 'Joint speed']);
   const tip = async () => { await (await page.$('#track figure:last-of-type .u-over')).hover(); return page.textContent('#track .tip'); };
   await until(async () => /joint speed \d+\.\d\d \((shoulder|elbow|wrist)[^_]*\) rad\/s/.test(await tip()), 'the fastest joint by its name');
   await findsNothing(page, 'a replay whose plots are being chosen');
   await page.click('#past-plots [data-plot=speed]');
-  assert.deepEqual(await titles(), ['State', 'Lateral', 'To the rim', 'Tracking error']);
+  assert.deepEqual(await titles(), ['State', 'Lateral', 'To the rim', 'Error']);
   await page.click('#past-choice summary');
   await until(async () => /engaged, Carry, scale 0\.5, lateral \d+\.\d\d m\/s², tracking error \d+ mm/.test(await page.getAttribute('#past-at', 'aria-valuetext')) || (await page.click('#past-on'), false), 'the words of that time');
   const seek = (at) => page.evaluate((t) => {

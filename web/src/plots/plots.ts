@@ -55,7 +55,7 @@ export class Plots {
     const perProfile = profiles.map((profile) => ({ label: profile.label, color: colorOf(profile) }));
     const spread = [{ label: 'median', color: 'var(--ink)' }, { label: 'p99', color: 'var(--muted)', dash: [3, 3] }];
     this.#make('lateral', 'Lateral', 'm/s²', 'Lateral specific force on the liquid', perProfile, 2, sloshText);
-    this.#make('error', 'Tracking error', 'mm', 'Distance from the target to the glass', perProfile, 50, offText);
+    this.#make('error', 'Error', 'mm', 'Tracking error: distance from the target to the glass', perProfile, 50, offText);
     this.#make('latency', 'Latency', 'ms', 'Time from hand motion to command: median, and p99 dashed', spread, 10, latencyText);
     this.#make('solve', 'Planning', 'ms', 'Solve time of a plan: median, and p99 dashed', spread, 0.2, planningText, true);
     this.#inTurn = Object.values(this.#rows);

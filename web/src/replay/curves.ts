@@ -15,7 +15,7 @@ export interface Kind { title: string; unit: string; meaning: string; reach: num
 export const KINDS: Readonly<Record<Curve, Kind>> = {
   slosh: { title: 'Lateral', unit: 'm/s²', meaning: 'Lateral specific force', reach: 1, write: sloshText, byDefault: true },
   rim: { title: 'To the rim', unit: 'mm', meaning: 'Smallest distance from the liquid to the rim, for each wave', reach: 1, write: offText, least: true, byDefault: true },
-  off: { title: 'Tracking error', unit: 'mm', meaning: 'Distance from the target to the glass', reach: 1, write: offText, byDefault: true },
+  off: { title: 'Error', unit: 'mm', meaning: 'Tracking error: distance from the target to the glass', reach: 1, write: offText, byDefault: true },
   speed: { title: 'Joint speed', unit: 'rad/s', meaning: 'The joint with the highest speed at that time; its name is at the pointer', reach: 0.5, write: sloshText },
   height: { title: 'Height', unit: 'm', meaning: 'Height of the target above the base', reach: 0.1, write: (value) => value.toFixed(3) },
   spilled: { title: 'Spilled', unit: '%', meaning: 'Share of the liquid spilled so far', reach: 1, write: (value) => percentText(value / 100) },
