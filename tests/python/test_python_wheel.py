@@ -107,7 +107,7 @@ def test_the_wheel_works_elsewhere_on_every_level(wheel, tmp_path):
         refused = subprocess.run([*command, "replay", "nowhere.csv"], capture_output=True, text=True, cwd=tmp_path, env=bare)
         assert (refused.returncode, refused.stderr) == (2, "steadyhand: nowhere.csv: no such file\n")
         refused = subprocess.run([*command, "replay"], capture_output=True, text=True, cwd=tmp_path, env=bare)
-        words = "steadyhand: replay: no recording was given, and none comes with this installation; try: steadyhand replay hand.csv\n"
+        words = "steadyhand: replay: give a recording, as in: steadyhand replay hand.csv (this installation contains none)\n"
         assert (refused.returncode, refused.stderr) == (2, words)
     hand = "t,px,py,pz,qx,qy,qz,qw\n" + "".join(f"{i / 90},0,{0.001 * i},0,0,0,0,1\n" for i in range(180))
     (tmp_path / "hand.csv").write_text(hand)

@@ -14,7 +14,7 @@ import pytest
 from places import PROGRAM
 
 PROFILES = ("tracking", "anti-slosh", "waiter")
-# Metres of the tool per metre of the hand: the hand goes as far as the arm reaches.
+# Tool motion divided by hand motion: the hand goes as far as the arm reaches.
 ROBOTS = {"ur3e": 0.3, "fr3": 0.4, "gen3": 0.5, "so101": 0.3, "iiwa14": 0.5, "xarm7": 0.4}
 
 

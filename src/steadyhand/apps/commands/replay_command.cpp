@@ -183,8 +183,7 @@ Status run_replay(ReplayOptions options) {
   if (options.recording.empty()) {
     const fs::path bundled = places.data / kBundledRecording;
     if (!fs::exists(bundled)) {
-      return Error{
-          "replay: no recording was given, and none comes with this installation; try: steadyhand replay hand.csv"};
+      return Error{"replay: give a recording, as in: steadyhand replay hand.csv (this installation contains none)"};
     }
     options.recording = bundled.string();
     options.range.until = std::min(options.range.until, kBundledSeconds);
@@ -210,7 +209,7 @@ Status run_replay(ReplayOptions options) {
     const std::size_t samples = recording->samples.size(), bad = pass_gate(*recording, {});
     if (bad > 0) {
       gate_note = fmt::format(
-          "the hand was not followed at {} of its {} samples: no hand jumps so, or they are over "
+          "{} of the hand's {} samples were rejected: implausible jumps, or gaps over "
           "0.1 s apart\n",
           bad, samples);
     }
@@ -254,26 +253,23 @@ Status run_replay(ReplayOptions options) {
 
 void add_replay_command(CommandLine& app, Command& chosen) {
   const auto options = std::make_shared<ReplayOptions>();
-  CommandLine* command =
-      app.add_subcommand("replay", "Send a recorded hand through the planner and report what the arm did");
+  CommandLine* command = app.add_subcommand("replay", "Run a recorded hand through all stages and write a report");
   command->add_option(
       "recording", options->recording,
       "CSV t,px,py,pz,qx,qy,qz,qw[,clutch], A-Frame motion-capture JSON, or SESSION.mcap of a live session, whose "
       "profile, rate, scale and yaw then are the defaults; default: a bundled hand, its first 11 s");
   command->add_option("--track", options->range.track, "Key of the hand in a motion-capture file (default: rhand)");
-  command->add_option("--from", options->range.from, "Begin here, s");
-  command->add_option("--until", options->range.until, "End here, s");
+  command->add_option("--from", options->range.from, "Start at this time, s");
+  command->add_option("--until", options->range.until, "End at this time, s");
   command->add_option("--robot", options->robot, "Name, robot file or URDF")->capture_default_str();
-  command->add_option("--cell", options->cell, "What stands around the arm: name, cell file or none")
-      ->capture_default_str();
+  command->add_option("--cell", options->cell, "Obstacles: name, cell file or none")->capture_default_str();
   command->add_option("--tip", options->tip, kTipHelp);
   command->add_flag("--no-fit", options->no_fit, kNoFitHelp);
   command->add_option("--profile", options->profiles, "Names or files of profiles, one run each")
       ->capture_default_str();
-  command->add_option("--rate", options->rate_hz, "Re-planning, Hz")->capture_default_str();
-  command->add_option("--scale", options->retarget.scale, "Metres of the tool per metre of the hand")
-      ->capture_default_str();
-  command->add_option("--yaw", options->yaw_deg, "Turn of the operator's axes about the base's z, degrees")
+  command->add_option("--rate", options->rate_hz, "Plans per second, Hz")->capture_default_str();
+  command->add_option("--scale", options->retarget.scale, "Tool motion divided by hand motion")->capture_default_str();
+  command->add_option("--yaw", options->yaw_deg, "Rotation of the operator's axes about the base's z, degrees")
       ->capture_default_str();
   const std::vector<std::string> frames = {"base", "tool"};
   command->add_option("--translation-frame", options->translation_frame, "Frame of the hand's translation")
@@ -282,7 +278,7 @@ void add_replay_command(CommandLine& app, Command& chosen) {
   command->add_option("--rotation-frame", options->rotation_frame, "Frame of the hand's rotation")
       ->among(frames)
       ->capture_default_str();
-  command->add_option("--solver", options->solver, "Solver, instead of the profiles' own: " + list_solvers());
+  command->add_option("--solver", options->solver, "Solver, instead of the profiles': " + list_solvers());
   command->add_option("--out", options->out, "Folder for report and data")->capture_default_str();
   command->add_flag("--dump-problems", options->dump_problems,
                     "Also write OUT/PROFILE/problems.json for `solve` and the benchmark");

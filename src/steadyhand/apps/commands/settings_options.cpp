@@ -39,20 +39,20 @@ void add_settings_options(CommandLine& command, SettingsOptions& options, Option
     command.add_flag_callback(name, [&options, key, text, name] { options.given.push_back({key, text, name}); }, what);
   };
   value("--robot", "robot", "Name, robot file or URDF");
-  value("--cell", "cell", "What stands around the arm: name, cell file or none");
-  value("--rate", "planner.rate", "Planning, Hz, or auto: what this machine sustains");
-  value("--solver", "planner.solver", "Solver, instead of the profile's own: " + list_solvers());
+  value("--cell", "cell", "Obstacles: name, cell file or none");
+  value("--rate", "planner.rate", "Plans per second, Hz, or auto: as many as the machine sustains");
+  value("--solver", "planner.solver", "Solver, instead of the profile's: " + list_solvers());
   value("--sessions", "recording.folder", "Folder of the recordings");
-  flag("--no-recording", "recording.enabled", "false", "Record nothing but what leads to a fault");
+  flag("--no-recording", "recording.enabled", "false", "Record only what precedes a fault");
   if (who == OptionsFor::kTasks) return;
-  value("--task", "task", "What is to be done, with --arm mujoco: name of tasks/ or task file");
+  value("--task", "task", "Task, with --arm mujoco: name in tasks/ or task file");
   value("--profile", "profile", "Name or file of a profile");
-  value("--scale", "hand.scale", "Metres of the tool per metre of the hand");
-  value("--yaw", "hand.yaw", "Turn of the operator's axes about the base's z, degrees");
+  value("--scale", "hand.scale", "Tool motion divided by hand motion");
+  value("--yaw", "hand.yaw", "Rotation of the operator's axes about the base's z, degrees");
   flag("--accept-emulated", "gate.accept_emulated", "true",
-       "Follow poses whose position the headset guesses (emulated headsets say so of all)");
+       "Accept poses with a guessed position (emulated headsets mark all poses so)");
   flag("--lan", "server.lan", "true", "Serve the local network too, over HTTPS");
-  value("--port", "server.port", "Of the page on this computer; 0: any");
+  value("--port", "server.port", "Port of the page on this computer; 0: any");
 }
 
 }  // namespace steadyhand
